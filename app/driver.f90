@@ -1,0 +1,130 @@
+!> What the program does with an input file.
+module driver
+  use cli, only: options_type
+  use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_base_kinds, only: dp
+  use gestell_base_version, only: version
+  use gestell_io_check, only: check_document
+  use gestell_io_configuration, only: configuration_type, read_configuration
+  use gestell_io_document, only: document_type
+  use gestell_io_folder, only: make_folder
+  use gestell_io_namelist, only: read_document
+  use gestell_io_path, only: set_value
+  use gestell_io_report, only: report_machine, report_results
+  use gestell_io_results, only: write_results
+  use gestell_io_schema, only: input_schema, schema_type
+  use gestell_study_analysis, only: analyse, analysis_type
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  implicit none (type, external)
+  private
+
+  public :: run
+
+  !> Exit code of a run with --fail-if-unstable whose verdict is not stable.
+  integer, parameter, public :: not_stable = 10
+
+contains
+
+  !> Reads, computes, reports and writes what the options and the input ask for. `code` is 0 or `not_stable`.
+  subroutine run(options, code, error)
+    type(options_type), intent(in) :: options
+    integer, intent(out) :: code
+    type(error_type), allocatable, intent(out) :: error
+    type(configuration_type) :: configuration
+    type(analysis_type) :: analysis
+    real(dp), allocatable :: frequencies(:)
+    character(len=:), allocatable :: folder
+
+    code = 0
+    call read_input(options, configuration, error)
+    if (allocated(error)) return
+    if (options%fail_if_unstable .and. .not. configuration%tasks%stability) then
+      call fatal_error(error, "--fail-if-unstable needs the task 'stability'", wrong_usage)
+      return
+    end if
+    if (.not. options%quiet) write (output_unit, "(a)", advance="no") report_machine(configuration, options%input)
+    if (options%check) then
+      if (.not. options%quiet) write (output_unit, "(/, a)") "The input is sound; nothing was computed (--check)."
+      return
+    end if
+
+    call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, error)
+    if (allocated(error)) return
+    if (.not. options%quiet) then
+      call configuration%frame%natural_frequencies(frequencies, error)
+      if (allocated(error)) return
+      write (output_unit, "(a)", advance="no") report_results(configuration, analysis, frequencies)
+    end if
+
+    folder = folder_name(options)
+    call make_folder(folder, error)
+    if (allocated(error)) return
+    call write_results(folder, preamble(options, configuration), configuration%frame, configuration%tasks, analysis, error)
+    if (allocated(error)) return
+    if (.not. options%quiet) write (output_unit, "(/, a)") "files in " // folder // "/"
+
+    if (options%fail_if_unstable) then
+      if (analysis%multipliers%verdict() /= "stable") code = not_stable
+    end if
+  end subroutine run
+
+  subroutine read_input(options, configuration, error)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(out) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: doc
+    type(schema_type) :: schema
+    integer :: i
+
+    schema = input_schema()
+    call read_document(options%input, doc, error)
+    if (allocated(error)) return
+    do i = 1, size(options%settings)
+      call set_value(doc, schema, options%settings(i)%assignment, error)
+      if (allocated(error)) return
+    end do
+    call check_document(doc, schema, error)
+    if (allocated(error)) return
+    call read_configuration(doc, configuration, error)
+  end subroutine read_input
+
+  !> The folder for the results: as ordered, or the input's name without folders and ending.
+  pure function folder_name(options) result(folder)
+    type(options_type), intent(in) :: options
+    character(len=:), allocatable :: folder
+    integer :: dot
+
+    if (allocated(options%output)) then
+      folder = options%output
+      return
+    end if
+    folder = options%input(index(options%input, "/", back=.true.) + 1:)
+    dot = index(folder, ".", back=.true.)
+    if (dot > 1) then
+      folder = folder(:dot - 1)
+    else
+      folder = folder // ".results"
+    end if
+  end function folder_name
+
+  !> The # lines that head every file.
+  pure function preamble(options, configuration) result(lines)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(in) :: configuration
+    character(len=:), allocatable :: lines(:)
+    integer :: i, width
+
+    width = max(len("title: " // configuration%title), len("input: " // options%input), 40)
+    do i = 1, size(options%settings)
+      width = max(width, len("set: " // options%settings(i)%assignment))
+    end do
+    allocate(character(len=width) :: lines(3 + size(options%settings)))
+    lines(1) = "title: " // configuration%title
+    lines(2) = "version: gestell " // version
+    lines(3) = "input: " // options%input
+    do i = 1, size(options%settings)
+      lines(3 + i) = "set: " // options%settings(i)%assignment
+    end do
+  end function preamble
+
+end module driver

@@ -1,0 +1,8 @@
+!> The one place in the code where the version stands; a test holds it against fpm.toml, CITATION.cff and CHANGELOG.md.
+module gestell_base_version
+  implicit none (type, external)
+  private
+
+  character(len=*), parameter, public :: version = "0.1.0"
+
+end module gestell_base_version

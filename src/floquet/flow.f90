@@ -1,0 +1,116 @@
+!> The affine map of a whole period from the maps of its steps, and the motion along it.
+module gestell_floquet_flow
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_mesh, only: merged
+  use gestell_floquet_method, only: method_type
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: period_map, trajectory
+
+  !> Steps whose maps are held at a time: memory does not grow with the number of steps.
+  integer, parameter :: block_length = 256
+
+contains
+
+  !> Phi(T) = A_m ... A_1, shape (n, n), (17), over the steps between `nodes`; where asked for also x_p(T), shape (n),
+  !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale.
+  !> Error: a step failed or the numbers overflow.
+  subroutine period_map(system, method, nodes, scale, phi, error, xp, reach)
+    class(periodic_system), intent(in) :: system
+    class(method_type), intent(in) :: method
+    real(dp), intent(in) :: nodes(:), scale(:)
+    real(dp), intent(out) :: phi(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(out), optional :: xp(:), reach
+    real(dp), allocatable :: a(:, :, :), b(:, :)
+    integer :: n, i, k, first, last
+
+    n = system%states
+    allocate(a(n, n, block_length), b(n, block_length))
+    phi = 0
+    do i = 1, n
+      phi(i, i) = 1
+    end do
+    if (present(xp)) then
+      xp = 0
+      reach = 0
+    end if
+
+    do first = 1, size(nodes) - 1, block_length
+      last = min(first + block_length, size(nodes)) - 1
+      associate (from => nodes(first:last), to => nodes(first + 1:last + 1))
+        if (present(xp)) then
+          call method%maps(system, from, to, a(:, :, :size(from)), error, b(:, :size(from)))
+        else
+          call method%maps(system, from, to, a(:, :, :size(from)), error)
+        end if
+        if (allocated(error)) return
+        do k = 1, size(from)
+          phi = matmul(a(:, :, k), phi)
+          if (.not. present(xp)) cycle
+          xp = matmul(a(:, :, k), xp) + b(:, k)
+          reach = max(reach, norm2(xp / scale))
+        end do
+      end associate
+      call check_finite(phi, error)
+      if (allocated(error)) return
+    end do
+  end subroutine period_map
+
+  !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.
+  !> The phases become ends of steps beside `nodes`, so x has the accuracy of the method there.
+  subroutine trajectory(system, method, nodes, x0, phases, x, error)
+    class(periodic_system), intent(in) :: system
+    class(method_type), intent(in) :: method
+    real(dp), intent(in) :: nodes(:), x0(:), phases(:)
+    real(dp), intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: a(:, :, :), b(:, :), all_nodes(:)
+    real(dp) :: now(size(x0))
+    integer :: k, first, last, next
+
+    all_nodes = merged(nodes, phases)
+    allocate(a(size(x0), size(x0), block_length), b(size(x0), block_length))
+    now = x0
+    next = 1
+    call keep(all_nodes(1))
+    do first = 1, size(all_nodes) - 1, block_length
+      last = min(first + block_length, size(all_nodes)) - 1
+      associate (from => all_nodes(first:last), to => all_nodes(first + 1:last + 1))
+        call method%maps(system, from, to, a(:, :, :size(from)), error, b(:, :size(from)))
+        if (allocated(error)) return
+        do k = 1, size(from)
+          now = matmul(a(:, :, k), now) + b(:, k)
+          call keep(to(k))
+        end do
+      end associate
+    end do
+    call check_finite(x, error)
+
+  contains
+
+    subroutine keep(phase)
+      real(dp), intent(in) :: phase
+
+      do while (next <= size(phases))
+        if (phases(next) > phase) return
+        x(:, next) = now
+        next = next + 1
+      end do
+    end subroutine keep
+
+  end subroutine trajectory
+
+  pure subroutine check_finite(values, error)
+    real(dp), intent(in) :: values(:, :)
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. all(ieee_is_finite(values))) call fatal_error(error, &
+      & "the free vibration leaves the range of the numbers within one period", failed_computation)
+  end subroutine check_finite
+
+end module gestell_floquet_flow

@@ -1,0 +1,188 @@
+!> Gauss-Legendre collocation: s stages, order 2 s, stable for every step, symmetric, and for undamped systems symplectic.
+module gestell_floquet_gauss
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_lapack, only: factorise, solve_factored
+  use gestell_floquet_method, only: method_type
+  use gestell_floquet_tableau, only: gauss_tableau, tableau_type
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: gauss
+
+  type, extends(method_type), public :: gauss_method
+    private
+    type(tableau_type) :: tableau
+  contains
+    procedure :: maps
+  end type gauss_method
+
+contains
+
+  !> The method with 2 to 8 stages, named gauss2 to gauss8.
+  pure function gauss(stages) result(method)
+    integer, intent(in) :: stages
+    type(gauss_method) :: method
+
+    method%name = "gauss" // achar(iachar("0") + stages)
+    method%order = 2 * stages
+    method%stages = stages
+    method%tableau = gauss_tableau(stages)
+  end function gauss
+
+  subroutine maps(self, system, from, to, a, error, b)
+    class(gauss_method), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: from(:), to(:)
+    real(dp), intent(out) :: a(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(out), optional :: b(:, :)
+    real(dp) :: phases(self%stages * size(from))
+    integer :: i, k
+
+    phases = [((from(k) + self%tableau%c(i) * (to(k) - from(k)), i = 1, self%stages), k = 1, size(from))]
+    select type (system)
+    class is (second_order_system)
+      call second_order_maps(self%tableau, system, phases, (to - from) * system%period, a, error, b)
+    class default
+      call first_order_maps(self%tableau, system, phases, (to - from) * system%period, a, error, b)
+    end select
+  end subroutine maps
+
+  !> x' = P x + f. The slopes k_i at the nodes solve
+  !>
+  !>     k_i - h P_i sum_j A_ij k_j = P_i x + f_i,
+  !>
+  !> for all x at once: their columns are those of the n states and of the forcing. Then x + h sum_j b_j k_j.
+  subroutine first_order_maps(tableau, system, phases, h, a, error, b)
+    type(tableau_type), intent(in) :: tableau
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:), h(:)
+    real(dp), intent(out) :: a(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(out), optional :: b(:, :)
+    real(dp), allocatable :: p(:, :, :), f(:, :), left(:, :), right(:, :)
+    integer :: pivots(size(tableau%c) * system%states), n, s, i, j, k, at
+
+    n = system%states
+    s = size(tableau%c)
+    allocate(p(n, n, size(phases)), f(n, size(phases)), left(n * s, n * s), right(n * s, merge(n + 1, n, present(b))))
+    if (present(b)) then
+      call system%sample(phases, p, f)
+    else
+      call system%sample(phases, p)
+    end if
+
+    do k = 1, size(h)
+      do i = 1, s
+        at = s * (k - 1) + i
+        do j = 1, s
+          left(rows(i), rows(j)) = -h(k) * tableau%a(i, j) * p(:, :, at)
+        end do
+        right(rows(i), :n) = p(:, :, at)
+        if (present(b)) right(rows(i), n + 1) = f(:, at)
+      end do
+      call add_unit_matrix(left)
+      call factorise(left, pivots, error)
+      if (allocated(error)) return
+      call solve_factored(left, pivots, right)
+
+      a(:, :, k) = 0
+      if (present(b)) b(:, k) = 0
+      do j = 1, s
+        a(:, :, k) = a(:, :, k) + h(k) * tableau%b(j) * right(rows(j), :n)
+        if (present(b)) b(:, k) = b(:, k) + h(k) * tableau%b(j) * right(rows(j), n + 1)
+      end do
+      call add_unit_matrix(a(:, :, k))
+    end do
+
+  contains
+
+    !> The places of the unknowns of stage i.
+    pure function rows(i) result(places)
+      integer, intent(in) :: i
+      integer :: places(n)
+      integer :: l
+
+      places = [(n * (i - 1) + l, l = 1, n)]
+    end function rows
+
+  end subroutine first_order_maps
+
+  !> M q'' + B q' + C q = h, eliminated to the accelerations v_i at the nodes: with the start (q, p) of the step
+  !>
+  !>     q'_i = p + h sum_j A_ij v_j,   q_i = q + h c_i p + h^2 sum_j (A A)_ij v_j,
+  !>     M_i v_i + h B_i sum_j A_ij v_j + h^2 C_i sum_j (A A)_ij v_j = h_i - B_i p - C_i (q + h c_i p),
+  !>
+  !> a system of half the size in which M is never inverted. At the end q + h p + h^2 sum_j (b A)_j v_j, p + h sum_j b_j v_j.
+  subroutine second_order_maps(tableau, system, phases, h, a, error, b)
+    type(tableau_type), intent(in) :: tableau
+    class(second_order_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:), h(:)
+    real(dp), intent(out) :: a(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(out), optional :: b(:, :)
+    real(dp), allocatable, dimension(:, :, :) :: mass, damping, stiffness
+    real(dp), allocatable :: load(:, :), left(:, :), right(:, :)
+    integer :: pivots(size(tableau%c) * system%states / 2), n, s, i, j, k, at, row, column
+
+    n = system%states / 2
+    s = size(tableau%c)
+    allocate(mass(n, n, size(phases)), damping(n, n, size(phases)), stiffness(n, n, size(phases)))
+    allocate(load(n, size(phases)), left(n * s, n * s), right(n * s, merge(2 * n + 1, 2 * n, present(b))))
+    if (present(b)) then
+      call system%sample_second_order(phases, mass, damping, stiffness, load)
+    else
+      call system%sample_second_order(phases, mass, damping, stiffness)
+    end if
+
+    do k = 1, size(h)
+      do i = 1, s
+        at = s * (k - 1) + i
+        row = n * (i - 1)
+        do j = 1, s
+          column = n * (j - 1)
+          left(row + 1:row + n, column + 1:column + n) = &
+            & h(k) * tableau%a(i, j) * damping(:, :, at) + h(k)**2 * tableau%aa(i, j) * stiffness(:, :, at)
+        end do
+        left(row + 1:row + n, row + 1:row + n) = left(row + 1:row + n, row + 1:row + n) + mass(:, :, at)
+        right(row + 1:row + n, :n) = -stiffness(:, :, at)
+        right(row + 1:row + n, n + 1:2 * n) = -damping(:, :, at) - h(k) * tableau%c(i) * stiffness(:, :, at)
+        if (present(b)) right(row + 1:row + n, 2 * n + 1) = load(:, at)
+      end do
+      call factorise(left, pivots, error)
+      if (allocated(error)) return
+      call solve_factored(left, pivots, right)
+
+      a(:, :, k) = 0
+      do i = 1, n
+        a(i, n + i, k) = h(k)
+      end do
+      call add_unit_matrix(a(:, :, k))
+      if (present(b)) b(:, k) = 0
+      do j = 1, s
+        row = n * (j - 1)
+        associate (v => right(row + 1:row + n, :))
+          a(:n, :, k) = a(:n, :, k) + h(k)**2 * tableau%ba(j) * v(:, :2 * n)
+          a(n + 1:, :, k) = a(n + 1:, :, k) + h(k) * tableau%b(j) * v(:, :2 * n)
+          if (present(b)) then
+            b(:n, k) = b(:n, k) + h(k)**2 * tableau%ba(j) * v(:, 2 * n + 1)
+            b(n + 1:, k) = b(n + 1:, k) + h(k) * tableau%b(j) * v(:, 2 * n + 1)
+          end if
+        end associate
+      end do
+    end do
+  end subroutine second_order_maps
+
+  pure subroutine add_unit_matrix(matrix)
+    real(dp), intent(inout) :: matrix(:, :)
+    integer :: i
+
+    do i = 1, size(matrix, 1)
+      matrix(i, i) = matrix(i, i) + 1
+    end do
+  end subroutine add_unit_matrix
+
+end module gestell_floquet_gauss

@@ -1,0 +1,308 @@
+!> The monodromy matrix Phi(T) to an ordered accuracy, with the evidence for it.
+module gestell_floquet_monodromy
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_base_lapack, only: balancing, log_abs_determinant
+  use gestell_floquet_flow, only: period_map
+  use gestell_floquet_mesh, only: mesh
+  use gestell_floquet_method, only: method_type
+  use gestell_floquet_methods, only: new_method
+  use gestell_floquet_trace, only: trace_integral
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: solve_monodromy
+
+  !> What the user orders.
+  type, public :: accuracy_type
+    !> Relative error allowed to Phi(T) and x_p(T).
+    real(dp) :: tolerance = 1.0e-9_dp
+    !> One of `method_names()`; unallocated: auto.
+    character(len=:), allocatable :: method
+    !> Steps per period; 0: as many as the tolerance needs.
+    integer :: steps = 0
+  end type accuracy_type
+
+  !> Phi(T), x_p(T) and how far they can be trusted. Errors are in the norm of x / scale (Frobenius' for matrices).
+  type, public :: monodromy_type
+    !> Phi(T), shape (n, n).
+    real(dp), allocatable :: phi(:, :)
+    !> x_p(T), shape (n), of the motion that starts from zero; unallocated unless asked for.
+    real(dp), allocatable :: xp(:)
+    !> Units, powers of two, that make the states comparable, shape (n).
+    real(dp), allocatable :: scale(:)
+    !> Norm of Phi(T), bound on the norm of its error, bound on the norm of the error of x_p(T).
+    real(dp) :: norm = 0, error = 0, xp_error = 0
+    !> The part of `error` that is the estimate for roundoff.
+    real(dp) :: roundoff = 0
+    !> ln |det Phi(T)| - integral of tr P, zero by Liouville's theorem.
+    real(dp) :: liouville_defect = 0
+    !> Steps of the result, evaluations of the coefficients in all.
+    integer :: steps = 0, evaluations = 0
+    !> Ends of the steps, as phases.
+    real(dp), allocatable :: nodes(:)
+    class(method_type), allocatable :: method
+  end type monodromy_type
+
+  !> More steps than this are not tried.
+  integer, parameter :: most_steps = 2**23
+  !> The estimate of an error, times this, is called a bound.
+  real(dp), parameter :: safety = 2
+
+  !> The period's map with a number of steps.
+  type :: level_type
+    real(dp), allocatable :: nodes(:), phi(:, :), xp(:)
+    real(dp) :: norm = 0, reach = 0
+    integer :: steps = 0
+  end type level_type
+
+contains
+
+  !> Phi(T) of `system`, and x_p(T) if `forced`, to `accuracy`.
+  !>
+  !> The error is measured on the case: solutions with three numbers of steps N1 < N2 < N3 are compared,
+  !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
+  !> p = ln(d12 / d23) / ln(N2 / N1), never taken above the method's, and the error left in Phi_3,
+  !> d23 c / (1 - c) with c = (N2 / N3)^p. Steps given by the user are compared with twice as many.
+  !> Errors: unknown method, singular equations, overflow, tolerance out of reach.
+  subroutine solve_monodromy(system, accuracy, forced, monodromy, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(monodromy_type), intent(out) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: turns
+
+    if (accuracy%steps < 0 .or. accuracy%steps > most_steps / 2) then
+      call fatal_error(error, "steps must lie between 0 and 4194304", invalid_input)
+      return
+    end if
+    if (allocated(accuracy%method)) then
+      call new_method(accuracy%method, monodromy%method, error)
+    else
+      call new_method("auto", monodromy%method, error)
+    end if
+    if (allocated(error)) return
+
+    call survey(system, monodromy%scale, turns, error)
+    if (allocated(error)) return
+    if (accuracy%steps > 0) then
+      call with_given_steps(system, accuracy%steps, forced, turns, monodromy, error)
+    else
+      call with_tolerance(system, accuracy%tolerance, forced, turns, monodromy, error)
+    end if
+    if (allocated(error)) return
+
+    call check_liouville(system, monodromy, error)
+  end subroutine solve_monodromy
+
+  !> The units that balance the states, from the size of P over the period, and how far the fastest motion turns
+  !> within the period, w_max T in radians.
+  subroutine survey(system, scale, turns, error)
+    class(periodic_system), intent(in) :: system
+    real(dp), allocatable, intent(out) :: scale(:)
+    real(dp), intent(out) :: turns
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 16
+    real(dp), allocatable :: p(:, :, :)
+    integer :: k
+
+    allocate(p(system%states, system%states, points))
+    call system%sample([((k - 0.5_dp) / points, k = 1, points)], p)
+    turns = 0
+    if (.not. all(ieee_is_finite(p))) then
+      call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
+        & failed_computation)
+      return
+    end if
+    scale = balancing(maxval(abs(p), dim=3))
+    do k = 1, points
+      turns = max(turns, scaled_norm(p(:, :, k), scale) * system%period / sqrt(2.0_dp))
+    end do
+  end subroutine survey
+
+  subroutine with_given_steps(system, steps, forced, turns, monodromy, error)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: steps
+    logical, intent(in) :: forced
+    real(dp), intent(in) :: turns
+    type(monodromy_type), intent(inout) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    type(level_type) :: level, finer
+
+    call solve_level(system, steps, forced, monodromy, level, error)
+    if (allocated(error)) return
+    call solve_level(system, 2 * steps, forced, monodromy, finer, error)
+    if (allocated(error)) return
+    call accept(level, safety * distance(level, finer, monodromy%scale), turns, monodromy)
+  end subroutine with_given_steps
+
+  subroutine with_tolerance(system, tolerance, forced, turns, monodromy, error)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: tolerance
+    logical, intent(in) :: forced
+    real(dp), intent(in) :: turns
+    type(monodromy_type), intent(inout) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    type(level_type) :: coarse, middle, fine
+    real(dp) :: d12(2), d23(2), left(2), floor
+    integer :: steps
+
+    ! A method of order p begins to converge where the fastest motion turns by about p / 3 radians in a step: the middle
+    ! solution stands there.
+    steps = max(system%least_steps, ceiling(min(1.5_dp * turns / monodromy%method%order, real(most_steps, dp))))
+    call solve_level(system, steps, forced, monodromy, coarse, error)
+    if (allocated(error)) return
+    call solve_level(system, 2 * steps, forced, monodromy, middle, error)
+    if (allocated(error)) return
+    d12 = distance(coarse, middle, monodromy%scale)
+
+    do
+      floor = roundoff(middle, turns)
+      steps = next_steps(coarse%steps, middle%steps, maxval(d12), monodromy%method%order, max(tolerance, floor))
+      if (steps > most_steps) then
+        call fatal_error(error, "the tolerance is not reached with " // "8388608 steps per period: allow a greater one", &
+          & failed_computation)
+        return
+      end if
+      call solve_level(system, steps, forced, monodromy, fine, error)
+      if (allocated(error)) return
+      d23 = distance(middle, fine, monodromy%scale)
+      left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, monodromy%method%order)
+      if (maxval(safety * left) + floor <= tolerance .or. maxval(d23) <= floor) exit
+      call move_level(middle, coarse)
+      call move_level(fine, middle)
+      d12 = d23
+    end do
+    call accept(fine, safety * left, turns, monodromy)
+  end subroutine with_tolerance
+
+  !> How many steps are to be tried after `n1` and `n2`, whose solutions differ by `d12`: twice as many as long as the
+  !> method has not begun to converge, then what its order promises, with a margin, for the error allowed.
+  pure integer function next_steps(n1, n2, d12, order, allowed) result(steps)
+    integer, intent(in) :: n1, n2, order
+    real(dp), intent(in) :: d12, allowed
+    real(dp) :: error, factor
+
+    factor = 2
+    if (d12 < 0.01_dp) then
+      error = d12 * (real(n1, dp) / n2)**order
+      factor = 1.1_dp * (2 * safety * error / allowed)**(1.0_dp / order)
+      factor = min(max(factor, 1.25_dp), 16.0_dp)
+    end if
+    steps = ceiling(n2 * factor)
+  end function next_steps
+
+  !> The error left in the finest of three solutions, see `solve_monodromy`.
+  elemental real(dp) function remaining(d12, d23, n1, n2, n3, order) result(left)
+    real(dp), intent(in) :: d12, d23
+    integer, intent(in) :: n1, n2, n3, order
+    real(dp) :: measured, contraction
+
+    left = d23
+    if (d12 > 0 .and. d23 > 0) then
+      measured = log(d12 / d23) / log(real(n2, dp) / n1)
+      contraction = (real(n2, dp) / n3)**min(max(measured, 0.5_dp), real(order, dp))
+      left = d23 * contraction / (1 - contraction)
+    end if
+  end function remaining
+
+  subroutine solve_level(system, steps, forced, monodromy, level, error)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: steps
+    logical, intent(in) :: forced
+    type(monodromy_type), intent(inout) :: monodromy
+    type(level_type), intent(out) :: level
+    type(error_type), allocatable, intent(out) :: error
+
+    level%nodes = mesh(system, steps)
+    level%steps = size(level%nodes) - 1
+    allocate(level%phi(system%states, system%states))
+    if (forced) then
+      allocate(level%xp(system%states))
+      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, level%xp, level%reach)
+    else
+      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error)
+    end if
+    if (allocated(error)) return
+    level%norm = scaled_norm(level%phi, monodromy%scale)
+    monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
+  end subroutine solve_level
+
+  pure subroutine move_level(from, to)
+    type(level_type), intent(inout) :: from
+    type(level_type), intent(out) :: to
+
+    call move_alloc(from%nodes, to%nodes)
+    call move_alloc(from%phi, to%phi)
+    call move_alloc(from%xp, to%xp)
+    to%norm = from%norm
+    to%reach = from%reach
+    to%steps = from%steps
+  end subroutine move_level
+
+  !> Relative differences of Phi(T) and of x_p(T) between two solutions.
+  pure function distance(one, other, scale) result(d)
+    type(level_type), intent(in) :: one, other
+    real(dp), intent(in) :: scale(:)
+    real(dp) :: d(2)
+
+    d(1) = scaled_norm(one%phi - other%phi, scale) / other%norm
+    d(2) = 0
+    if (allocated(other%xp)) then
+      if (other%reach > 0) d(2) = norm2((one%xp - other%xp) / scale) / other%reach
+    end if
+  end function distance
+
+  !> What the arithmetic leaves uncertain, relative to Phi(T): the roundings of n numbers in every step add up like a
+  !> random walk, those of the coefficients shift the phase of the fastest motion.
+  pure real(dp) function roundoff(level, turns)
+    type(level_type), intent(in) :: level
+    real(dp), intent(in) :: turns
+
+    roundoff = epsilon(1.0_dp) * (size(level%phi, 1) * sqrt(real(level%steps, dp)) + turns)
+  end function roundoff
+
+  !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, the result.
+  subroutine accept(level, errors, turns, monodromy)
+    type(level_type), intent(inout) :: level
+    real(dp), intent(in) :: errors(2), turns
+    type(monodromy_type), intent(inout) :: monodromy
+
+    monodromy%roundoff = roundoff(level, turns) * level%norm
+    monodromy%norm = level%norm
+    monodromy%error = errors(1) * level%norm + monodromy%roundoff
+    monodromy%xp_error = (errors(2) + roundoff(level, turns)) * level%reach
+    monodromy%steps = level%steps
+    call move_alloc(level%nodes, monodromy%nodes)
+    call move_alloc(level%phi, monodromy%phi)
+    call move_alloc(level%xp, monodromy%xp)
+  end subroutine accept
+
+  !> Liouville: ln |det Phi(T)| equals the integral of tr P. A determinant that underflows proves nothing: NaN-free zero
+  !> would claim too much, so the defect is then the integral itself.
+  subroutine check_liouville(system, monodromy, error)
+    class(periodic_system), intent(in) :: system
+    type(monodromy_type), intent(inout) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: singular
+    real(dp) :: log_det, integral
+
+    call trace_integral(system, monodromy%nodes, integral, error)
+    if (allocated(error)) return
+    call log_abs_determinant(monodromy%phi, log_det, singular)
+    monodromy%liouville_defect = log_det - integral
+  end subroutine check_liouville
+
+  !> Frobenius' norm of D^-1 A D, D = diag(scale).
+  pure real(dp) function scaled_norm(a, scale)
+    real(dp), intent(in) :: a(:, :), scale(:)
+    integer :: n
+
+    n = size(scale)
+    scaled_norm = norm2(a * spread(scale, 1, n) / spread(scale, 2, n))
+  end function scaled_norm
+
+end module gestell_floquet_monodromy

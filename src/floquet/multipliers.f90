@@ -1,0 +1,139 @@
+!> Multipliers and characteristic exponents with their error bounds, and the verdict on stability.
+module gestell_floquet_multipliers
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_lapack, only: eigensystem
+  use gestell_floquet_monodromy, only: monodromy_type
+  implicit none (type, external)
+  private
+
+  public :: solve_multipliers
+
+  !> Of all multipliers, largest modulus first, conjugate pairs adjacent. All shapes (n).
+  type, public :: multipliers_type
+    complex(dp), allocatable :: rho(:)
+    !> ln |rho|.
+    real(dp), allocatable :: log_abs(:)
+    !> Argument in (-pi, pi].
+    real(dp), allocatable :: arg(:)
+    !> Characteristic exponents ln(rho) / T, imaginary parts up to multiples of 2 pi / T.
+    complex(dp), allocatable :: exponent(:)
+    !> Bound on the error of rho, relative to |rho|.
+    real(dp), allocatable :: error(:)
+    !> Condition of the eigenvalue in balanced units: 1 at best.
+    real(dp), allocatable :: condition(:)
+    !> Eigenvectors y_k of (19), states at t = 0 in the model's units, unit columns; shape (n, n).
+    complex(dp), allocatable :: vectors(:, :)
+  contains
+    procedure :: verdict
+  end type multipliers_type
+
+contains
+
+  !> The multipliers of `monodromy`, for a system of that period; with `vectors` the eigenvectors too.
+  !>
+  !> Error bounds: with eigenvectors x_j and left ones y_k, |y_k| = |x_j| = 1, the eigenvalues of Phi + E lie in the
+  !> union of the discs |mu - rho_k| <= n |E| / |y_k* x_k| (Gershgorin's theorem for X^-1 (Phi + E) X). Discs that touch
+  !> share their eigenvalues, so a bound then reaches across all of them: it holds for close and defective ones.
+  !> Error: LAPACK found no eigenvalues.
+  subroutine solve_multipliers(monodromy, period, vectors, multipliers, error)
+    type(monodromy_type), intent(in) :: monodromy
+    real(dp), intent(in) :: period
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+    real(dp), allocatable :: condition(:), bound(:)
+    integer, allocatable :: order(:)
+    real(dp) :: perturbation
+    integer :: n, k
+
+    n = size(monodromy%scale)
+    associate (d => monodromy%scale)
+      call eigensystem(monodromy%phi * spread(d, 1, n) / spread(d, 2, n), rho, right, left, error)
+    end associate
+    if (allocated(error)) return
+
+    ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
+    perturbation = monodromy%error + n * epsilon(1.0_dp) * monodromy%norm
+    condition = [(1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
+    bound = disc_bounds(rho, n * condition * perturbation)
+
+    order = by_modulus(abs(rho))
+    multipliers%rho = rho(order)
+    multipliers%condition = condition(order)
+    multipliers%log_abs = log(max(abs(rho(order)), tiny(1.0_dp)))
+    multipliers%arg = atan2(aimag(rho(order)), real(rho(order)))
+    multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp) / period
+    multipliers%error = bound(order) / max(abs(rho(order)), tiny(1.0_dp))
+    if (vectors) then
+      right = right(:, order)
+      multipliers%vectors = reshape([(normalised(right(:, k) * monodromy%scale), k = 1, n)], [n, n])
+    end if
+  end subroutine solve_multipliers
+
+  !> How far from `rho(k)` the eigenvalue can lie that it stands for: the radius of its disc, or where discs touch,
+  !> the reach of all discs that hang together with it.
+  pure function disc_bounds(rho, radius) result(bound)
+    complex(dp), intent(in) :: rho(:)
+    real(dp), intent(in) :: radius(:)
+    real(dp) :: bound(size(rho))
+    integer :: cluster(size(rho)), i, j, k
+
+    cluster = [(k, k = 1, size(rho))]
+    do i = 1, size(rho)
+      do j = 1, i - 1
+        if (abs(rho(i) - rho(j)) <= radius(i) + radius(j)) where (cluster == cluster(i)) cluster = cluster(j)
+      end do
+    end do
+    do k = 1, size(rho)
+      bound(k) = maxval(abs(rho - rho(k)) + radius, mask=cluster == cluster(k))
+    end do
+  end function disc_bounds
+
+  !> Places of the values, largest first; equal ones, as those of a conjugate pair, keep their order.
+  pure function by_modulus(values) result(order)
+    real(dp), intent(in) :: values(:)
+    integer :: order(size(values))
+    integer :: i, k
+
+    do k = 1, size(values)
+      i = k
+      do while (i > 1)
+        if (.not. values(k) > values(order(i - 1))) exit
+        order(i) = order(i - 1)
+        i = i - 1
+      end do
+      order(i) = k
+    end do
+  end function by_modulus
+
+  !> The vector with unit norm whose largest component is real and positive.
+  pure function normalised(v) result(unit)
+    complex(dp), intent(in) :: v(:)
+    complex(dp) :: unit(size(v))
+    complex(dp) :: largest
+
+    largest = v(maxloc(abs(v), dim=1))
+    unit = v * (abs(largest) / largest)
+    unit = unit / norm2(abs(unit))
+  end function normalised
+
+  !> 'stable': all |rho| below 1 by more than their error; 'unstable': some |rho| above 1 by more than its error;
+  !> 'undecided': neither.
+  pure function verdict(self) result(word)
+    class(multipliers_type), intent(in) :: self
+    character(len=:), allocatable :: word
+
+    associate (modulus => abs(self%rho), error => abs(self%rho) * self%error)
+      if (any(modulus - error > 1)) then
+        word = "unstable"
+      else if (all(modulus + error < 1)) then
+        word = "stable"
+      else
+        word = "undecided"
+      end if
+    end associate
+  end function verdict
+
+end module gestell_floquet_multipliers

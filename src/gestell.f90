@@ -1,0 +1,25 @@
+!> The library's front door: everything that a user's program needs, re-exported.
+module gestell
+  use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input, wrong_usage
+  use gestell_base_fourier, only: fourier_series, fourier_type
+  use gestell_base_jet, only: jet
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_version, only: version
+  use gestell_floquet_flow, only: trajectory
+  use gestell_floquet_method, only: method_type
+  use gestell_floquet_methods, only: method_names, new_method
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
+  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_model_assembly, only: turn_once
+  use gestell_model_frame, only: frame_type, freedom_names, new_frame
+  use gestell_model_linkage, only: link_type, linkage_type
+  use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration, only: vibration_type
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  public
+end module gestell

@@ -1,0 +1,231 @@
+!> The report for people: what an engineer wants to read first.
+module gestell_io_report
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: fixed, short, text
+  use gestell_base_version, only: version
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_io_configuration, only: configuration_type
+  use gestell_model_frame, only: frame_type, freedom_names
+  use gestell_study_analysis, only: analysis_type
+  use gestell_study_vibration, only: vibration_type
+  implicit none (type, external)
+  private
+
+  public :: report_machine, report_results
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> What was read: title, machine, drive.
+  pure function report_machine(configuration, input) result(report)
+    type(configuration_type), intent(in) :: configuration
+    character(len=*), intent(in) :: input
+    character(len=:), allocatable :: report
+    integer :: i
+
+    associate (frame => configuration%frame, linkage => configuration%linkage)
+      report = "Gestell " // version // newline // newline
+      if (len(configuration%title) > 0) report = report // "  title      " // configuration%title // newline
+      report = report // "  input      " // input // newline
+      report = report // "  mechanism  " // text(size(linkage%joints)) // " joints, " // text(size(linkage%links)) &
+        & // " links of " // short(linkage%mass) // " kg in all; turns freely through 360 deg" // newline
+      report = report // "  frame      " // short(frame%mass) // " kg, " // short(frame%inertia) // " kg m^2, free in"
+      do i = 1, size(frame%free)
+        report = report // " " // trim(freedom_names(frame%free(i)))
+      end do
+      report = report // newline // "  drive      " // short(abs(frame%speed) * 30 / pi) // " rpm " &
+        & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
+        & // short(1 / frame%period) // " Hz, period " // short(frame%period) // " s" // newline
+    end associate
+  end function report_machine
+
+  !> What was found, for what was asked for. `frequencies`: natural frequencies (rad/s).
+  pure function report_results(configuration, analysis, frequencies) result(report)
+    type(configuration_type), intent(in) :: configuration
+    type(analysis_type), intent(in) :: analysis
+    real(dp), intent(in) :: frequencies(:)
+    character(len=:), allocatable :: report
+
+    associate (frame => configuration%frame)
+      report = ""
+      if (allocated(analysis%multipliers)) report = report // verdict_lines(analysis%multipliers, frame%period)
+      report = report // evidence_lines(analysis, configuration%accuracy)
+      if (allocated(analysis%multipliers)) report = report // multiplier_lines(analysis%multipliers)
+      report = report // frequency_lines(frequencies, abs(frame%speed))
+      if (allocated(analysis%vibration)) then
+        report = report // vibration_lines(analysis%vibration, frame)
+        if (allocated(analysis%multipliers)) then
+          if (analysis%multipliers%verdict() /= "stable") report = report // newline // &
+            & "  This vibration is not reached from rest unless the free vibrations die out." // newline
+        end if
+      end if
+    end associate
+  end function report_results
+
+  !> The verdict in words.
+  pure function verdict_lines(multipliers, period) result(lines)
+    type(multipliers_type), intent(in) :: multipliers
+    real(dp), intent(in) :: period
+    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: word
+    real(dp) :: turns
+    integer :: worst
+
+    word = multipliers%verdict()
+    lines = newline // "VERDICT  " // word // ": "
+    turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
+    select case (word)
+    case ("stable")
+      lines = lines // "every free vibration dies out, the slowest to half in " // short(turns, 3) // " turns (" &
+        & // short(turns * period, 3) // " s)"
+    case ("unstable")
+      lines = lines // "a free vibration grows, to twice its size in " // short(turns, 3) // " turns (" &
+        & // short(turns * period, 3) // " s)"
+    case default
+      lines = lines // "the error bound reaches across the border |rho| = 1"
+    end select
+    lines = lines // newline // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
+    if (word == "undecided") then
+      worst = maxloc(abs(multipliers%rho) * (1 + multipliers%error), dim=1)
+      if (worst > 1) lines = lines // "  largest bound       |rho| = " // modulus(multipliers, worst) // newline
+      lines = lines // "  Either the tolerance is too coarse (ask for a smaller one in &accuracy), or the machine sits on the" &
+        & // newline // "  border, as one without damping or without springs in some direction does." // newline
+    end if
+  end function verdict_lines
+
+  !> A modulus with as many digits as its error leaves, and the error.
+  pure function modulus(multipliers, k) result(words)
+    type(multipliers_type), intent(in) :: multipliers
+    integer, intent(in) :: k
+    character(len=:), allocatable :: words
+    real(dp) :: rho, bound
+
+    rho = abs(multipliers%rho(k))
+    bound = rho * multipliers%error(k)
+    if (rho > 1.0e-4_dp .and. rho < 1.0e6_dp .and. bound > 1.0e-16_dp) then
+      words = fixed(rho, min(max(ceiling(-log10(bound)), 4), 14))
+    else
+      words = short(rho, 10)
+    end if
+    words = words // " +- " // short(bound, 1)
+  end function modulus
+
+  !> What the results rest on.
+  pure function evidence_lines(analysis, accuracy) result(lines)
+    type(analysis_type), intent(in) :: analysis
+    type(accuracy_type), intent(in) :: accuracy
+    character(len=:), allocatable :: lines
+
+    associate (monodromy => analysis%monodromy)
+      lines = ""
+      if (.not. allocated(analysis%multipliers)) lines = newline
+      lines = lines // "  rests on            Phi(T) to " // short(monodromy%error / max(monodromy%norm, tiny(1.0_dp)), 1) &
+        & // " of its size"
+      if (accuracy%steps == 0) then
+        lines = lines // " (" // short(accuracy%tolerance, 2) // " was ordered)"
+      else
+        lines = lines // " (with the steps that were ordered)"
+      end if
+      lines = lines // ", by " // monodromy%method%name // " with " // text(monodromy%steps) // " steps," // newline &
+        & // "                      " // text(monodromy%evaluations) // " evaluations in all; Liouville's defect " &
+        & // short(abs(monodromy%liouville_defect), 1)
+      if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
+        & // short(maxval(analysis%multipliers%condition), 2)
+      if (accuracy%steps == 0 .and. monodromy%error > accuracy%tolerance * monodromy%norm) lines = lines // newline // &
+        & "                      the tolerance lies below what double precision can give here"
+      lines = lines // newline
+    end associate
+  end function evidence_lines
+
+  pure function multiplier_lines(multipliers) result(lines)
+    type(multipliers_type), intent(in) :: multipliers
+    character(len=:), allocatable :: lines
+    integer :: k
+
+    lines = newline // "MULTIPLIERS AND EXPONENTS" // newline // &
+      & "         re rho         im rho          |rho|    error   growth 1/s   frequency rad/s" // newline
+    do k = 1, size(multipliers%rho)
+      lines = lines // text(k) // repeat(" ", 2 - len(text(k))) &
+        & // padded(short(real(multipliers%rho(k)), 9), 15) // padded(short(aimag(multipliers%rho(k)), 9), 15) &
+        & // padded(short(abs(multipliers%rho(k)), 9), 15) // padded(short(multipliers%error(k), 1), 9) &
+        & // padded(short(real(multipliers%exponent(k)), 5), 13) // padded(short(aimag(multipliers%exponent(k)), 7), 18) &
+        & // newline
+    end do
+    lines = lines // "  (error: bound relative to |rho|; frequency: up to multiples of the crank speed)" // newline
+  end function multiplier_lines
+
+  !> Natural frequencies beside the crank speed: where resonance is near.
+  pure function frequency_lines(frequencies, speed) result(lines)
+    real(dp), intent(in) :: frequencies(:), speed
+    character(len=:), allocatable :: lines
+    real(dp) :: ratio, nearest
+    integer :: k
+
+    lines = newline // "NATURAL FREQUENCIES of the frame, mechanism's masses averaged over the turn" // newline // &
+      & "         rad/s         Hz   x crank speed   nearest resonance" // newline
+    do k = 1, size(frequencies)
+      if (.not. frequencies(k) > 0) then
+        lines = lines // text(k) // "  none: nothing holds the frame in this direction" // newline
+        cycle
+      end if
+      ratio = frequencies(k) / speed
+      nearest = max(1.0_dp, anint(ratio))
+      lines = lines // text(k) // repeat(" ", 2 - len(text(k))) // padded(short(frequencies(k)), 12) &
+        & // padded(short(frequencies(k) / (2 * pi)), 11) // padded(short(ratio, 5), 16) // "   order " &
+        & // short(nearest, 9) // " at " // short(frequencies(k) / nearest * 30 / pi, 5) // " rpm" &
+        & // away(frequencies(k) / (nearest * speed) - 1) // newline
+    end do
+  end function frequency_lines
+
+  !> How far a speed lies from the crank speed.
+  pure function away(relative) result(words)
+    real(dp), intent(in) :: relative
+    character(len=:), allocatable :: words
+
+    words = ", " // short(100 * abs(relative), 2) // " % " // trim(merge("above", "below", relative > 0))
+    if (abs(relative) < 0.03_dp) words = words // "  <- near"
+  end function away
+
+  pure function vibration_lines(vibration, frame) result(lines)
+    type(vibration_type), intent(in) :: vibration
+    type(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines
+    character(len=*), parameter :: names(9) = [character(len=22) :: "xi of F", "eta of F", "psi", "xi velocity", &
+      & "eta velocity", "psi velocity", "force on ground, x", "force on ground, y", "moment on ground"]
+    character(len=*), parameter :: units(9) = [character(len=6) :: "mm", "mm", "mrad", "mm/s", "mm/s", "mrad/s", "N", "N", "N m"]
+    real(dp), parameter :: factors(9) = [1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0_dp, 1.0_dp, 1.0_dp]
+    integer :: i, order
+
+    lines = newline // "PERIODIC VIBRATION" // newline // &
+      & "                              peak       error         rms           strongest order" // newline
+    do i = 1, 9
+      if (i <= 6) then
+        if (.not. any(frame%free == 1 + mod(i - 1, 3))) cycle
+      end if
+      associate (series => vibration%series(i))
+        lines = lines // "  " // names(i) // padded(short(factors(i) * vibration%peak(i), 5), 10) &
+          & // padded(short(factors(i) * vibration%peak_error(i), 1), 12) // padded(short(factors(i) * vibration%rms(i), 5), 12) &
+          & // "  " // units(i) // "  "
+        order = maxloc(series%amplitude, dim=1)
+        if (vibration%peak(i) > 0) lines = lines // text(order) // " (" &
+          & // short(factors(i) * series%amplitude(order), 4) // ")"
+        lines = lines // newline
+      end associate
+    end do
+    lines = lines // "  start x0 from (E - Phi) x0 = x_p(T): condition " // short(vibration%start%condition, 2) // ", costs " &
+      & // short(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits; motion closes after a turn to " &
+      & // short(vibration%closing_defect, 1) // newline
+  end function vibration_lines
+
+  !> Right-justified in a column.
+  pure function padded(string, width) result(column)
+    character(len=*), intent(in) :: string
+    integer, intent(in) :: width
+    character(len=:), allocatable :: column
+
+    column = repeat(" ", max(1, width - len(string))) // string
+  end function padded
+
+end module gestell_io_report

@@ -1,0 +1,68 @@
+!> Small helpers for the text of messages.
+module gestell_io_text
+  implicit none (type, external)
+  private
+
+  public :: shown, lower, decimal, without_quotes
+
+  !> Longest piece of the user's text that a message repeats.
+  integer, parameter, public :: longest_shown = 60
+
+contains
+
+  !> The user's text fit for one line of a message: shortened between characters of UTF-8, no control characters.
+  pure function shown(text) result(short)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: short
+    integer :: i, n
+
+    n = len(text)
+    if (n > longest_shown) then
+      n = longest_shown - 3
+      do while (n > longest_shown - 6 .and. iand(ichar(text(n+1:n+1)), 192) == 128)
+        n = n - 1
+      end do
+      short = text(:n) // "..."
+    else
+      short = text
+    end if
+    do i = 1, n
+      if (ichar(short(i:i)) < 32 .or. ichar(short(i:i)) == 127) short(i:i) = "?"
+    end do
+  end function shown
+
+  !> Lower case of the letters a to z.
+  elemental function lower(text) result(low)
+    character(len=*), intent(in) :: text
+    character(len=len(text)) :: low
+    integer :: i
+
+    low = text
+    do i = 1, len(text)
+      if (text(i:i) >= "A" .and. text(i:i) <= "Z") low(i:i) = achar(iachar(text(i:i)) + 32)
+    end do
+  end function lower
+
+  !> An integer without blanks.
+  pure function decimal(number) result(text)
+    integer, intent(in) :: number
+    character(len=:), allocatable :: text
+    character(len=12) :: buffer
+
+    write(buffer, "(i0)") number
+    text = trim(buffer)
+  end function decimal
+
+  !> A text without the quotes around it, if it has such.
+  pure function without_quotes(text) result(inner)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: inner
+    integer :: n
+
+    inner = text
+    n = len(text)
+    if (n < 2) return
+    if (text(1:1) == text(n:n) .and. scan(text(1:1), "'""") == 1) inner = text(2:n-1)
+  end function without_quotes
+
+end module gestell_io_text

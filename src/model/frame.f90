@@ -1,0 +1,192 @@
+!> The elastically mounted frame of a mechanism: M q'' + B q' + C q = h with q = (xi, eta, psi), (8) to (12).
+module gestell_model_frame
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_lapack, only: symmetric_pencil
+  use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use gestell_system_second_order, only: second_order_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: new_frame
+
+  !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices.
+  character(len=3), parameter, public :: freedom_names(3) = [character(len=3) :: "xi", "eta", "psi"]
+
+  !> Features of the mechanism below this crank angle (rad) are left to the integrator's own error control.
+  real(dp), parameter :: shortest_feature = 1.0e-5_dp
+
+  !> The frame as a periodic system; states (q, q') in m, rad, m/s, rad/s, time in s from crank angle 0.
+  type, extends(second_order_system), public :: frame_type
+    !> m_F (kg), J_F about F (kg m^2), the mechanism's origin O in the frame's system (m): xi_0, eta_0.
+    real(dp) :: mass = 0, inertia = 0, origin(2) = 0
+    !> c_ij (N/m, N, N m) and b_ij (N s/m, N s, N m s) of supports and foundation.
+    real(dp) :: stiffness(3, 3) = 0, damping(3, 3) = 0
+    !> Crank speed Omega (rad/s), negative: clockwise.
+    real(dp) :: speed = 0
+    !> The degrees of freedom that are free, as places in `freedom_names`.
+    integer, allocatable :: free(:)
+    class(mechanism_type), allocatable :: mechanism
+  contains
+    procedure :: matrices
+    procedure :: load
+    procedure :: sample_second_order
+    procedure :: natural_frequencies
+    procedure :: ground_forces
+  end type frame_type
+
+contains
+
+  !> A frame on its mounting with its mechanism, which must have been turned once. `free` defaults to all three.
+  !> Errors: a parameter that is not finite or out of its range; speed zero.
+  subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free)
+    type(frame_type), intent(out) :: frame
+    class(mechanism_type), intent(in) :: mechanism
+    real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: free(:)
+    integer :: i
+
+    if (.not. all(ieee_is_finite([mass, inertia, origin, reshape(stiffness, [9]), reshape(damping, [9]), speed]))) then
+      call fatal_error(error, "the frame's data are not finite", invalid_input)
+    else if (mass < 0 .or. inertia < 0) then
+      call fatal_error(error, "the frame's mass and inertia must not be negative", invalid_input)
+    else if (abs(speed) < tiny(speed)) then
+      call fatal_error(error, "the crank speed must not be zero", invalid_input)
+    end if
+    if (allocated(error)) return
+
+    allocate(frame%mechanism, source=mechanism)
+    frame%mass = mass
+    frame%inertia = inertia
+    frame%origin = origin
+    frame%stiffness = stiffness
+    frame%damping = damping
+    frame%speed = speed
+    frame%free = [1, 2, 3]
+    if (present(free)) frame%free = free
+    if (size(frame%free) == 0 .or. any(frame%free < 1) .or. any(frame%free > 3) .or. &
+      & any([(count(frame%free == i) > 1, i = 1, 3)])) then
+      call fatal_error(error, "the free degrees of freedom must be some of xi, eta, psi, each once", invalid_input)
+      return
+    end if
+    frame%states = 2 * size(frame%free)
+    frame%period = 2 * pi / abs(speed)
+    frame%least_steps = max(8, ceiling(2 * pi / max(mechanism%feature, shortest_feature)))
+  end subroutine new_frame
+
+  !> M, B, C at a time (s), of the free degrees of freedom.
+  subroutine matrices(self, t, m, b, c)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+    real(dp), dimension(size(self%free), size(self%free), 1) :: m1, b1, c1
+
+    call self%sample_second_order([t / self%period], m1, b1, c1)
+    m = m1(:, :, 1)
+    b = b1(:, :, 1)
+    c = c1(:, :, 1)
+  end subroutine matrices
+
+  !> h at a time (s), of the free degrees of freedom.
+  subroutine load(self, t, h)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+    real(dp), dimension(size(self%free), size(self%free), 1) :: m1, b1, c1
+    real(dp) :: h1(size(self%free), 1)
+
+    call self%sample_second_order([t / self%period], m1, b1, c1, h1)
+    h = h1(:, 1)
+  end subroutine load
+
+  !> (9) to (12) at many phases of the turn. The mass functions depend on the crank angle alone; the speed enters by
+  !> d/dt = Omega d/dphi.
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), intent(out), optional :: h(:, :)
+    type(mass_functions_type) :: a
+    real(dp) :: full_m(3, 3), full_b(3, 3), full_c(3, 3), full_h(3)
+    integer :: k
+
+    associate (free => self%free, omega => self%speed, xi0 => self%origin(1), eta0 => self%origin(2))
+      do k = 1, size(phases)
+        call self%mechanism%mass_functions(2 * pi * sign(phases(k), omega), a)
+        full_m = mass_matrix(self, a)
+
+        full_b = self%damping                                                                               ! (10)
+        full_b(1, 3) = full_b(1, 3) - 2 * omega * a%a2%d
+        full_b(2, 3) = full_b(2, 3) + 2 * omega * a%a1%d
+        full_b(3, 3) = full_b(3, 3) + omega * (a%a3%d + 2 * xi0 * a%a1%d + 2 * eta0 * a%a2%d)
+
+        full_c = self%stiffness                                                                             ! (11)
+        full_c(1, 3) = full_c(1, 3) - omega**2 * a%a2%dd
+        full_c(2, 3) = full_c(2, 3) + omega**2 * a%a1%dd
+
+        m(:, :, k) = full_m(free, free)
+        b(:, :, k) = full_b(free, free)
+        c(:, :, k) = full_c(free, free)
+        if (.not. present(h)) cycle
+        full_h = -omega**2 * [a%a1%dd, a%a2%dd, xi0 * a%a2%dd - eta0 * a%a1%dd + a%a4]                      ! (12)
+        h(:, k) = full_h(free)
+      end do
+    end associate
+  end subroutine sample_second_order
+
+  !> M of (9), all three degrees of freedom.
+  pure function mass_matrix(self, a) result(m)
+    class(frame_type), intent(in) :: self
+    type(mass_functions_type), intent(in) :: a
+    real(dp) :: m(3, 3)
+
+    associate (xi0 => self%origin(1), eta0 => self%origin(2), m_g => self%mechanism%mass)
+      m = 0
+      m(1, 1) = self%mass + m_g
+      m(2, 2) = self%mass + m_g
+      m(1, 3) = -(m_g * eta0 + a%a2%v)
+      m(2, 3) = m_g * xi0 + a%a1%v
+      m(3, 1) = m(1, 3)
+      m(3, 2) = m(2, 3)
+      m(3, 3) = self%inertia + self%mechanism%inertia + m_g * (xi0**2 + eta0**2) &
+        & + a%a3%v + 2 * xi0 * a%a1%v + 2 * eta0 * a%a2%v
+    end associate
+  end function mass_matrix
+
+  !> Natural angular frequencies (rad/s), ascending, of the undamped frame whose M is averaged over the turn (the
+  !> periodic part of C has no average). An unstable spring gives a negative value: minus the growth rate.
+  !> Error: M is not positive definite.
+  subroutine natural_frequencies(self, frequencies, error)
+    class(frame_type), intent(in) :: self
+    real(dp), allocatable, intent(out) :: frequencies(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: m(3, 3), c(3, 3)
+    type(mass_functions_type) :: a
+    integer :: k, points
+
+    points = 4 * self%least_steps
+    m = 0
+    do k = 1, points
+      call self%mechanism%mass_functions(2 * pi * k / points, a)
+      m = m + mass_matrix(self, a) / points
+    end do
+    c = (self%stiffness + transpose(self%stiffness)) / 2
+    call symmetric_pencil(c(self%free, self%free), m(self%free, self%free), frequencies, error)
+    if (.not. allocated(error)) frequencies = sign(sqrt(abs(frequencies)), frequencies)
+  end subroutine natural_frequencies
+
+  !> Forces (N) and moment about F at rest (N m) of supports and foundation on the ground, shape (3, points), for states
+  !> x of shape (states, points).
+  pure function ground_forces(self, x) result(forces)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: x(:, :)
+    real(dp) :: forces(3, size(x, 2))
+    integer :: f
+
+    f = size(self%free)
+    forces = matmul(self%stiffness(:, self%free), x(:f, :)) + matmul(self%damping(:, self%free), x(f + 1:, :))
+  end function ground_forces
+
+end module gestell_model_frame

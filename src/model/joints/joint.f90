@@ -1,0 +1,63 @@
+!> A joint of a linkage: a point that earlier joints and the crank angle determine.
+module gestell_model_joints_joint
+  use gestell_base_jet, only: jet
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  !> A point of the mechanism's x-y plane with its derivatives with respect to the crank angle (m).
+  type, public :: point_type
+    type(jet) :: x, y
+  end type point_type
+
+  !> What holds for a joint over an interval of the crank angle, proved from its middle.
+  type, public :: reach_type
+    !> Whether the joint can be assembled, without a dead point, in the whole interval.
+    logical :: assembled = .true.
+    !> Bound on the joint's speed |dr / dphi| in the interval (m).
+    real(dp) :: speed = 0
+    !> Crank angle over which the motion changes in earnest here (rad).
+    real(dp) :: feature = 1
+  end type reach_type
+
+  !> Joints refer to earlier ones by their place in the list.
+  type, abstract, public :: joint_type
+  contains
+    procedure(place_joint), deferred :: place
+    procedure(reach_joint), deferred :: reach
+    procedure(explain_joint), deferred :: explain
+  end type joint_type
+
+  abstract interface
+    !> The joint's point at a crank angle (rad), from the points of the earlier joints. It must be assembled there.
+    pure subroutine place_joint(self, crank_angle, points, here)
+      import :: joint_type, point_type, dp
+      implicit none (type, external)
+      class(joint_type), intent(in) :: self
+      real(dp), intent(in) :: crank_angle
+      type(point_type), intent(in) :: points(:)
+      type(point_type), intent(out) :: here
+    end subroutine place_joint
+
+    !> What holds while the crank turns by at most `half_width` (rad) to either side, given the earlier joints' points
+    !> in the middle and bounds on their speeds.
+    pure function reach_joint(self, points, speeds, half_width) result(reach)
+      import :: joint_type, point_type, reach_type, dp
+      implicit none (type, external)
+      class(joint_type), intent(in) :: self
+      type(point_type), intent(in) :: points(:)
+      real(dp), intent(in) :: speeds(:), half_width
+      type(reach_type) :: reach
+    end function reach_joint
+
+    !> Why the joint cannot be assembled with the earlier ones at these points, for a message.
+    function explain_joint(self, points) result(text)
+      import :: joint_type, point_type
+      implicit none (type, external)
+      class(joint_type), intent(in) :: self
+      type(point_type), intent(in) :: points(:)
+      character(len=:), allocatable :: text
+    end function explain_joint
+  end interface
+
+end module gestell_model_joints_joint

@@ -1,0 +1,106 @@
+!> The dyad of three turning pairs: the joint at given distances from two earlier ones.
+module gestell_model_joints_rrr
+  use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: short
+  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  implicit none (type, external)
+  private
+
+  !> The joint lies at `lengths(1)` from joint `ends(1)` and `lengths(2)` from `ends(2)` (m), on the left (`branch` = 1)
+  !> or on the right (-1) of the way from `ends(1)` to `ends(2)`.
+  type, extends(joint_type), public :: rrr_joint
+    integer :: ends(2) = 0
+    real(dp) :: lengths(2) = 0
+    integer :: branch = 1
+  contains
+    procedure :: place
+    procedure :: reach
+    procedure :: explain
+  end type rrr_joint
+
+contains
+
+  !> With e from ends(1) to ends(2), d = |e|, and the angle mu between the two links,
+  !>
+  !>     cos mu = (l1^2 + l2^2 - d^2) / (2 l1 l2),
+  !>     r = r1 + [(l1^2 - l2^2 + d^2) / 2 e + branch l1 l2 sin mu e_perp] / d^2.
+  pure subroutine place(self, crank_angle, points, here)
+    class(rrr_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(jet) :: ex, ey, d2, cos_mu, along, across
+
+    associate (unused => crank_angle)
+    end associate
+    associate (one => points(self%ends(1)), two => points(self%ends(2)), l1 => self%lengths(1), l2 => self%lengths(2))
+      ex = two%x - one%x
+      ey = two%y - one%y
+      d2 = ex * ex + ey * ey
+      cos_mu = (-0.5_dp / (l1 * l2)) * d2 + (l1**2 + l2**2) / (2 * l1 * l2)
+      along = (0.5_dp * d2 + (l1 - l2) * (l1 + l2) / 2) / d2
+      across = self%branch * l1 * l2 * sqrt(sine_squared(cos_mu)) / d2
+      here%x = one%x + along * ex - across * ey
+      here%y = one%y + along * ey + across * ex
+    end associate
+  end subroutine place
+
+  !> 1 - cos^2 as (1 - cos)(1 + cos): no digits are lost beside a dead point.
+  pure type(jet) function sine_squared(cosine)
+    type(jet), intent(in) :: cosine
+
+    sine_squared = (-1.0_dp) * (cosine + (-1.0_dp)) * (cosine + 1.0_dp)
+  end function sine_squared
+
+  !> The ends' distance d changes by at most (v1 + v2) half_width, so mu keeps clear of 0 and pi if both ends of that
+  !> range lie inside |l1 - l2| < d < l1 + l2. Of the joint's velocity the links fix the components along themselves,
+  !> hence |v| <= (v1 + v2) / sin mu.
+  pure function reach(self, points, speeds, half_width)
+    class(rrr_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), half_width
+    type(reach_type) :: reach
+    real(dp) :: d, v, sine, rate
+
+    associate (one => points(self%ends(1)), two => points(self%ends(2)), l1 => self%lengths(1), l2 => self%lengths(2))
+      d = hypot(two%x%v - one%x%v, two%y%v - one%y%v)
+      v = sum(speeds(self%ends))
+      reach%assembled = d - v * half_width > abs(l1 - l2) .and. d + v * half_width < l1 + l2
+      if (.not. reach%assembled) return
+      sine = sqrt(min(sine2(d - v * half_width), sine2(d + v * half_width)))
+      reach%assembled = sine > 0
+      if (.not. reach%assembled) return
+      reach%speed = v / sine
+      ! cos mu changes at most at this rate; near an extreme it takes sin mu / sqrt(rate) to the complex dead point.
+      rate = d * v / (l1 * l2)
+      if (rate > 0) reach%feature = sqrt(sine2(d)) / sqrt(rate)
+    end associate
+
+  contains
+
+    !> sin^2 mu at a distance of the ends.
+    pure real(dp) function sine2(distance)
+      real(dp), intent(in) :: distance
+
+      associate (l1 => self%lengths(1), l2 => self%lengths(2))
+        sine2 = (distance - (l1 - l2)) * (distance + (l1 - l2)) * (l1 + l2 - distance) * (l1 + l2 + distance) &
+          & / (2 * l1 * l2)**2
+      end associate
+    end function sine2
+
+  end function reach
+
+  function explain(self, points) result(text)
+    class(rrr_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable :: text
+
+    associate (one => points(self%ends(1)), two => points(self%ends(2)), l => self%lengths)
+      text = "its ends are " // short(hypot(two%x%v - one%x%v, two%y%v - one%y%v)) // " m apart, lengths of " &
+        & // short(l(1)) // " m and " // short(l(2)) // " m reach from " // short(abs(l(1) - l(2))) // " m to " &
+        & // short(l(1) + l(2)) // " m"
+    end associate
+  end function explain
+
+end module gestell_model_joints_rrr

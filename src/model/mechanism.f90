@@ -1,0 +1,37 @@
+!> What the frame needs to know of a mechanism: its masses as they move with the crank.
+module gestell_model_mechanism
+  use gestell_base_jet, only: jet
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  !> The sums (4) to (7) at a crank angle; derivatives are with respect to the crank angle.
+  type, public :: mass_functions_type
+    !> a1 = sum m x, a2 = sum m y (kg m), a3 = sum m (x^2 + y^2) (kg m^2).
+    type(jet) :: a1, a2, a3
+    !> a4 = sum [m (x y'' - y x'') + J phi''] (kg m^2); times Omega^2 it is the paper's a4.
+    real(dp) :: a4 = 0
+  end type mass_functions_type
+
+  !> A mechanism that one crank drives. Extend it for what is no linkage.
+  type, abstract, public :: mechanism_type
+    !> Total mass m_G (kg) and sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
+    real(dp) :: mass = 0, inertia = 0
+    !> Crank angle over which the mass functions change in earnest (rad): equal steps should not be much longer.
+    real(dp) :: feature = 1
+  contains
+    procedure(mass_functions_at), deferred :: mass_functions
+  end type mechanism_type
+
+  abstract interface
+    !> The mass functions at a crank angle (rad).
+    subroutine mass_functions_at(self, crank_angle, a)
+      import :: mechanism_type, mass_functions_type, dp
+      implicit none (type, external)
+      class(mechanism_type), intent(in) :: self
+      real(dp), intent(in) :: crank_angle
+      type(mass_functions_type), intent(out) :: a
+    end subroutine mass_functions_at
+  end interface
+
+end module gestell_model_mechanism

@@ -1,0 +1,63 @@
+!> What holds the frame: supports and foundation, as stiffness and damping matrices for (xi, eta, psi).
+module gestell_model_mounting
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  public :: damping_matrix, stiffness_matrix
+
+  !> A spring-damper pair at `position` in the frame's system (m), along its own two axes, turned by `angle` (rad).
+  type, public :: support_type
+    real(dp) :: position(2) = 0, stiffness(2) = 0, damping(2) = 0, angle = 0
+  end type support_type
+
+contains
+
+  !> c_ij of all supports, shape (3, 3): with k along x, kb along y at (X, Y) and angle 0
+  !> c11 = sum k, c22 = sum kb, c13 = -sum k Y, c23 = sum kb X, c33 = sum (k Y^2 + kb X^2) ([1] of the paper).
+  pure function stiffness_matrix(supports) result(c)
+    type(support_type), intent(in) :: supports(:)
+    real(dp) :: c(3, 3)
+    integer :: i
+
+    c = 0
+    do i = 1, size(supports)
+      c = c + pair(supports(i), supports(i)%stiffness)
+    end do
+  end function stiffness_matrix
+
+  !> b_ij of all supports, shape (3, 3), in the same way.
+  pure function damping_matrix(supports) result(b)
+    type(support_type), intent(in) :: supports(:)
+    real(dp) :: b(3, 3)
+    integer :: i
+
+    b = 0
+    do i = 1, size(supports)
+      b = b + pair(supports(i), supports(i)%damping)
+    end do
+  end function damping_matrix
+
+  !> sum over the two axes of k g g^T: a small motion (xi, eta, psi) of the frame moves the support's head by g . q
+  !> along an axis n, where g = (n_x, n_y, X n_y - Y n_x).
+  pure function pair(support, k) result(c)
+    type(support_type), intent(in) :: support
+    real(dp), intent(in) :: k(2)
+    real(dp) :: c(3, 3)
+    real(dp) :: g(3, 2)
+
+    associate (x => support%position(1), y => support%position(2), cosine => cos(support%angle), sine => sin(support%angle))
+      g(:, 1) = [cosine, sine, x * sine - y * cosine]
+      g(:, 2) = [-sine, cosine, x * cosine + y * sine]
+    end associate
+    c = k(1) * outer(g(:, 1)) + k(2) * outer(g(:, 2))
+  end function pair
+
+  pure function outer(g) result(c)
+    real(dp), intent(in) :: g(3)
+    real(dp) :: c(3, 3)
+
+    c = spread(g, 2, 3) * spread(g, 1, 3)
+  end function outer
+
+end module gestell_model_mounting

@@ -1,0 +1,109 @@
+!> The periodic vibration of a frame as an engineer reads it: history, forces on the ground, harmonics, peaks.
+module gestell_study_vibration
+  use gestell_base_error, only: error_type
+  use gestell_base_fourier, only: fourier_series, fourier_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: monodromy_type
+  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_model_frame, only: frame_type
+  implicit none (type, external)
+  private
+
+  public :: solve_vibration
+
+  !> Quantities of the vibration, in this order: xi, eta, psi, their velocities, forces and moment on the ground.
+  integer, parameter, public :: quantities = 9
+
+  type, public :: vibration_type
+    !> The start of the motion with its evidence; states of the free degrees of freedom only.
+    type(periodic_solution_type) :: start
+    !> All quantities at equidistant times from 0 to T, both included; shape (quantities, points + 1). Degrees of
+    !> freedom that are not free rest at zero.
+    real(dp), allocatable :: history(:, :)
+    !> Harmonics of every quantity, shape (quantities).
+    type(fourier_type), allocatable :: series(:)
+    !> max |.| over the period and bound on its error, root of the mean square; shapes (quantities).
+    real(dp), allocatable :: peak(:), peak_error(:), rms(:)
+    !> |x(T) - x(0)| of the motion that was followed, relative to the greatest |x(t)|, in balanced units.
+    real(dp) :: closing_defect = 0
+  end type vibration_type
+
+  !> Samples per period beyond which a vibration is not refined further.
+  integer, parameter :: most_samples = 2**14
+
+contains
+
+  !> The periodic vibration of `frame`, at `points` + 1 times, with at least `harmonics` harmonics. `monodromy` must
+  !> have been solved with forcing. Errors: resonance; overflow.
+  subroutine solve_vibration(frame, monodromy, points, harmonics, vibration, error)
+    type(frame_type), intent(in) :: frame
+    type(monodromy_type), intent(in) :: monodromy
+    integer, intent(in) :: points, harmonics
+    type(vibration_type), intent(out) :: vibration
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: x(:, :), all(:, :)
+    real(dp) :: unresolved
+    integer :: samples, k, i
+
+    call solve_periodic(monodromy, vibration%start, error)
+    if (allocated(error)) return
+
+    ! The samples are the rows that were ordered, with as many between them as the harmonics need.
+    samples = points * ceiling(max(64, 2 * harmonics + 2, 4 * frame%least_steps) / real(points, dp))
+    do
+      call follow(frame, monodromy, vibration%start, [(real(k, dp) / samples, k = 0, samples)], x, error)
+      if (allocated(error)) return
+      all = all_quantities(frame, x)
+      vibration%series = [(fourier_series(all(i, :samples)), i = 1, quantities)]
+      unresolved = maxval([(vibration%series(i)%tail(), i = 1, quantities)])
+      if (unresolved < 1.0e-9_dp .or. 2 * samples > most_samples) exit
+      samples = 2 * samples
+    end do
+
+    vibration%history = all(:, ::samples / points)
+    vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, quantities)]
+    vibration%rms = [(vibration%series(i)%rms(), i = 1, quantities)]
+    associate (scale => spread(monodromy%scale, 2, samples + 1))
+      vibration%closing_defect = norm2((x(:, samples + 1) - x(:, 1)) / monodromy%scale) &
+        & / max(maxval(norm2(x / scale, dim=1)), tiny(1.0_dp))
+    end associate
+    vibration%peak_error = peak_errors(frame, monodromy, vibration, maxval(abs(x), dim=2))
+  end subroutine solve_vibration
+
+  !> The quantities from the states of the free degrees of freedom, shape (quantities, points).
+  pure function all_quantities(frame, x) result(all)
+    type(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: x(:, :)
+    real(dp), allocatable :: all(:, :)
+    integer :: f
+
+    f = size(frame%free)
+    allocate(all(quantities, size(x, 2)), source=0.0_dp)
+    all(frame%free, :) = x(:f, :)
+    all(3 + frame%free, :) = x(f + 1:, :)
+    all(7:9, :) = frame%ground_forces(x)
+  end function all_quantities
+
+  !> Bounds on the errors of the peaks: the start's error and the defect at the end travel with the motion.
+  pure function peak_errors(frame, monodromy, vibration, greatest) result(errors)
+    type(frame_type), intent(in) :: frame
+    type(monodromy_type), intent(in) :: monodromy
+    type(vibration_type), intent(in) :: vibration
+    real(dp), intent(in) :: greatest(:)
+    real(dp) :: errors(quantities)
+    real(dp) :: relative, state(size(greatest)), full(6)
+    integer :: f
+
+    f = size(frame%free)
+    associate (scale => monodromy%scale)
+      relative = vibration%closing_defect + norm2(vibration%start%error / scale) / max(norm2(greatest / scale), tiny(1.0_dp))
+      state = relative * norm2(greatest / scale) * scale
+    end associate
+    full = 0
+    full(frame%free) = state(:f)
+    full(3 + frame%free) = state(f + 1:)
+    errors(:6) = full
+    errors(7:) = matmul(abs(frame%stiffness), full(:3)) + matmul(abs(frame%damping), full(4:))
+  end function peak_errors
+
+end module gestell_study_vibration

@@ -1,0 +1,66 @@
+!> The contract between models and Floquet numerics: a linear system with periodic coefficients,
+!>
+!>     x' = P(t) x + f(t),   P(t + T) = P(t),   f(t + T) = f(t).                                   (20)
+!>
+!> A model extends `periodic_system`, sets `states` and `period`, and gives `matrix` (and `forcing` if there is one).
+!> Where M q'' + B q' + C q = h is at hand, extend `second_order_system` instead: nothing is inverted then.
+module gestell_system_periodic
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  type, abstract, public :: periodic_system
+    !> Number of states n.
+    integer :: states = 0
+    !> Period T > 0; its unit is the unit of t.
+    real(dp) :: period = 0
+    !> Where the coefficients jump: times in (0, T), ascending. Steps of the integration end there.
+    real(dp), allocatable :: breaks(:)
+    !> Equal steps over the period that resolve the finest feature of the coefficients; fewer are never taken.
+    integer :: least_steps = 8
+  contains
+    procedure(matrix_at), deferred :: matrix
+    procedure :: forcing => no_forcing
+    procedure :: sample
+  end type periodic_system
+
+  abstract interface
+    !> P(t), shape (n, n), at a time in [0, T].
+    subroutine matrix_at(self, t, p)
+      import :: periodic_system, dp
+      implicit none (type, external)
+      class(periodic_system), intent(in) :: self
+      real(dp), intent(in) :: t
+      real(dp), intent(out) :: p(:, :)
+    end subroutine matrix_at
+  end interface
+
+contains
+
+  !> f(t), shape (n): zero unless a model says otherwise.
+  subroutine no_forcing(self, t, f)
+    class(periodic_system), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    associate (unused_system => self, unused_time => t)
+    end associate
+    f = 0
+  end subroutine no_forcing
+
+  !> P, shape (n, n, points), and where asked for f, shape (n, points), at many phases t / T in [0, 1] at once.
+  !> Integrators come through here only: a model whose coefficients are cheaper in bulk overrides it.
+  subroutine sample(self, phases, p, f)
+    class(periodic_system), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: p(:, :, :)
+    real(dp), intent(out), optional :: f(:, :)
+    integer :: k
+
+    do k = 1, size(phases)
+      call self%matrix(phases(k) * self%period, p(:, :, k))
+      if (present(f)) call self%forcing(phases(k) * self%period, f(:, k))
+    end do
+  end subroutine sample
+
+end module gestell_system_periodic
