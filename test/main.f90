@@ -1,2 +1,54 @@
+!> All tests: `fpm test`, or `fpm test -- SUITE [TEST]` for one suite or one test of it.
 program main
+  use test_floquet, only: collect_floquet
+  use test_model, only: collect_model
+  use test_namelist, only: collect_namelist
+  use test_namelist_errors, only: collect_namelist_errors
+  use test_namelist_fuzz, only: collect_namelist_fuzz
+  use test_orders, only: collect_orders
+  use test_set, only: collect_set
+  use test_version, only: collect_version
+  use test_vibration, only: collect_vibration
+  use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, testsuite_type, &
+    & unittest_type
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  implicit none (type, external)
+
+  type(testsuite_type), allocatable :: suites(:)
+  type(unittest_type), allocatable :: tests(:)
+  character(len=:), allocatable :: suite_name, test_name
+  integer :: i, failed, all
+
+  suites = [ &
+    & new_testsuite("floquet", collect_floquet), &
+    & new_testsuite("orders", collect_orders), &
+    & new_testsuite("model", collect_model), &
+    & new_testsuite("vibration", collect_vibration), &
+    & new_testsuite("version", collect_version), &
+    & new_testsuite("namelist", collect_namelist), &
+    & new_testsuite("namelist-errors", collect_namelist_errors), &
+    & new_testsuite("namelist-fuzz", collect_namelist_fuzz), &
+    & new_testsuite("set", collect_set)]
+
+  failed = 0
+  all = 0
+  call get_argument(1, suite_name)
+  call get_argument(2, test_name)
+  do i = 1, size(suites)
+    if (allocated(suite_name)) then
+      if (suite_name /= suites(i)%name) cycle
+    end if
+    write (error_unit, "(a)") "# " // suites(i)%name
+    if (allocated(test_name)) then
+      call run_selected(suites(i)%collect, test_name, error_unit, failed)
+      all = all + 1
+    else
+      call suites(i)%collect(tests)
+      all = all + size(tests)
+      call run_testsuite(suites(i)%collect, error_unit, failed)
+    end if
+  end do
+  flush (error_unit)
+  write (output_unit, "(i0, a, i0, a)") all - failed, " passed, ", failed, " failed"
+  if (failed > 0 .or. all == 0) error stop 1, quiet=.true.
 end program main

@@ -2,7 +2,7 @@
 module gestell_floquet_periodic_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_base_lapack, only: factorise, inverse, solve_factored
+  use gestell_base_lapack, only: inverse
   use gestell_floquet_flow, only: trajectory
   use gestell_floquet_monodromy, only: monodromy_type
   use gestell_system_periodic, only: periodic_system
@@ -15,47 +15,44 @@ module gestell_floquet_periodic_solution
   type, public :: periodic_solution_type
     !> State at t = 0, and a bound on the error of each component; shape (n).
     real(dp), allocatable :: x0(:), error(:)
-    !> Condition of E - Phi in balanced units; its decimal logarithm is what the solution costs in digits.
+    !> |(E - Phi)^-1| (1 + |Phi|) in balanced units; its decimal logarithm is what the solution costs in digits.
     real(dp) :: condition = 0
   end type periodic_solution_type
 
 contains
 
-  !> Solves (E - Phi) x0 = x_p(T) in balanced units. The bound: an error of Phi and of x_p(T), and the roundings of
-  !> the solution, pass through (E - Phi)^-1.
-  !> Error: a multiplier is 1 to working precision, so there is no or not only one periodic solution.
+  !> Solves (E - Phi) x0 = x_p(T) in balanced units. An error e of Phi and e_p of x_p(T) disturb x0 by at most
+  !>
+  !>     |(E - Phi)^-1| (e |x0| + e_p) / (1 - |(E - Phi)^-1| e).
+  !>
+  !> Error: an error of Phi as large as e can make E - Phi singular, so that nothing is known of x0.
   subroutine solve_periodic(monodromy, solution, error)
     type(monodromy_type), intent(in) :: monodromy
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: a(:, :), inverted(:, :), x(:, :)
-    real(dp) :: disturbance
-    integer, allocatable :: pivots(:)
+    real(dp), allocatable :: a(:, :), inverted(:, :)
+    real(dp) :: x(size(monodromy%scale)), amplification
     integer :: n, i
 
     n = size(monodromy%scale)
-    associate (d => monodromy%scale)
+    associate (d => monodromy%scale, phi_error => monodromy%error + n * epsilon(1.0_dp) * (n + monodromy%norm))
       a = -monodromy%phi * spread(d, 1, n) / spread(d, 2, n)
       do i = 1, n
         a(i, i) = 1 + a(i, i)
       end do
       call inverse(a, inverted, error)
-      if (.not. allocated(error)) solution%condition = norm2(a) * norm2(inverted)
-      if (allocated(error) .or. solution%condition * epsilon(1.0_dp) > 0.01_dp) then
-        call fatal_error(error, "no periodic vibration can be computed: the machine runs in resonance, a multiplier " // &
-          & "equals 1 to working precision", failed_computation)
+      amplification = 0
+      if (.not. allocated(error)) amplification = norm2(inverted)
+      if (allocated(error) .or. amplification * phi_error >= 1) then
+        call fatal_error(error, "the periodic vibration cannot be told: the machine runs in resonance, a multiplier " // &
+          & "equals 1 within the accuracy; more damping, another speed or a smaller tolerance may help", failed_computation)
         return
       end if
-
-      x = reshape(monodromy%xp / d, [n, 1])
-      disturbance = norm2(a)
-      allocate(pivots(n))
-      call factorise(a, pivots, error)
-      if (allocated(error)) return
-      call solve_factored(a, pivots, x)
-      disturbance = norm2(x) * (monodromy%error + n * epsilon(1.0_dp) * disturbance) + monodromy%xp_error
-      solution%x0 = x(:, 1) * d
-      solution%error = norm2(inverted, dim=2) * disturbance * d
+      solution%condition = amplification * (1 + monodromy%norm)
+      x = matmul(inverted, monodromy%xp / d)
+      solution%x0 = x * d
+      solution%error = norm2(inverted, dim=2) * d * (norm2(x) * phi_error + monodromy%xp_error) &
+        & / (1 - amplification * phi_error)
     end associate
   end subroutine solve_periodic
 

@@ -14,6 +14,10 @@ module gestell_floquet_runge_kutta
     procedure :: maps
   end type runge_kutta_method
 
+  !> The ends of a step are taken this far inside of it, in phase: at a break the coefficients are those of the step's
+  !> own side, also after rounding.
+  real(dp), parameter :: inside = 8 * epsilon(1.0_dp)
+
 contains
 
   pure function runge_kutta() result(method)
@@ -38,8 +42,7 @@ contains
     integer :: i, k, n
 
     n = system%states
-    ! Both ends of a step belong to its inside: at a break the coefficients are those of the step's own side.
-    phases = [(nearest(from(k), 1.0_dp), (from(k) + to(k)) / 2, nearest(to(k), -1.0_dp), k = 1, size(from))]
+    phases = [(from(k) + inside, (from(k) + to(k)) / 2, to(k) - inside, k = 1, size(from))]
     allocate(p(n, n, size(phases)))
     if (present(b)) then
       allocate(f(n, size(phases)))

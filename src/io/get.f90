@@ -19,7 +19,7 @@ module gestell_io_get
     integer :: bound
   end type condition_type
 
-  integer, parameter :: is_positive = 1, is_nonnegative = 2, is_nonzero = 3, is_at_least = 4
+  integer, parameter :: is_positive = 1, is_nonnegative = 2, is_nonzero = 3, is_not_below = 4
   type(condition_type), parameter, public :: positive = condition_type(is_positive, 0)
   type(condition_type), parameter, public :: nonnegative = condition_type(is_nonnegative, 0)
   type(condition_type), parameter, public :: nonzero = condition_type(is_nonzero, 0)
@@ -42,7 +42,7 @@ contains
   pure type(condition_type) function at_least(bound)
     integer, intent(in) :: bound
 
-    at_least = condition_type(is_at_least, bound)
+    at_least = condition_type(is_not_below, bound)
   end function at_least
 
   !> Number of values that a key has; zero where it is missing.
@@ -97,8 +97,8 @@ contains
     end if
     associate (values => group%entries(i)%values)
       if (size(values) > size(value)) then
-        call input_error(group, key, "needs " // decimal(size(value)) // trim(merge(" value ", " values", size(value) == 1)) &
-          // ", has " // decimal(size(values)), error)
+        call input_error(group, key, "needs " // decimal(size(value)) &
+          // trim(merge(" value ", " values", size(value) == 1)) // ", has " // decimal(size(values)), error)
         return
       end if
       do k = 1, size(value)
@@ -220,7 +220,7 @@ contains
       if (.not. value >= 0) reason = "must not be negative"
     case (is_nonzero)
       if (.not. abs(value) > 0) reason = "must not be zero"
-    case (is_at_least)
+    case default
       if (.not. value >= must%bound) reason = "must be at least " // decimal(must%bound)
     end select
   end function broken

@@ -2,7 +2,7 @@
 module gestell_io_locate
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_io_check, only: unknown_group
-  use gestell_io_document, only: document_type, group_names, name_of, has
+  use gestell_io_document, only: document_type, name_of, has, word_length
   use gestell_io_number, only: is_digits, read_integer
   use gestell_io_rule, only: element_of, subscript_words, extent_words, unknown_key
   use gestell_io_schema, only: schema_type, find_group_rule, find_key_rule
@@ -80,15 +80,14 @@ contains
     logical, intent(in) :: repeatable
     integer, allocatable, intent(out) :: chosen(:)
     character(len=:), allocatable, intent(out) :: reason
+    character(len=word_length) :: names(size(doc%groups))
     integer :: i, number
 
     reason = ""
-    allocate(chosen(0))
-    do i = 1, size(doc%groups)
-      if (doc%groups(i)%name == path%group) chosen = [chosen, i]
-    end do
+    chosen = pack([(i, i = 1, size(doc%groups))], [(doc%groups(i)%name == path%group, i = 1, size(doc%groups))])
     if (.not. repeatable) then
-      if (allocated(path%which)) reason = "there is only one &" // path%group // ": write " // path%group // "." // path%key
+      if (allocated(path%which)) reason = "there is only one &" // path%group // ": write " // path%group &
+        // "." // path%key
       return
     end if
     if (size(chosen) == 0) then
@@ -98,7 +97,8 @@ contains
     if (.not. allocated(path%which)) return
 
     do i = 1, size(chosen)
-      if (path%which /= "" .and. name_of(doc%groups(chosen(i))) == path%which) then
+      names(i) = name_of(doc%groups(chosen(i)))
+      if (path%which /= "" .and. names(i) == path%which) then
         chosen = chosen(i:i)
         return
       end if
@@ -112,7 +112,7 @@ contains
     end if
     if (has(doc%groups(chosen(1)), "name") .and. .not. is_digits(path%which)) then
       reason = "unknown " // path%group // " '" // shown(path%which) // "'" &
-        // suggestion(path%which, group_names(doc%groups(chosen)))
+        // suggestion(path%which, names(:size(chosen)))
     else
       reason = "there is no &" // path%group // " " // shown(path%which) // ": they are numbered from 1 to " &
         // decimal(size(chosen))

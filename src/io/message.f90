@@ -97,12 +97,8 @@ contains
     allocate(at(0))
     if (allocated(entry%subscript)) at = entry%subscript
     if (present(element)) then
-      select case (entry%rank)
-      case (1)
-        at = [element]
-      case (2)
-        at = [1 + mod(element - 1, entry%rows), 1 + (element - 1) / entry%rows]
-      end select
+      if (entry%rank == 1) at = [element]
+      if (entry%rank == 2) at = [1 + mod(element - 1, entry%rows), 1 + (element - 1) / entry%rows]
     end if
     select case (size(at))
     case (0)

@@ -221,14 +221,9 @@ contains
 
     depth = 0
     do i = 1, len(text)
-      select case (text(i:i))
-      case ("(")
-        depth = depth + 1
-      case (")")
-        depth = depth - 1
-      case ("=")
-        if (depth <= 0) return
-      end select
+      if (text(i:i) == "=" .and. depth <= 0) return
+      if (text(i:i) == "(") depth = depth + 1
+      if (text(i:i) == ")") depth = depth - 1
     end do
     i = 0
   end function position_of_equals

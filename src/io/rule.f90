@@ -49,8 +49,9 @@ contains
     if (rule%kind == text_key) then
       if (.not. value%quoted) reason = "must stand in quotes: '" // shown(value%text) // "'"
       if (rule%name == "name" .and. value%text == "") reason = "must not be blank"
-      if ((rule%name == "name" .or. rule%rank > 0) .and. len_trim(value%text) > word_length) &
+      if ((rule%name == "name" .or. rule%rank > 0) .and. len_trim(value%text) > word_length) then
         reason = "must not be longer than " // decimal(word_length) // " characters"
+      end if
     else if (value%quoted) then
       reason = "must be a number, without quotes"
     else if (rule%kind == integer_key) then
@@ -70,8 +71,8 @@ contains
     element_of = subscript(1)
     if (rule%rank == 1) return
     element_of = 0
-    if (subscript(1) <= rule%rows .and. subscript(2) <= rule%most / rule%rows) &
-      element_of = subscript(1) + rule%rows * (subscript(2) - 1)
+    if (subscript(1) > rule%rows .or. subscript(2) > rule%most / rule%rows) return
+    element_of = subscript(1) + rule%rows * (subscript(2) - 1)
   end function element_of
 
   !> "takes 2 values, has 3".

@@ -66,18 +66,18 @@ contains
   function solve_complex(a, b) result(x)
     complex(qp), intent(in) :: a(:, :), b(:)
     complex(qp) :: x(size(b)), u(size(a, 1), size(a, 1)), row(size(a, 1)), element
-    real(qp) :: floor_
+    real(qp) :: least
     integer :: n, i, k, p
 
     n = size(a, 1)
     u = a
     x = b
-    floor_ = max(eps*maxval(abs(a)), tiny(1.0_qp)**0.25_qp)
+    least = max(eps*maxval(abs(a)), tiny(1.0_qp)**0.25_qp)
     do k = 1, n
       p = k - 1 + maxloc(abs(u(k:, k)), dim=1)
       row = u(k, :); u(k, :) = u(p, :); u(p, :) = row
       element = x(k); x(k) = x(p); x(p) = element
-      if (abs(u(k, k)) < floor_) u(k, k) = floor_
+      if (abs(u(k, k)) < least) u(k, k) = least
       do i = k + 1, n
         element = u(i, k)/u(k, k)
         u(i, k + 1:) = u(i, k + 1:) - element*u(k, k + 1:)
@@ -208,9 +208,9 @@ contains
     end do
   end subroutine balance
 
-  !> The eigenvalue of the 2 x 2 matrix t that is nearer to t(2, 2).
+  !> The eigenvalue of t (2 x 2) that is nearer to t(2, 2).
   pure function wilkinson(t) result(shift)
-    complex(qp), intent(in) :: t(2, 2)
+    complex(qp), intent(in) :: t(:, :)
     complex(qp) :: shift, mean, root
 
     mean = (t(1, 1) + t(2, 2))/2

@@ -6,7 +6,8 @@
 !> To first order in (q, psi) D = E + psi J, and psi'^2 drops out:
 !>   R'' = q'' + psi'' J s + 2 psi' J r' + r'' + psi J r'',    J r = (-y, x).
 !> Forces: m_F q'' + sum m_i R'' = K, the force of supports and foundation. First component:
-!>   (m_F + m_G) xi'' - psi'' (m_G eta_0 + sum m_i y_i) - 2 psi' sum m_i y_i' - psi sum m_i y_i'' = -sum m_i x_i'' + K_x,
+!>   (m_F + m_G) xi'' - psi'' (m_G eta_0 + sum m_i y_i) - 2 psi' sum m_i y_i' - psi sum m_i y_i''
+!>     = -sum m_i x_i'' + K_x,
 !> which is (1); the second, with J's lower row, has +x in the place of -y: (2).
 !> Moments about the (moving) point F: J_F psi'' + sum J_i (psi'' + phi_i'') + sum m_i (D s) x R'' = K_m. Turning both
 !> factors by D^-1 leaves a cross product as it is, so without linearisation
@@ -89,20 +90,20 @@ contains
     type(frame_system), intent(in) :: frame
     real(qp), intent(in) :: angle, amplitude
     real(qp) :: force(3)
-    real(qp) :: place(3, -5:5, 0:size(frame%machine%links)), acceleration(3)
+    real(qp) :: place(3, 0:size(frame%machine%links), -5:5), acceleration(3)
     integer :: i
 
     do i = -5, 5
-      call places(frame, angle, amplitude, i, place(:, i, :))
+      call places(frame, angle, amplitude, i, place(:, :, i))
     end do
-    acceleration = acceleration_of(place(:, :, 0), frame%omega)
+    acceleration = acceleration_of(place(:, 0, :), frame%omega)
     force = [frame%machine%frame_mass, frame%machine%frame_mass, frame%machine%frame_inertia]*acceleration
     do i = 1, size(frame%machine%links)
       associate (link => frame%machine%links(i))
-        acceleration = acceleration_of(place(:, :, i), frame%omega)
+        acceleration = acceleration_of(place(:, i, :), frame%omega)
         force(1:2) = force(1:2) + link%mass*acceleration(1:2)
         force(3) = force(3) + link%inertia*acceleration(3) &
-          & + link%mass*cross(place(1:2, 0, i) - place(1:2, 0, 0), acceleration(1:2))
+          & + link%mass*cross(place(1:2, i, 0) - place(1:2, 0, 0), acceleration(1:2))
       end associate
     end do
   end function inertia_forces
@@ -122,12 +123,12 @@ contains
     now = move(frame%machine, angle + i*spacing)
     place(:, 0) = vibration(amplitude, i*spacing, 0)
     do k = 1, size(frame%machine%links)
-      place(1:2, k) = place(1:2, 0) + rotate(place(3, 0), frame%machine%origin + now%center(:, k, 0))
+      place(1:2, k) = place(1:2, 0) + rotate(place(3, 0), frame%machine%origin + now%center(:, 0, k))
       place(3, k) = place(3, 0)
       associate (link => frame%machine%links(k))
         if (link%to /= 0) then
-          u0 = start%joint(:, link%to, 0) - start%joint(:, link%from, 0)
-          u = now%joint(:, link%to, 0) - now%joint(:, link%from, 0)
+          u0 = start%joint(:, 0, link%to) - start%joint(:, 0, link%from)
+          u = now%joint(:, 0, link%to) - now%joint(:, 0, link%from)
           place(3, k) = place(3, k) + atan2(cross(u0, u), dot_product(u0, u))
         end if
       end associate
@@ -136,7 +137,7 @@ contains
 
   !> Second derivative in time, in the middle of 11 values.
   function acceleration_of(values, omega) result(derivative)
-    real(qp), intent(in) :: values(3, -5:5), omega
+    real(qp), intent(in) :: values(:, -5:), omega
     real(qp) :: derivative(3)
     integer :: k
 

@@ -24,7 +24,8 @@ module reference_four_bar
     integer :: branch = 1          ! RRR: +1 left, -1 right of the way from ends(1) to ends(2)
   end type joint_data
 
-  !> A body; its xi-axis points from joint `from` to joint `to`. to = 0: it translates with `from`, axes parallel to x-y.
+  !> A body; its xi-axis points from joint `from` to joint `to`. to = 0: it translates with `from`, its axes parallel
+  !> to x-y.
   type :: link_data
     integer :: from = 0, to = 0
     real(dp) :: mass = 0, inertia = 0, center(2) = 0
@@ -45,11 +46,11 @@ module reference_four_bar
     real(dp) :: speed_rpm = 0      ! negative: clockwise
   end type machine_data
 
-  !> Motion at one crank angle; the last index is the order of the derivative with respect to the crank angle.
+  !> Motion at one crank angle; the index 0:2 is the order of the derivative with respect to the crank angle.
   type :: motion_type
-    real(qp), allocatable :: joint(:, :, :)   ! (x-y, joint, 0:2)
-    real(qp), allocatable :: center(:, :, :)  ! (x-y, link, 0:2), centres of mass
-    real(qp), allocatable :: turn(:, :)       ! (link, 1:2), derivatives of phi_i
+    real(qp), allocatable :: joint(:, :, :)   ! (x-y, 0:2, joint)
+    real(qp), allocatable :: center(:, :, :)  ! (x-y, 0:2, link), centres of mass
+    real(qp), allocatable :: turn(:, :)       ! (1:2, link), derivatives of phi_i
   end type motion_type
 
   !> (4)-(7) and their derivatives with respect to the crank angle; in time a derivative of order k gains Omega^k.
@@ -117,25 +118,25 @@ contains
     type(motion_type) :: motion
     integer :: k
 
-    allocate (motion%joint(2, size(machine%joints), 0:2), motion%center(2, size(machine%links), 0:2))
-    allocate (motion%turn(size(machine%links), 2))
+    allocate (motion%joint(2, 0:2, size(machine%joints)), motion%center(2, 0:2, size(machine%links)))
+    allocate (motion%turn(2, size(machine%links)))
     do k = 1, size(machine%joints)
       associate (joint => machine%joints(k), p => motion%joint)
         select case (joint%kind)
         case ('ground')
-          p(:, k, 0) = joint%position
-          p(:, k, 1:2) = 0
+          p(:, 0, k) = joint%position
+          p(:, 1:2, k) = 0
         case ('crank')
-          call turn_crank(joint, angle, p(:, joint%ends(1), :), p(:, k, :))
+          call turn_crank(joint, angle, p(:, :, joint%ends(1)), p(:, :, k))
         case ('RRR')
-          call close_dyad(joint, p(:, joint%ends(1), :), p(:, joint%ends(2), :), p(:, k, :))
+          call close_dyad(joint, p(:, :, joint%ends(1)), p(:, :, joint%ends(2)), p(:, :, k))
         case default
           error stop "reference_four_bar: unknown kind of joint"
         end select
       end associate
     end do
     do k = 1, size(machine%links)
-      call carry(machine%links(k), motion%joint, motion%center(:, k, :), motion%turn(k, :))
+      call carry(machine%links(k), motion%joint, motion%center(:, :, k), motion%turn(:, k))
     end do
   end function move
 
@@ -185,26 +186,26 @@ contains
     w = [along_u*v(2) - along_v*u(2), along_v*u(1) - along_u*v(1)]/(u(1)*v(2) - u(2)*v(1))
   end function by_projections
 
-  !> Centre of mass and turning of a link: its direction e turns with e' = w left(e), so u' x-component across e is
-  !> |u| w, and across e again u'' gives |u| w'.
+  !> Centre of mass and turning of a link: its direction e turns with e' = w left(e); of u = |u| e the part
+  !> of u' across e is |u| w, that of u'' is |u| w'.
   subroutine carry(link, joint, center, turn)
     type(link_data), intent(in) :: link
-    real(qp), intent(in) :: joint(:, :, 0:)
+    real(qp), intent(in) :: joint(:, 0:, :)
     real(qp), intent(out) :: center(2, 0:2), turn(2)
     real(qp) :: u(2, 0:2), e(2), length, arm(2)
 
     e = [1, 0]
     turn = 0
     if (link%to /= 0) then
-      u = joint(:, link%to, :) - joint(:, link%from, :)
+      u = joint(:, :, link%to) - joint(:, :, link%from)
       length = norm2(u(:, 0))
       e = u(:, 0)/length
       turn = [dot_product(left(e), u(:, 1)), dot_product(left(e), u(:, 2))]/length
     end if
     arm = link%center(1)*e + link%center(2)*left(e)
-    center(:, 0) = joint(:, link%from, 0) + arm
-    center(:, 1) = joint(:, link%from, 1) + turn(1)*left(arm)
-    center(:, 2) = joint(:, link%from, 2) + turn(2)*left(arm) - turn(1)**2*arm
+    center(:, 0) = joint(:, 0, link%from) + arm
+    center(:, 1) = joint(:, 1, link%from) + turn(1)*left(arm)
+    center(:, 2) = joint(:, 2, link%from) + turn(2)*left(arm) - turn(1)**2*arm
   end subroutine carry
 
   pure function left(u) result(w)
@@ -227,7 +228,7 @@ contains
     do i = 1, size(machine%links)
       m = machine%links(i)%mass
       inertia = machine%links(i)%inertia
-      r = motion%center(:, i, :)
+      r = motion%center(:, :, i)
       a%mass = a%mass + m
       a%inertia = a%inertia + inertia
       a%a1 = a%a1 + m*r(1, :)
@@ -235,7 +236,7 @@ contains
       a%a3(0) = a%a3(0) + m*sum(r(:, 0)**2)
       a%a3(1) = a%a3(1) + 2*m*dot_product(r(:, 0), r(:, 1))
       a%a3(2) = a%a3(2) + 2*m*(sum(r(:, 1)**2) + dot_product(r(:, 0), r(:, 2)))
-      a%a4 = a%a4 + m*(r(1, 0)*r(2, 2) - r(2, 0)*r(1, 2)) + inertia*motion%turn(i, 2)
+      a%a4 = a%a4 + m*(r(1, 0)*r(2, 2) - r(2, 0)*r(1, 2)) + inertia*motion%turn(2, i)
     end do
   end function mass_functions
 

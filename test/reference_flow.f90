@@ -68,6 +68,8 @@ contains
   !> particular(:, k), the solution that starts from zero at t0. tolerance: allowed error of one step, relative to the
   !> sizes of the rows and columns of Phi; 1e-24 is usual, 1e-30 is about the least that rounding permits. The
   !> particular solution counts as not smaller than 1e-8 (else a forcing that cancels to rounding could not be met).
+  !> P and f must be smooth in between (take a jump as the end of one call and the start of the next); error stop
+  !> when too many steps on the way to one time are refused.
   subroutine flow_path(system, t0, times, tolerance, phi, particular)
     class(flow_system), intent(in) :: system
     real(qp), intent(in) :: t0, times(:), tolerance
@@ -134,11 +136,11 @@ contains
     class(flow_system), intent(in) :: system
     real(qp), intent(inout) :: t, step, size_row(:), x(:, :)
     real(qp), intent(in) :: t_end, tolerance
-    real(qp) :: candidate(size(x, 1), size(x, 2)), h, error, factor, least
-    integer :: used
+    real(qp) :: candidate(size(x, 1), size(x, 2)), h, error, factor
+    integer :: used, refused
     logical :: last
 
-    least = 1.0e-16_qp*abs(t_end - t)
+    refused = 0
     do while (abs(t_end - t) > 0)
       last = abs(step) >= abs(t_end - t)
       h = merge(t_end - t, sign(step, t_end - t), last)
@@ -154,7 +156,8 @@ contains
         step = merge(max(abs(step), abs(h)*factor), abs(h)*factor, last)
       else
         step = abs(h)*max(0.2_qp, min(0.7_qp, factor))
-        if (step < least) error stop "reference_flow: the tolerance cannot be met"
+        refused = refused + 1
+        if (refused > 60) error stop "reference_flow: the tolerance cannot be met"
       end if
     end do
   end subroutine advance

@@ -1,0 +1,83 @@
+!> Machines for the tests: the reference's data as the library's frames.
+module machines
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_assembly, only: turn_once
+  use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use reference_four_bar, only: machine_data
+  implicit none (type, external)
+  private
+
+  public :: frame_of_machine, linkage_of_machine
+
+contains
+
+  !> The library's linkage for the reference's data; joints are named j1, j2, ..., links l1, l2, ...
+  subroutine linkage_of_machine(machine, linkage, error)
+    type(machine_data), intent(in) :: machine
+    type(linkage_type), intent(out) :: linkage
+    type(error_type), allocatable, intent(out) :: error
+    character(len=3) :: to
+    integer :: i
+
+    do i = 1, size(machine%joints)
+      associate (joint => machine%joints(i))
+        select case (joint%kind)
+        case ("ground")
+          call linkage%ground(name("j", i), joint%position, error)
+        case ("crank")
+          call linkage%crank(name("j", i), name("j", joint%ends(1)), joint%radius, joint%phase_deg * pi / 180, error)
+        case default
+          call linkage%rrr(name("j", i), [name("j", joint%ends(1)), name("j", joint%ends(2))], joint%lengths, &
+            & joint%branch, error)
+        end select
+      end associate
+      if (allocated(error)) return
+    end do
+    do i = 1, size(machine%links)
+      associate (link => machine%links(i))
+        to = ""
+        if (link%to > 0) to = name("j", link%to)
+        call linkage%link(name("l", i), name("j", link%from), to, link%mass, link%inertia, link%center, error)
+      end associate
+      if (allocated(error)) return
+    end do
+    call turn_once(linkage, error)
+  end subroutine linkage_of_machine
+
+  !> The library's frame for the reference's data.
+  subroutine frame_of_machine(machine, frame, error)
+    type(machine_data), intent(in) :: machine
+    type(frame_type), intent(out) :: frame
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(support_type), allocatable :: supports(:)
+    real(dp) :: damping(3, 3)
+    integer :: i
+
+    call linkage_of_machine(machine, linkage, error)
+    if (allocated(error)) return
+    allocate(supports(size(machine%supports)))
+    do i = 1, size(supports)
+      associate (s => machine%supports(i))
+        supports(i) = support_type(s%position, s%stiffness, s%damping, s%angle_deg * pi / 180)
+      end associate
+    end do
+    damping = damping_matrix(supports)
+    do i = 1, 3
+      damping(i, i) = damping(i, i) + machine%foundation_damping(i)
+    end do
+    call new_frame(frame, linkage, machine%frame_mass, machine%frame_inertia, machine%origin, &
+      & machine%foundation_stiffness + stiffness_matrix(supports), damping, machine%speed_rpm * 2 * pi / 60, error)
+  end subroutine frame_of_machine
+
+  pure character(len=3) function name(letter, i)
+    character, intent(in) :: letter
+    integer, intent(in) :: i
+
+    write (name, "(a, i0)") letter, i
+  end function name
+
+end module machines

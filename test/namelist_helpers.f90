@@ -1,0 +1,75 @@
+!> What the tests of the input reader share.
+module namelist_helpers
+  use testdrive, only: check, test_failed, test_error => error_type
+  use gestell_base_error, only: error_type
+  use gestell_io_check, only: check_document
+  use gestell_io_document, only: document_type
+  use gestell_io_namelist, only: parse_document
+  use gestell_io_schema, only: input_schema
+  implicit none (type, external)
+  private
+
+  public :: read_checked, refused, check_message, check_passed
+
+  character(len=*), parameter, public :: nl = new_line("a")
+
+  character(len=*), parameter, public :: file = "in.nml"
+
+  character(len=*), parameter, public :: one_joint = "&joint name='O' type='ground'/"
+
+  !> A joint and a drive: with a frame, all that is required.
+  character(len=*), parameter, public :: rest = one_joint // "&drive speed_rpm=1/"
+
+contains
+
+  !> Reads a text and holds it against the schema.
+  subroutine read_checked(text, doc, failure)
+    character(len=*), intent(in) :: text
+    type(document_type), intent(out) :: doc
+    type(error_type), allocatable, intent(out) :: failure
+
+    call parse_document(text, file, doc, failure)
+    if (.not. allocated(failure)) call check_document(doc, input_schema(), failure)
+  end subroutine read_checked
+
+  !> A text must be refused with this message, or, given `part`, with one that has this in it.
+  subroutine refused(error, text, message, part)
+    type(test_error), allocatable, intent(inout) :: error
+    character(len=*), intent(in) :: text, message
+    character(len=*), intent(in), optional :: part
+    type(document_type) :: doc
+    type(error_type), allocatable :: failure
+
+    if (allocated(error)) return
+    call read_checked(text, doc, failure)
+    if (present(part)) then
+      call check(error, allocated(failure))
+      if (allocated(error)) return
+      call check(error, index(failure%message, part) > 0, failure%message)
+    else
+      call check_message(error, failure, message)
+    end if
+  end subroutine refused
+
+  subroutine check_message(error, failure, message)
+    type(test_error), allocatable, intent(inout) :: error
+    type(error_type), allocatable, intent(in) :: failure
+    character(len=*), intent(in) :: message
+
+    if (allocated(error)) return
+    if (allocated(failure)) then
+      call check(error, failure%message, message)
+    else
+      call test_failed(error, "no error where this was expected: " // message)
+    end if
+  end subroutine check_message
+
+  subroutine check_passed(error, failure)
+    type(test_error), allocatable, intent(inout) :: error
+    type(error_type), allocatable, intent(in) :: failure
+
+    if (allocated(error)) return
+    if (allocated(failure)) call test_failed(error, "unexpected error: " // failure%message)
+  end subroutine check_passed
+
+end module namelist_helpers

@@ -1,0 +1,178 @@
+!> Periodic systems with known solutions, and systems seen in another way, for the tests.
+module systems
+  use gestell_base_kinds, only: dp, pi
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  !> y'' + d y' + (a - 2 q cos 2 t) y = h cos(2 t), T = pi.
+  type, extends(second_order_system), public :: mathieu_type
+    real(dp) :: a = 0, q = 0, d = 0, h = 0
+  contains
+    procedure :: matrices => mathieu_matrices
+    procedure :: load => mathieu_load
+  end type mathieu_type
+
+  !> Meissner: y'' + (a - 2 q psi) y = 0, psi = +1 on [0, pi/3], -1 to pi, as a first-order system.
+  type, extends(periodic_system), public :: meissner_type
+    real(dp) :: a = 1, q = 0.1_dp
+  contains
+    procedure :: matrix => meissner_matrix
+  end type meissner_type
+
+  !> Vinograd's system: T = pi / 6, exponents +2 and -13, though P has the eigenvalues -1 and -10 at every time.
+  type, extends(periodic_system), public :: vinograd_type
+  contains
+    procedure :: matrix => vinograd_matrix
+  end type vinograd_type
+
+  !> x' = (c + cos t) x + exp(sin t), T = 2 pi: Phi(t) = exp(c t + sin t), for c = 0 x_p(T) = 2 pi.
+  type, extends(periodic_system), public :: scalar_type
+    real(dp) :: c = 0
+  contains
+    procedure :: matrix => scalar_matrix
+    procedure :: forcing => scalar_forcing
+  end type scalar_type
+
+  !> Constant M, B, C with h = amplitude cos(2 pi t / T).
+  type, extends(second_order_system), public :: constant_type
+    real(dp) :: m(2, 2) = 0, b(2, 2) = 0, c(2, 2) = 0, amplitude(2) = 0
+  contains
+    procedure :: matrices => constant_matrices
+    procedure :: load => constant_load
+  end type constant_type
+
+  !> Another second-order system over `turns` of its periods (set `period` to match), from the time `start` on.
+  type, extends(second_order_system), public :: again_type
+    class(second_order_system), allocatable :: system
+    real(dp) :: start = 0
+  contains
+    procedure :: matrices => again_matrices
+    procedure :: load => again_load
+  end type again_type
+
+  !> Another system through P and f alone: hides the second-order structure.
+  type, extends(periodic_system), public :: plain_type
+    class(periodic_system), allocatable :: system
+  contains
+    procedure :: matrix => plain_matrix
+    procedure :: forcing => plain_forcing
+  end type plain_type
+
+contains
+
+  subroutine mathieu_matrices(self, t, m, b, c)
+    class(mathieu_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    m = 1
+    b = self%d
+    c = self%a - 2 * self%q * cos(2 * t)
+  end subroutine mathieu_matrices
+
+  subroutine mathieu_load(self, t, h)
+    class(mathieu_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    h = self%h * cos(2 * t)
+  end subroutine mathieu_load
+
+  subroutine meissner_matrix(self, t, p)
+    class(meissner_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    p = 0
+    p(1, 2) = 1
+    p(2, 1) = -(self%a - 2 * self%q * merge(1.0_dp, -1.0_dp, t < pi / 3))
+  end subroutine meissner_matrix
+
+  subroutine vinograd_matrix(self, t, p)
+    class(vinograd_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    associate (unused => self)
+    end associate
+    associate (c => cos(6 * t), s => sin(6 * t))
+      p(1, 1) = -1 - 9 * c**2 + 12 * s * c
+      p(1, 2) = 12 * c**2 + 9 * s * c
+      p(2, 1) = -12 * s**2 + 9 * s * c
+      p(2, 2) = -1 - 9 * s**2 - 12 * s * c
+    end associate
+  end subroutine vinograd_matrix
+
+  subroutine scalar_matrix(self, t, p)
+    class(scalar_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    p = self%c + cos(t)
+  end subroutine scalar_matrix
+
+  subroutine scalar_forcing(self, t, f)
+    class(scalar_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    associate (unused => self)
+    end associate
+    f = exp(sin(t))
+  end subroutine scalar_forcing
+
+  subroutine constant_matrices(self, t, m, b, c)
+    class(constant_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    associate (unused => t)
+    end associate
+    m = self%m
+    b = self%b
+    c = self%c
+  end subroutine constant_matrices
+
+  subroutine constant_load(self, t, h)
+    class(constant_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    h = self%amplitude * cos(2 * pi * t / self%period)
+  end subroutine constant_load
+
+  subroutine again_matrices(self, t, m, b, c)
+    class(again_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    call self%system%matrices(modulo(t + self%start, self%system%period), m, b, c)
+  end subroutine again_matrices
+
+  subroutine again_load(self, t, h)
+    class(again_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    call self%system%load(modulo(t + self%start, self%system%period), h)
+  end subroutine again_load
+
+  subroutine plain_matrix(self, t, p)
+    class(plain_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    call self%system%matrix(t, p)
+  end subroutine plain_matrix
+
+  subroutine plain_forcing(self, t, f)
+    class(plain_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    call self%system%forcing(t, f)
+  end subroutine plain_forcing
+
+end module systems

@@ -1,0 +1,415 @@
+!> Monodromy matrices and multipliers against closed forms and published values.
+module test_floquet
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
+  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_system_periodic, only: periodic_system
+  use systems, only: constant_type, mathieu_type, meissner_type, plain_type, scalar_type, vinograd_type
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_floquet
+
+contains
+
+  subroutine collect_floquet(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("constant coefficients: exponents of the oscillator", test_constant), &
+      & new_unittest("constant coefficients: response is the transfer function's", test_transfer), &
+      & new_unittest("Meissner: published multipliers", test_meissner), &
+      & new_unittest("Meissner: steps end at the break whatever their number", test_breaks), &
+      & new_unittest("Vinograd: exponents 2 and -13", test_vinograd), &
+      & new_unittest("Mathieu: published exponent at a = 1, q = 0.2", test_mathieu_exponent), &
+      & new_unittest("Mathieu: characteristic values at q = 5", test_mathieu_borders), &
+      & new_unittest("Mathieu: damping shifts the exponents by d / 2", test_mathieu_damped), &
+      & new_unittest("scalar system: multiplier and forced solution", test_scalar), &
+      & new_unittest("second-order path and first-order path agree", test_paths), &
+      & new_unittest("a double multiplier 1: bound covers, verdict undecided", test_double), &
+      & new_unittest("resonance is an error, not a number", test_resonance), &
+      & new_unittest("a resonance nearby costs the digits it says", test_near_resonance), &
+      & new_unittest("eigenvectors solve (19)", test_vectors), &
+      & new_unittest("what was not asked for is not there", test_unasked), &
+      & new_unittest("bad orders are refused", test_refused)]
+  end subroutine collect_floquet
+
+  subroutine solve(system, multipliers, error, tolerance, method)
+    class(periodic_system), intent(in) :: system
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: tolerance
+    character(len=*), intent(in), optional :: method
+    type(monodromy_type) :: monodromy
+    type(accuracy_type) :: accuracy
+    type(gestell_error), allocatable :: failure
+
+    if (present(tolerance)) accuracy%tolerance = tolerance
+    if (present(method)) accuracy%method = method
+    call solve_monodromy(system, accuracy, .false., monodromy, failure)
+    if (.not. allocated(failure)) call solve_multipliers(monodromy, system%period, .false., multipliers, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine solve
+
+  !> q'' + 2 D w q' + w^2 q = 0: lambda = -D w +- i w sqrt(1 - D^2), of both signs of 1 - D^2.
+  subroutine test_constant(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(constant_type) :: system
+    type(multipliers_type) :: m
+    complex(dp) :: lambda, rho(4)
+    real(dp), parameter :: w(2) = [3.0_dp, 5.0_dp], d(2) = [0.1_dp, 1.25_dp]
+    integer :: i
+
+    system = constant_type(states=4, period=1.3_dp)
+    do i = 1, 2
+      system%m(i, i) = 2
+      system%b(i, i) = 2 * 2 * d(i) * w(i)
+      system%c(i, i) = 2 * w(i)**2
+    end do
+    call solve(system, m, error, tolerance=1.0e-11_dp)
+    if (allocated(error)) return
+    lambda = w(1) * cmplx(-d(1), sqrt(1 - d(1)**2), dp)
+    rho(1:2) = [exp(lambda * system%period), conjg(exp(lambda * system%period))]
+    rho(3:4) = exp(w(2) * system%period * [-d(2) + sqrt(d(2)**2 - 1), -d(2) - sqrt(d(2)**2 - 1)])
+    do i = 1, 4
+      call check(error, minval(abs(rho - m%rho(i))) <= m%error(i) * abs(m%rho(i)), more="claimed error holds")
+      if (allocated(error)) return
+      ! The tolerance is relative to the largest entries of Phi, of size 1 here.
+      call check(error, minval(abs(rho - m%rho(i))) < 1.0e-10_dp, more="multiplier")
+      if (allocated(error)) return
+    end do
+    call check(error, m%verdict(), "stable")
+  end subroutine test_constant
+
+  !> q = Re [(C - W^2 M + i W B)^-1 h exp(i W t)].
+  subroutine test_transfer(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(constant_type) :: system
+    type(monodromy_type) :: monodromy
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: x(:, :)
+    complex(dp) :: z(2, 2), q(2)
+    real(dp) :: w, t
+    integer :: k
+    integer, parameter :: points = 7
+
+    system = constant_type(states=4, period=0.7_dp, m=reshape([2.0_dp, 0.3_dp, 0.3_dp, 1.0_dp], [2, 2]), &
+      & b=reshape([0.2_dp, 0.1_dp, -0.1_dp, 0.3_dp], [2, 2]), c=reshape([90.0_dp, -20.0_dp, -20.0_dp, 50.0_dp], [2, 2]), &
+      & amplitude=[3.0_dp, -1.0_dp])
+    call solve_monodromy(system, accuracy_type(tolerance=1.0e-12_dp), .true., monodromy, failure)
+    if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
+    if (.not. allocated(failure)) call follow(system, monodromy, solution, [(real(k, dp) / points, k = 0, points)], x, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    w = 2 * pi / system%period
+    z = cmplx(system%c - w**2 * system%m, w * system%b, dp)
+    q = [z(2, 2) * system%amplitude(1) - z(1, 2) * system%amplitude(2), &
+      & z(1, 1) * system%amplitude(2) - z(2, 1) * system%amplitude(1)] / (z(1, 1) * z(2, 2) - z(1, 2) * z(2, 1))
+    do k = 0, points
+      t = system%period * k / points
+      ! Condition of E - Phi is below 100 here: 1e-12 becomes at most 1e-10 of the motion's size 0.06.
+      call check(error, maxval(abs(x(:2, k + 1) - real(q * exp(cmplx(0, w * t, dp))))) < 1.0e-11_dp, more="displacement")
+      if (allocated(error)) return
+      call check(error, maxval(abs(x(3:, k + 1) - real(cmplx(0, w, dp) * q * exp(cmplx(0, w * t, dp))))) < 1.0e-10_dp, &
+        & more="velocity")
+      if (allocated(error)) return
+    end do
+  end subroutine test_transfer
+
+  !> Values of the closed form, product of two rotations of the frequencies sqrt(a -+ 2 q).
+  subroutine test_meissner(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: m
+
+    call solve(meissner(), m, error, tolerance=1.0e-13_dp)
+    if (allocated(error)) return
+    call check(error, real(m%rho(1)), -1.138826449407891_dp, thr=1.0e-13_dp)
+    if (allocated(error)) return
+    call check(error, real(m%rho(2)), -0.878096922072656_dp, thr=1.0e-13_dp)
+    if (allocated(error)) return
+    call check(error, m%verdict(), "unstable")
+  end subroutine test_meissner
+
+  function meissner() result(system)
+    type(meissner_type) :: system
+
+    system%states = 2
+    system%period = pi
+    system%breaks = [pi / 3]
+  end function meissner
+
+  !> Constant coefficients between the breaks: few steps suffice, and RK4 keeps its order 4 across the jump.
+  subroutine test_breaks(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    real(dp), parameter :: trace = -1.138826449407891_dp - 0.878096922072656_dp
+    real(dp) :: defect(2)
+    integer :: i
+
+    do i = 1, 2
+      call solve_monodromy(meissner(), accuracy_type(method="rk4", steps=merge(400, 800, i == 1)), .false., monodromy, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      defect(i) = abs(monodromy%phi(1, 1) + monodromy%phi(2, 2) - trace)
+    end do
+    call check(error, log(defect(1) / defect(2)) / log(2.0_dp), 4.0_dp, thr=0.2_dp)
+  end subroutine test_breaks
+
+  subroutine test_vinograd(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: m
+
+    call solve(vinograd_type(states=2, period=pi / 3), m, error, tolerance=1.0e-13_dp)
+    if (allocated(error)) return
+    call check(error, real(m%exponent(1)), 2.0_dp, thr=1.0e-11_dp)
+    if (allocated(error)) return
+    ! rho_2 = exp(-13 pi / 3) = 1e-6 carries the rounding of entries of size 10.
+    call check(error, real(m%exponent(2)), -13.0_dp, thr=1.0e-7_dp)
+    if (allocated(error)) return
+    call check(error, abs(m%rho(2) / exp(-13 * pi / 3) - 1) <= m%error(2), more="claimed error holds")
+    if (allocated(error)) return
+    call check(error, m%verdict(), "unstable")
+  end subroutine test_vinograd
+
+  !> exponent 0.0995364372755138 + i (published to 16 digits, see DLMF 28.29 for the discriminant).
+  subroutine test_mathieu_exponent(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: m
+
+    call solve(mathieu_type(states=2, period=pi, a=1.0_dp, q=0.2_dp), m, error, tolerance=1.0e-13_dp)
+    if (allocated(error)) return
+    call check(error, real(m%exponent(1)), 0.0995364372755138_dp, thr=1.0e-13_dp)
+    if (allocated(error)) return
+    call check(error, abs(aimag(m%exponent(1))), 1.0_dp, thr=1.0e-13_dp)
+    if (allocated(error)) return
+    call check(error, m%log_abs(1) + m%log_abs(2), 0.0_dp, thr=1.0e-12_dp, more="reciprocal pair")
+    if (allocated(error)) return
+    call check(error, m%verdict(), "unstable")
+  end subroutine test_mathieu_exponent
+
+  !> On a0 and b1 (NIST DLMF, table 28.4) the trace of Phi is +2 and -2.
+  subroutine test_mathieu_borders(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: a(2) = [-5.800046020851508_dp, -5.790080598637771_dp], trace(2) = [2.0_dp, -2.0_dp]
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    do i = 1, 2
+      call solve_monodromy(mathieu_type(states=2, period=pi, a=a(i), q=5.0_dp), accuracy_type(tolerance=1.0e-13_dp), &
+        & .false., monodromy, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      ! The entries of Phi are of size 400, and the trace moves by 400 for a step of 1 in a.
+      call check(error, monodromy%phi(1, 1) + monodromy%phi(2, 2), trace(i), thr=1.0e-10_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_mathieu_borders
+
+  !> y = exp(-d t / 2) z takes the damped equation (a, d) to the undamped one with a - d^2 / 4.
+  subroutine test_mathieu_damped(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: damped, undamped
+    real(dp), parameter :: d = 0.3_dp
+
+    call solve(mathieu_type(states=2, period=pi, a=1 + d**2 / 4, q=0.2_dp, d=d), damped, error, tolerance=1.0e-12_dp)
+    if (allocated(error)) return
+    call solve(mathieu_type(states=2, period=pi, a=1.0_dp, q=0.2_dp), undamped, error, tolerance=1.0e-12_dp)
+    if (allocated(error)) return
+    call check(error, maxval(abs(real(damped%exponent - undamped%exponent) + d / 2)) < 1.0e-11_dp)
+    if (allocated(error)) return
+    call check(error, damped%verdict(), "stable")
+  end subroutine test_mathieu_damped
+
+  subroutine test_scalar(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(monodromy_type) :: monodromy
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+
+    call solve_monodromy(scalar_type(states=1, period=2 * pi, c=0.0_dp), accuracy_type(tolerance=1.0e-12_dp), .true., &
+      & monodromy, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    ! Phi(t) = exp(sin t), so x_p(T) is the integral of exp(-sin s) exp(sin s) = T.
+    call check(error, monodromy%phi(1, 1), 1.0_dp, thr=1.0e-12_dp)
+    if (allocated(error)) return
+    call check(error, monodromy%xp(1), 2 * pi, thr=1.0e-11_dp)
+    if (allocated(error)) return
+
+    ! x0 = integral of exp(-c s) ds / (exp(-c T) - 1) = -1 / c, at t = 0.
+    call solve_monodromy(scalar_type(states=1, period=2 * pi, c=-0.5_dp), accuracy_type(tolerance=1.0e-12_dp), .true., &
+      & monodromy, failure)
+    if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, solution%x0(1), 2.0_dp, thr=1.0e-11_dp)
+    if (allocated(error)) return
+    call check(error, abs(solution%x0(1) - 2) <= solution%error(1), more="claimed error holds")
+  end subroutine test_scalar
+
+  subroutine test_paths(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(mathieu_type) :: system
+    type(plain_type) :: plain
+    type(monodromy_type) :: one, two
+    type(gestell_error), allocatable :: failure
+    character(len=6), parameter :: methods(3) = ["gauss2", "gauss6", "gauss8"]
+    integer :: i
+
+    system = mathieu_type(states=2, period=pi, a=3.0_dp, q=0.7_dp, d=0.1_dp, h=1.0_dp)
+    plain%states = 2
+    plain%period = pi
+    allocate(plain%system, source=system)
+    do i = 1, size(methods)
+      call solve_monodromy(system, accuracy_type(method=methods(i), steps=9), .true., one, failure)
+      if (.not. allocated(failure)) call solve_monodromy(plain, accuracy_type(method=methods(i), steps=9), .true., two, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      ! The same collocation, solved for accelerations or for slopes: equal but for rounding.
+      call check(error, maxval(abs(one%phi - two%phi)) < 1.0e-13_dp, more=methods(i))
+      if (allocated(error)) return
+      call check(error, maxval(abs(one%xp - two%xp)) < 1.0e-13_dp, more=methods(i))
+      if (allocated(error)) return
+    end do
+  end subroutine test_paths
+
+  !> On the border a0 the multiplier 1 is double and defective: an error e of Phi moves it by sqrt(e).
+  subroutine test_double(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: m
+
+    call solve(mathieu_type(states=2, period=pi, a=-5.800046020851508_dp, q=5.0_dp), m, error, tolerance=1.0e-9_dp)
+    if (allocated(error)) return
+    call check(error, all(abs(m%rho - 1) <= m%error * abs(m%rho)), more="claimed error holds")
+    if (allocated(error)) return
+    call check(error, all(m%error > 1.0e-9_dp), more="the bound knows that the multiplier is double")
+    if (allocated(error)) return
+    call check(error, m%verdict(), "undecided")
+  end subroutine test_double
+
+  !> An undamped oscillator of exactly twice the frequency of its excitation: rho = 1.
+  subroutine test_resonance(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(constant_type) :: system
+    type(monodromy_type) :: monodromy
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+
+    system = oscillators(4.0_dp)
+    call solve_monodromy(system, accuracy_type(tolerance=1.0e-13_dp), .true., monodromy, failure)
+    if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
+    call check(error, allocated(failure), more="resonance must be refused")
+    if (allocated(error)) return
+    call check(error, index(failure%message, "resonance") > 0)
+    if (allocated(error)) return
+    call check(error, failure%code, 4)
+  end subroutine test_resonance
+
+  !> Two equal undamped oscillators with stiffness c under unit load, T = 2 pi.
+  function oscillators(c) result(system)
+    real(dp), intent(in) :: c
+    type(constant_type) :: system
+    integer :: i
+
+    system = constant_type(states=4, period=2 * pi, amplitude=[1.0_dp, 1.0_dp])
+    do i = 1, 2
+      system%m(i, i) = 1
+      system%c(i, i) = c
+    end do
+  end function oscillators
+
+  !> q = 1 / (c - 1) near c = 1: the claimed error grows with the condition and covers the true one.
+  subroutine test_near_resonance(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(monodromy_type) :: monodromy
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    real(dp) :: gap, exact
+    integer :: i
+
+    do i = 1, 4
+      gap = 10.0_dp**(-2 * i)
+      call solve_monodromy(oscillators(1 + gap), accuracy_type(tolerance=1.0e-13_dp), .true., monodromy, failure)
+      if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      exact = 1 / ((1 + gap) - 1)
+      call check(error, abs(solution%x0(1) - exact) <= solution%error(1), more="claimed error holds")
+      if (allocated(error)) return
+      ! E - Phi has the smallest singular value pi gap and the largest 2 pi gap: but its norm is E's and Phi's.
+      call check(error, solution%error(1) < 1.0e-10_dp * exact / gap, more="claimed error is not absurd")
+      if (allocated(error)) return
+    end do
+  end subroutine test_near_resonance
+
+  subroutine test_vectors(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: m
+    type(gestell_error), allocatable :: failure
+    integer :: k
+
+    call solve_monodromy(mathieu_type(states=2, period=pi, a=3.0_dp, q=0.7_dp, d=0.1_dp), accuracy_type(), .false., &
+      & monodromy, failure)
+    if (.not. allocated(failure)) call solve_multipliers(monodromy, pi, .true., m, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    do k = 1, 2
+      call check(error, norm2(abs(matmul(monodromy%phi, m%vectors(:, k)) - m%rho(k) * m%vectors(:, k))) < 1.0e-14_dp)
+      if (allocated(error)) return
+      call check(error, norm2(abs(m%vectors(:, k))), 1.0_dp, thr=1.0e-14_dp)
+      if (allocated(error)) return
+    end do
+    call check(error, m%rho(1) == conjg(m%rho(2)), more="pair adjacent and conjugate")
+  end subroutine test_vectors
+
+  subroutine test_unasked(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: m
+    type(gestell_error), allocatable :: failure
+
+    call solve_monodromy(mathieu_type(states=2, period=pi, a=3.0_dp, h=1.0_dp), accuracy_type(), .false., monodromy, failure)
+    if (.not. allocated(failure)) call solve_multipliers(monodromy, pi, .false., m, failure)
+    call check(error, .not. allocated(failure))
+    if (allocated(error)) return
+    call check(error, .not. allocated(monodromy%xp))
+    if (allocated(error)) return
+    call check(error, .not. allocated(m%vectors))
+  end subroutine test_unasked
+
+  subroutine test_refused(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+
+    call solve_monodromy(mathieu_type(states=2, period=pi), accuracy_type(method="euler"), .false., monodromy, failure)
+    call check(error, allocated(failure), more="unknown method")
+    if (allocated(error)) return
+    call solve_monodromy(mathieu_type(states=2, period=pi), accuracy_type(steps=-1), .false., monodromy, failure)
+    call check(error, allocated(failure), more="negative steps")
+  end subroutine test_refused
+
+end module test_floquet

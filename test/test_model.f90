@@ -1,0 +1,482 @@
+!> Kinematics, assembly and the frame's matrices against the reference and against closed forms.
+module test_model
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_assembly, only: turn_once
+  use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_joints_joint, only: point_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_mechanism, only: mass_functions_type
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use machines, only: frame_of_machine, linkage_of_machine
+  use reference_cases, only: random_machine
+  use reference_four_bar, only: khang_machine, machine_data, reference_functions => mass_functions, &
+    & reference_functions_type => mass_functions_type
+  use reference_frame, only: frame_matrices, frame_of
+  use reference_linear, only: qp
+  use reference_newton, only: newton_orders
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_model
+
+contains
+
+  subroutine collect_model(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("jets: derivatives of an expression against differences", test_jets), &
+      & new_unittest("four-bar: Freudenstein's equation and constant lengths", test_freudenstein), &
+      & new_unittest("four-bar: derivatives against differences", test_differences), &
+      & new_unittest("branch -1 mirrors branch 1", test_branches), &
+      & new_unittest("mass functions of random machines against the reference", test_mass_functions), &
+      & new_unittest("M, B, C, h of random machines against the reference", test_matrices), &
+      & new_unittest("the equations of motion are Newton's law", test_newton), &
+      & new_unittest("supports to c_ij as in [1] of the paper", test_supports), &
+      & new_unittest("free degrees of freedom", test_freedoms), &
+      & new_unittest("natural frequencies of a frame without mechanism", test_frequencies), &
+      & new_unittest("a balanced mechanism does not shake", test_balanced), &
+      & new_unittest("assembly lost over a part of the turn", test_lost), &
+      & new_unittest("assembly lost between all samples", test_narrow_gap), &
+      & new_unittest("a change point is a dead point", test_change_point), &
+      & new_unittest("close to a dead point, but free", test_nearly_dead), &
+      & new_unittest("a second dyad that locks is named", test_second_dyad), &
+      & new_unittest("a link whose joints meet", test_meeting), &
+      & new_unittest("bad parts are refused", test_refused)]
+  end subroutine collect_model
+
+  subroutine test_jets(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(jet) :: f, plus, minus
+    real(dp), parameter :: h = 1.0e-3_dp, at = 0.7_dp
+
+    f = expression(at)
+    plus = expression(at + h)
+    minus = expression(at - h)
+    ! Central differences are right to h^2 times the third derivative, of size 1 here.
+    call check(error, f%d, (plus%v - minus%v) / (2 * h), thr=1.0e-5_dp)
+    if (allocated(error)) return
+    call check(error, f%dd, (plus%d - minus%d) / (2 * h), thr=1.0e-5_dp)
+
+  contains
+
+    type(jet) function expression(t) result(f)
+      real(dp), intent(in) :: t
+      type(jet) :: x
+
+      x = jet(t, 1.0_dp, 0.0_dp)
+      f = sqrt(x * x + 2.0_dp) * cos(3.0_dp * x) / (sin(x) + 2.0_dp) - (-x) * (x - 0.3_dp) - cos(x * x)
+    end function expression
+
+  end subroutine test_jets
+
+  subroutine paper_linkage(linkage, error, branch)
+    type(linkage_type), intent(out) :: linkage
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: branch
+    type(machine_data) :: machine
+    type(gestell_error), allocatable :: failure
+
+    machine = khang_machine(240.0_dp)
+    if (present(branch)) machine%joints(4)%branch = branch
+    call linkage_of_machine(machine, linkage, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine paper_linkage
+
+  !> K1 cos psi - K2 cos phi + K3 = cos(phi - psi) for the angles of crank and rocker (F. Freudenstein, Trans. ASME 77,
+  !> 1955, p. 853), K1 = d / a, K2 = d / c, K3 = (a^2 - b^2 + c^2 + d^2) / (2 a c).
+  subroutine test_freudenstein(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: a = 0.07_dp, b = 0.37_dp, c = 0.16_dp, d = 0.40_dp
+    type(linkage_type) :: linkage
+    type(point_type) :: at(4)
+    real(dp) :: phi, psi
+    integer :: k
+
+    call paper_linkage(linkage, error)
+    if (allocated(error)) return
+    do k = 0, 100
+      phi = 2 * pi * k / 100
+      call linkage%points(phi, at)
+      psi = atan2(at(4)%y%v, at(4)%x%v - d)
+      call check(error, d / a * cos(psi) - d / c * cos(phi) + (a**2 - b**2 + c**2 + d**2) / (2 * a * c), cos(phi - psi), &
+        & thr=1.0e-13_dp, more="Freudenstein")
+      if (allocated(error)) return
+      call check(error, hypot(at(4)%x%v - at(3)%x%v, at(4)%y%v - at(3)%y%v), b, thr=1.0e-15_dp, more="coupler's length")
+      if (allocated(error)) return
+      call check(error, hypot(at(4)%x%v - d, at(4)%y%v), c, thr=1.0e-15_dp, more="rocker's length")
+      if (allocated(error)) return
+      call check(error, sin(psi) > 0, more="open branch")
+      if (allocated(error)) return
+    end do
+  end subroutine test_freudenstein
+
+  subroutine test_differences(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(point_type) :: at(4), plus(4), minus(4)
+    real(dp), parameter :: h = 1.0e-4_dp
+    real(dp) :: phi
+    integer :: k
+
+    call paper_linkage(linkage, error)
+    if (allocated(error)) return
+    do k = 0, 50
+      phi = 2 * pi * k / 50
+      call linkage%points(phi, at)
+      call linkage%points(phi + h, plus)
+      call linkage%points(phi - h, minus)
+      ! h^2 / 6 times a third derivative below 1 m.
+      call check(error, maxval(abs(at%x%d - (plus%x%v - minus%x%v) / (2 * h))) < 2.0e-9_dp)
+      if (allocated(error)) return
+      call check(error, maxval(abs(at%y%d - (plus%y%v - minus%y%v) / (2 * h))) < 2.0e-9_dp)
+      if (allocated(error)) return
+      call check(error, maxval(abs(at%x%dd - (plus%x%d - minus%x%d) / (2 * h))) < 5.0e-9_dp)
+      if (allocated(error)) return
+      call check(error, maxval(abs(at%y%dd - (plus%y%d - minus%y%d) / (2 * h))) < 5.0e-9_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_differences
+
+  !> Mirrored at the ground line and run backwards, one assembly is the other.
+  subroutine test_branches(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: left, right
+    type(point_type) :: at_left(4), at_right(4)
+    integer :: k
+
+    call paper_linkage(left, error)
+    if (allocated(error)) return
+    call paper_linkage(right, error, branch=-1)
+    if (allocated(error)) return
+    do k = 0, 20
+      call left%points(0.3_dp * k, at_left)
+      call right%points(-0.3_dp * k, at_right)
+      call check(error, maxval(abs([at_left%x%v - at_right%x%v, at_left%y%v + at_right%y%v])) < 1.0e-15_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_branches
+
+  subroutine test_mass_functions(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(linkage_type) :: linkage
+    type(mass_functions_type) :: a
+    type(reference_functions_type) :: r
+    type(gestell_error), allocatable :: failure
+    real(dp) :: angle, defect, size
+    integer :: i, k
+
+    do i = 1, 200
+      machine = random_machine(i)
+      call linkage_of_machine(machine, linkage, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      do k = 1, 5
+        angle = 1.3_dp * k - 2
+        call linkage%mass_functions(angle, a)
+        r = reference_functions(machine, real(angle, qp))
+        defect = maxval(abs([a%a1%v - r%a1(0), a%a2%v - r%a2(0), a%a3%v - r%a3(0), a%a1%d - r%a1(1), a%a2%d - r%a2(1), &
+          & a%a3%d - r%a3(1), a%a1%dd - r%a1(2), a%a2%dd - r%a2(2), a%a4 - r%a4]))
+        size = real(maxval(abs([r%a1, r%a2, r%a3, r%a4])), dp)
+        ! A transmission angle with cosine 0.95 amplifies the roundings of the second derivatives some hundredfold.
+        call check(error, defect <= 1.0e-12_dp * size)
+        if (allocated(error)) return
+        call check(error, linkage%mass, real(r%mass, dp), thr=1.0e-14_dp * linkage%mass)
+        if (allocated(error)) return
+        call check(error, linkage%inertia, real(r%inertia, dp), thr=1.0e-14_dp * linkage%inertia)
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_mass_functions
+
+  subroutine test_matrices(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    real(qp) :: m_q(3, 3), b_q(3, 3), c_q(3, 3), h_q(3)
+    real(dp) :: m(3, 3), b(3, 3), c(3, 3), h(3), t
+    integer :: i, k
+
+    do i = 1, 100
+      machine = random_machine(i)
+      call frame_of_machine(machine, frame, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      do k = 0, 3
+        t = 0.27_dp * k * frame%period
+        call frame%matrices(t, m, b, c)
+        call frame%load(t, h)
+        call frame_matrices(frame_of(machine), real(t, qp), m_q, b_q, c_q, h_q)
+        ! As above, and the crank angle Omega t is rounded.
+        call check(error, maxval(abs(m - m_q)) <= 1.0e-12_dp * maxval(abs(m)), more="M")
+        if (allocated(error)) return
+        call check(error, maxval(abs(b - b_q)) <= 1.0e-11_dp * maxval(abs(b)), more="B")
+        if (allocated(error)) return
+        call check(error, maxval(abs(c - c_q)) <= 1.0e-11_dp * maxval(abs(c)), more="C")
+        if (allocated(error)) return
+        call check(error, maxval(abs(h - h_q)) <= 1.0e-11_dp * maxval(abs(h)), more="h")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_matrices
+
+  !> The reference's equations, which the tests above compare with ours, leave an error of second order to the fully
+  !> nonlinear sums of all forces and moments.
+  subroutine test_newton(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(qp) :: orders(3, 2), defect(3, 2)
+    integer :: i
+
+    do i = 1, 5
+      call newton_orders(random_machine(i), 0.9_qp * i, 1.0e-5_qp, orders, defect)
+      call check(error, all(orders > 1.99_qp))
+      if (allocated(error)) return
+    end do
+  end subroutine test_newton
+
+  subroutine test_supports(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(support_type) :: supports(2)
+    real(dp) :: c(3, 3)
+    real(dp), parameter :: k(2) = [3.0_dp, 5.0_dp], kb(2) = [7.0_dp, 11.0_dp], x(2) = [-0.4_dp, 0.3_dp], y(2) = [-0.2_dp, 0.1_dp]
+    integer :: i
+
+    do i = 1, 2
+      supports(i) = support_type(position=[x(i), y(i)], stiffness=[k(i), kb(i)], damping=[kb(i), k(i)])
+    end do
+    c(1, :) = [sum(k), 0.0_dp, -sum(k * y)]
+    c(2, :) = [0.0_dp, sum(kb), sum(kb * x)]
+    c(3, :) = [-sum(k * y), sum(kb * x), sum(k * y**2 + kb * x**2)]
+    call check(error, maxval(abs(stiffness_matrix(supports) - c)) < 1.0e-14_dp)
+    if (allocated(error)) return
+
+    ! Turned by a right angle the axes change places; a damper stands where the spring stood.
+    do i = 1, 2
+      supports(i)%angle = pi / 2
+    end do
+    call check(error, maxval(abs(damping_matrix(supports) - c)) < 1.0e-14_dp)
+  end subroutine test_supports
+
+  subroutine test_freedoms(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(frame_type) :: full, part
+    type(gestell_error), allocatable :: failure
+    real(dp) :: stiffness(3, 3), m(3, 3), b(3, 3), c(3, 3), h(3), m2(2, 2), b2(2, 2), c2(2, 2), h2(2)
+    integer, parameter :: free(2) = [2, 3]
+
+    call paper_linkage(linkage, error)
+    if (allocated(error)) return
+    stiffness = reshape([3.0_dp, 0.1_dp, 0.2_dp, 0.1_dp, 4.0_dp, 0.3_dp, 0.2_dp, 0.3_dp, 5.0_dp], [3, 3])
+    call new_frame(full, linkage, 18.0_dp, 0.78_dp, [-0.2_dp, 0.2_dp], stiffness, stiffness, 30.0_dp, failure)
+    call new_frame(part, linkage, 18.0_dp, 0.78_dp, [-0.2_dp, 0.2_dp], stiffness, stiffness, 30.0_dp, failure, free)
+    call check(error, part%states, 4)
+    if (allocated(error)) return
+    call full%matrices(0.01_dp, m, b, c)
+    call full%load(0.01_dp, h)
+    call part%matrices(0.01_dp, m2, b2, c2)
+    call part%load(0.01_dp, h2)
+    call check(error, maxval(abs(m(free, free) - m2)) + maxval(abs(b(free, free) - b2)) + maxval(abs(c(free, free) - c2)) &
+      & + maxval(abs(h(free) - h2)), 0.0_dp)
+    if (allocated(error)) return
+    call new_frame(part, linkage, 18.0_dp, 0.78_dp, [-0.2_dp, 0.2_dp], stiffness, stiffness, 30.0_dp, failure, [3, 3])
+    call check(error, allocated(failure), more="a degree of freedom twice")
+  end subroutine test_freedoms
+
+  !> Without the mechanism's mass: sqrt(k / m) and, with springs that do not couple, sqrt(c33 / J).
+  subroutine test_frequencies(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: w(:)
+
+    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+    call linkage%crank("A", "O", 0.1_dp, 0.0_dp, failure)
+    call linkage%link("crank", "O", "A", 0.0_dp, 0.0_dp, [0.0_dp, 0.0_dp], failure)
+    call turn_once(linkage, failure)
+    call new_frame(frame, linkage, 4.0_dp, 0.5_dp, [0.3_dp, 0.1_dp], diagonal([400.0_dp, 100.0_dp, 32.0_dp]), &
+      & diagonal([0.0_dp, 0.0_dp, 0.0_dp]), 30.0_dp, failure)
+    if (.not. allocated(failure)) call frame%natural_frequencies(w, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, maxval(abs(w - [5.0_dp, 8.0_dp, 10.0_dp])) < 1.0e-13_dp)
+  end subroutine test_frequencies
+
+  pure function diagonal(d) result(a)
+    real(dp), intent(in) :: d(3)
+    real(dp) :: a(3, 3)
+    integer :: i
+
+    a = 0
+    do i = 1, 3
+      a(i, i) = d(i)
+    end do
+  end function diagonal
+
+  !> A crank with a counterweight: a1 and a2 vanish with all derivatives, and with the pivot at O the moment too.
+  subroutine test_balanced(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(mass_functions_type) :: a
+    type(gestell_error), allocatable :: failure
+    integer :: k
+
+    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+    call linkage%crank("A", "O", 0.1_dp, 0.2_dp, failure)
+    call linkage%link("crank", "O", "A", 3.0_dp, 0.1_dp, [0.07_dp, 0.03_dp], failure)
+    call linkage%link("counterweight", "O", "A", 1.0_dp, 0.1_dp, [-0.21_dp, -0.09_dp], failure)
+    do k = 1, 30
+      call linkage%mass_functions(0.37_dp * k, a)
+      call check(error, sum(abs([a%a1%v, a%a2%v, a%a1%d, a%a2%d, a%a1%dd, a%a2%dd, a%a4])), 0.0_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_balanced
+
+  !> Turns a four-bar with crank a, coupler b, rocker c, ground d.
+  subroutine turn_four_bar(a, b, c, d, failure)
+    real(dp), intent(in) :: a, b, c, d
+    type(gestell_error), allocatable, intent(out) :: failure
+    type(linkage_type) :: linkage
+
+    call linkage%ground("A0", [0.0_dp, 0.0_dp], failure)
+    call linkage%ground("B0", [d, 0.0_dp], failure)
+    call linkage%crank("A", "A0", a, 0.0_dp, failure)
+    call linkage%rrr("B", ["A ", "B0"], [b, c], 1, failure)
+    call linkage%link("coupler", "A", "B", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+    call turn_once(linkage, failure)
+  end subroutine turn_four_bar
+
+  !> The ends drift apart to b + c where cos phi = (a^2 + d^2 - (b + c)^2) / (2 a d): at 104.478 deg here.
+  subroutine test_lost(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call turn_four_bar(0.2_dp, 0.25_dp, 0.25_dp, 0.4_dp, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, failure%code, 3)
+    if (allocated(error)) return
+    call check(error, failure%subject, "joint 'B'")
+    if (allocated(error)) return
+    ! (0.04 + 0.16 - 0.25) / 0.16 = -0.3125: 108.210 deg.
+    call check(error, index(failure%message, "108.210 deg") > 0, more=failure%message)
+  end subroutine test_lost
+
+  !> At 180 deg the ends are 1e-9 m too far apart, over 0.004 deg of the turn.
+  subroutine test_narrow_gap(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call turn_four_bar(0.2_dp, 0.35_dp, 0.25_dp - 1.0e-9_dp, 0.4_dp, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, index(failure%message, "179.9") > 0, more=failure%message)
+  end subroutine test_narrow_gap
+
+  !> A parallelogram: all four joints on a line at 0 and 180 deg.
+  subroutine test_change_point(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call turn_four_bar(0.2_dp, 0.4_dp, 0.2_dp, 0.4_dp, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, index(failure%message, " 0.000 deg") > 0, more=failure%message)
+  end subroutine test_change_point
+
+  !> 1e-6 of the length short of a change point it still turns, and the feature tells how fine its motion is there.
+  subroutine test_nearly_dead(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call turn_four_bar(0.2_dp, 0.35_dp, 0.25_dp + 1.0e-6_dp, 0.4_dp, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine test_nearly_dead
+
+  !> A dyad on the paper's rocker that cannot follow it.
+  subroutine test_second_dyad(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(gestell_error), allocatable :: failure
+
+    call paper_linkage(linkage, error)
+    if (allocated(error)) return
+    call linkage%ground("C0", [0.8_dp, 0.1_dp], failure)
+    call linkage%rrr("C", ["j4", "C0"], [0.2_dp, 0.17_dp], 1, failure)
+    call turn_once(linkage, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, failure%subject, "joint 'C'")
+  end subroutine test_second_dyad
+
+  !> A link from the crank's joint to a fixed joint on the crank's circle, at 90 deg.
+  subroutine test_meeting(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(gestell_error), allocatable :: failure
+
+    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+    call linkage%ground("P", [0.0_dp, 0.1_dp], failure)
+    call linkage%crank("A", "O", 0.1_dp, 0.0_dp, failure)
+    call linkage%link("rod", "P", "A", 1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
+    call turn_once(linkage, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, failure%message, "link 'rod': its joints meet at a crank angle of 90.000 deg")
+  end subroutine test_meeting
+
+  subroutine test_refused(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    real(dp) :: zero(3, 3)
+
+    call turn_once(linkage, failure)
+    call check(error, allocated(failure), more="nothing there")
+    if (allocated(error)) return
+    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+    call linkage%crank("A", "P", 0.1_dp, 0.0_dp, failure)
+    call check(error, allocated(failure), more="unknown pivot")
+    if (allocated(error)) return
+    call linkage%crank("A", "O", -0.1_dp, 0.0_dp, failure)
+    call check(error, allocated(failure), more="negative radius")
+    if (allocated(error)) return
+    call linkage%crank("A", "O", 0.1_dp, 0.0_dp, failure)
+    call linkage%ground("A", [0.0_dp, 0.0_dp], failure)
+    call check(error, allocated(failure), more="name taken")
+    if (allocated(error)) return
+    call linkage%rrr("B", ["A", "A"], [1.0_dp, 1.0_dp], 1, failure)
+    call check(error, allocated(failure), more="same ends")
+    if (allocated(error)) return
+    call linkage%rrr("B", ["A", "O"], [1.0_dp, 1.0_dp], 0, failure)
+    call check(error, allocated(failure), more="branch")
+    if (allocated(error)) return
+    call linkage%link("rod", "O", "A", -1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
+    call check(error, allocated(failure), more="negative mass")
+    if (allocated(error)) return
+    call turn_once(linkage, failure)
+    call check(error, allocated(failure), more="no link")
+    if (allocated(error)) return
+    call linkage%link("rod", "O", "A", 1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
+    zero = 0
+    call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 0.0_dp, failure)
+    call check(error, allocated(failure), more="speed zero")
+    if (allocated(error)) return
+    call new_frame(frame, linkage, -1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
+    call check(error, allocated(failure), more="negative frame mass")
+  end subroutine test_refused
+
+end module test_model

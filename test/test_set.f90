@@ -1,0 +1,201 @@
+!> Values set from outside the file, and suggestions for misspelt words.
+module test_set
+  use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
+  use gestell_base_error, only: error_type, invalid_input, wrong_usage
+  use gestell_base_kinds, only: dp
+  use gestell_io_check, only: check_document
+  use gestell_io_document, only: document_type, group_type, the_group, groups_named, word_length
+  use gestell_io_get, only: get, positive, nonnegative
+  use gestell_io_namelist, only: parse_document
+  use gestell_io_path, only: set_value, get_path, set_path_real
+  use gestell_io_schema, only: input_schema
+  use gestell_io_suggest, only: suggestion
+  use namelist_helpers, only: read_checked, check_message, check_passed, file, rest
+  implicit none (type, external)
+  private
+
+  public :: collect_set
+
+contains
+
+  subroutine collect_set(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      new_unittest("--set and paths", test_assignments), &
+      new_unittest("errors of --set", test_wrong_set), &
+      new_unittest("suggestions", test_suggestion)]
+  end subroutine collect_set
+
+  subroutine test_assignments(error)
+    type(test_error), allocatable, intent(out) :: error
+    type(document_type) :: doc
+    type(error_type), allocatable :: failure
+    type(group_type), allocatable :: supports(:)
+    character(len=:), allocatable :: text
+    character(len=word_length), allocatable :: texts(:)
+    real(dp), allocatable :: values(:)
+    real(dp) :: x, pair(2)
+    integer :: n
+
+    call parse_document("&joint name='B', type='RRR', lengths=0.37,0.16/ &frame/ &support/ &support stiffness=1,2/", &
+      file, doc, failure)
+    call set(error, doc, "drive.speed_rpm=240")
+    call set(error, doc, " Support . stiffness = 1e5 ")
+    call set(error, doc, "support(2).stiffness(1)=7")
+    call set(error, doc, "joint(B).lengths(2)=.5")
+    call set(error, doc, "foundation.stiffness(2,3)=6")
+    call set(error, doc, "frame.origin=1,2")
+    call set(error, doc, "frame.dof='xi', eta")
+    call set(error, doc, "case.title=a, b = c")
+    call set(error, doc, "case.tasks=stability,response")
+    call set(error, doc, "accuracy.method=gauss6")
+    call set(error, doc, "accuracy.steps=64")
+    if (allocated(error)) return
+    call check_document(doc, input_schema(), failure)
+    call check_passed(error, failure)
+    if (allocated(error)) return
+
+    call get_path(doc, input_schema(), "support.stiffness", values, failure)
+    call check(error, all(nint(values) == [100000, 100000, 7, 100000]))
+    if (allocated(error)) return
+    call get_path(doc, input_schema(), "joint(1).lengths", values, failure)
+    call check(error, all(abs(values - [0.37_dp, 0.5_dp]) <= 0.0_dp))
+    if (allocated(error)) return
+    call get_path(doc, input_schema(), "foundation.stiffness(2,3)", values, failure)
+    call check(error, size(values) == 1 .and. nint(values(1)) == 6)
+    if (allocated(error)) return
+    call get(the_group(doc, "accuracy"), "steps", n, failure)
+    call check(error, n, 64)
+    if (allocated(error)) return
+    call get(the_group(doc, "accuracy"), "method", text, failure)
+    call check(error, text, "gauss6")
+    if (allocated(error)) return
+    call get(the_group(doc, "case"), "title", text, failure)
+    call check(error, text, "a, b = c")
+    if (allocated(error)) return
+    call get(the_group(doc, "frame"), "dof", texts, failure)
+    call check(error, size(texts) == 2 .and. texts(1) == "xi" .and. texts(2) == "eta")
+    if (allocated(error)) return
+
+    ! 17 digits bring back the same number
+    x = acos(-1.0_dp) * 1.0e-7_dp
+    call set_path_real(doc, input_schema(), "drive.speed_rpm", x, failure)
+    call check_passed(error, failure)
+    if (allocated(error)) return
+    call get_path(doc, input_schema(), "drive.speed_rpm", values, failure)
+    call check(error, abs(values(1) - x) <= 0.0_dp)
+    if (allocated(error)) return
+
+    ! later checks know where the value came from
+    call set(error, doc, "support(1).damping=-1,0")
+    allocate(supports, source=groups_named(doc, "support"))
+    call get(supports(1), "damping", pair, failure, must=nonnegative)
+    call check_message(error, failure, "--set support(1).damping=-1,0: must not be negative")
+    call set_path_real(doc, input_schema(), "frame.mass", -2.0_dp, failure)
+    call get(the_group(doc, "frame"), "mass", x, failure, must=positive)
+    call check_message(error, failure, "at frame.mass=-2.0000000000000000E+000: must be positive")
+  end subroutine test_assignments
+
+  subroutine test_wrong_set(error)
+    type(test_error), allocatable, intent(out) :: error
+    character(len=*), parameter :: form = &
+      "a path is GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), as in drive.speed_rpm"
+    type(document_type) :: doc
+    type(error_type), allocatable :: failure
+    real(dp), allocatable :: values(:)
+
+    call not_set(error, "speed", "must be PATH=VALUE, as in drive.speed_rpm=240", wrong_usage)
+    call not_set(error, "speed=5", form, wrong_usage)
+    call not_set(error, "=5", form, wrong_usage)
+    call not_set(error, "joint(B=5", "must be PATH=VALUE, as in drive.speed_rpm=240", wrong_usage)
+    call not_set(error, "joint(B)=5", form, wrong_usage)
+    call not_set(error, "joint(B).lengths(x)=5", form, wrong_usage)
+    call not_set(error, "joint(B).lengths(1)2=5", form, wrong_usage)
+    call not_set(error, "joint(B).lengths(1,1,1)=5", form, wrong_usage)
+    call not_set(error, "drve.speed_rpm=5", "unknown group &drve: did you mean &drive?")
+    call not_set(error, "drive.sped_rpm=5", "unknown key 'sped_rpm': did you mean 'speed_rpm'?")
+    call not_set(error, "drive.speed_rpm=abc", "must be a number")
+    call not_set(error, "drive.speed_rpm=", "a value is missing")
+    call not_set(error, "drive.speed_rpm=240,5", "takes 1 value, has 2 (a decimal comma? use a point)")
+    call not_set(error, "drive.speed_rpm=1/2", "must be a number")
+    call not_set(error, "drive.speed_rpm=inf", "must be finite")
+    call not_set(error, "drive.speed_rpm(1)=5", "speed_rpm takes no subscript")
+    call not_set(error, "drive(1).speed_rpm=5", "there is only one &drive: write drive.speed_rpm")
+    call not_set(error, "joint(b1).radius=5", "unknown joint 'b1'; did you mean 'B'?")
+    call not_set(error, "joint(Q).radius=5", "unknown joint 'Q'; known: 'A0', 'B'")
+    call not_set(error, "joint(3).radius=5", "there is no &joint 3: they are numbered from 1 to 2")
+    call not_set(error, "support(3).angle=5", "there is no &support 3: they are numbered from 1 to 2")
+    call not_set(error, "support(x).angle=5", "there is no &support x: they are numbered from 1 to 2")
+    call not_set(error, "support.position=5", "takes 2 values, has 1")
+    call not_set(error, "support.position(3)=5", "position: the subscript runs from 1 to 2")
+    call not_set(error, "support.position(1)=5,6", "takes 1 value, has 2 (a decimal comma? use a point)")
+    call not_set(error, "joint(A0).lengths(2)=5", "needs the element before it too")
+    call not_set(error, "case.tasks=a,,b", "a value is missing")
+    call not_set(error, "accuracy.steps=2.5", "must be a whole number, written without a point or exponent")
+    call not_set(error, "joint(B).name=", "must not be blank")
+
+    call read_checked("&frame/" // rest, doc, failure)
+    call get_path(doc, input_schema(), "link(k).mass", values, failure)
+    call check_message(error, failure, "link(k).mass: the input has no &link")
+    call get_path(doc, input_schema(), "frame.mass", values, failure)
+    call check_message(error, failure, "frame.mass: has no value in the input")
+    call get_path(doc, input_schema(), "joint(O).type", values, failure)
+    call check_message(error, failure, "joint(O).type: is a text, not a number")
+    call set_value(doc, input_schema(), "frame.mass=" // repeat("9", 500), failure)
+    call check_message(error, failure, "--set frame.mass=" // repeat("9", 46) // "...: is too large")
+  end subroutine test_wrong_set
+
+  subroutine test_suggestion(error)
+    type(test_error), allocatable, intent(out) :: error
+    character(len=9), parameter :: words(4) = [character(len=9) :: "stability", "modes", "response", "A"]
+
+    call check(error, suggestion("stabiltiy", words), "; did you mean 'stability'?")
+    if (allocated(error)) return
+    call check(error, suggestion("MODES", words), "; did you mean 'modes'?")
+    if (allocated(error)) return
+    call check(error, suggestion("mdoes", words), "; did you mean 'modes'?")
+    if (allocated(error)) return
+    call check(error, suggestion("reponses", words), "; did you mean 'response'?")
+    if (allocated(error)) return
+    call check(error, suggestion("B", words), "; known: 'stability', 'modes', 'response', 'A'")
+    if (allocated(error)) return
+    call check(error, suggestion("", words(2:2)), "; known: 'modes'")
+    if (allocated(error)) return
+    call check(error, suggestion("x", words(:0)), "; none is known")
+    if (allocated(error)) return
+    call check(error, suggestion(repeat("x", 100000), words(2:2)), "; known: 'modes'")
+  end subroutine test_suggestion
+
+  subroutine set(error, doc, assignment)
+    type(test_error), allocatable, intent(inout) :: error
+    type(document_type), intent(inout) :: doc
+    character(len=*), intent(in) :: assignment
+    type(error_type), allocatable :: failure
+
+    if (allocated(error)) return
+    call set_value(doc, input_schema(), assignment, failure)
+    call check_passed(error, failure)
+  end subroutine set
+
+  !> An assignment must be refused with this message behind "--set assignment: ".
+  subroutine not_set(error, assignment, message, code)
+    type(test_error), allocatable, intent(inout) :: error
+    character(len=*), intent(in) :: assignment, message
+    integer, intent(in), optional :: code
+    type(document_type) :: doc
+    type(error_type), allocatable :: failure
+    integer :: expected
+
+    if (allocated(error)) return
+    call parse_document("&joint name='A0', type='ground'/ &joint name='B', type='RRR', lengths=1,2/ " &
+      // "&support/ &support/", file, doc, failure)
+    call set_value(doc, input_schema(), assignment, failure)
+    call check_message(error, failure, "--set " // assignment // ": " // message)
+    if (allocated(error)) return
+    expected = invalid_input
+    if (present(code)) expected = code
+    call check(error, failure%code, expected)
+  end subroutine not_set
+
+end module test_set

@@ -1,0 +1,458 @@
+!> Invariants of the frame's stability and of its vibration.
+module test_vibration
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_fourier, only: fourier_series, fourier_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
+  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_model_frame, only: frame_type
+  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use machines, only: frame_of_machine
+  use reference_cases, only: random_machine
+  use reference_flow, only: flow_states
+  use reference_four_bar, only: khang_machine, machine_data, motion_type, move
+  use reference_frame, only: frame_of
+  use reference_linear, only: qp
+  use systems, only: again_type
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_vibration
+
+contains
+
+  subroutine collect_vibration(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("Liouville's theorem over random machines", test_liouville), &
+      & new_unittest("reciprocal pairs without damping", test_reciprocal), &
+      & new_unittest("Phi(2 T) = Phi(T)^2", test_two_turns), &
+      & new_unittest("multipliers do not depend on the starting phase", test_starting_phase), &
+      & new_unittest("x(T) = x(0) by an independent integration", test_closes), &
+      & new_unittest("energy balance: drive and dampers", test_energy), &
+      & new_unittest("a vibration turned backwards", test_backwards), &
+      & new_unittest("Fourier series of a known function", test_fourier), &
+      & new_unittest("Parseval, mean and peak of the vibration", test_parseval), &
+      & new_unittest("only what was asked for", test_unasked)]
+  end subroutine collect_vibration
+
+  subroutine solve(frame, tolerance, forced, monodromy, error)
+    type(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: tolerance
+    logical, intent(in) :: forced
+    type(monodromy_type), intent(out) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call solve_monodromy(frame, accuracy_type(tolerance=tolerance), forced, monodromy, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine solve
+
+  subroutine random_frame(number, frame, error)
+    integer, intent(in) :: number
+    type(frame_type), intent(out) :: frame
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call frame_of_machine(random_machine(number), frame, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine random_frame
+
+  !> The library's defect is small, and so is the one of a determinant by the multipliers.
+  subroutine test_liouville(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: multipliers
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    do i = 1, 60
+      call random_frame(i, frame, error)
+      if (allocated(error)) return
+      call solve(frame, 1.0e-10_dp, .false., monodromy, error)
+      if (allocated(error)) return
+      call solve_multipliers(monodromy, frame%period, .false., multipliers, failure)
+      ! An error e of Phi changes ln det Phi by up to e |Phi^-1| n.
+      call check(error, abs(monodromy%liouville_defect) <= 1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)))
+      if (allocated(error)) return
+      call check(error, sum(multipliers%log_abs), -trace_of_damping(frame), &
+        & thr=1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)), more="closed form")
+      if (allocated(error)) return
+    end do
+  end subroutine test_liouville
+
+  !> The integral of tr(M^-1 D) over the period with the damping matrix D alone: the periodic part of B is dM/dt plus an
+  !> antisymmetric matrix, so tr(M^-1 dM/dt) = d/dt ln det M drops out over a period.
+  real(dp) function trace_of_damping(frame)
+    type(frame_type), intent(in) :: frame
+    integer, parameter :: points = 2000
+    real(dp) :: m(3, 3), b(3, 3), c(3, 3), column(3)
+    integer :: i, k
+
+    trace_of_damping = 0
+    do k = 1, points
+      call frame%matrices(frame%period * k / points, m, b, c)
+      do i = 1, 3
+        column = solve3(m, frame%damping(:, i))
+        trace_of_damping = trace_of_damping + column(i) * frame%period / points
+      end do
+    end do
+  end function trace_of_damping
+
+  !> Without damping the equations come from a Lagrangian: rho and 1 / rho are both multipliers.
+  subroutine test_reciprocal(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: m
+    type(gestell_error), allocatable :: failure
+    integer :: i, j, k
+
+    do i = 1, 30
+      machine = random_machine(i)
+      machine%foundation_damping = 0
+      do k = 1, size(machine%supports)
+        machine%supports(k)%damping = 0
+      end do
+      call frame_of_machine(machine, frame, failure)
+      if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(tolerance=1.0e-11_dp), .false., monodromy, failure)
+      if (.not. allocated(failure)) call solve_multipliers(monodromy, frame%period, .false., m, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      do j = 1, 6
+        ! The partner is found within the bounds that both carry.
+        call check(error, any(abs(m%rho - 1 / m%rho(j)) <= abs(m%rho) * m%error + abs(1 / m%rho(j)) * m%error(j)))
+        if (allocated(error)) return
+      end do
+      call check(error, m%verdict() /= "stable", more="an undamped machine is never asymptotically stable")
+      if (allocated(error)) return
+    end do
+  end subroutine test_reciprocal
+
+  subroutine test_two_turns(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(again_type) :: twice
+    type(monodromy_type) :: one, two
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    do i = 1, 10
+      call random_frame(i, frame, error)
+      if (allocated(error)) return
+      call solve(frame, 1.0e-11_dp, .false., one, error)
+      if (allocated(error)) return
+      twice = again(frame, 2, 0.0_dp)
+      call solve_monodromy(twice, accuracy_type(tolerance=1.0e-11_dp), .false., two, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      ! Errors of Phi and of its square: 1e-11 each, the first twice, times the norm.
+      call check(error, norm2((two%phi - matmul(one%phi, one%phi)) * spread(one%scale, 1, 6) / spread(one%scale, 2, 6)) &
+        & <= 5.0e-11_dp * one%norm**2)
+      if (allocated(error)) return
+    end do
+  end subroutine test_two_turns
+
+  function again(frame, turns, start) result(system)
+    type(frame_type), intent(in) :: frame
+    integer, intent(in) :: turns
+    real(dp), intent(in) :: start
+    type(again_type) :: system
+
+    system%states = frame%states
+    system%period = turns * frame%period
+    system%least_steps = turns * frame%least_steps
+    system%start = start
+    allocate(system%system, source=frame)
+  end function again
+
+  subroutine test_starting_phase(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: m, shifted
+    type(gestell_error), allocatable :: failure
+    integer :: i, k
+
+    do i = 1, 10
+      call random_frame(i, frame, error)
+      if (allocated(error)) return
+      call solve(frame, 1.0e-11_dp, .false., monodromy, error)
+      if (allocated(error)) return
+      call solve_multipliers(monodromy, frame%period, .false., m, failure)
+      call solve_monodromy(again(frame, 1, 0.377_dp * frame%period), accuracy_type(tolerance=1.0e-11_dp), .false., &
+        & monodromy, failure)
+      if (.not. allocated(failure)) call solve_multipliers(monodromy, frame%period, .false., shifted, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      do k = 1, 6
+        call check(error, minval(abs(m%rho - shifted%rho(k)) - abs(m%rho) * m%error) <= abs(shifted%rho(k)) * shifted%error(k))
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_starting_phase
+
+  !> The library's x0, followed over a period by the reference's integrator in quadruple precision.
+  subroutine test_closes(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(monodromy_type) :: monodromy
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: x(:, :)
+    real(dp), parameter :: phases(4) = [0.1_dp, 0.5_dp, 0.77_dp, 1.0_dp]
+    real(qp) :: states(6, 4)
+    integer :: i
+
+    call frame_of_machine(khang_machine(240.0_dp), frame, failure)
+    call solve(frame, 1.0e-12_dp, .true., monodromy, error)
+    if (allocated(error)) return
+    call solve_periodic(monodromy, solution, failure)
+    if (.not. allocated(failure)) call follow(frame, monodromy, solution, phases, x, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call flow_states(frame_of(khang_machine(240.0_dp)), 0.0_qp, real(solution%x0, qp), real(phases * frame%period, qp), &
+      & 1.0e-20_qp, states)
+    do i = 1, 4
+      ! Phi has norm 4: the start's own error 1e-12 of its size is all that can grow.
+      call check(error, maxval(abs(x(:, i) - states(:, i)) / monodromy%scale) &
+        & <= 1.0e-11_dp * maxval(abs(x(:, i)) / monodromy%scale), more="history")
+      if (allocated(error)) return
+    end do
+    call check(error, maxval(abs(solution%x0 - states(:, 4)) / monodromy%scale) &
+      & <= 1.0e-11_dp * maxval(abs(solution%x0) / monodromy%scale), more="closed")
+  end subroutine test_closes
+
+  !> The work of the drive over a turn is what the dampers take. The drive's moment follows from the links' motion in
+  !> space by virtual work, sum [m R'' . dR/dphi + J (phi'' + psi'') dphi_i/dphi], not from the frame's equations. With
+  !> light links the vibration is so small that terms of higher order do not count.
+  subroutine test_energy(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 400
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(monodromy_type) :: monodromy
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: x(:, :)
+    real(dp) :: drive, loss, t, acceleration(3), m(3, 3), b(3, 3), c(3, 3), h(3)
+    integer :: i, k
+
+    machine = khang_machine(360.0_dp, 1.0e-6_dp)
+    machine%foundation_damping = [50.0_dp, 80.0_dp, 5.0_dp]
+    call frame_of_machine(machine, frame, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call solve(frame, 1.0e-12_dp, .true., monodromy, error)
+    if (allocated(error)) return
+    call solve_periodic(monodromy, solution, failure)
+    if (.not. allocated(failure)) call follow(frame, monodromy, solution, [(real(k, dp) / points, k = 0, points)], x, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    drive = 0
+    loss = 0
+    do k = 1, points
+      t = frame%period * (k - 1) / points
+      associate (q => x(:3, k), v => x(4:, k))
+        call frame%matrices(t, m, b, c)
+        call frame%load(t, h)
+        acceleration = solve3(m, h - matmul(b, v) - matmul(c, q))
+        drive = drive + drive_power(machine, frame%speed, t, q, v, acceleration) * frame%period / points
+        loss = loss + sum([(machine%foundation_damping(i) * v(i)**2, i = 1, 3)]) * frame%period / points
+      end associate
+    end do
+    ! Left out: terms of the relative size of the vibration, 1e-8 m to 0.1 m, times the reaction over the loss.
+    call check(error, drive, loss, thr=1.0e-4_dp * loss)
+  end subroutine test_energy
+
+  !> Power of the drive with the links carried by a frame at q = (xi, eta, psi), velocity v, acceleration a, exact in the
+  !> angle psi. Kinematics by the reference.
+  real(dp) function drive_power(machine, speed, t, q, v, a) result(power)
+    type(machine_data), intent(in) :: machine
+    real(dp), intent(in) :: speed, t, q(3), v(3), a(3)
+    type(motion_type) :: motion
+    real(dp) :: r(2), rd(2), rdd(2), acceleration(2), tangent(2)
+    integer :: i
+
+    motion = move(machine, real(speed * t, qp))
+    power = 0
+    do i = 1, size(machine%links)
+      r = machine%origin + real(motion%center(:, i, 0), dp)
+      tangent = real(motion%center(:, i, 1), dp)
+      rd = speed * tangent
+      rdd = speed**2 * real(motion%center(:, i, 2), dp)
+      acceleration = a(:2) + turned(rdd - v(3)**2 * r, q(3)) + turned(left(a(3) * r + 2 * v(3) * rd), q(3))
+      power = power + speed * (machine%links(i)%mass * dot_product(acceleration, turned(tangent, q(3))) &
+        & + machine%links(i)%inertia * (speed**2 * real(motion%turn(i, 2), dp) + a(3)) * real(motion%turn(i, 1), dp))
+    end do
+
+  contains
+
+    pure function turned(u, angle) result(w)
+      real(dp), intent(in) :: u(2), angle
+      real(dp) :: w(2)
+
+      w = [cos(angle) * u(1) - sin(angle) * u(2), sin(angle) * u(1) + cos(angle) * u(2)]
+    end function turned
+
+    pure function left(u) result(w)
+      real(dp), intent(in) :: u(2)
+      real(dp) :: w(2)
+
+      w = [-u(2), u(1)]
+    end function left
+
+  end function drive_power
+
+  !> Cramer's rule.
+  pure function solve3(a, b) result(x)
+    real(dp), intent(in) :: a(3, 3), b(3)
+    real(dp) :: x(3), c(3, 3)
+    integer :: i
+
+    do i = 1, 3
+      c = a
+      c(:, i) = b
+      x(i) = det(c) / det(a)
+    end do
+  end function solve3
+
+  pure real(dp) function det(a)
+    real(dp), intent(in) :: a(3, 3)
+
+    det = a(1, 1) * (a(2, 2) * a(3, 3) - a(2, 3) * a(3, 2)) - a(1, 2) * (a(2, 1) * a(3, 3) - a(2, 3) * a(3, 1)) &
+      & + a(1, 3) * (a(2, 1) * a(3, 2) - a(2, 2) * a(3, 1))
+  end function det
+
+  !> Without damping the equations do not know the direction of time: with -Omega, x(-t).
+  subroutine test_backwards(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(analysis_type) :: forwards, backwards
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    integer, parameter :: points = 8
+    integer :: k
+
+    machine = khang_machine(300.0_dp)
+    machine%foundation_damping = 0
+    call frame_of_machine(machine, frame, failure)
+    call analyse(frame, tasks_type(stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), forwards, failure)
+    machine%speed_rpm = -300.0_dp
+    call frame_of_machine(machine, frame, failure)
+    call analyse(frame, tasks_type(stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), backwards, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    do k = 1, points + 1
+      call check(error, maxval(abs(forwards%vibration%history(:3, k) - backwards%vibration%history(:3, points + 2 - k))) &
+        & <= 1.0e-10_dp * forwards%vibration%peak(3))
+      if (allocated(error)) return
+    end do
+  end subroutine test_backwards
+
+  subroutine test_fourier(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(fourier_type) :: series
+    real(dp) :: samples(40), f(3)
+    integer :: i
+
+    ! 0.3 + 2 cos(3 t + 0.4) + 0.5 sin(7 t), its peak by a fine search below.
+    samples = [(given(2 * pi * (i - 1) / 40), i = 1, 40)]
+    series = fourier_series(samples)
+    call check(error, series%mean, 0.3_dp, thr=1.0e-15_dp)
+    if (allocated(error)) return
+    call check(error, series%amplitude(3), 2.0_dp, thr=1.0e-14_dp)
+    if (allocated(error)) return
+    call check(error, series%phase(3), 0.4_dp, thr=1.0e-14_dp)
+    if (allocated(error)) return
+    call check(error, series%amplitude(7), 0.5_dp, thr=1.0e-14_dp)
+    if (allocated(error)) return
+    call check(error, series%phase(7), -pi / 2, thr=1.0e-13_dp)
+    if (allocated(error)) return
+    f = series%value(0.77_dp)
+    call check(error, f(1), given(0.77_dp), thr=1.0e-14_dp)
+    if (allocated(error)) return
+    call check(error, series%rms(), sqrt(0.09_dp + 2 + 0.125_dp), thr=1.0e-14_dp)
+    if (allocated(error)) return
+    call check(error, series%peak(samples), maxval([(abs(given(2 * pi * i / 1000000)), i = 1, 1000000)]), thr=1.0e-9_dp)
+
+  contains
+
+    pure real(dp) function given(t)
+      real(dp), intent(in) :: t
+
+      given = 0.3_dp + 2 * cos(3 * t + 0.4_dp) + 0.5_dp * sin(7 * t)
+    end function given
+
+  end subroutine test_fourier
+
+  subroutine test_parseval(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(analysis_type) :: coarse, fine
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    call frame_of_machine(khang_machine(240.0_dp), frame, failure)
+    call analyse(frame, tasks_type(points=7, harmonics=3), accuracy_type(), coarse, failure)
+    call analyse(frame, tasks_type(points=5000), accuracy_type(), fine, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    associate (history => fine%vibration%history)
+      do i = 1, 9
+        ! What the rows of 5000 points say; coarse rows do not change what is said about the vibration.
+        call check(error, coarse%vibration%rms(i), norm2(history(i, :5000)) / sqrt(5000.0_dp), &
+          & thr=1.0e-8_dp * fine%vibration%peak(i))
+        if (allocated(error)) return
+        call check(error, coarse%vibration%peak(i), maxval(abs(history(i, :))), thr=1.0e-4_dp * fine%vibration%peak(i))
+        if (allocated(error)) return
+        call check(error, coarse%vibration%peak(i), fine%vibration%peak(i), thr=1.0e-8_dp * fine%vibration%peak(i))
+        if (allocated(error)) return
+        call check(error, coarse%vibration%peak(i) >= maxval(abs(history(i, :))) - fine%vibration%peak_error(i))
+        if (allocated(error)) return
+      end do
+    end associate
+    call check(error, size(coarse%vibration%history, 2), 8)
+  end subroutine test_parseval
+
+  subroutine test_unasked(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(gestell_error), allocatable :: failure
+
+    call frame_of_machine(khang_machine(240.0_dp), frame, failure)
+    call analyse(frame, tasks_type(response=.false.), accuracy_type(), analysis, failure)
+    call check(error, .not. allocated(analysis%vibration) .and. .not. allocated(analysis%monodromy%xp))
+    if (allocated(error)) return
+    call check(error, .not. allocated(analysis%multipliers%vectors))
+    if (allocated(error)) return
+    call analyse(frame, tasks_type(stability=.false.), accuracy_type(), analysis, failure)
+    call check(error, .not. allocated(analysis%multipliers))
+    if (allocated(error)) return
+    call analyse(frame, tasks_type(stability=.false., modes=.true., response=.false.), accuracy_type(), analysis, failure)
+    call check(error, allocated(analysis%multipliers%vectors))
+  end subroutine test_unasked
+
+end module test_vibration
