@@ -382,7 +382,7 @@ contains
       call check(error, norm2(abs(m%vectors(:, k))), 1.0_dp, thr=1.0e-14_dp)
       if (allocated(error)) return
     end do
-    call check(error, m%rho(1) == conjg(m%rho(2)), more="pair adjacent and conjugate")
+    call check(error, abs(m%rho(1) - conjg(m%rho(2))), 0.0_dp, more="pair adjacent and conjugate")
   end subroutine test_vectors
 
   subroutine test_unasked(error)

@@ -294,13 +294,13 @@ contains
     motion = move(machine, real(speed * t, qp))
     power = 0
     do i = 1, size(machine%links)
-      r = machine%origin + real(motion%center(:, i, 0), dp)
-      tangent = real(motion%center(:, i, 1), dp)
+      r = machine%origin + real(motion%center(:, 0, i), dp)
+      tangent = real(motion%center(:, 1, i), dp)
       rd = speed * tangent
-      rdd = speed**2 * real(motion%center(:, i, 2), dp)
+      rdd = speed**2 * real(motion%center(:, 2, i), dp)
       acceleration = a(:2) + turned(rdd - v(3)**2 * r, q(3)) + turned(left(a(3) * r + 2 * v(3) * rd), q(3))
       power = power + speed * (machine%links(i)%mass * dot_product(acceleration, turned(tangent, q(3))) &
-        & + machine%links(i)%inertia * (speed**2 * real(motion%turn(i, 2), dp) + a(3)) * real(motion%turn(i, 1), dp))
+        & + machine%links(i)%inertia * (speed**2 * real(motion%turn(2, i), dp) + a(3)) * real(motion%turn(1, i), dp))
     end do
 
   contains
