@@ -10,7 +10,7 @@ module machines
   implicit none (type, external)
   private
 
-  public :: frame_of_machine, linkage_of_machine
+  public :: frame_of_machine, linkage_of_machine, solve3
 
 contains
 
@@ -79,5 +79,25 @@ contains
 
     write (name, "(a, i0)") letter, i
   end function name
+
+  !> Cramer's rule.
+  pure function solve3(a, b) result(x)
+    real(dp), intent(in) :: a(3, 3), b(3)
+    real(dp) :: x(3), c(3, 3)
+    integer :: i
+
+    do i = 1, 3
+      c = a
+      c(:, i) = b
+      x(i) = det(c) / det(a)
+    end do
+  end function solve3
+
+  pure real(dp) function det(a)
+    real(dp), intent(in) :: a(3, 3)
+
+    det = a(1, 1) * (a(2, 2) * a(3, 3) - a(2, 3) * a(3, 2)) - a(1, 2) * (a(2, 1) * a(3, 3) - a(2, 3) * a(3, 1)) &
+      & + a(1, 3) * (a(2, 1) * a(3, 2) - a(2, 2) * a(3, 1))
+  end function det
 
 end module machines

@@ -1,11 +1,14 @@
 !> All tests: `fpm test`, or `fpm test -- SUITE [TEST]` for one suite or one test of it.
 program main
+  use test_assembly, only: collect_assembly
   use test_floquet, only: collect_floquet
+  use test_invariants, only: collect_invariants
   use test_model, only: collect_model
   use test_namelist, only: collect_namelist
   use test_namelist_errors, only: collect_namelist_errors
   use test_namelist_fuzz, only: collect_namelist_fuzz
   use test_orders, only: collect_orders
+  use test_periodic, only: collect_periodic
   use test_set, only: collect_set
   use test_version, only: collect_version
   use test_vibration, only: collect_vibration
@@ -21,8 +24,11 @@ program main
 
   suites = [ &
     & new_testsuite("floquet", collect_floquet), &
+    & new_testsuite("periodic", collect_periodic), &
     & new_testsuite("orders", collect_orders), &
     & new_testsuite("model", collect_model), &
+    & new_testsuite("assembly", collect_assembly), &
+    & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("namelist", collect_namelist), &

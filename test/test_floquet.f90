@@ -4,9 +4,8 @@ module test_floquet
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
-  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
   use gestell_system_periodic, only: periodic_system
-  use systems, only: constant_type, mathieu_type, meissner_type, plain_type, scalar_type, vinograd_type
+  use systems, only: constant_type, mathieu_type, meissner_type, plain_type, vinograd_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -20,18 +19,14 @@ contains
 
     testsuite = [ &
       & new_unittest("constant coefficients: exponents of the oscillator", test_constant), &
-      & new_unittest("constant coefficients: response is the transfer function's", test_transfer), &
       & new_unittest("Meissner: published multipliers", test_meissner), &
       & new_unittest("Meissner: steps end at the break whatever their number", test_breaks), &
       & new_unittest("Vinograd: exponents 2 and -13", test_vinograd), &
       & new_unittest("Mathieu: published exponent at a = 1, q = 0.2", test_mathieu_exponent), &
       & new_unittest("Mathieu: characteristic values at q = 5", test_mathieu_borders), &
       & new_unittest("Mathieu: damping shifts the exponents by d / 2", test_mathieu_damped), &
-      & new_unittest("scalar system: multiplier and forced solution", test_scalar), &
       & new_unittest("second-order path and first-order path agree", test_paths), &
       & new_unittest("a double multiplier 1: bound covers, verdict undecided", test_double), &
-      & new_unittest("resonance is an error, not a number", test_resonance), &
-      & new_unittest("a resonance nearby costs the digits it says", test_near_resonance), &
       & new_unittest("eigenvectors solve (19)", test_vectors), &
       & new_unittest("what was not asked for is not there", test_unasked), &
       & new_unittest("bad orders are refused", test_refused)]
@@ -83,44 +78,6 @@ contains
     end do
     call check(error, m%verdict(), "stable")
   end subroutine test_constant
-
-  !> q = Re [(C - W^2 M + i W B)^-1 h exp(i W t)].
-  subroutine test_transfer(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(constant_type) :: system
-    type(monodromy_type) :: monodromy
-    type(periodic_solution_type) :: solution
-    type(gestell_error), allocatable :: failure
-    real(dp), allocatable :: x(:, :)
-    complex(dp) :: z(2, 2), q(2)
-    real(dp) :: w, t
-    integer :: k
-    integer, parameter :: points = 7
-
-    system = constant_type(states=4, period=0.7_dp, m=reshape([2.0_dp, 0.3_dp, 0.3_dp, 1.0_dp], [2, 2]), &
-      & b=reshape([0.2_dp, 0.1_dp, -0.1_dp, 0.3_dp], [2, 2]), c=reshape([90.0_dp, -20.0_dp, -20.0_dp, 50.0_dp], [2, 2]), &
-      & amplitude=[3.0_dp, -1.0_dp])
-    call solve_monodromy(system, accuracy_type(tolerance=1.0e-12_dp), .true., monodromy, failure)
-    if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-    if (.not. allocated(failure)) call follow(system, monodromy, solution, [(real(k, dp) / points, k = 0, points)], x, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    w = 2 * pi / system%period
-    z = cmplx(system%c - w**2 * system%m, w * system%b, dp)
-    q = [z(2, 2) * system%amplitude(1) - z(1, 2) * system%amplitude(2), &
-      & z(1, 1) * system%amplitude(2) - z(2, 1) * system%amplitude(1)] / (z(1, 1) * z(2, 2) - z(1, 2) * z(2, 1))
-    do k = 0, points
-      t = system%period * k / points
-      ! Condition of E - Phi is below 100 here: 1e-12 becomes at most 1e-10 of the motion's size 0.06.
-      call check(error, maxval(abs(x(:2, k + 1) - real(q * exp(cmplx(0, w * t, dp))))) < 1.0e-11_dp, more="displacement")
-      if (allocated(error)) return
-      call check(error, maxval(abs(x(3:, k + 1) - real(cmplx(0, w, dp) * q * exp(cmplx(0, w * t, dp))))) < 1.0e-10_dp, &
-        & more="velocity")
-      if (allocated(error)) return
-    end do
-  end subroutine test_transfer
 
   !> Values of the closed form, product of two rotations of the frequencies sqrt(a -+ 2 q).
   subroutine test_meissner(error)
@@ -232,37 +189,6 @@ contains
     call check(error, damped%verdict(), "stable")
   end subroutine test_mathieu_damped
 
-  subroutine test_scalar(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(monodromy_type) :: monodromy
-    type(periodic_solution_type) :: solution
-    type(gestell_error), allocatable :: failure
-
-    call solve_monodromy(scalar_type(states=1, period=2 * pi, c=0.0_dp), accuracy_type(tolerance=1.0e-12_dp), .true., &
-      & monodromy, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    ! Phi(t) = exp(sin t), so x_p(T) is the integral of exp(-sin s) exp(sin s) = T.
-    call check(error, monodromy%phi(1, 1), 1.0_dp, thr=1.0e-12_dp)
-    if (allocated(error)) return
-    call check(error, monodromy%xp(1), 2 * pi, thr=1.0e-11_dp)
-    if (allocated(error)) return
-
-    ! x0 = integral of exp(-c s) ds / (exp(-c T) - 1) = -1 / c, at t = 0.
-    call solve_monodromy(scalar_type(states=1, period=2 * pi, c=-0.5_dp), accuracy_type(tolerance=1.0e-12_dp), .true., &
-      & monodromy, failure)
-    if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    call check(error, solution%x0(1), 2.0_dp, thr=1.0e-11_dp)
-    if (allocated(error)) return
-    call check(error, abs(solution%x0(1) - 2) <= solution%error(1), more="claimed error holds")
-  end subroutine test_scalar
-
   subroutine test_paths(error)
     type(error_type), allocatable, intent(out) :: error
     type(mathieu_type) :: system
@@ -304,63 +230,6 @@ contains
     if (allocated(error)) return
     call check(error, m%verdict(), "undecided")
   end subroutine test_double
-
-  !> An undamped oscillator of exactly twice the frequency of its excitation: rho = 1.
-  subroutine test_resonance(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(constant_type) :: system
-    type(monodromy_type) :: monodromy
-    type(periodic_solution_type) :: solution
-    type(gestell_error), allocatable :: failure
-
-    system = oscillators(4.0_dp)
-    call solve_monodromy(system, accuracy_type(tolerance=1.0e-13_dp), .true., monodromy, failure)
-    if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-    call check(error, allocated(failure), more="resonance must be refused")
-    if (allocated(error)) return
-    call check(error, index(failure%message, "resonance") > 0)
-    if (allocated(error)) return
-    call check(error, failure%code, 4)
-  end subroutine test_resonance
-
-  !> Two equal undamped oscillators with stiffness c under unit load, T = 2 pi.
-  function oscillators(c) result(system)
-    real(dp), intent(in) :: c
-    type(constant_type) :: system
-    integer :: i
-
-    system = constant_type(states=4, period=2 * pi, amplitude=[1.0_dp, 1.0_dp])
-    do i = 1, 2
-      system%m(i, i) = 1
-      system%c(i, i) = c
-    end do
-  end function oscillators
-
-  !> q = 1 / (c - 1) near c = 1: the claimed error grows with the condition and covers the true one.
-  subroutine test_near_resonance(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(monodromy_type) :: monodromy
-    type(periodic_solution_type) :: solution
-    type(gestell_error), allocatable :: failure
-    real(dp) :: gap, exact
-    integer :: i
-
-    do i = 1, 4
-      gap = 10.0_dp**(-2 * i)
-      call solve_monodromy(oscillators(1 + gap), accuracy_type(tolerance=1.0e-13_dp), .true., monodromy, failure)
-      if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      exact = 1 / ((1 + gap) - 1)
-      call check(error, abs(solution%x0(1) - exact) <= solution%error(1), more="claimed error holds")
-      if (allocated(error)) return
-      ! E - Phi has the smallest singular value pi gap and the largest 2 pi gap: but its norm is E's and Phi's.
-      call check(error, solution%error(1) < 1.0e-10_dp * exact / gap, more="claimed error is not absurd")
-      if (allocated(error)) return
-    end do
-  end subroutine test_near_resonance
 
   subroutine test_vectors(error)
     type(error_type), allocatable, intent(out) :: error

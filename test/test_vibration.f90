@@ -1,20 +1,17 @@
-!> Invariants of the frame's stability and of its vibration.
+!> The frame's vibration: closure, energy, harmonics, peaks.
 module test_vibration
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
-  use machines, only: frame_of_machine
-  use reference_cases, only: random_machine
+  use machines, only: frame_of_machine, solve3
   use reference_flow, only: flow_states
   use reference_four_bar, only: khang_machine, machine_data, motion_type, move
   use reference_frame, only: frame_of
   use reference_linear, only: qp
-  use systems, only: again_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -27,10 +24,6 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("Liouville's theorem over random machines", test_liouville), &
-      & new_unittest("reciprocal pairs without damping", test_reciprocal), &
-      & new_unittest("Phi(2 T) = Phi(T)^2", test_two_turns), &
-      & new_unittest("multipliers do not depend on the starting phase", test_starting_phase), &
       & new_unittest("x(T) = x(0) by an independent integration", test_closes), &
       & new_unittest("energy balance: drive and dampers", test_energy), &
       & new_unittest("a vibration turned backwards", test_backwards), &
@@ -50,158 +43,6 @@ contains
     call solve_monodromy(frame, accuracy_type(tolerance=tolerance), forced, monodromy, failure)
     if (allocated(failure)) call test_failed(error, failure%message)
   end subroutine solve
-
-  subroutine random_frame(number, frame, error)
-    integer, intent(in) :: number
-    type(frame_type), intent(out) :: frame
-    type(error_type), allocatable, intent(out) :: error
-    type(gestell_error), allocatable :: failure
-
-    call frame_of_machine(random_machine(number), frame, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
-  end subroutine random_frame
-
-  !> The library's defect is small, and so is the one of a determinant by the multipliers.
-  subroutine test_liouville(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(frame_type) :: frame
-    type(monodromy_type) :: monodromy
-    type(multipliers_type) :: multipliers
-    type(gestell_error), allocatable :: failure
-    integer :: i
-
-    do i = 1, 60
-      call random_frame(i, frame, error)
-      if (allocated(error)) return
-      call solve(frame, 1.0e-10_dp, .false., monodromy, error)
-      if (allocated(error)) return
-      call solve_multipliers(monodromy, frame%period, .false., multipliers, failure)
-      ! An error e of Phi changes ln det Phi by up to e |Phi^-1| n.
-      call check(error, abs(monodromy%liouville_defect) <= 1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)))
-      if (allocated(error)) return
-      call check(error, sum(multipliers%log_abs), -trace_of_damping(frame), &
-        & thr=1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)), more="closed form")
-      if (allocated(error)) return
-    end do
-  end subroutine test_liouville
-
-  !> The integral of tr(M^-1 D) over the period with the damping matrix D alone: the periodic part of B is dM/dt plus an
-  !> antisymmetric matrix, so tr(M^-1 dM/dt) = d/dt ln det M drops out over a period.
-  real(dp) function trace_of_damping(frame)
-    type(frame_type), intent(in) :: frame
-    integer, parameter :: points = 2000
-    real(dp) :: m(3, 3), b(3, 3), c(3, 3), column(3)
-    integer :: i, k
-
-    trace_of_damping = 0
-    do k = 1, points
-      call frame%matrices(frame%period * k / points, m, b, c)
-      do i = 1, 3
-        column = solve3(m, frame%damping(:, i))
-        trace_of_damping = trace_of_damping + column(i) * frame%period / points
-      end do
-    end do
-  end function trace_of_damping
-
-  !> Without damping the equations come from a Lagrangian: rho and 1 / rho are both multipliers.
-  subroutine test_reciprocal(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(machine_data) :: machine
-    type(frame_type) :: frame
-    type(monodromy_type) :: monodromy
-    type(multipliers_type) :: m
-    type(gestell_error), allocatable :: failure
-    integer :: i, j, k
-
-    do i = 1, 30
-      machine = random_machine(i)
-      machine%foundation_damping = 0
-      do k = 1, size(machine%supports)
-        machine%supports(k)%damping = 0
-      end do
-      call frame_of_machine(machine, frame, failure)
-      if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(tolerance=1.0e-11_dp), .false., monodromy, failure)
-      if (.not. allocated(failure)) call solve_multipliers(monodromy, frame%period, .false., m, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      do j = 1, 6
-        ! The partner is found within the bounds that both carry.
-        call check(error, any(abs(m%rho - 1 / m%rho(j)) <= abs(m%rho) * m%error + abs(1 / m%rho(j)) * m%error(j)))
-        if (allocated(error)) return
-      end do
-      call check(error, m%verdict() /= "stable", more="an undamped machine is never asymptotically stable")
-      if (allocated(error)) return
-    end do
-  end subroutine test_reciprocal
-
-  subroutine test_two_turns(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(frame_type) :: frame
-    type(again_type) :: twice
-    type(monodromy_type) :: one, two
-    type(gestell_error), allocatable :: failure
-    integer :: i
-
-    do i = 1, 10
-      call random_frame(i, frame, error)
-      if (allocated(error)) return
-      call solve(frame, 1.0e-11_dp, .false., one, error)
-      if (allocated(error)) return
-      twice = again(frame, 2, 0.0_dp)
-      call solve_monodromy(twice, accuracy_type(tolerance=1.0e-11_dp), .false., two, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      ! Errors of Phi and of its square: 1e-11 each, the first twice, times the norm.
-      call check(error, norm2((two%phi - matmul(one%phi, one%phi)) * spread(one%scale, 1, 6) / spread(one%scale, 2, 6)) &
-        & <= 5.0e-11_dp * one%norm**2)
-      if (allocated(error)) return
-    end do
-  end subroutine test_two_turns
-
-  function again(frame, turns, start) result(system)
-    type(frame_type), intent(in) :: frame
-    integer, intent(in) :: turns
-    real(dp), intent(in) :: start
-    type(again_type) :: system
-
-    system%states = frame%states
-    system%period = turns * frame%period
-    system%least_steps = turns * frame%least_steps
-    system%start = start
-    allocate(system%system, source=frame)
-  end function again
-
-  subroutine test_starting_phase(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(frame_type) :: frame
-    type(monodromy_type) :: monodromy
-    type(multipliers_type) :: m, shifted
-    type(gestell_error), allocatable :: failure
-    integer :: i, k
-
-    do i = 1, 10
-      call random_frame(i, frame, error)
-      if (allocated(error)) return
-      call solve(frame, 1.0e-11_dp, .false., monodromy, error)
-      if (allocated(error)) return
-      call solve_multipliers(monodromy, frame%period, .false., m, failure)
-      call solve_monodromy(again(frame, 1, 0.377_dp * frame%period), accuracy_type(tolerance=1.0e-11_dp), .false., &
-        & monodromy, failure)
-      if (.not. allocated(failure)) call solve_multipliers(monodromy, frame%period, .false., shifted, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      do k = 1, 6
-        call check(error, minval(abs(m%rho - shifted%rho(k)) - abs(m%rho) * m%error) <= abs(shifted%rho(k)) * shifted%error(k))
-        if (allocated(error)) return
-      end do
-    end do
-  end subroutine test_starting_phase
 
   !> The library's x0, followed over a period by the reference's integrator in quadruple precision.
   subroutine test_closes(error)
@@ -320,26 +161,6 @@ contains
     end function left
 
   end function drive_power
-
-  !> Cramer's rule.
-  pure function solve3(a, b) result(x)
-    real(dp), intent(in) :: a(3, 3), b(3)
-    real(dp) :: x(3), c(3, 3)
-    integer :: i
-
-    do i = 1, 3
-      c = a
-      c(:, i) = b
-      x(i) = det(c) / det(a)
-    end do
-  end function solve3
-
-  pure real(dp) function det(a)
-    real(dp), intent(in) :: a(3, 3)
-
-    det = a(1, 1) * (a(2, 2) * a(3, 3) - a(2, 3) * a(3, 2)) - a(1, 2) * (a(2, 1) * a(3, 3) - a(2, 3) * a(3, 1)) &
-      & + a(1, 3) * (a(2, 1) * a(3, 2) - a(2, 2) * a(3, 1))
-  end function det
 
   !> Without damping the equations do not know the direction of time: with -Omega, x(-t).
   subroutine test_backwards(error)

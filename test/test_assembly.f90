@@ -1,0 +1,165 @@
+!> What cannot be assembled is refused, with joint and angle; bad parts too.
+module test_assembly
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_model_assembly, only: turn_once
+  use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_linkage, only: linkage_type
+  use machines, only: linkage_of_machine
+  use reference_four_bar, only: khang_machine
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_assembly
+
+contains
+
+  subroutine collect_assembly(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("assembly lost over a part of the turn", test_lost), &
+      & new_unittest("assembly lost between all samples", test_narrow_gap), &
+      & new_unittest("a change point is a dead point", test_change_point), &
+      & new_unittest("close to a dead point, but free", test_nearly_dead), &
+      & new_unittest("a second dyad that locks is named", test_second_dyad), &
+      & new_unittest("a link whose joints meet", test_meeting), &
+      & new_unittest("bad parts are refused", test_refused)]
+  end subroutine collect_assembly
+
+  !> Turns a four-bar with crank a, coupler b, rocker c, ground d.
+  subroutine turn_four_bar(a, b, c, d, failure)
+    real(dp), intent(in) :: a, b, c, d
+    type(gestell_error), allocatable, intent(out) :: failure
+    type(linkage_type) :: linkage
+
+    call linkage%ground("A0", [0.0_dp, 0.0_dp], failure)
+    call linkage%ground("B0", [d, 0.0_dp], failure)
+    call linkage%crank("A", "A0", a, 0.0_dp, failure)
+    call linkage%rrr("B", ["A ", "B0"], [b, c], 1, failure)
+    call linkage%link("coupler", "A", "B", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+    call turn_once(linkage, failure)
+  end subroutine turn_four_bar
+
+  !> The ends drift apart to b + c where cos phi = (a^2 + d^2 - (b + c)^2) / (2 a d): at 104.478 deg here.
+  subroutine test_lost(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call turn_four_bar(0.2_dp, 0.25_dp, 0.25_dp, 0.4_dp, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, failure%code, 3)
+    if (allocated(error)) return
+    call check(error, failure%subject, "joint 'B'")
+    if (allocated(error)) return
+    ! (0.04 + 0.16 - 0.25) / 0.16 = -0.3125: 108.210 deg.
+    call check(error, index(failure%message, "108.210 deg") > 0, more=failure%message)
+  end subroutine test_lost
+
+  !> At 180 deg the ends are 1e-9 m too far apart, over 0.004 deg of the turn.
+  subroutine test_narrow_gap(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call turn_four_bar(0.2_dp, 0.35_dp, 0.25_dp - 1.0e-9_dp, 0.4_dp, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, index(failure%message, "179.9") > 0, more=failure%message)
+  end subroutine test_narrow_gap
+
+  !> A parallelogram: all four joints on a line at 0 and 180 deg.
+  subroutine test_change_point(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call turn_four_bar(0.2_dp, 0.4_dp, 0.2_dp, 0.4_dp, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, index(failure%message, " 0.000 deg") > 0, more=failure%message)
+  end subroutine test_change_point
+
+  !> 1e-6 of the length short of a change point it still turns, and the feature tells how fine its motion is there.
+  subroutine test_nearly_dead(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call turn_four_bar(0.2_dp, 0.35_dp, 0.25_dp + 1.0e-6_dp, 0.4_dp, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine test_nearly_dead
+
+  !> A dyad on the paper's rocker that cannot follow it.
+  subroutine test_second_dyad(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(gestell_error), allocatable :: failure
+
+    call linkage_of_machine(khang_machine(240.0_dp), linkage, failure)
+    call linkage%ground("C0", [0.8_dp, 0.1_dp], failure)
+    call linkage%rrr("C", ["j4", "C0"], [0.2_dp, 0.17_dp], 1, failure)
+    call turn_once(linkage, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, failure%subject, "joint 'C'")
+  end subroutine test_second_dyad
+
+  !> A link from the crank's joint to a fixed joint on the crank's circle, at 90 deg.
+  subroutine test_meeting(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(gestell_error), allocatable :: failure
+
+    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+    call linkage%ground("P", [0.0_dp, 0.1_dp], failure)
+    call linkage%crank("A", "O", 0.1_dp, 0.0_dp, failure)
+    call linkage%link("rod", "P", "A", 1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
+    call turn_once(linkage, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, failure%message, "link 'rod': its joints meet at a crank angle of 90.000 deg")
+  end subroutine test_meeting
+
+  subroutine test_refused(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    real(dp) :: zero(3, 3)
+
+    call turn_once(linkage, failure)
+    call check(error, allocated(failure), more="nothing there")
+    if (allocated(error)) return
+    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+    call linkage%crank("A", "P", 0.1_dp, 0.0_dp, failure)
+    call check(error, allocated(failure), more="unknown pivot")
+    if (allocated(error)) return
+    call linkage%crank("A", "O", -0.1_dp, 0.0_dp, failure)
+    call check(error, allocated(failure), more="negative radius")
+    if (allocated(error)) return
+    call linkage%crank("A", "O", 0.1_dp, 0.0_dp, failure)
+    call linkage%ground("A", [0.0_dp, 0.0_dp], failure)
+    call check(error, allocated(failure), more="name taken")
+    if (allocated(error)) return
+    call linkage%rrr("B", ["A", "A"], [1.0_dp, 1.0_dp], 1, failure)
+    call check(error, allocated(failure), more="same ends")
+    if (allocated(error)) return
+    call linkage%rrr("B", ["A", "O"], [1.0_dp, 1.0_dp], 0, failure)
+    call check(error, allocated(failure), more="branch")
+    if (allocated(error)) return
+    call linkage%link("rod", "O", "A", -1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
+    call check(error, allocated(failure), more="negative mass")
+    if (allocated(error)) return
+    call turn_once(linkage, failure)
+    call check(error, allocated(failure), more="no link")
+    if (allocated(error)) return
+    call linkage%link("rod", "O", "A", 1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
+    zero = 0
+    call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 0.0_dp, failure)
+    call check(error, allocated(failure), more="speed zero")
+    if (allocated(error)) return
+    call new_frame(frame, linkage, -1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
+    call check(error, allocated(failure), more="negative frame mass")
+  end subroutine test_refused
+
+end module test_assembly
