@@ -174,8 +174,8 @@ contains
         angle = 1.3_dp * k - 2
         call linkage%mass_functions(angle, a)
         r = reference_functions(machine, real(angle, qp))
-        defect = maxval(abs([a%a1%v - r%a1(0), a%a2%v - r%a2(0), a%a3%v - r%a3(0), a%a1%d - r%a1(1), a%a2%d - r%a2(1), &
-          & a%a3%d - r%a3(1), a%a1%dd - r%a1(2), a%a2%dd - r%a2(2), a%a4 - r%a4]))
+        defect = real(maxval(abs([a%a1%v - r%a1(0), a%a2%v - r%a2(0), a%a3%v - r%a3(0), a%a1%d - r%a1(1), &
+          & a%a2%d - r%a2(1), a%a3%d - r%a3(1), a%a1%dd - r%a1(2), a%a2%dd - r%a2(2), a%a4 - r%a4])), dp)
         size = real(maxval(abs([r%a1, r%a2, r%a3, r%a4])), dp)
         ! A transmission angle with cosine 0.95 amplifies the roundings of the second derivatives some hundredfold.
         call check(error, defect <= 1.0e-12_dp * size)

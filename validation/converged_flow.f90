@@ -13,6 +13,7 @@ module converged_flow
   interface
     subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
       import :: dp
+      implicit none (type, external)
       character, intent(in) :: jobvl, jobvr
       integer, intent(in) :: n, lda, ldvl, ldvr, lwork
       real(dp), intent(inout) :: a(lda, *)

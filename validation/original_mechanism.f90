@@ -41,6 +41,7 @@ module original_mechanism
   interface
     subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
       import :: dp
+      implicit none (type, external)
       integer, intent(in) :: n, nrhs, lda, ldb
       real(dp), intent(inout) :: a(lda, *), b(ldb, *)
       integer, intent(out) :: ipiv(*), info

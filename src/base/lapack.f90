@@ -10,6 +10,7 @@ module gestell_base_lapack
   interface
     subroutine dgetrf(m, n, a, lda, ipiv, info)
       import :: dp
+      implicit none (type, external)
       integer, intent(in) :: m, n, lda
       real(dp), intent(inout) :: a(lda, *)
       integer, intent(out) :: ipiv(*), info
@@ -17,6 +18,7 @@ module gestell_base_lapack
 
     subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
       import :: dp
+      implicit none (type, external)
       character, intent(in) :: trans
       integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
       real(dp), intent(in) :: a(lda, *)
@@ -26,6 +28,7 @@ module gestell_base_lapack
 
     subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
       import :: dp
+      implicit none (type, external)
       character, intent(in) :: jobvl, jobvr
       integer, intent(in) :: n, lda, ldvl, ldvr, lwork
       real(dp), intent(inout) :: a(lda, *)
@@ -35,6 +38,7 @@ module gestell_base_lapack
 
     subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
       import :: dp
+      implicit none (type, external)
       integer, intent(in) :: itype, n, lda, ldb, lwork
       character, intent(in) :: jobz, uplo
       real(dp), intent(inout) :: a(lda, *), b(ldb, *)
@@ -44,6 +48,7 @@ module gestell_base_lapack
 
     subroutine dgebal(job, n, a, lda, ilo, ihi, scale, info)
       import :: dp
+      implicit none (type, external)
       character, intent(in) :: job
       integer, intent(in) :: n, lda
       real(dp), intent(inout) :: a(lda, *)

@@ -34,8 +34,8 @@ contains
         integral = integral + h * system%period * rule%b(i) * sum([(p(j, j, i), j = 1, system%states)])
       end do
     end do
-    if (.not. ieee_is_finite(integral)) &
-      & call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
+    if (ieee_is_finite(integral)) return
+    call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
   end subroutine trace_integral
 
 end module gestell_floquet_trace

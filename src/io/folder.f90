@@ -11,6 +11,7 @@ module gestell_io_folder
     !> POSIX mkdir; mode_t is passed as an int, as variables of its size are.
     integer(c_int) function c_mkdir(path, mode) bind(c, name="mkdir")
       import :: c_char, c_int
+      implicit none (type, external)
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: mode
     end function c_mkdir

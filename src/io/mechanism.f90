@@ -120,7 +120,7 @@ contains
       call get(group, "phase", phase, error, default=0.0_dp)
       if (allocated(error)) return
       call linkage%crank(name_of(group), pivot, radius, phase * pi / 180, error)
-    case ("RRR")
+    case default ! RRR
       call get_ends(group, earlier, ends, error)
       if (allocated(error)) return
       call get(group, "lengths", lengths, error, must=positive)

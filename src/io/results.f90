@@ -12,7 +12,7 @@ module gestell_io_results
 
   public :: write_results
 
-  character(len=*), parameter :: columns(quantities) = [character(len=12) :: &
+  character(len=*), parameter :: columns(quantities) = [character(len=13) :: &
     & "xi_m", "eta_m", "psi_rad", "xi_dot_m_s", "eta_dot_m_s", "psi_dot_rad_s", "fx_N", "fy_N", "m_Nm"]
 
 contains
