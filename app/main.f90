@@ -27,5 +27,6 @@ program main
     code = error%code
   end if
   flush (output_unit)
-  if (code /= 0) error stop code, quiet=.true.
+  ! Not error stop: gfortran's prints a backtrace in a debug build, and the user gets one line.
+  if (code /= 0) stop code, quiet=.true.
 end program main

@@ -1,10 +1,10 @@
-!> Tables 2 and 3 as they stand in the paper, and the converged values that belong in their place.
+!> Tables 2 and 3 as they stand in the paper.
 module printed_tables
   use original_mechanism, only: dp
   implicit none (type, external)
   private
 
-  public :: speed_rpm, table_2, table_3, quantity, six_decimals, right_initial_state, right_multiplier
+  public :: speed_rpm, table_2, table_3, quantity, six_decimals
 
   !> Both tables: n in 1/min
   real(dp), parameter :: speed_rpm(2) = [240.0_dp, 360.0_dp]
@@ -29,27 +29,5 @@ contains
 
     write (text, '(f9.6)') value
   end function six_decimals
-
-  !> The initial state of the periodic vibration at speed_rpm(i).
-  pure function right_initial_state(i) result(x0)
-    integer, intent(in) :: i
-    real(dp) :: x0(6)
-
-    real(dp), parameter :: values(6, 2) = reshape([ &
-        & 0.000223724_dp, -0.000001189_dp, -0.000728151_dp, 0.002650688_dp, -0.00002744_dp, -0.010141786_dp, &
-        & 0.000500408_dp, -0.000000018_dp, -0.001633654_dp, 0.01154895_dp, -0.00019804_dp, -0.04208608_dp], [6, 2])
-
-    x0 = values(:, i)
-  end function right_initial_state
-
-  !> rho_max at speed_rpm(i).
-  pure function right_multiplier(i) result(rho_max)
-    integer, intent(in) :: i
-    real(dp) :: rho_max
-
-    real(dp), parameter :: values(2) = [0.996775_dp, 0.997849_dp]
-
-    rho_max = values(i)
-  end function right_multiplier
 
 end module printed_tables

@@ -1,0 +1,38 @@
+!> What the library says about the paper's machine, from the input file in data/.
+module library_values
+  use gestell, only: analyse, analysis_type, dp, error_type
+  use gestell_io_check, only: check_document
+  use gestell_io_configuration, only: configuration_type, read_configuration
+  use gestell_io_document, only: document_type
+  use gestell_io_namelist, only: read_document
+  use gestell_io_path, only: set_path_real
+  use gestell_io_schema, only: input_schema
+  implicit none (type, external)
+  private
+
+  public :: solve_by_library
+
+contains
+
+  !> The initial state of the periodic vibration and rho_max at a speed in 1/min, with the bounds that the library claims.
+  subroutine solve_by_library(speed_rpm, x0, x0_error, rho_max, rho_error)
+    real(dp), intent(in) :: speed_rpm
+    real(dp), intent(out) :: x0(6), x0_error(6), rho_max, rho_error
+    type(document_type) :: doc
+    type(configuration_type) :: configuration
+    type(analysis_type) :: analysis
+    type(error_type), allocatable :: error
+
+    call read_document("data/khang_four_bar.nml", doc, error)
+    if (.not. allocated(error)) call set_path_real(doc, input_schema(), "drive.speed_rpm", speed_rpm, error)
+    if (.not. allocated(error)) call check_document(doc, input_schema(), error)
+    if (.not. allocated(error)) call read_configuration(doc, configuration, error)
+    if (.not. allocated(error)) call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, error)
+    if (allocated(error)) error stop "khang_tables: " // error%message
+    x0 = analysis%vibration%start%x0
+    x0_error = analysis%vibration%start%error
+    rho_max = abs(analysis%multipliers%rho(1))
+    rho_error = rho_max * analysis%multipliers%error(1)
+  end subroutine solve_by_library
+
+end module library_values
