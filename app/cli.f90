@@ -43,6 +43,10 @@ contains
           call fatal_error(error, "more than one input: '" // options%input // "' and '" // word // "'", wrong_usage)
           return
         end if
+        if (len(word) == 0) then
+          call fatal_error(error, "the name of the input is empty", wrong_usage)
+          return
+        end if
         options%input = word
         cycle
       end if

@@ -2,6 +2,7 @@
 module gestell_io_configuration
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: short, text
   use gestell_floquet_methods, only: method_names
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_io_document, only: document_type, group_type, groups_named, the_group, word_length
@@ -13,6 +14,7 @@ module gestell_io_configuration
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_study_analysis, only: tasks_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -101,11 +103,8 @@ contains
     character(len=*), intent(in) :: key
     integer, intent(in) :: value, limit
     type(error_type), allocatable, intent(out) :: error
-    character(len=12) :: text
 
-    if (value <= limit) return
-    write (text, "(i0)") limit
-    call input_error(group, key, "must be at most " // trim(text), error)
+    if (value > limit) call input_error(group, key, "must be at most " // text(limit), error)
   end subroutine at_most
 
   !> Frame, supports, foundation and drive.
@@ -118,7 +117,7 @@ contains
     type(support_type), allocatable :: supports(:)
     real(dp) :: mass, inertia, origin(2), stiffness(3, 3), damping(3), speed_rpm, b(3, 3)
     integer, allocatable :: free(:)
-    integer :: i
+    integer :: i, k
 
     group = the_group(doc, "drive")
     call get(group, "speed_rpm", speed_rpm, error, must=nonzero)
@@ -129,10 +128,14 @@ contains
     group = the_group(doc, "foundation")
     call get(group, "stiffness", stiffness, error, default=0.0_dp)
     if (allocated(error)) return
-    if (any(abs(stiffness - transpose(stiffness)) > 0)) then
-      call input_error(group, "stiffness", "must be symmetric: give c12 and c21, c13 and c31, c23 and c32 alike", error)
+    do i = 1, 3
+      k = 1 + mod(i, 3)
+      if (.not. abs(stiffness(i, k) - stiffness(k, i)) > 0) cycle
+      call input_error(group, "stiffness", "the matrix must be symmetric, c" // text(i) // text(k) // " is " &
+        & // short(stiffness(i, k)) // " and c" // text(k) // text(i) // " is " // short(stiffness(k, i)), error, &
+        & element=i + 3 * (k - 1))
       return
-    end if
+    end do
     call get(group, "damping", damping, error, default=0.0_dp, must=nonnegative)
     if (allocated(error)) return
     b = damping_matrix(supports)
@@ -172,6 +175,9 @@ contains
         call get(group, "angle", support%angle, error, default=0.0_dp)
         if (allocated(error)) return
         support%angle = support%angle * pi / 180
+        if (all(ieee_is_finite(stiffness_matrix([support])) .and. ieee_is_finite(damping_matrix([support])))) cycle
+        call input_error(group, "position", "so far from F its stiffness or damping about F overflows", error)
+        return
       end associate
     end do
   end subroutine read_supports

@@ -2,6 +2,7 @@
 module gestell_io_mechanism
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: text
   use gestell_io_document, only: document_type, group_names, group_type, groups_named, has, name_of, word_length
   use gestell_io_get, only: get, nonnegative, positive
   use gestell_io_message, only: input_error, label, place
@@ -37,7 +38,7 @@ contains
     call check_crank(joints, error)
     if (allocated(error)) return
     do i = 1, size(joints)
-      call read_joint(joints(i), joints(:i - 1), linkage, error)
+      call read_joint(joints, i, linkage, error)
       if (allocated(error)) return
     end do
     if (size(links) == 0) then
@@ -88,18 +89,22 @@ contains
       end if
       found = .true.
     end do
-    if (.not. found) call input_error(joints(size(joints)), "", "no joint has type = 'crank', one must", error)
+    if (.not. found) call fatal_error(error, joints(1)%file // ": no joint has type = 'crank', one must", invalid_input)
   end subroutine check_crank
 
-  subroutine read_joint(group, earlier, linkage, error)
-    type(group_type), intent(in) :: group, earlier(:)
+  !> Joint `i`, built on those before it.
+  subroutine read_joint(joints, i, linkage, error)
+    type(group_type), intent(in) :: joints(:)
+    integer, intent(in) :: i
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
+    type(group_type) :: group
     character(len=:), allocatable :: type, pivot
     character(len=word_length), allocatable :: ends(:)
     real(dp) :: position(2), radius, phase, lengths(2)
     integer :: branch
 
+    group = joints(i)
     call get(group, "type", type, error, allowed=type_names)
     if (allocated(error)) return
     call check_keys(group, type, error)
@@ -113,7 +118,7 @@ contains
     case ("crank")
       call get(group, "pivot", pivot, error)
       if (allocated(error)) return
-      call check_known(group, "pivot", [pivot], earlier, error)
+      call check_known(group, "pivot", [pivot], joints, i - 1, error)
       if (allocated(error)) return
       call get(group, "radius", radius, error, must=positive)
       if (allocated(error)) return
@@ -121,7 +126,7 @@ contains
       if (allocated(error)) return
       call linkage%crank(name_of(group), pivot, radius, phase * pi / 180, error)
     case default ! RRR
-      call get_ends(group, earlier, ends, error)
+      call get_ends(joints, i, ends, error)
       if (allocated(error)) return
       call get(group, "lengths", lengths, error, must=positive)
       if (allocated(error)) return
@@ -136,21 +141,22 @@ contains
     if (allocated(error)) call in_group(group, error)
   end subroutine read_joint
 
-  !> Two different earlier joints.
-  subroutine get_ends(group, earlier, ends, error)
-    type(group_type), intent(in) :: group, earlier(:)
+  !> The ends of joint `i`: two different earlier joints.
+  subroutine get_ends(joints, i, ends, error)
+    type(group_type), intent(in) :: joints(:)
+    integer, intent(in) :: i
     character(len=word_length), allocatable, intent(out) :: ends(:)
     type(error_type), allocatable, intent(out) :: error
 
-    call get(group, "ends", ends, error)
+    call get(joints(i), "ends", ends, error)
     if (allocated(error)) return
     if (size(ends) /= 2) then
-      call input_error(group, "ends", "needs 2 joints", error)
+      call input_error(joints(i), "ends", "needs 2 joints", error)
       return
     end if
-    call check_known(group, "ends", ends, earlier, error)
+    call check_known(joints(i), "ends", ends, joints, i - 1, error)
     if (allocated(error)) return
-    if (ends(1) == ends(2)) call input_error(group, "ends", "needs 2 different joints", error)
+    if (ends(1) == ends(2)) call input_error(joints(i), "ends", "needs 2 different joints", error)
   end subroutine get_ends
 
   !> Whether the group has all keys that its type of joint needs and none that it does not know.
@@ -196,18 +202,26 @@ contains
     end do
   end function commas
 
-  !> Whether all `names` are those of `joints`.
-  subroutine check_known(group, key, names, joints, error)
+  !> Whether all `names` are those of the first `known` of the `joints`.
+  subroutine check_known(group, key, names, joints, known, error)
     type(group_type), intent(in) :: group, joints(:)
     character(len=*), intent(in) :: key, names(:)
+    integer, intent(in) :: known
     type(error_type), allocatable, intent(out) :: error
-    integer :: i
+    integer :: i, place
 
     do i = 1, size(names)
-      if (any(group_names(joints) == names(i))) cycle
-      call input_error(group, key, "no joint '" // trim(names(i)) // "' stands before it" // &
-        & suggestion(trim(names(i)), group_names(joints)), error)
-      return
+      place = findloc(group_names(joints) == names(i), .true., dim=1)
+      if (place == 0) then
+        call input_error(group, key, "there is no joint '" // trim(names(i)) // "'" // &
+          & suggestion(trim(names(i)), group_names(joints(:known))), error)
+      else if (place == known + 1) then
+        call input_error(group, key, "a joint cannot be built on itself", error)
+      else if (place > known) then
+        call input_error(group, key, "joint '" // trim(names(i)) // "' stands only in line " // text(joints(place)%line) &
+          & // ": list it before this one", error)
+      end if
+      if (allocated(error)) return
     end do
   end subroutine check_known
 
@@ -220,14 +234,18 @@ contains
 
     call get(group, "from", from, error)
     if (allocated(error)) return
-    call check_known(group, "from", [from], joints, error)
+    call check_known(group, "from", [from], joints, size(joints), error)
     if (allocated(error)) return
     to = ""
     if (has(group, "to")) then
       call get(group, "to", to, error)
       if (allocated(error)) return
-      call check_known(group, "to", [to], joints, error)
+      call check_known(group, "to", [to], joints, size(joints), error)
       if (allocated(error)) return
+      if (to == from) then
+        call input_error(group, "to", "is the joint of from, needs another one", error)
+        return
+      end if
     end if
     call get(group, "mass", mass, error, must=nonnegative)
     if (allocated(error)) return
