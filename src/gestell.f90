@@ -11,9 +11,11 @@ module gestell
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
-  use gestell_model_assembly, only: turn_once
+  use gestell_model_bodies, only: link_type
   use gestell_model_frame, only: frame_type, freedom_names, new_frame
-  use gestell_model_linkage, only: link_type, linkage_type
+  use gestell_model_joints_guide, only: guide_type
+  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type

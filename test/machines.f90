@@ -2,7 +2,6 @@
 module machines
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_assembly, only: turn_once
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
@@ -44,7 +43,7 @@ contains
       end associate
       if (allocated(error)) return
     end do
-    call turn_once(linkage, error)
+    call linkage%prepare(error)
   end subroutine linkage_of_machine
 
   !> The library's frame for the reference's data.

@@ -2,7 +2,6 @@
 module test_assembly
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_model_assembly, only: turn_once
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_linkage, only: linkage_type
   use machines, only: linkage_of_machine
@@ -39,7 +38,7 @@ contains
     call linkage%crank("A", "A0", a, 0.0_dp, failure)
     call linkage%rrr("B", ["A ", "B0"], [b, c], 1, failure)
     call linkage%link("coupler", "A", "B", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
-    call turn_once(linkage, failure)
+    call linkage%prepare(failure)
   end subroutine turn_four_bar
 
   !> The ends drift apart to b + c where cos phi = (a^2 + d^2 - (b + c)^2) / (2 a d): at 104.478 deg here.
@@ -98,7 +97,7 @@ contains
     call linkage_of_machine(khang_machine(240.0_dp), linkage, failure)
     call linkage%ground("C0", [0.8_dp, 0.1_dp], failure)
     call linkage%rrr("C", ["j4", "C0"], [0.2_dp, 0.17_dp], 1, failure)
-    call turn_once(linkage, failure)
+    call linkage%prepare(failure)
     call check(error, allocated(failure))
     if (allocated(error)) return
     call check(error, failure%subject, "joint 'C'")
@@ -114,7 +113,7 @@ contains
     call linkage%ground("P", [0.0_dp, 0.1_dp], failure)
     call linkage%crank("A", "O", 0.1_dp, 0.0_dp, failure)
     call linkage%link("rod", "P", "A", 1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
-    call turn_once(linkage, failure)
+    call linkage%prepare(failure)
     call check(error, allocated(failure))
     if (allocated(error)) return
     call check(error, failure%message, "link 'rod': its joints meet at a crank angle of 90.000 deg")
@@ -127,7 +126,7 @@ contains
     type(gestell_error), allocatable :: failure
     real(dp) :: zero(3, 3)
 
-    call turn_once(linkage, failure)
+    call linkage%prepare(failure)
     call check(error, allocated(failure), more="nothing there")
     if (allocated(error)) return
     call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
@@ -150,7 +149,7 @@ contains
     call linkage%link("rod", "O", "A", -1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
     call check(error, allocated(failure), more="negative mass")
     if (allocated(error)) return
-    call turn_once(linkage, failure)
+    call linkage%prepare(failure)
     call check(error, allocated(failure), more="no link")
     if (allocated(error)) return
     call linkage%link("rod", "O", "A", 1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)

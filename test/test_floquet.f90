@@ -45,7 +45,7 @@ contains
     if (present(tolerance)) accuracy%tolerance = tolerance
     if (present(method)) accuracy%method = method
     call solve_monodromy(system, accuracy, .false., monodromy, failure)
-    if (.not. allocated(failure)) call solve_multipliers(monodromy, system%period, .false., multipliers, failure)
+    if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
     if (allocated(failure)) call test_failed(error, failure%message)
   end subroutine solve
 
@@ -240,7 +240,7 @@ contains
 
     call solve_monodromy(mathieu_type(states=2, period=pi, a=3.0_dp, q=0.7_dp, d=0.1_dp), accuracy_type(), .false., &
       & monodromy, failure)
-    if (.not. allocated(failure)) call solve_multipliers(monodromy, pi, .true., m, failure)
+    if (.not. allocated(failure)) call solve_multipliers(monodromy, .true., m, failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)
       return
@@ -261,7 +261,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call solve_monodromy(mathieu_type(states=2, period=pi, a=3.0_dp, h=1.0_dp), accuracy_type(), .false., monodromy, failure)
-    if (.not. allocated(failure)) call solve_multipliers(monodromy, pi, .false., m, failure)
+    if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., m, failure)
     call check(error, .not. allocated(failure))
     if (allocated(error)) return
     call check(error, .not. allocated(monodromy%xp))

@@ -62,7 +62,7 @@ contains
       if (allocated(error)) return
       call solve(frame, 1.0e-10_dp, monodromy, error)
       if (allocated(error)) return
-      call solve_multipliers(monodromy, frame%period, .false., multipliers, failure)
+      call solve_multipliers(monodromy, .false., multipliers, failure)
       ! An error e of Phi changes ln det Phi by up to e |Phi^-1| n.
       call check(error, abs(monodromy%liouville_defect) <= 1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)))
       if (allocated(error)) return
@@ -108,7 +108,7 @@ contains
       end do
       call frame_of_machine(machine, frame, failure)
       if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(tolerance=1.0e-11_dp), .false., monodromy, failure)
-      if (.not. allocated(failure)) call solve_multipliers(monodromy, frame%period, .false., m, failure)
+      if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., m, failure)
       if (allocated(failure)) then
         call test_failed(error, failure%message)
         return
@@ -175,10 +175,10 @@ contains
       if (allocated(error)) return
       call solve(frame, 1.0e-11_dp, monodromy, error)
       if (allocated(error)) return
-      call solve_multipliers(monodromy, frame%period, .false., m, failure)
+      call solve_multipliers(monodromy, .false., m, failure)
       call solve_monodromy(again(frame, 1, 0.377_dp * frame%period), accuracy_type(tolerance=1.0e-11_dp), .false., &
         & monodromy, failure)
-      if (.not. allocated(failure)) call solve_multipliers(monodromy, frame%period, .false., shifted, failure)
+      if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., shifted, failure)
       if (allocated(failure)) then
         call test_failed(error, failure%message)
         return

@@ -3,7 +3,6 @@ module test_model
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_assembly, only: turn_once
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage, only: linkage_type
@@ -296,7 +295,7 @@ contains
     call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
     call linkage%crank("A", "O", 0.1_dp, 0.0_dp, failure)
     call linkage%link("crank", "O", "A", 0.0_dp, 0.0_dp, [0.0_dp, 0.0_dp], failure)
-    call turn_once(linkage, failure)
+    call linkage%prepare(failure)
     call new_frame(frame, linkage, 4.0_dp, 0.5_dp, [0.3_dp, 0.1_dp], diagonal([400.0_dp, 100.0_dp, 32.0_dp]), &
       & diagonal([0.0_dp, 0.0_dp, 0.0_dp]), 30.0_dp, failure)
     if (.not. allocated(failure)) call frame%natural_frequencies(w, failure)

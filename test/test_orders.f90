@@ -110,7 +110,7 @@ contains
     do i = 1, 2
       call frame_of_machine(khang_machine(rpm(i)), frame, failure)
       if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(), .true., monodromy, failure)
-      if (.not. allocated(failure)) call solve_multipliers(monodromy, frame%period, .false., multipliers, failure)
+      if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
       if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
       if (allocated(failure)) then
         call test_failed(error, failure%message)
@@ -141,7 +141,7 @@ contains
     integer :: k
 
     call solve_monodromy(frame, accuracy, .true., monodromy, failure)
-    if (.not. allocated(failure)) call solve_multipliers(monodromy, frame%period, .false., multipliers, failure)
+    if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
     if (allocated(failure)) then
       call test_failed(error, label // ": " // failure%message)
       return

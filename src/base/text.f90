@@ -1,4 +1,5 @@
-!> Numbers as text.
+!> Numbers as text. No function here has a result of deferred length: gfortran keeps such a length in static memory at
+!> the place of the call, which threads then share.
 module gestell_base_text
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -6,83 +7,120 @@ module gestell_base_text
 
   public :: exact, short, fixed, text
 
+  interface short
+    module procedure :: short_6, short_digits
+  end interface
+
   interface text
     module procedure :: integer_text
   end interface
 
+  !> Longer than any number as text.
+  integer, parameter :: longest = 360
+
 contains
+
+  pure character(len=24) function exact_line(value) result(line)
+    real(dp), intent(in) :: value
+
+    write (line, "(es24.16e3)") value
+    line = adjustl(line)
+  end function exact_line
+
+  pure character(len=longest) function short_line(value, digits) result(line)
+    real(dp), intent(in) :: value
+    integer, intent(in) :: digits
+    character(len=40) :: buffer, layout
+    integer :: exponent, last
+
+    if (.not. abs(value) <= huge(value)) then
+      write (line, "(g0)") value
+      line = adjustl(line)
+      return
+    end if
+    write (layout, "(a, i0, a)") "(es40.", digits - 1, "e4)"
+    write (buffer, layout) value
+    read (buffer(36:), "(i5)") exponent
+    if (exponent >= -4 .and. exponent < max(digits, 6)) then
+      line = fixed_line(value, max(0, digits - 1 - exponent))
+      if (index(line, ".") > 0) call drop_zeros(line)
+    else
+      last = index(buffer, "E") - 1
+      line = adjustl(buffer(:last))
+      call drop_zeros(line)
+      line = trim(line) // "e" // integer_line(exponent)
+    end if
+  end function short_line
+
+  pure character(len=longest) function fixed_line(value, decimals) result(line)
+    real(dp), intent(in) :: value
+    integer, intent(in) :: decimals
+    character(len=16) :: layout
+
+    write (layout, "(a, i0, a)") "(f350.", decimals, ")"
+    write (line, layout) value
+    line = adjustl(line)
+    if (decimals == 0) line = line(:len_trim(line) - 1)
+    if (line(1:1) == ".") line = "0" // line
+    if (index(line, "-.") == 1) line = "-0" // line(2:)
+    if (verify(trim(line), "-0.") == 0 .and. line(1:1) == "-") line = line(2:)
+  end function fixed_line
+
+  pure character(len=12) function integer_line(value) result(line)
+    integer, intent(in) :: value
+
+    write (line, "(i0)") value
+  end function integer_line
+
+  !> Drops zeros at the end, and the point if nothing is left behind it.
+  pure subroutine drop_zeros(line)
+    character(len=*), intent(inout) :: line
+    integer :: last
+
+    last = verify(trim(line), "0", back=.true.)
+    if (line(last:last) == ".") last = last - 1
+    line(last + 1:) = ""
+  end subroutine drop_zeros
 
   !> All 17 significant digits, as the result files hold them: reading them back gives the same number.
   pure function exact(value) result(string)
     real(dp), intent(in) :: value
-    character(len=:), allocatable :: string
-    character(len=32) :: buffer
+    character(len=len_trim(exact_line(value))) :: string
 
-    write (buffer, "(es24.16e3)") value
-    string = trim(adjustl(buffer))
+    string = exact_line(value)
   end function exact
 
-  !> About `digits` (default 6) significant digits in the form a reader likes, without trailing zeros.
-  pure function short(value, digits) result(string)
+  !> 6 significant digits in the form a reader likes, without trailing zeros.
+  pure function short_6(value) result(string)
     real(dp), intent(in) :: value
-    integer, intent(in), optional :: digits
-    character(len=:), allocatable :: string
-    character(len=40) :: buffer, layout
-    integer :: significant, exponent, last
+    character(len=len_trim(short_line(value, 6))) :: string
 
-    significant = 6
-    if (present(digits)) significant = digits
-    if (.not. abs(value) <= huge(value)) then
-      write (buffer, "(g0)") value
-      string = trim(adjustl(buffer))
-      return
-    end if
-    write (layout, "(a, i0, a)") "(es40.", significant - 1, "e4)"
-    write (buffer, layout) value
-    read (buffer(36:), "(i5)") exponent
-    if (exponent >= -4 .and. exponent < max(significant, 6)) then
-      string = fixed(value, max(0, significant - 1 - exponent))
-      if (index(string, ".") > 0) string = without_zeros(string)
-    else
-      last = index(buffer, "E") - 1
-      string = without_zeros(trim(adjustl(buffer(:last)))) // "e" // integer_text(exponent)
-    end if
-  end function short
+    string = short_line(value, 6)
+  end function short_6
+
+  !> The same with another number of digits.
+  pure function short_digits(value, digits) result(string)
+    real(dp), intent(in) :: value
+    integer, intent(in) :: digits
+    character(len=len_trim(short_line(value, digits))) :: string
+
+    string = short_line(value, digits)
+  end function short_digits
 
   !> With a number of digits behind the point.
   pure function fixed(value, decimals) result(string)
     real(dp), intent(in) :: value
     integer, intent(in) :: decimals
-    character(len=:), allocatable :: string
-    character(len=350) :: buffer
-    character(len=16) :: layout
+    character(len=len_trim(fixed_line(value, decimals))) :: string
 
-    write (layout, "(a, i0, a)") "(f350.", decimals, ")"
-    write (buffer, layout) value
-    string = trim(adjustl(buffer))
-    if (decimals == 0) string = string(:len(string) - 1)
-    if (string(1:1) == ".") string = "0" // string
-    if (index(string, "-.") == 1) string = "-0" // string(2:)
-    if (verify(string, "-0.") == 0 .and. string(1:1) == "-") string = string(2:)
+    string = fixed_line(value, decimals)
   end function fixed
 
   pure function integer_text(value) result(string)
     integer, intent(in) :: value
-    character(len=:), allocatable :: string
-    character(len=12) :: buffer
+    character(len=len_trim(integer_line(value))) :: string
 
-    write (buffer, "(i0)") value
-    string = trim(buffer)
+    string = integer_line(value)
   end function integer_text
-
-  pure function without_zeros(string) result(shorter)
-    character(len=*), intent(in) :: string
-    character(len=:), allocatable :: shorter
-    integer :: last
-
-    last = verify(string, "0", back=.true.)
-    if (string(last:last) == ".") last = last - 1
-    shorter = string(:last)
-  end function without_zeros
 
 end module gestell_base_text

@@ -27,6 +27,8 @@ module gestell_floquet_monodromy
 
   !> Phi(T), x_p(T) and how far they can be trusted. Errors are in the norm of x / scale (Frobenius' for matrices).
   type, public :: monodromy_type
+    !> Period T.
+    real(dp) :: period = 0
     !> Phi(T), shape (n, n).
     real(dp), allocatable :: phi(:, :)
     !> x_p(T), shape (n), of the motion that starts from zero; unallocated unless asked for.
@@ -86,6 +88,7 @@ contains
     end if
     if (allocated(error)) return
 
+    monodromy%period = system%period
     call survey(system, monodromy%scale, turns, error)
     if (allocated(error)) return
     if (accuracy%steps > 0) then

@@ -30,15 +30,14 @@ module gestell_floquet_multipliers
 
 contains
 
-  !> The multipliers of `monodromy`, for a system of that period; with `vectors` the eigenvectors too.
+  !> The multipliers of `monodromy`; with `vectors` the eigenvectors too.
   !>
   !> Error bounds: with eigenvectors x_j and left ones y_k, |y_k| = |x_j| = 1, the eigenvalues of Phi + E lie in the
   !> union of the discs |mu - rho_k| <= n |E| / |y_k* x_k| (Gershgorin's theorem for X^-1 (Phi + E) X). Discs that touch
   !> share their eigenvalues, so a bound then reaches across all of them: it holds for close and defective ones.
   !> Error: LAPACK found no eigenvalues.
-  subroutine solve_multipliers(monodromy, period, vectors, multipliers, error)
+  subroutine solve_multipliers(monodromy, vectors, multipliers, error)
     type(monodromy_type), intent(in) :: monodromy
-    real(dp), intent(in) :: period
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
@@ -64,7 +63,7 @@ contains
     multipliers%condition = condition(order)
     multipliers%log_abs = log(max(abs(rho(order)), tiny(1.0_dp)))
     multipliers%arg = atan2(aimag(rho(order)), real(rho(order)))
-    multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp) / period
+    multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp) / monodromy%period
     multipliers%error = bound(order) / max(abs(rho(order)), tiny(1.0_dp))
     if (vectors) then
       right = right(:, order)
@@ -123,7 +122,7 @@ contains
   !> 'undecided': neither.
   pure function verdict(self) result(word)
     class(multipliers_type), intent(in) :: self
-    character(len=:), allocatable :: word
+    character(len=9) :: word
 
     associate (modulus => abs(self%rho), error => abs(self%rho) * self%error)
       if (any(modulus - error > 1)) then

@@ -9,7 +9,6 @@ module gestell_io_configuration
   use gestell_io_get, only: at_least, get, nonnegative, nonzero, positive
   use gestell_io_mechanism, only: in_group, name_line, read_linkage
   use gestell_io_message, only: input_error
-  use gestell_model_assembly, only: turn_once
   use gestell_model_frame, only: frame_type, freedom_names, new_frame
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
@@ -44,14 +43,6 @@ contains
     if (allocated(error)) return
     call read_linkage(doc, configuration%linkage, error)
     if (allocated(error)) return
-    call read_frame(doc, configuration%linkage, configuration%frame, error)
-    if (allocated(error)) return
-    call turn_once(configuration%linkage, error)
-    if (allocated(error)) then
-      call name_line(doc, error)
-      return
-    end if
-    ! The turn has told how fine the mechanism's motion is.
     call read_frame(doc, configuration%linkage, configuration%frame, error)
   end subroutine read_configuration
 
@@ -122,6 +113,10 @@ contains
     group = the_group(doc, "drive")
     call get(group, "speed_rpm", speed_rpm, error, must=nonzero)
     if (allocated(error)) return
+    if (abs(speed_rpm) < 1.0e-300_dp) then
+      call input_error(group, "speed_rpm", "is too small", error)
+      return
+    end if
 
     call read_supports(groups_named(doc, "support"), supports, error)
     if (allocated(error)) return
@@ -154,7 +149,12 @@ contains
     if (allocated(error)) return
     call new_frame(frame, linkage, mass, inertia, origin, stiffness + stiffness_matrix(supports), b, &
       & speed_rpm * 2 * pi / 60, error, free)
-    if (allocated(error)) call in_group(group, error)
+    if (.not. allocated(error)) return
+    if (allocated(error%subject)) then
+      call name_line(doc, error)
+    else
+      call in_group(group, error)
+    end if
   end subroutine read_frame
 
   subroutine read_supports(groups, supports, error)

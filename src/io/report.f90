@@ -73,7 +73,7 @@ contains
     real(dp) :: turns
     integer :: worst
 
-    word = multipliers%verdict()
+    word = trim(multipliers%verdict())
     lines = newline // "VERDICT  " // word // ": "
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
     select case (word)

@@ -38,8 +38,8 @@ module gestell_model_frame
 
 contains
 
-  !> A frame on its mounting with its mechanism, which must have been turned once. `free` defaults to all three.
-  !> Errors: a parameter that is not finite or out of its range; speed zero.
+  !> A frame on its mounting with its mechanism, which is turned once. `free` defaults to all three.
+  !> Errors: a parameter that is not finite or out of its range; speed zero; the mechanism cannot turn.
   subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism
@@ -58,6 +58,8 @@ contains
     if (allocated(error)) return
 
     allocate(frame%mechanism, source=mechanism)
+    call frame%mechanism%prepare(error)
+    if (allocated(error)) return
     frame%mass = mass
     frame%inertia = inertia
     frame%origin = origin
@@ -73,7 +75,7 @@ contains
     end if
     frame%states = 2 * size(frame%free)
     frame%period = 2 * pi / abs(speed)
-    frame%least_steps = max(8, ceiling(2 * pi / max(mechanism%feature, shortest_feature)))
+    frame%least_steps = max(8, ceiling(2 * pi / max(frame%mechanism%feature, shortest_feature)))
   end subroutine new_frame
 
   !> M, B, C at a time (s), of the free degrees of freedom.

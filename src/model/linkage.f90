@@ -1,41 +1,42 @@
 !> Planar linkages: a list of joints, each from earlier ones, and the links that move with them.
 module gestell_model_linkage
-  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
-  use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_model_assembly, only: prove_assembly
+  use gestell_model_bodies, only: link_type, sum_masses
   use gestell_model_joints_driven, only: crank_joint, ground_joint
-  use gestell_model_joints_joint, only: joint_type, point_type
+  use gestell_model_joints_guide, only: guide_type
+  use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
+  use gestell_model_joints_lever, only: rigid_joint, rpr_joint
+  use gestell_model_joints_rrp, only: rrp_joint
   use gestell_model_joints_rrr, only: rrr_joint
+  use gestell_model_joints_sliders, only: prp_joint, rpp_joint
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type
   implicit none (type, external)
   private
 
-  type, public :: named_joint_type
-    character(len=:), allocatable :: name
-    class(joint_type), allocatable :: joint
-  end type named_joint_type
-
-  !> A body. Its xi-axis points from joint `from` to joint `to`; without `to` (0) it keeps the directions of x and y.
-  type, public :: link_type
-    character(len=:), allocatable :: name
-    integer :: from = 0, to = 0
-    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), centre of mass in the link's system (m).
-    real(dp) :: mass = 0, inertia = 0, center(2) = 0
-  end type link_type
-
-  !> Build it with `ground`, `crank`, `rrr` and `link`, then call `turn_once` (see `gestell_model_assembly`).
+  !> Build it joint by joint and link by link, then give it to a frame.
   type, extends(mechanism_type), public :: linkage_type
     type(named_joint_type), allocatable :: joints(:)
     type(link_type), allocatable :: links(:)
+    !> Whether it is known to turn freely.
+    logical :: prepared = .false.
   contains
     procedure :: ground => add_ground
     procedure :: crank => add_crank
     procedure :: rrr => add_rrr
+    procedure :: rrp => add_rrp
+    procedure :: rpr => add_rpr
+    procedure :: rigid => add_rigid
+    procedure :: prp => add_prp
+    procedure :: rpp => add_rpp
+    procedure :: moving_guide
     procedure :: add_joint
     procedure :: link => add_link
     procedure :: find
     procedure :: points
     procedure :: mass_functions
+    procedure :: prepare
   end type linkage_type
 
 contains
@@ -74,22 +75,121 @@ contains
     real(dp), intent(in) :: lengths(2)
     integer, intent(in) :: branch
     type(error_type), allocatable, intent(out) :: error
-    integer :: places(2), i
+    integer :: places(2)
 
+    call find_both(self, name, ends, places, error)
+    if (.not. allocated(error)) call check_numbers(name, lengths, branch, error)
+    if (.not. allocated(error)) call self%add_joint(name, rrr_joint(places, lengths, branch), error)
+  end subroutine add_rrr
+
+  !> A slider on a guide, at `length` (m) from the joint `end`; of two solutions the one farther along the guide
+  !> (`branch` = 1) or the other (-1).
+  subroutine add_rrp(self, name, end, length, guide, branch, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, end
+    real(dp), intent(in) :: length
+    type(guide_type), intent(in) :: guide
+    integer, intent(in) :: branch
+    type(error_type), allocatable, intent(out) :: error
+    integer :: place
+
+    call self%find(end, place, error)
+    if (.not. allocated(error)) call check_numbers(name, [length], branch, error)
+    if (.not. allocated(error)) call self%add_joint(name, rrp_joint(place, length, guide, branch), error)
+  end subroutine add_rrp
+
+  !> A point of the lever that turns about `ends(2)` and whose slot passes through `ends(1)`: at `length` (m) from
+  !> `ends(2)`, toward `ends(1)` (`branch` = 1) or away (-1).
+  subroutine add_rpr(self, name, ends, length, branch, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, ends(2)
+    real(dp), intent(in) :: length
+    integer, intent(in) :: branch
+    type(error_type), allocatable, intent(out) :: error
+    integer :: places(2)
+
+    call find_both(self, name, ends, places, error)
+    if (.not. allocated(error)) call check_numbers(name, [length], branch, error)
+    if (.not. allocated(error)) call self%add_joint(name, rpr_joint(places, length, branch), error)
+  end subroutine add_rpr
+
+  !> A point of the body that carries the joints `ends`: `offset` (m) from `ends(1)`, toward `ends(2)` and to the left.
+  subroutine add_rigid(self, name, ends, offset, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, ends(2)
+    real(dp), intent(in) :: offset(2)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: places(2)
+
+    call find_both(self, name, ends, places, error)
+    if (.not. allocated(error)) call self%add_joint(name, rigid_joint(places, offset), error)
+  end subroutine add_rigid
+
+  !> The joint of two sliders, where their guides cross.
+  subroutine add_prp(self, name, guides, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    type(guide_type), intent(in) :: guides(2)
+    type(error_type), allocatable, intent(out) :: error
+
+    call self%add_joint(name, prp_joint(guides), error)
+  end subroutine add_prp
+
+  !> A yoke on a guide, with a slot at `slot_angle` (rad) to it in which the joint `end` slides: where they cross.
+  subroutine add_rpp(self, name, end, guide, slot_angle, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, end
+    type(guide_type), intent(in) :: guide
+    real(dp), intent(in) :: slot_angle
+    type(error_type), allocatable, intent(out) :: error
+    integer :: place
+
+    call self%find(end, place, error)
+    if (.not. allocated(error)) call self%add_joint(name, rpp_joint(place, guide, slot_angle), error)
+  end subroutine add_rpp
+
+  !> A guide that the body between two joints carries, its point (m) and angle (rad) in the system with its origin at
+  !> `carriers(1)` and its first axis toward `carriers(2)`.
+  subroutine moving_guide(self, carriers, point, angle, guide, error)
+    class(linkage_type), intent(in) :: self
+    character(len=*), intent(in) :: carriers(2)
+    real(dp), intent(in) :: point(2), angle
+    type(guide_type), intent(out) :: guide
+    type(error_type), allocatable, intent(out) :: error
+
+    call find_both(self, "", carriers, guide%carriers, error)
+    guide%point = point
+    guide%angle = angle
+  end subroutine moving_guide
+
+  !> The places of two different joints.
+  subroutine find_both(self, name, names, places, error)
+    class(linkage_type), intent(in) :: self
+    character(len=*), intent(in) :: name, names(2)
+    integer, intent(out) :: places(2)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    places = 0
     do i = 1, 2
-      call self%find(ends(i), places(i), error)
+      call self%find(names(i), places(i), error)
       if (allocated(error)) return
     end do
-    if (places(1) == places(2)) then
-      call fatal_error(error, "joint '" // name // "': its ends are the same joint", invalid_input)
-    else if (.not. all(lengths > 0)) then
+    if (places(1) == places(2)) call fatal_error(error, "joint '" // name // "': needs two different joints", invalid_input)
+  end subroutine find_both
+
+  subroutine check_numbers(name, lengths, branch, error)
+    character(len=*), intent(in) :: name
+    real(dp), intent(in) :: lengths(:)
+    integer, intent(in) :: branch
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. all(lengths > 0)) then
       call fatal_error(error, "joint '" // name // "': its lengths must be positive", invalid_input)
     else if (abs(branch) /= 1) then
       call fatal_error(error, "joint '" // name // "': its branch must be 1 or -1", invalid_input)
     end if
-    if (allocated(error)) return
-    call self%add_joint(name, rrr_joint(places, lengths, branch), error)
-  end subroutine add_rrr
+  end subroutine check_numbers
 
   !> Any joint, given by an object whose references are places in the list of joints.
   subroutine add_joint(self, name, joint, error)
@@ -116,6 +216,7 @@ contains
     longer(count + 1)%name = name
     allocate(longer(count + 1)%joint, source=joint)
     call move_alloc(longer, self%joints)
+    self%prepared = .false.
   end subroutine add_joint
 
   !> A body of `mass` (kg) and `inertia` (kg m^2, about its centre of mass `center` in its own system, m) on the joints
@@ -143,6 +244,7 @@ contains
     if (allocated(error)) return
     if (.not. allocated(self%links)) allocate(self%links(0))
     self%links = [self%links, link]
+    self%prepared = .false.
     self%mass = self%mass + mass
     self%inertia = self%inertia + inertia
   end subroutine add_link
@@ -175,75 +277,42 @@ contains
     end do
   end subroutine points
 
-  !> The sums (4) to (7). Sums that cancel to the last rounding are zero: a balanced mechanism does not shake at all.
+  !> Turns the linkage once and finds its `feature`.
+  !> Errors: no crank, or more than one; no link; it cannot be assembled somewhere (see `prove_assembly`).
+  subroutine prepare(self, error)
+    class(linkage_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, cranks
+
+    if (self%prepared) return
+    cranks = 0
+    if (allocated(self%joints)) then
+      do i = 1, size(self%joints)
+        select type (joint => self%joints(i)%joint)
+        type is (crank_joint)
+          cranks = cranks + 1
+        end select
+      end do
+    end if
+    if (cranks /= 1) then
+      call fatal_error(error, "a mechanism needs exactly one crank", invalid_input)
+    else if (.not. allocated(self%links)) then
+      call fatal_error(error, "a mechanism needs at least one link", invalid_input)
+    end if
+    if (allocated(error)) return
+    call prove_assembly(self%joints, self%links, self%feature, error)
+    self%prepared = .not. allocated(error)
+  end subroutine prepare
+
+  !> The sums (4) to (7) over the links.
   subroutine mass_functions(self, crank_angle, a)
     class(linkage_type), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(mass_functions_type), intent(out) :: a
-    type(point_type) :: at(size(self%joints)), center
-    type(jet) :: size1, size2
-    real(dp) :: turn, a4_size
-    integer :: i
+    type(point_type) :: at(size(self%joints))
 
     call self%points(crank_angle, at)
-    a4_size = 0
-    do i = 1, size(self%links)
-      associate (link => self%links(i))
-        call body_motion(link, at, center, turn)
-        a%a1 = a%a1 + link%mass * center%x
-        a%a2 = a%a2 + link%mass * center%y
-        a%a3 = a%a3 + link%mass * (center%x * center%x + center%y * center%y)
-        a%a4 = a%a4 + link%mass * (center%x%v * center%y%dd - center%y%v * center%x%dd) + link%inertia * turn
-        size1 = size1 + magnitude(link%mass, center%x)
-        size2 = size2 + magnitude(link%mass, center%y)
-        a4_size = a4_size + link%inertia * abs(turn) &
-          & + link%mass * (abs(center%x%v * center%y%dd) + abs(center%y%v * center%x%dd))
-      end associate
-    end do
-    a%a1 = cleaned(a%a1, size1)
-    a%a2 = cleaned(a%a2, size2)
-    if (abs(a%a4) <= 8 * epsilon(1.0_dp) * a4_size) a%a4 = 0
+    call sum_masses(self%links, at, a)
   end subroutine mass_functions
-
-  !> The motion of a link's centre of mass, and its angular acceleration d2(phi_i) / dphi2.
-  pure subroutine body_motion(link, at, center, turn)
-    type(link_type), intent(in) :: link
-    type(point_type), intent(in) :: at(:)
-    type(point_type), intent(out) :: center
-    real(dp), intent(out) :: turn
-    type(jet) :: ux, uy, length
-
-    if (link%to == 0) then
-      center%x = at(link%from)%x + link%center(1)
-      center%y = at(link%from)%y + link%center(2)
-      turn = 0
-      return
-    end if
-    ux = at(link%to)%x - at(link%from)%x
-    uy = at(link%to)%y - at(link%from)%y
-    length = sqrt(ux * ux + uy * uy)
-    ux = ux / length
-    uy = uy / length
-    center%x = at(link%from)%x + link%center(1) * ux - link%center(2) * uy
-    center%y = at(link%from)%y + link%center(1) * uy + link%center(2) * ux
-    ! u = (cos phi, sin phi): phi'' = u x u''.
-    turn = ux%v * uy%dd - uy%v * ux%dd
-  end subroutine body_motion
-
-  pure type(jet) function magnitude(factor, term)
-    real(dp), intent(in) :: factor
-    type(jet), intent(in) :: term
-
-    magnitude = jet(factor * abs(term%v), factor * abs(term%d), factor * abs(term%dd))
-  end function magnitude
-
-  pure type(jet) function cleaned(sum, magnitude)
-    type(jet), intent(in) :: sum, magnitude
-    real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
-
-    cleaned = jet(merge(0.0_dp, sum%v, abs(sum%v) <= noise * magnitude%v), &
-      & merge(0.0_dp, sum%d, abs(sum%d) <= noise * magnitude%d), &
-      & merge(0.0_dp, sum%dd, abs(sum%dd) <= noise * magnitude%dd))
-  end function cleaned
 
 end module gestell_model_linkage

@@ -1,5 +1,6 @@
 !> What the frame needs to know of a mechanism: its masses as they move with the crank.
 module gestell_model_mechanism
+  use gestell_base_error, only: error_type
   use gestell_base_jet, only: jet
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -21,6 +22,7 @@ module gestell_model_mechanism
     real(dp) :: feature = 1
   contains
     procedure(mass_functions_at), deferred :: mass_functions
+    procedure :: prepare => nothing_to_prepare
   end type mechanism_type
 
   abstract interface
@@ -33,5 +35,16 @@ module gestell_model_mechanism
       type(mass_functions_type), intent(out) :: a
     end subroutine mass_functions_at
   end interface
+
+contains
+
+  !> Makes the mechanism ready: a frame does so once with its own copy. Error: it cannot turn.
+  subroutine nothing_to_prepare(self, error)
+    class(mechanism_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused_mechanism => self, unused_error => error)
+    end associate
+  end subroutine nothing_to_prepare
 
 end module gestell_model_mechanism

@@ -39,7 +39,7 @@ contains
     if (allocated(error)) return
     if (tasks%stability .or. tasks%modes) then
       allocate(analysis%multipliers)
-      call solve_multipliers(analysis%monodromy, frame%period, tasks%modes, analysis%multipliers, error)
+      call solve_multipliers(analysis%monodromy, tasks%modes, analysis%multipliers, error)
       if (allocated(error)) return
     end if
     if (tasks%response) then

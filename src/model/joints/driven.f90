@@ -12,7 +12,6 @@ module gestell_model_joints_driven
   contains
     procedure :: place => place_ground
     procedure :: reach => reach_ground
-    procedure :: explain => explain_driven
   end type ground_joint
 
   !> A point that turns about the joint `pivot`, at `radius` (m) and the crank angle + `phase` (rad).
@@ -22,7 +21,6 @@ module gestell_model_joints_driven
   contains
     procedure :: place => place_crank
     procedure :: reach => reach_crank
-    procedure :: explain => explain_crank
   end type crank_joint
 
 contains
@@ -71,25 +69,5 @@ contains
     end associate
     reach%speed = speeds(self%pivot) + self%radius
   end function reach_crank
-
-  function explain_driven(self, points) result(text)
-    class(ground_joint), intent(in) :: self
-    type(point_type), intent(in) :: points(:)
-    character(len=:), allocatable :: text
-
-    associate (unused_self => self, unused_points => points)
-    end associate
-    text = ""
-  end function explain_driven
-
-  function explain_crank(self, points) result(text)
-    class(crank_joint), intent(in) :: self
-    type(point_type), intent(in) :: points(:)
-    character(len=:), allocatable :: text
-
-    associate (unused_self => self, unused_points => points)
-    end associate
-    text = ""
-  end function explain_crank
 
 end module gestell_model_joints_driven

@@ -25,8 +25,13 @@ module gestell_model_joints_joint
   contains
     procedure(place_joint), deferred :: place
     procedure(reach_joint), deferred :: reach
-    procedure(explain_joint), deferred :: explain
+    procedure :: explain
   end type joint_type
+
+  type, public :: named_joint_type
+    character(len=:), allocatable :: name
+    class(joint_type), allocatable :: joint
+  end type named_joint_type
 
   abstract interface
     !> The joint's point at a crank angle (rad), from the points of the earlier joints. It must be assembled there.
@@ -49,15 +54,20 @@ module gestell_model_joints_joint
       real(dp), intent(in) :: speeds(:), half_width
       type(reach_type) :: reach
     end function reach_joint
-
-    !> Why the joint cannot be assembled with the earlier ones at these points, for a message.
-    function explain_joint(self, points) result(text)
-      import :: joint_type, point_type
-      implicit none (type, external)
-      class(joint_type), intent(in) :: self
-      type(point_type), intent(in) :: points(:)
-      character(len=:), allocatable :: text
-    end function explain_joint
   end interface
+
+contains
+
+  !> Why the joint cannot be assembled with the earlier ones at these points, for a message. (No function: gfortran keeps
+  !> the length of a text that a function allocates in static memory, which threads share.)
+  pure subroutine explain(self, points, text)
+    class(joint_type), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable, intent(out) :: text
+
+    associate (unused_self => self, unused_points => points)
+    end associate
+    text = "it has no place there"
+  end subroutine explain
 
 end module gestell_model_joints_joint

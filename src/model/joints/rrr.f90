@@ -91,16 +91,16 @@ contains
 
   end function reach
 
-  function explain(self, points) result(text)
+  pure subroutine explain(self, points, text)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    character(len=:), allocatable :: text
+    character(len=:), allocatable, intent(out) :: text
 
     associate (one => points(self%ends(1)), two => points(self%ends(2)), l => self%lengths)
       text = "its ends are " // short(hypot(two%x%v - one%x%v, two%y%v - one%y%v)) // " m apart, lengths of " &
         & // short(l(1)) // " m and " // short(l(2)) // " m reach from " // short(abs(l(1) - l(2))) // " m to " &
         & // short(l(1) + l(2)) // " m"
     end associate
-  end function explain
+  end subroutine explain
 
 end module gestell_model_joints_rrr

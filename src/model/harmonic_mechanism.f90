@@ -1,0 +1,70 @@
+!> A mechanism known by the harmonics of its mass functions: measured data, a vendor's, or what is no linkage.
+module gestell_model_harmonic_mechanism
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_jet, only: jet, operator(*), operator(+)
+  use gestell_base_kinds, only: dp
+  use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  implicit none (type, external)
+  private
+
+  public :: new_harmonic_mechanism
+
+  !> a1, a2, a3 and the moment function H = sum [m (x y' - y x') + J phi'] (so a4 = H'), each as its mean, then the
+  !> factors of cos and sin of the crank angle, of twice the crank angle, and so on; shapes 1 + 2 orders.
+  type, extends(mechanism_type), public :: harmonic_mechanism_type
+    real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:)
+  contains
+    procedure :: mass_functions
+  end type harmonic_mechanism_type
+
+contains
+
+  !> A mechanism of `mass` (kg) and sum of moments of inertia `inertia` (kg m^2) with these harmonics (kg m, kg m,
+  !> kg m^2, kg m^2). Errors: a negative mass, an even number of coefficients.
+  subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error)
+    type(harmonic_mechanism_type), intent(out) :: mechanism
+    real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. (mass >= 0 .and. inertia >= 0)) then
+      call fatal_error(error, "mass and inertia of the mechanism must not be negative", invalid_input)
+    else if (any(modulo([size(a1), size(a2), size(a3), size(moment)], 2) == 0)) then
+      call fatal_error(error, "harmonics are a mean and then pairs of cosine and sine: an odd number of values", invalid_input)
+    end if
+    if (allocated(error)) return
+    mechanism%mass = mass
+    mechanism%inertia = inertia
+    allocate(mechanism%a1, source=a1)
+    allocate(mechanism%a2, source=a2)
+    allocate(mechanism%a3, source=a3)
+    allocate(mechanism%moment, source=moment)
+    mechanism%feature = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
+  end subroutine new_harmonic_mechanism
+
+  subroutine mass_functions(self, crank_angle, a)
+    class(harmonic_mechanism_type), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(mass_functions_type), intent(out) :: a
+    type(jet) :: moment
+
+    a%a1 = series(self%a1, crank_angle)
+    a%a2 = series(self%a2, crank_angle)
+    a%a3 = series(self%a3, crank_angle)
+    moment = series(self%moment, crank_angle)
+    a%a4 = moment%d
+  end subroutine mass_functions
+
+  !> c0 + sum over k of c_k cos(k phi) + s_k sin(k phi).
+  pure type(jet) function series(coefficients, phi)
+    real(dp), intent(in) :: coefficients(:), phi
+    integer :: k
+
+    series = jet(coefficients(1))
+    do k = 1, size(coefficients) / 2
+      associate (c => cos(k * phi), s => sin(k * phi), n => real(k, dp))
+        series = series + coefficients(2 * k) * jet(c, -n * s, -n**2 * c) + coefficients(2 * k + 1) * jet(s, n * c, -n**2 * s)
+      end associate
+    end do
+  end function series
+
+end module gestell_model_harmonic_mechanism

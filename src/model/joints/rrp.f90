@@ -1,0 +1,92 @@
+!> The dyad of a rod and a slider: the joint at a given distance from an earlier one, on a guide.
+module gestell_model_joints_rrp
+  use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), sqrt
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: short
+  use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
+  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  implicit none (type, external)
+  private
+
+  !> The joint lies on `guide` at `length` (m) from joint `end`: the solution farther along the guide (`branch` = 1) or
+  !> the other (-1).
+  type, extends(joint_type), public :: rrp_joint
+    integer :: end = 0
+    real(dp) :: length = 0
+    type(guide_type) :: guide
+    integer :: branch = 1
+  contains
+    procedure :: place
+    procedure :: reach
+    procedure :: explain
+  end type rrp_joint
+
+contains
+
+  !> With the guide g + s u and r = end - g: s = r . u +- sqrt(l^2 - (r x u)^2).
+  pure subroutine place(self, crank_angle, points, here)
+    class(rrp_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(point_type) :: g, u, r
+    type(jet) :: off, s
+
+    associate (unused => crank_angle)
+    end associate
+    call self%guide%line(points, g, u)
+    r = point_type(points(self%end)%x - g%x, points(self%end)%y - g%y)
+    off = cross(r, u)
+    s = dot(r, u) + real(self%branch, dp) * sqrt((-1.0_dp) * (off + (-self%length)) * (off + self%length))
+    here = point_type(g%x + s * u%x, g%y + s * u%y)
+  end subroutine place
+
+  !> The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian; where it stays below l the
+  !> rod keeps an angle to the guide's normal with cosine c > 0. The rod fixes the slider's velocity along itself, so it
+  !> slides with at most (v_end + v_guide) / c.
+  pure function reach(self, points, speeds, half_width)
+    class(rrp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), half_width
+    type(reach_type) :: reach
+    type(guide_motion_type) :: motion
+    type(point_type) :: g, u, r
+    type(jet) :: off
+    real(dp) :: apart, rate, farthest, cosine, carried
+
+    motion = self%guide%motion(points, speeds, half_width)
+    reach%assembled = motion%sound
+    if (.not. reach%assembled) return
+    call self%guide%line(points, g, u)
+    r = point_type(points(self%end)%x - g%x, points(self%end)%y - g%y)
+    off = cross(r, u)
+    apart = hypot(r%x%v, r%y%v) + (speeds(self%end) + motion%speed) * half_width
+    rate = speeds(self%end) + motion%speed + motion%turning * apart
+    farthest = abs(off%v) + rate * half_width
+    reach%assembled = farthest < self%length
+    if (.not. reach%assembled) return
+    cosine = sqrt((1 - farthest / self%length) * (1 + farthest / self%length))
+    carried = motion%speed + motion%turning * (apart + self%length)
+    reach%speed = carried + (speeds(self%end) + carried) / cosine
+    if (rate > 0) reach%feature = sqrt((self%length - abs(off%v)) * (self%length + abs(off%v))) &
+      & / sqrt(rate * self%length)
+  end function reach
+
+  pure subroutine explain(self, points, text)
+    class(rrp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable, intent(out) :: text
+    type(guide_motion_type) :: motion
+    type(point_type) :: g, u
+    type(jet) :: off
+
+    motion = self%guide%motion(points, spread(0.0_dp, 1, size(points)), 0.0_dp)
+    text = "the joints that carry its guide meet"
+    if (.not. motion%sound) return
+    call self%guide%line(points, g, u)
+    off = cross(point_type(points(self%end)%x - g%x, points(self%end)%y - g%y), u)
+    text = "its end is " // short(abs(off%v)) // " m away from the guide, a length of " // short(self%length) &
+      & // " m must reach it"
+  end subroutine explain
+
+end module gestell_model_joints_rrp

@@ -1,0 +1,155 @@
+!> The dyads with two sliding pairs: two sliders that turn against each other, and the yoke.
+module gestell_model_joints_sliders
+  use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: fixed
+  use gestell_model_joints_guide, only: cross, guide_motion_type, guide_type
+  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  implicit none (type, external)
+  private
+
+  !> The joint of two sliders, each on its guide: where the guides cross.
+  type, extends(joint_type), public :: prp_joint
+    type(guide_type) :: guides(2)
+  contains
+    procedure :: place => place_prp
+    procedure :: reach => reach_prp
+    procedure :: explain => explain_prp
+  end type prp_joint
+
+  !> The yoke: it slides along `guide` and has a straight slot at `slot_angle` (rad) to the guide's direction, in which
+  !> joint `end` slides. The joint is the point of the yoke where the slot crosses the guide.
+  type, extends(joint_type), public :: rpp_joint
+    integer :: end = 0
+    type(guide_type) :: guide
+    real(dp) :: slot_angle = 0
+  contains
+    procedure :: place => place_rpp
+    procedure :: reach => reach_rpp
+    procedure :: explain => explain_rpp
+  end type rpp_joint
+
+contains
+
+  !> g1 + s u1 = g2 + t u2: s = (g2 - g1) x u2 / (u1 x u2).
+  pure subroutine place_prp(self, crank_angle, points, here)
+    class(prp_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(point_type) :: g1, u1, g2, u2
+
+    associate (unused => crank_angle)
+    end associate
+    call self%guides(1)%line(points, g1, u1)
+    call self%guides(2)%line(points, g2, u2)
+    here = crossing(g1, u1, g2, u2)
+  end subroutine place_prp
+
+  pure type(point_type) function crossing(g1, u1, g2, u2)
+    type(point_type), intent(in) :: g1, u1, g2, u2
+    type(jet) :: s
+
+    s = cross(point_type(g2%x - g1%x, g2%y - g1%y), u2) / cross(u1, u2)
+    crossing = point_type(g1%x + s * u1%x, g1%y + s * u1%y)
+  end function crossing
+
+  !> The slot is a line through `end` at a fixed angle to the guide.
+  pure subroutine place_rpp(self, crank_angle, points, here)
+    class(rpp_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(point_type) :: g, u, w
+
+    associate (unused => crank_angle)
+    end associate
+    call self%guide%line(points, g, u)
+    associate (c => cos(self%slot_angle), s => sin(self%slot_angle))
+      w = point_type(c * u%x - s * u%y, c * u%y + s * u%x)
+    end associate
+    here = crossing(g, u, points(self%end), w)
+  end subroutine place_rpp
+
+  !> The sine of the guides' angle loses at most (omega_1 + omega_2) half_width. Each guide fixes the joint's velocity
+  !> across itself to v_g + omega |r - g|, where |r - g| grows while the joint moves with at most V: what bounds V is
+  !>
+  !>     V sin >= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
+  pure function reach_prp(self, points, speeds, half_width) result(reach)
+    class(prp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), half_width
+    type(reach_type) :: reach
+    type(guide_motion_type) :: motion
+    type(point_type) :: g(2), u(2), here
+    type(jet) :: sine
+    real(dp) :: turning, left, across
+    integer :: i
+
+    turning = 0
+    do i = 1, 2
+      motion = self%guides(i)%motion(points, speeds, half_width)
+      reach%assembled = motion%sound
+      if (.not. reach%assembled) return
+      turning = turning + motion%turning
+      call self%guides(i)%line(points, g(i), u(i))
+    end do
+    sine = cross(u(1), u(2))
+    left = abs(sine%v) - 2 * turning * half_width
+    reach%assembled = left > tiny(left)
+    if (.not. reach%assembled) return
+    here = crossing(g(1), u(1), g(2), u(2))
+    across = 0
+    do i = 1, 2
+      motion = self%guides(i)%motion(points, speeds, half_width)
+      across = across + motion%speed &
+        & + motion%turning * (hypot(here%x%v - g(i)%x%v, here%y%v - g(i)%y%v) + motion%speed * half_width)
+    end do
+    reach%speed = across / left
+    if (turning > 0) reach%feature = abs(sine%v) / turning
+  end function reach_prp
+
+  !> In the guide's own system the slot hands `end`'s velocity on, divided by the sine of the slot's angle.
+  pure function reach_rpp(self, points, speeds, half_width) result(reach)
+    class(rpp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), half_width
+    type(reach_type) :: reach
+    type(guide_motion_type) :: motion
+    type(point_type) :: g, u
+    real(dp) :: apart, sine
+
+    motion = self%guide%motion(points, speeds, half_width)
+    sine = abs(sin(self%slot_angle))
+    reach%assembled = motion%sound .and. sine > epsilon(sine)
+    if (.not. reach%assembled) return
+    call self%guide%line(points, g, u)
+    associate (end => points(self%end))
+      apart = hypot(end%x%v - g%x%v, end%y%v - g%y%v) + (speeds(self%end) + motion%speed) * half_width
+    end associate
+    reach%speed = motion%speed + motion%turning * apart / sine &
+      & + (speeds(self%end) + motion%speed + motion%turning * apart) / sine
+  end function reach_rpp
+
+  pure subroutine explain_prp(self, points, text)
+    class(prp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable, intent(out) :: text
+
+    associate (unused_self => self, unused_points => points)
+    end associate
+    text = "its guides become parallel, or the joints that carry one of them meet"
+  end subroutine explain_prp
+
+  pure subroutine explain_rpp(self, points, text)
+    class(rpp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable, intent(out) :: text
+
+    associate (unused => points)
+    end associate
+    text = "its slot, at " // fixed(self%slot_angle * 180 / pi, 3) // " deg to the guide, is parallel to it, or the " &
+      & // "joints that carry the guide meet"
+  end subroutine explain_rpp
+
+end module gestell_model_joints_sliders
