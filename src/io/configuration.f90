@@ -1,19 +1,19 @@
 !> From the groups of an input file to the machine and the orders that they describe.
 module gestell_io_configuration
   use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: short, text
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
   use gestell_floquet_methods, only: method_names
   use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_io_document, only: document_type, group_type, groups_named, the_group, word_length
-  use gestell_io_get, only: at_least, get, nonnegative, nonzero, positive
-  use gestell_io_mechanism, only: in_group, name_line, read_linkage
+  use gestell_io_document, only: document_type, group_type, the_group, word_length
+  use gestell_io_frame, only: read_frame
+  use gestell_io_get, only: at_least, get, positive
+  use gestell_io_mechanism, only: read_mechanism
   use gestell_io_message, only: input_error
-  use gestell_model_frame, only: frame_type, freedom_names, new_frame
-  use gestell_model_linkage, only: linkage_type
-  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_io_units, only: find_unit, unit_names, unit_type, units_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_mechanism, only: mechanism_type
   use gestell_study_analysis, only: tasks_type
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -24,7 +24,6 @@ module gestell_io_configuration
     character(len=:), allocatable :: title
     type(tasks_type) :: tasks
     type(accuracy_type) :: accuracy
-    type(linkage_type) :: linkage
     type(frame_type) :: frame
   end type configuration_type
 
@@ -38,12 +37,16 @@ contains
     type(document_type), intent(in) :: doc
     type(configuration_type), intent(out) :: configuration
     type(error_type), allocatable, intent(out) :: error
+    type(units_type) :: units
+    class(mechanism_type), allocatable :: mechanism
 
     call read_orders(doc, configuration, error)
     if (allocated(error)) return
-    call read_linkage(doc, configuration%linkage, error)
+    call read_units(doc, units, error)
     if (allocated(error)) return
-    call read_frame(doc, configuration%linkage, configuration%frame, error)
+    call read_mechanism(doc, units, mechanism, error)
+    if (allocated(error)) return
+    call read_frame(doc, units, mechanism, configuration%frame, error)
   end subroutine read_configuration
 
   !> Title, tasks and accuracy.
@@ -98,102 +101,34 @@ contains
     if (value > limit) call input_error(group, key, "must be at most " // text(limit), error)
   end subroutine at_most
 
-  !> Frame, supports, foundation and drive.
-  subroutine read_frame(doc, linkage, frame, error)
+  !> The units in use.
+  subroutine read_units(doc, units, error)
     type(document_type), intent(in) :: doc
-    type(linkage_type), intent(in) :: linkage
-    type(frame_type), intent(out) :: frame
+    type(units_type), intent(out) :: units
     type(error_type), allocatable, intent(out) :: error
-    type(group_type) :: group
-    type(support_type), allocatable :: supports(:)
-    real(dp) :: mass, inertia, origin(2), stiffness(3, 3), damping(3), speed_rpm, b(3, 3)
-    integer, allocatable :: free(:)
-    integer :: i, k
 
-    group = the_group(doc, "drive")
-    call get(group, "speed_rpm", speed_rpm, error, must=nonzero)
-    if (allocated(error)) return
-    if (abs(speed_rpm) < 1.0e-300_dp) then
-      call input_error(group, "speed_rpm", "is too small", error)
-      return
-    end if
+    call read_unit(doc, "length", units%length, error)
+    if (.not. allocated(error)) call read_unit(doc, "mass", units%mass, error)
+    if (.not. allocated(error)) call read_unit(doc, "inertia", units%inertia, error)
+    if (.not. allocated(error)) call read_unit(doc, "stiffness", units%stiffness, error)
+    if (.not. allocated(error)) call read_unit(doc, "force", units%force, error)
+    if (.not. allocated(error)) call read_unit(doc, "moment", units%moment, error)
+    if (.not. allocated(error)) call read_unit(doc, "damping", units%damping, error)
+    if (.not. allocated(error)) call read_unit(doc, "rotary_damping", units%rotary_damping, error)
+    if (.not. allocated(error)) call read_unit(doc, "angle", units%angle, error)
+  end subroutine read_units
 
-    call read_supports(groups_named(doc, "support"), supports, error)
-    if (allocated(error)) return
-    group = the_group(doc, "foundation")
-    call get(group, "stiffness", stiffness, error, default=0.0_dp)
-    if (allocated(error)) return
-    do i = 1, 3
-      k = 1 + mod(i, 3)
-      if (.not. abs(stiffness(i, k) - stiffness(k, i)) > 0) cycle
-      call input_error(group, "stiffness", "the matrix must be symmetric, c" // text(i) // text(k) // " is " &
-        & // short(stiffness(i, k)) // " and c" // text(k) // text(i) // " is " // short(stiffness(k, i)), error, &
-        & element=i + 3 * (k - 1))
-      return
-    end do
-    call get(group, "damping", damping, error, default=0.0_dp, must=nonnegative)
-    if (allocated(error)) return
-    b = damping_matrix(supports)
-    do i = 1, 3
-      b(i, i) = b(i, i) + damping(i)
-    end do
-
-    group = the_group(doc, "frame")
-    call get(group, "mass", mass, error, must=positive)
-    if (allocated(error)) return
-    call get(group, "inertia", inertia, error, must=positive)
-    if (allocated(error)) return
-    call get(group, "origin", origin, error)
-    if (allocated(error)) return
-    call read_freedoms(group, free, error)
-    if (allocated(error)) return
-    call new_frame(frame, linkage, mass, inertia, origin, stiffness + stiffness_matrix(supports), b, &
-      & speed_rpm * 2 * pi / 60, error, free)
-    if (.not. allocated(error)) return
-    if (allocated(error%subject)) then
-      call name_line(doc, error)
-    else
-      call in_group(group, error)
-    end if
-  end subroutine read_frame
-
-  subroutine read_supports(groups, supports, error)
-    type(group_type), intent(in) :: groups(:)
-    type(support_type), allocatable, intent(out) :: supports(:)
+  subroutine read_unit(doc, quantity, unit, error)
+    type(document_type), intent(in) :: doc
+    character(len=*), intent(in) :: quantity
+    type(unit_type), intent(out) :: unit
     type(error_type), allocatable, intent(out) :: error
-    integer :: i
+    character(len=12), allocatable :: names(:)
+    character(len=:), allocatable :: name
 
-    allocate(supports(size(groups)))
-    do i = 1, size(groups)
-      associate (support => supports(i), group => groups(i))
-        call get(group, "position", support%position, error)
-        if (allocated(error)) return
-        call get(group, "stiffness", support%stiffness, error, must=nonnegative)
-        if (allocated(error)) return
-        call get(group, "damping", support%damping, error, default=0.0_dp, must=nonnegative)
-        if (allocated(error)) return
-        call get(group, "angle", support%angle, error, default=0.0_dp)
-        if (allocated(error)) return
-        support%angle = support%angle * pi / 180
-        if (all(ieee_is_finite(stiffness_matrix([support])) .and. ieee_is_finite(damping_matrix([support])))) cycle
-        call input_error(group, "position", "so far from F its stiffness or damping about F overflows", error)
-        return
-      end associate
-    end do
-  end subroutine read_supports
-
-  !> Key `dof`: places of the free degrees of freedom, each once, in the order of the matrices.
-  subroutine read_freedoms(group, free, error)
-    type(group_type), intent(in) :: group
-    integer, allocatable, intent(out) :: free(:)
-    type(error_type), allocatable, intent(out) :: error
-    character(len=word_length), allocatable :: names(:)
-    integer :: i
-
-    call get(group, "dof", names, error, default=freedom_names, allowed=freedom_names)
-    if (allocated(error)) return
-    free = pack([1, 2, 3], [(any(names == freedom_names(i)), i = 1, 3)])
-    if (size(free) /= size(names)) call input_error(group, "dof", "names a degree of freedom twice", error)
-  end subroutine read_freedoms
+    allocate(names, source=unit_names(quantity))
+    call get(the_group(doc, "units"), quantity, name, error, default=names(1), allowed=names)
+    if (.not. allocated(error)) unit = find_unit(quantity, name)
+  end subroutine read_unit
 
 end module gestell_io_configuration

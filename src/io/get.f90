@@ -7,6 +7,7 @@ module gestell_io_get
   use gestell_io_number, only: read_real, read_integer
   use gestell_io_suggest, only: suggestion
   use gestell_io_text, only: decimal
+  use gestell_io_units, only: unit_type
   implicit none (type, external)
   private
 
@@ -24,7 +25,8 @@ module gestell_io_get
   type(condition_type), parameter, public :: nonnegative = condition_type(is_nonnegative, 0)
   type(condition_type), parameter, public :: nonzero = condition_type(is_nonzero, 0)
 
-  !> call get(group, key, value, error, default, must) for numbers, vectors and matrices,
+  !> call get(group, key, value, error, default, must, unit) for numbers and vectors (the value in SI, `default` and
+  !> `must` as typed), without `unit` for integers and matrices,
   !> call get(group, key, value, error, default, allowed) for a text and a list of texts.
   !> Without `default` the key is required; for vectors and matrices it stands for every element not given.
   interface get
@@ -56,13 +58,14 @@ contains
     if (i > 0) count_values = size(group%entries(i)%values)
   end function count_values
 
-  pure subroutine get_real(group, key, value, error, default, must)
+  pure subroutine get_real(group, key, value, error, default, must, unit)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
     real(dp), intent(out) :: value
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: default
     type(condition_type), intent(in), optional :: must
+    type(unit_type), intent(in), optional :: unit
     character(len=:), allocatable :: reason
     integer :: i
 
@@ -75,16 +78,18 @@ contains
     end if
     call read_real(group%entries(i)%values(1)%text, value, reason)
     if (reason == "") reason = broken(value, must)
+    if (present(unit)) value = unit%si(value)
     if (reason /= "") call input_error(group, key, reason, error)
   end subroutine get_real
 
-  pure subroutine get_vector(group, key, value, error, default, must)
+  pure subroutine get_vector(group, key, value, error, default, must, unit)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
     real(dp), intent(out) :: value(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: default
     type(condition_type), intent(in), optional :: must
+    type(unit_type), intent(in), optional :: unit
     character(len=:), allocatable :: reason
     integer :: i, k
 
@@ -110,6 +115,7 @@ contains
         else
           call read_real(values(k)%text, value(k), reason)
           if (reason == "") reason = broken(value(k), must)
+          if (present(unit)) value(k) = unit%si(value(k))
         end if
         if (reason == "") cycle
         call input_error(group, key, reason, error, k)

@@ -1,35 +1,95 @@
-!> The joints and links of an input file.
+!> The mechanism of an input file: its joints and links together.
 module gestell_io_mechanism
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: text
-  use gestell_io_document, only: document_type, group_names, group_type, groups_named, has, name_of, word_length
-  use gestell_io_get, only: get, nonnegative, positive
-  use gestell_io_message, only: input_error, label, place
-  use gestell_io_suggest, only: suggestion
+  use gestell_base_kinds, only: dp
+  use gestell_io_document, only: document_type, group_type, groups_named, has, name_of, the_group
+  use gestell_io_get, only: count_values, get, nonnegative
+  use gestell_io_joints, only: check_known, joint_types, read_joint
+  use gestell_io_message, only: in_group, input_error, place
+  use gestell_io_units, only: units_type
+  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_mechanism, only: mechanism_type
   implicit none (type, external)
   private
 
-  public :: in_group, name_line, read_linkage
-
-  !> The types of joints, and the keys that each needs and can have, as words between blanks.
-  character(len=*), parameter :: type_names(*) = [character(len=8) :: "ground", "crank", "RRR"]
-  character(len=*), parameter :: needed_keys(*) = [character(len=32) :: " position ", " pivot radius ", " ends lengths branch "]
-  character(len=*), parameter :: optional_keys(*) = [character(len=32) :: " ", " phase ", " "]
+  public :: name_line, read_mechanism
 
 contains
 
+  !> The mechanism of a checked document: by its mass functions where the document gives them, else a linkage.
+  subroutine read_mechanism(doc, units, mechanism, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    class(mechanism_type), allocatable, intent(out) :: mechanism
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(harmonic_mechanism_type) :: harmonic
+
+    if (size(groups_named(doc, "mass_functions")) > 0) then
+      call read_harmonics(doc, harmonic, error)
+      if (.not. allocated(error)) allocate(mechanism, source=harmonic)
+    else
+      call read_linkage(doc, units, linkage, error)
+      if (.not. allocated(error)) allocate(mechanism, source=linkage)
+    end if
+  end subroutine read_mechanism
+
+  !> Mass functions by harmonics, in SI. Error: joints or links beside them.
+  subroutine read_harmonics(doc, harmonic, error)
+    type(document_type), intent(in) :: doc
+    type(harmonic_mechanism_type), intent(out) :: harmonic
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type) :: group
+    real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:)
+    real(dp) :: mass, inertia
+
+    group = the_group(doc, "mass_functions")
+    if (size(groups_named(doc, "joint")) + size(groups_named(doc, "link")) > 0) then
+      call input_error(group, "", "stands in place of joints and links: give either", error)
+      return
+    end if
+    call get(group, "mass", mass, error, must=nonnegative)
+    if (.not. allocated(error)) call get(group, "inertia", inertia, error, must=nonnegative)
+    if (.not. allocated(error)) call get_harmonics(group, "a1", a1, error)
+    if (.not. allocated(error)) call get_harmonics(group, "a2", a2, error)
+    if (.not. allocated(error)) call get_harmonics(group, "a3", a3, error)
+    if (.not. allocated(error)) call get_harmonics(group, "moment", moment, error)
+    if (allocated(error)) return
+    call new_harmonic_mechanism(harmonic, mass, inertia, a1, a2, a3, moment, error)
+    if (allocated(error)) call in_group(group, error)
+  end subroutine read_harmonics
+
+  !> A mean and pairs of cosine and sine; zero where the key is missing.
+  subroutine get_harmonics(group, key, values, error)
+    type(group_type), intent(in) :: group
+    character(len=*), intent(in) :: key
+    real(dp), allocatable, intent(out) :: values(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    allocate(values(max(1, count_values(group, key))))
+    call get(group, key, values, error, default=0.0_dp)
+    if (allocated(error)) return
+    if (modulo(size(values), 2) == 0) call input_error(group, key, &
+      & "is a mean and then pairs of cosine and sine: needs an odd number of values", error)
+  end subroutine get_harmonics
+
   !> The linkage of a checked document. Errors: keys that do not fit the joint's type, joints that are not there (yet),
   !> names given twice, values out of range.
-  subroutine read_linkage(doc, linkage, error)
+  subroutine read_linkage(doc, units, linkage, error)
     type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
     type(linkage_type), intent(out) :: linkage
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: joints(:), links(:)
     integer :: i
 
     joints = groups_named(doc, "joint")
+    if (size(joints) == 0) then
+      call fatal_error(error, doc%file // ": the mechanism is missing: groups &joint and &link (or &mass_functions) are " // &
+        & "required", invalid_input)
+      return
+    end if
     links = groups_named(doc, "link")
     call check_names(joints, error)
     if (allocated(error)) return
@@ -38,7 +98,7 @@ contains
     call check_crank(joints, error)
     if (allocated(error)) return
     do i = 1, size(joints)
-      call read_joint(joints, i, linkage, error)
+      call read_joint(joints, i, units, linkage, error)
       if (allocated(error)) return
     end do
     if (size(links) == 0) then
@@ -47,7 +107,7 @@ contains
       return
     end if
     do i = 1, size(links)
-      call read_link(links(i), joints, linkage, error)
+      call read_link(links(i), joints, units, linkage, error)
       if (allocated(error)) return
     end do
   end subroutine read_linkage
@@ -80,7 +140,7 @@ contains
 
     found = .false.
     do i = 1, size(joints)
-      call get(joints(i), "type", type, error, allowed=type_names)
+      call get(joints(i), "type", type, error, allowed=joint_types)
       if (allocated(error)) return
       if (type /= "crank") cycle
       if (found) then
@@ -92,141 +152,10 @@ contains
     if (.not. found) call fatal_error(error, joints(1)%file // ": no joint has type = 'crank', one must", invalid_input)
   end subroutine check_crank
 
-  !> Joint `i`, built on those before it.
-  subroutine read_joint(joints, i, linkage, error)
-    type(group_type), intent(in) :: joints(:)
-    integer, intent(in) :: i
-    type(linkage_type), intent(inout) :: linkage
-    type(error_type), allocatable, intent(out) :: error
-    type(group_type) :: group
-    character(len=:), allocatable :: type, pivot
-    character(len=word_length), allocatable :: ends(:)
-    real(dp) :: position(2), radius, phase, lengths(2)
-    integer :: branch
-
-    group = joints(i)
-    call get(group, "type", type, error, allowed=type_names)
-    if (allocated(error)) return
-    call check_keys(group, type, error)
-    if (allocated(error)) return
-
-    select case (type)
-    case ("ground")
-      call get(group, "position", position, error)
-      if (allocated(error)) return
-      call linkage%ground(name_of(group), position, error)
-    case ("crank")
-      call get(group, "pivot", pivot, error)
-      if (allocated(error)) return
-      call check_known(group, "pivot", [pivot], joints, i - 1, error)
-      if (allocated(error)) return
-      call get(group, "radius", radius, error, must=positive)
-      if (allocated(error)) return
-      call get(group, "phase", phase, error, default=0.0_dp)
-      if (allocated(error)) return
-      call linkage%crank(name_of(group), pivot, radius, phase * pi / 180, error)
-    case default ! RRR
-      call get_ends(joints, i, ends, error)
-      if (allocated(error)) return
-      call get(group, "lengths", lengths, error, must=positive)
-      if (allocated(error)) return
-      call get(group, "branch", branch, error)
-      if (allocated(error)) return
-      if (abs(branch) /= 1) then
-        call input_error(group, "branch", "must be 1 or -1", error)
-        return
-      end if
-      call linkage%rrr(name_of(group), ends, lengths, branch, error)
-    end select
-    if (allocated(error)) call in_group(group, error)
-  end subroutine read_joint
-
-  !> The ends of joint `i`: two different earlier joints.
-  subroutine get_ends(joints, i, ends, error)
-    type(group_type), intent(in) :: joints(:)
-    integer, intent(in) :: i
-    character(len=word_length), allocatable, intent(out) :: ends(:)
-    type(error_type), allocatable, intent(out) :: error
-
-    call get(joints(i), "ends", ends, error)
-    if (allocated(error)) return
-    if (size(ends) /= 2) then
-      call input_error(joints(i), "ends", "needs 2 joints", error)
-      return
-    end if
-    call check_known(joints(i), "ends", ends, joints, i - 1, error)
-    if (allocated(error)) return
-    if (ends(1) == ends(2)) call input_error(joints(i), "ends", "needs 2 different joints", error)
-  end subroutine get_ends
-
-  !> Whether the group has all keys that its type of joint needs and none that it does not know.
-  subroutine check_keys(group, type, error)
-    type(group_type), intent(in) :: group
-    character(len=*), intent(in) :: type
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: needs, may, rest
-    integer :: i, blank
-
-    i = findloc(type_names == type, .true., dim=1)
-    needs = trim(needed_keys(i)) // " "
-    may = trim(optional_keys(i)) // " "
-    do i = 1, size(group%entries)
-      associate (key => group%entries(i)%key)
-        if (key == "name" .or. key == "type" .or. index(needs // may, " " // key // " ") > 0) cycle
-        call input_error(group, key, "a joint of type '" // type // "' has no such key, it has" // &
-          & commas(trim(needs) // trim(may)), error)
-        return
-      end associate
-    end do
-    rest = adjustl(needs)
-    do while (len_trim(rest) > 0)
-      blank = index(rest, " ")
-      if (.not. has(group, rest(:blank - 1))) then
-        call input_error(group, "", "a joint of type '" // type // "' needs the key '" // rest(:blank - 1) // "'", error)
-        return
-      end if
-      rest = adjustl(rest(blank:))
-    end do
-  end subroutine check_keys
-
-  !> Words between blanks as words between commas.
-  pure function commas(words) result(text)
-    character(len=*), intent(in) :: words
-    character(len=:), allocatable :: text
-    integer :: i
-
-    text = ""
-    do i = 1, len_trim(words)
-      if (words(i:i) == " " .and. i > 1) text = text // ","
-      text = text // words(i:i)
-    end do
-  end function commas
-
-  !> Whether all `names` are those of the first `known` of the `joints`.
-  subroutine check_known(group, key, names, joints, known, error)
+  !> A link on any of the joints.
+  subroutine read_link(group, joints, units, linkage, error)
     type(group_type), intent(in) :: group, joints(:)
-    character(len=*), intent(in) :: key, names(:)
-    integer, intent(in) :: known
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i, place
-
-    do i = 1, size(names)
-      place = findloc(group_names(joints) == names(i), .true., dim=1)
-      if (place == 0) then
-        call input_error(group, key, "there is no joint '" // trim(names(i)) // "'" // &
-          & suggestion(trim(names(i)), group_names(joints(:known))), error)
-      else if (place == known + 1) then
-        call input_error(group, key, "a joint cannot be built on itself", error)
-      else if (place > known) then
-        call input_error(group, key, "joint '" // trim(names(i)) // "' stands only in line " // text(joints(place)%line) &
-          & // ": list it before this one", error)
-      end if
-      if (allocated(error)) return
-    end do
-  end subroutine check_known
-
-  subroutine read_link(group, joints, linkage, error)
-    type(group_type), intent(in) :: group, joints(:)
+    type(units_type), intent(in) :: units
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: from, to
@@ -247,23 +176,15 @@ contains
         return
       end if
     end if
-    call get(group, "mass", mass, error, must=nonnegative)
+    call get(group, "mass", mass, error, must=nonnegative, unit=units%mass)
     if (allocated(error)) return
-    call get(group, "inertia", inertia, error, must=nonnegative)
+    call get(group, "inertia", inertia, error, must=nonnegative, unit=units%inertia)
     if (allocated(error)) return
-    call get(group, "center", center, error, default=0.0_dp)
+    call get(group, "center", center, error, default=0.0_dp, unit=units%length)
     if (allocated(error)) return
     call linkage%link(name_of(group), from, to, mass, inertia, center, error)
     if (allocated(error)) call in_group(group, error)
   end subroutine read_link
-
-  !> Puts file, line and group in front of an error's message.
-  subroutine in_group(group, error)
-    type(group_type), intent(in) :: group
-    type(error_type), allocatable, intent(inout) :: error
-
-    error%message = place(group%file, group%line) // label(group) // ": " // error%message
-  end subroutine in_group
 
   !> Puts file and line of the joint or link that the error is about in front of its message.
   subroutine name_line(doc, error)

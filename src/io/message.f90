@@ -6,7 +6,7 @@ module gestell_io_message
   implicit none (type, external)
   private
 
-  public :: input_error, refuse_entry, place, label, typed
+  public :: in_group, input_error, refuse_entry, place, label, typed
 
 contains
 
@@ -29,6 +29,14 @@ contains
         invalid_input)
     end if
   end subroutine input_error
+
+  !> Puts file, line and group in front of an error's message.
+  subroutine in_group(group, error)
+    type(group_type), intent(in) :: group
+    type(error_type), allocatable, intent(inout) :: error
+
+    error%message = place(group%file, group%line) // label(group) // ": " // error%message
+  end subroutine in_group
 
   !> Refuses an entry of a group, in the same words.
   pure subroutine refuse_entry(group, entry, message, error, element)

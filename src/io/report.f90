@@ -7,6 +7,7 @@ module gestell_io_report
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_io_configuration, only: configuration_type
   use gestell_model_frame, only: frame_type, freedom_names
+  use gestell_model_linkage, only: linkage_type
   use gestell_study_analysis, only: analysis_type
   use gestell_study_vibration, only: vibration_type
   implicit none (type, external)
@@ -25,12 +26,17 @@ contains
     character(len=:), allocatable :: report
     integer :: i
 
-    associate (frame => configuration%frame, linkage => configuration%linkage)
+    associate (frame => configuration%frame)
       report = "Gestell " // version // newline // newline
       if (len(configuration%title) > 0) report = report // "  title      " // configuration%title // newline
       report = report // "  input      " // input // newline
-      report = report // "  mechanism  " // text(size(linkage%joints)) // " joints, " // text(size(linkage%links)) &
-        & // " links of " // short(linkage%mass) // " kg in all; turns freely through 360 deg" // newline
+      select type (mechanism => frame%mechanism)
+      type is (linkage_type)
+        report = report // "  mechanism  " // text(size(mechanism%joints)) // " joints, " // text(size(mechanism%links)) &
+          & // " links of " // short(mechanism%mass) // " kg in all; turns freely through 360 deg" // newline
+      class default
+        report = report // "  mechanism  " // short(mechanism%mass) // " kg in all, by its mass functions" // newline
+      end select
       report = report // "  frame      " // short(frame%mass) // " kg, " // short(frame%inertia) // " kg m^2, free in"
       do i = 1, size(frame%free)
         report = report // " " // trim(freedom_names(frame%free(i)))

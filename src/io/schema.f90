@@ -40,11 +40,16 @@ module gestell_io_schema
     type(key_rule), allocatable :: keys(:)
   end type schema_type
 
+  !> Most coefficients of a mass function: mean, cosines and sines of 500 orders.
+  integer, parameter :: most_harmonics = 1001
+
   type(group_rule), parameter :: group_table(*) = [ &
       group_rule("case",       required=.false., repeatable=.false.), &
       group_rule("drive",      required=.true.,  repeatable=.false.), &
-      group_rule("joint",      required=.true.,  repeatable=.true.), &
+      group_rule("units",      required=.false., repeatable=.false.), &
+      group_rule("joint",      required=.false., repeatable=.true.), &
       group_rule("link",       required=.false., repeatable=.true.), &
+      group_rule("mass_functions", required=.false., repeatable=.false.), &
       group_rule("frame",      required=.true.,  repeatable=.false.), &
       group_rule("support",    required=.false., repeatable=.true.), &
       group_rule("foundation", required=.false., repeatable=.false.), &
@@ -55,6 +60,15 @@ module gestell_io_schema
       key_rule("case", "title", text_key), &
       key_rule("case", "tasks", text_key, 1, 1, 10), &
       key_rule("drive", "speed_rpm", real_key, required=.true.), &
+      key_rule("units", "length", text_key), &
+      key_rule("units", "mass", text_key), &
+      key_rule("units", "inertia", text_key), &
+      key_rule("units", "stiffness", text_key), &
+      key_rule("units", "force", text_key), &
+      key_rule("units", "moment", text_key), &
+      key_rule("units", "damping", text_key), &
+      key_rule("units", "rotary_damping", text_key), &
+      key_rule("units", "angle", text_key), &
       key_rule("joint", "name", text_key, required=.true.), &
       key_rule("joint", "type", text_key, required=.true.), &
       key_rule("joint", "position", real_key, 1, 2, 2), &
@@ -66,6 +80,11 @@ module gestell_io_schema
       key_rule("joint", "branch", integer_key), &
       key_rule("joint", "guide_point", real_key, 1, 2, 2), &
       key_rule("joint", "guide_angle", real_key), &
+      key_rule("joint", "guide", text_key, 1, 2, 2), &
+      key_rule("joint", "guide2_point", real_key, 1, 2, 2), &
+      key_rule("joint", "guide2_angle", real_key), &
+      key_rule("joint", "guide2", text_key, 1, 2, 2), &
+      key_rule("joint", "slot_angle", real_key), &
       key_rule("joint", "offset", real_key, 1, 2, 2), &
       key_rule("link", "name", text_key, required=.true.), &
       key_rule("link", "from", text_key, required=.true.), &
@@ -73,6 +92,12 @@ module gestell_io_schema
       key_rule("link", "mass", real_key), &
       key_rule("link", "inertia", real_key), &
       key_rule("link", "center", real_key, 1, 2, 2), &
+      key_rule("mass_functions", "mass", real_key), &
+      key_rule("mass_functions", "inertia", real_key), &
+      key_rule("mass_functions", "a1", real_key, 1, 1, most_harmonics), &
+      key_rule("mass_functions", "a2", real_key, 1, 1, most_harmonics), &
+      key_rule("mass_functions", "a3", real_key, 1, 1, most_harmonics), &
+      key_rule("mass_functions", "moment", real_key, 1, 1, most_harmonics), &
       key_rule("frame", "mass", real_key), &
       key_rule("frame", "inertia", real_key), &
       key_rule("frame", "origin", real_key, 1, 2, 2), &

@@ -253,7 +253,7 @@ INPUTS = [
      "input.nml:5: &joint 'A': type = 'crank': a mechanism has only one crank"),
     ("no crank", changed("type='crank', pivot='A0', radius=0.07, phase=0.0", "type='ground', position=0.07, 0.0"), 2,
      "input.nml: no joint has type = 'crank', one must"),
-    ("key of another type", changed("type='ground', position=0.40, 0.0", "type='ground', position=0.40, 0.0, radius=1.0"), 2,
+    ("key of another type", changed("position=0.40, 0.0", "position=0.40, 0.0, radius=1.0"), 2,
      "input.nml:4: &joint 'B0': radius = 1.0: a joint of type 'ground' has no such key, it has position"),
     ("key that the type needs", changed(", radius=0.07", ""), 2,
      "input.nml:5: &joint 'A': a joint of type 'crank' needs the key 'radius'"),
@@ -290,9 +290,11 @@ INPUTS = [
     ("parallelogram", changed("radius=0.07", "radius=0.16").replace("0.37,0.16", "0.40,0.16"), 3,
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
      "its ends are 0.24 m apart, lengths of 0.4 m and 0.16 m reach from 0.24 m to 0.56 m"),
-    ("ends of a dyad meet at 180 deg", changed("position=0.40, 0.0", "position=-0.07, 0.0").replace("0.37,0.16", "0.37,0.37"), 3,
+    ("ends of a dyad meet at 180 deg",
+     changed("position=0.40, 0.0", "position=-0.07, 0.0").replace("0.37,0.16", "0.37,0.37"), 3,
      re.compile(r"input\.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of "
-                r"(179\.99\d|180\.000) deg: its ends are .*, lengths of 0\.37 m and 0\.37 m reach from 0 m to 0\.74 m")),
+                r"(179\.99\d|180\.000) deg: its ends are .*, lengths of 0\.37 m and 0\.37 m reach from "
+                r"0 m to 0\.74 m")),
     ("joints of a link meet at 0 deg", added("&joint name='C', type='ground', position=0.07, 0.0 /\n"
                                              "&link name='belt', from='C', to='A', mass=1.0, inertia=0.0 /"), 3,
      "input.nml:17: link 'belt': its joints meet at a crank angle of 0.000 deg"),

@@ -12,8 +12,6 @@ import itertools
 import math
 import os
 import re
-import resource
-import signal
 import subprocess
 import sys
 import tempfile
@@ -35,7 +33,8 @@ STATES = ["xi", "eta", "psi", "xi_dot", "eta_dot", "psi_dot"]
 MODES = ["index"] + [f"{state}_{part}" for state in STATES for part in ("re", "im")]
 QUANTITIES = "xi_m,eta_m,psi_rad,xi_dot_m_s,eta_dot_m_s,psi_dot_rad_s,fx_N,fy_N,m_Nm".split(",")
 RESPONSE = ["crank_deg", "t_s"] + QUANTITIES
-HARMONICS = ["order", "frequency_Hz"] + [f"{name}_{part}" for name in QUANTITIES for part in ("amplitude", "phase_rad")]
+HARMONICS = ["order", "frequency_Hz"]
+HARMONICS += [f"{name}_{part}" for name in QUANTITIES for part in ("amplitude", "phase_rad")]
 HEADERS = {"multipliers.csv": MULTIPLIERS, "modes.csv": MODES, "response.csv": RESPONSE, "harmonics.csv": HARMONICS}
 NUMBER = re.compile(r"-?\d\.\d{16}E[+-]\d{3}")
 
@@ -48,7 +47,7 @@ KNOWN = {
               rho_max="0.997849", mean_modulus="0.99702"),
 }
 
-# Supports at (X, Y): c11 = sum k, c22 = sum k', c13 = -sum k Y, c23 = sum k' X, c33 = sum (k Y^2 + k' X^2), all k alike.
+# Supports at (X, Y), all alike: c11 = c22 = sum k, c13 = -sum k Y, c23 = sum k X, c33 = sum k (X^2 + Y^2).
 K = 196133.0
 SUPPORTS = [(-0.30, -0.20), (-0.10, -0.20), (0.10, -0.20), (0.30, -0.20)]
 C13 = -sum(K * y for x, y in SUPPORTS)
@@ -165,7 +164,7 @@ def tables(folder):
     return {name: Table(folder / name) for name in files(folder) if name in HEADERS}
 
 
-# ---- form of the files ------------------------------------------------------------------------------------------------
+# ---- form of the files -----------------------------------------------------------------------------------------------
 
 
 def form(what, found, preamble):
@@ -185,10 +184,10 @@ def form(what, found, preamble):
                   [str(first + i) for i in range(len(table.rows))])
 
 
-# ---- numbers ----------------------------------------------------------------------------------------------------------
+# ---- numbers ---------------------------------------------------------------------------------------------------------
 
 
-def against_golden(what, found, golden, points):
+def against_golden(what, found, golden, rate):
     """The golden numbers were found with a tolerance of 1e-13; these with the default, 1e-9."""
     came, right = found["multipliers.csv"], golden["multipliers.csv"]
     for k, bound in enumerate(came["error"]):
@@ -196,7 +195,8 @@ def against_golden(what, found, golden, points):
         allowed = (bound + 1e-11) * came["abs"][k]
         for name in ("re", "im", "abs"):
             near(f"{what}, multiplier {k + 1}, {name}", came[name][k], right[name][k], allowed)
-        for name, scale in (("log_abs", 1.0), ("arg_rad", 1.0), ("exponent_re_per_s", points), ("exponent_im_rad_per_s", points)):
+        for name, scale in (("log_abs", 1.0), ("arg_rad", 1.0), ("exponent_re_per_s", rate),
+                            ("exponent_im_rad_per_s", rate)):
             near(f"{what}, multiplier {k + 1}, {name}", came[name][k], right[name][k], 1.1 * (bound + 1e-11) * scale)
         # a bound that is worthless is wrong too: condition 2, 6 discs, some reserve
         check(f"{what}, multiplier {k + 1}, error", 0 < bound < 1e-7, "0 < error < 1e-7", bound)
@@ -250,8 +250,8 @@ def multipliers_agree(what, table, period):
             k += 1
             continue
         pair = [(table["re"][i], abs(table["im"][i])) for i in (k, k + 1) if i < len(moduli)]
-        check(f"{what}, conjugates {k + 1} and {k + 2} adjacent",
-              len(pair) == 2 and pair[0] == pair[1] and table["im"][k] > 0 > table["im"][k + 1], "a pair, +im first", pair)
+        good = len(pair) == 2 and pair[0] == pair[1] and table["im"][k] > 0 > table["im"][k + 1]
+        check(f"{what}, conjugates {k + 1} and {k + 2} adjacent", good, "a pair, +im first", pair)
         k += 2
 
 
@@ -277,23 +277,27 @@ def response_agrees(what, table, period, points, sign=1):
 
 def harmonics_agree(what, table, response, period, count):
     equal(f"{what}, rows", len(table.rows), count + 1)
-    series(f"{what}, frequency_Hz", table["frequency_Hz"], [k / period for k in range(count + 1)], 1e-14 * count / period)
+    series(f"{what}, frequency_Hz", table["frequency_Hz"], [k / period for k in range(count + 1)],
+           1e-14 * count / period)
     for name in QUANTITIES:
         samples = response[name][:-1]
         n = len(samples)
-        values = [sum(f * cmath.exp(-2j * math.pi * (k * i % n) / n) for i, f in enumerate(samples)) / n for k in range(count + 1)]
+        turns = [cmath.exp(-2j * math.pi * i / n) for i in range(n)]
+        values = [sum(f * turns[k * i % n] for i, f in enumerate(samples)) / n for k in range(count + 1)]
         greatest = max(map(abs, samples))
         # 360 samples resolve the vibration: what they alias lies below 1e-12
-        near(f"{what}, {name}, mean", table[name + "_amplitude"][0], values[0].real, 1e-12 * greatest)
+        amplitudes, phases = table[name + "_amplitude"], table[name + "_phase_rad"]
+        near(f"{what}, {name}, mean", amplitudes[0], values[0].real, 1e-12 * greatest)
         for k in range(1, count + 1):
-            came = cmath.rect(table[name + "_amplitude"][k], table[name + "_phase_rad"][k])
+            came = cmath.rect(amplitudes[k], phases[k])
             near(f"{what}, {name}, order {k} as of response.csv", came, 2 * values[k], 1e-12 * greatest)
-            check(f"{what}, {name}, order {k}, amplitude", table[name + "_amplitude"][k] >= 0, ">= 0", table[name + "_amplitude"][k])
+            check(f"{what}, {name}, order {k}, amplitude", amplitudes[k] >= 0, ">= 0", amplitudes[k])
     for name, rate in zip(QUANTITIES[:3], QUANTITIES[3:6]):
         greatest = max(map(abs, table[rate + "_amplitude"]))
         # the velocity is the derivative: an oracle for the integration, to its accuracy
         series(f"{what}, amplitudes of {rate} = 2 pi f amplitudes of {name}", table[rate + "_amplitude"][1:],
-               [2 * math.pi * f * a for f, a in zip(table["frequency_Hz"], table[name + "_amplitude"])][1:], 1e-8 * greatest)
+               [2 * math.pi * f * a for f, a in zip(table["frequency_Hz"], table[name + "_amplitude"])][1:],
+               1e-8 * greatest)
 
 
 def test_numbers():
@@ -309,8 +313,8 @@ def test_numbers():
             equal(f"{what}, files", sorted(found), sorted(HEADERS))
             if sorted(found) != sorted(HEADERS):
                 continue
-            form(what, found, ["# title: Four-bar mechanism", f"# version: gestell {version()}", "# input: four_bar.nml"]
-                 + ["# set: " + option for option in options[1::2]])
+            preamble = ["# title: Four-bar mechanism", f"# version: gestell {version()}", "# input: four_bar.nml"]
+            form(what, found, preamble + ["# set: " + option for option in options[1::2]])
             against_golden(what, found, tables(GOLDEN / str(speed)), 1 / period)
             against_known(what, found, speed)
             multipliers_agree(what, found["multipliers.csv"], period)
@@ -323,8 +327,9 @@ def test_numbers():
 def write_golden():
     for speed in KNOWN:
         with Folder(input=FOUR_BAR.read_text()) as folder:
-            run = Run(folder, "-s", "case.tasks='stability','modes','response'", "-s", f"drive.speed_rpm={speed}",
-                      "-s", "accuracy.tolerance=1e-13", "-s", "response.points=24", "-o", "new", "input.nml")
+            settings = ("case.tasks='stability','modes','response'", f"drive.speed_rpm={speed}",
+                        "accuracy.tolerance=1e-13", "response.points=24")
+            run = Run(folder, *(word for each in settings for word in ("-s", each)), "-o", "new", "input.nml")
             assert run.code == 0, run.err
             (GOLDEN / str(speed)).mkdir(parents=True, exist_ok=True)
             for name in HEADERS:
@@ -335,7 +340,8 @@ def test_same_bytes():
     with Folder() as folder:
         for threads in (1, 1, 2):
             output = f"o{len(files(folder))}"
-            Run(folder, "input.nml", "-o", output, environment={"OMP_NUM_THREADS": str(threads)}).done(f"{threads} threads")
+            run = Run(folder, "input.nml", "-o", output, environment={"OMP_NUM_THREADS": str(threads)})
+            run.done(f"{threads} threads")
         first, again, two = ({path.name: path.read_bytes() for path in (folder / f"o{i}").iterdir()} for i in (1, 2, 3))
         equal("same bytes, again", again == first and len(first) == 3, True)
         equal("same bytes, two threads", two == first, True)
@@ -348,7 +354,8 @@ def body(folder):
 
 def test_mirrored():
     """The machine and its motion mirrored at the x-axis: eta, psi, fy and the moment change sign."""
-    text = SOUND.replace("branch=1", "branch=-1").replace(",-0.20, st", ",0.20, st").replace("-0.20,0.20", "-0.20,-0.20")
+    text = SOUND.replace("branch=1", "branch=-1").replace("origin=-0.20,0.20", "origin=-0.20,-0.20")
+    text = text.replace(",-0.20, stiffness", ",0.20, stiffness")
     with Folder(there=SOUND, mirrored=text) as folder:
         Run(folder, "there.nml", "-q").done("as it is")
         Run(folder, "mirrored.nml", "-q", "-s", "drive.speed_rpm=-240").done("mirrored, clockwise")
@@ -359,12 +366,13 @@ def test_mirrored():
         series("mirrored, moduli", mirrored["multipliers.csv"]["abs"], there["multipliers.csv"]["abs"], 1e-8)
         one, other = there["response.csv"], mirrored["response.csv"]
         for name, sign in zip(QUANTITIES, (1, -1, -1) * 3):
-            series(f"mirrored, {name}", other[name], [sign * value for value in one[name]], 1e-7 * max(map(abs, one[name])))
+            greatest = max(map(abs, one[name]))
+            series(f"mirrored, {name}", other[name], [sign * value for value in one[name]], 1e-7 * greatest)
         series("clockwise, crank_deg", other["crank_deg"], [-value for value in one["crank_deg"]], 0.0)
         equal("clockwise, t_s", other["t_s"], one["t_s"])
 
 
-# ---- namelist variants ------------------------------------------------------------------------------------------------
+# ---- namelist variants -----------------------------------------------------------------------------------------------
 
 LINES = SOUND.splitlines(keepends=True)
 VARIANTS = {
@@ -373,7 +381,7 @@ VARIANTS = {
     "tabs": SOUND.replace(" ", "\t"),
     "no final newline": SOUND.rstrip("\n"),
     "byte order mark": b"\xef\xbb\xbf" + SOUND.encode(),
-    "comments": "! a machine / & of mine\n" + SOUND.replace(" /\n", " ! it's a comment\n / ! and = another, 3.0\n\n  ! & \n"),
+    "comments": "! a machine / & of mine\n" + SOUND.replace(" /\n", " ! it's one\n / ! and = another, 3\n\n ! &\n"),
     "comments without blanks": SOUND.replace("/\n", "!comment\n/!comment\n"),
     "repeat counts": SOUND.replace("196133.0,196133.0", "2*196133.0").replace("0.5,0.5,0.05", "2*0.5,0.05")
                           .replace("0.0, 0.0", "2*0.0"),
@@ -406,7 +414,7 @@ def test_variants():
                 equal(f"namelist with {what}, numbers", body(folder / "input") == expected, True)
 
 
-# ---- options ----------------------------------------------------------------------------------------------------------
+# ---- options ---------------------------------------------------------------------------------------------------------
 
 
 def version():
@@ -425,7 +433,8 @@ def test_help_and_version():
             texts.add(run.out)
             equal(f"{arguments}, files", files(folder), ["input.nml"])
         check("help", len(texts) == 1, "one text", texts)
-        for word in ("-s, --set", "-o, --output", "--check", "-q, --quiet", "-h, --help", "-V, --version", "--fail-if-unstable"):
+        for word in ("-s, --set", "-o, --output", "--check", "-q, --quiet", "-h, --help", "-V, --version",
+                     "--fail-if-unstable"):
             check(f"help names {word}", word in run.out, word, run.out)
         check("help, width", all(len(line) <= 80 for line in run.out.splitlines()), "at most 80 columns", run.out)
 
@@ -470,6 +479,9 @@ def test_set():
                 equal(f"--set, {what}: matters", body(folder / "b") != body(folder / "a"), True)
 
 
+DEFAULT_FILES = ["harmonics.csv", "multipliers.csv", "response.csv"]
+
+
 def test_output():
     with Folder(**{"input": SOUND, "two.dots": SOUND, "my machine": SOUND, "-odd": SOUND, "=a": SOUND}) as folder:
         (folder / "sub" / "folder").mkdir(parents=True)
@@ -501,7 +513,7 @@ def test_output():
             before = set(files(folder))
             run = Run(folder, *arguments)
             run.done(f"output: {what}")
-            equal(f"output: {what}, files", files(folder / expected), ["harmonics.csv", "multipliers.csv", "response.csv"])
+            equal(f"output: {what}, files", files(folder / expected), DEFAULT_FILES)
             equal(f"output: {what}, nothing else", sorted(set(files(folder)) - before - {"x"}),
                   sorted({expected.split("/")[0]} - {"x"}))
         Run(folder, "input.nml", "-s", "case.tasks='stability'").done("output: into a folder that is there")
@@ -522,7 +534,7 @@ def test_quiet_and_check():
         run = Run(folder, "--check", "-q", "input.nml", "--fail-if-unstable")
         equal("--check -q", (run.code, run.out, run.err), (0, "", ""))
         # far too much to be computed within the time limit
-        Run(folder, "--check", "-s", "drive.speed_rpm=1e-9", "-s", "accuracy.tolerance=1e-15", "input.nml").done("--check, fast")
+        Run(folder, "--check", "-s", "drive.speed_rpm=1e-9", "input.nml").done("--check, fast")
         run = Run(folder, "--check", "-s", "joint(B).lengths(1)=0.1", "input.nml")
         equal("--check turns the mechanism", run.code, 3)
         equal("--check writes nothing", files(folder), ["input.nml"])
@@ -530,16 +542,16 @@ def test_quiet_and_check():
 
 def test_fail_if_unstable():
     with Folder() as folder:
-        for what, settings, word, code in (
-                ("stable", [], "stable", 10),
-                ("undamped", ["-s", "foundation.damping=3*0.0"], "undecided", 10),
-                ("held by springs that push", ["-s", "foundation.stiffness=-1e6,3*0.0,-1e6,3*0.0,-1e5"], "unstable", 10)):
+        for what, settings, word in (
+                ("damped", [], "stable"),
+                ("undamped", ["-s", "foundation.damping=0,0,0"], "undecided"),
+                ("springs that push", ["-s", "foundation.stiffness=-8e5,0,0,0,0,0,0,0,0"], "unstable")):
             run = Run(folder, "input.nml", *settings)
             run.done(f"verdict {word}, {what}: the exit code is 0 without the option")
             verdict = re.search(r"VERDICT +(\w+)", run.out)
             equal(f"verdict, {what}", verdict and verdict[1], word)
             run = Run(folder, "-q", "--fail-if-unstable", "input.nml", *settings)
-            run.done(f"--fail-if-unstable, {what}", 0 if word == "stable" else code)
+            run.done(f"--fail-if-unstable, {what}", 0 if word == "stable" else 10)
             equal(f"--fail-if-unstable, {what}, files are written", len(files(folder / "input")), 3)
 
 
@@ -565,7 +577,8 @@ def test_tasks():
 def test_freedoms():
     for free, states in (("'psi'", 2), ("'xi','psi'", 4), ("'psi','eta','xi'", 6)):
         with Folder() as folder:
-            if not Run(folder, "input.nml", "-s", f"frame.dof={free}", "-s", "case.tasks='modes','response'").done(f"dof {free}"):
+            run = Run(folder, "input.nml", "-s", f"frame.dof={free}", "-s", "case.tasks='modes','response'")
+            if not run.done(f"dof {free}"):
                 continue
             found = tables(folder / "input")
             equal(f"dof {free}, multipliers", len(found["multipliers.csv"].rows), states)
@@ -574,15 +587,7 @@ def test_freedoms():
                 equal(f"dof {free}, {column} moves", moves, name in free)
 
 
-# ---- what cannot be written -------------------------------------------------------------------------------------------
-
-
-def limited(size):
-    """Files may grow to `size` bytes: what a full disk does to the program."""
-    def limit():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-    return limit
+# ---- what cannot be written ------------------------------------------------------------------------------------------
 
 
 def test_unwritable():
@@ -592,29 +597,32 @@ def test_unwritable():
         Run(folder, "input.nml", "-o", "taken", "-q").refused("output is a file", 1, cannot.format("taken"))
         Run(folder, "input.nml", "-o", "taken/x", "-q").refused("output within a file", 1, cannot.format("taken/x"))
         Run(folder, "input.nml", "-o", "input.nml", "-q").refused("output is the input", 1, cannot.format("input.nml"))
-        equal("output is a file, it stays", ((folder / "taken").read_text(), (folder / "input.nml").read_text()), ("a file\n", SOUND))
+        equal("output is a file, it stays", (folder / "taken").read_text(), "a file\n")
+        equal("output is the input, it stays", (folder / "input.nml").read_text(), SOUND)
         (folder / "there" / "response.csv").mkdir(parents=True)
         Run(folder, "input.nml", "-o", "there", "-q").refused(
             "a folder in the place of a file", 4, re.compile(r"there/response\.csv: cannot be written: .+"))
-        for size, name in ((40000, "response.csv"), (300, "multipliers.csv")):
-            Run(folder, "input.nml", "-o", "full", "-q", preexec_fn=limited(size)).refused(
-                f"disk full after {size} bytes", 4, re.compile(f"full/{name}: cannot be written: .+"))
         if os.path.exists("/dev/full"):
-            with open("/dev/full", "wb") as full:
-                run = Run(folder, "input.nml", "-o", "report", stdout=full)
-            check("report to a full disk", run.code not in (0, "none, still running") and run.err.count("\n") == 1,
-                  "an exit code other than 0 and one line", (run.code, run.err))
+            # the two that fit into a buffer and the one that does not
+            for name in ("multipliers", "harmonics", "response"):
+                (folder / f"full {name}").mkdir()
+                (folder / f"full {name}" / f"{name}.csv").symlink_to("/dev/full")
+                Run(folder, "input.nml", "-o", f"full {name}", "-q").refused(
+                    f"disk full, {name}", 4, re.compile(rf"full {name}/{name}\.csv: cannot be written: .+"))
         if os.geteuid() != 0:
             (folder / "closed").mkdir(mode=0o500)
-            Run(folder, "input.nml", "-o", "closed/x", "-q").refused("folder without write permission", 1, cannot.format("closed/x"))
+            Run(folder, "input.nml", "-o", "closed/x", "-q").refused(
+                "folder without write permission", 1, cannot.format("closed/x"))
             Run(folder, "input.nml", "-o", "closed", "-q").refused(
-                "file in a folder without write permission", 4, re.compile(r"closed/multipliers\.csv: cannot be written: .+"))
+                "files in a folder without write permission", 4,
+                re.compile(r"closed/multipliers\.csv: cannot be written: .+"))
             (folder / "secret.nml").write_text(SOUND)
             (folder / "secret.nml").chmod(0)
-            Run(folder, "secret.nml", "-q").refused("input without read permission", 2, re.compile(r"secret\.nml: cannot be read: .+"))
+            Run(folder, "secret.nml", "-q").refused(
+                "input without read permission", 2, re.compile(r"secret\.nml: cannot be read: .+"))
 
 
-# ---- broken inputs ----------------------------------------------------------------------------------------------------
+# ---- broken inputs ---------------------------------------------------------------------------------------------------
 
 
 def test_broken():
@@ -628,7 +636,7 @@ def test_broken():
             equal(f"{what}: nothing on standard output, nothing written", (run.out, files(folder)), ("", ["input.nml"]))
 
 
-# ---- extreme values ---------------------------------------------------------------------------------------------------
+# ---- extreme values --------------------------------------------------------------------------------------------------
 
 EXTREMES = [
     ["frame.mass=1e300"], ["frame.mass=1e-300"], ["frame.mass=5e-324"], ["frame.inertia=1e-300"],
@@ -638,9 +646,10 @@ EXTREMES = [
     ["joint(A).phase=1e300"], ["support(1).angle=1e300"], ["frame.origin=1e150,1e150"],
     ["drive.speed_rpm=1e-300"], ["drive.speed_rpm=1e30"], ["drive.speed_rpm=1e300"], ["drive.speed_rpm=1e5"],
     ["support.stiffness=0.0"], ["support.stiffness=1e100"], ["support.stiffness=1e300"], ["support.damping=1e6"],
-    ["support.damping=1e300"], ["foundation.stiffness=-1e12,3*0.0,-1e12,3*0.0,-1e12"],
+    ["support.damping=1e300"], ["foundation.stiffness=-1e12,0,0,0,-1e12,0,0,0,-1e12"],
     ["accuracy.tolerance=1e-15"], ["accuracy.steps=1"], ["accuracy.steps=1", "accuracy.method='rk4'"],
-    ["response.points=1", "response.harmonics=0"], ["response.points=7"],
+    ["response.points=1", "response.harmonics=0"], ["response.points=7"], ["response.points=99991"],
+    ["response.harmonics=8000"], ["drive.speed_rpm=1e-30"], ["drive.speed_rpm=1e-310"],
 ]
 
 
@@ -651,11 +660,11 @@ def test_extremes():
         with Folder() as folder:
             run = Run(folder, "input.nml", *(word for setting in settings for word in ("-s", setting)))
             lines = 0 if run.code == 0 else 1
-            check(what, run.code in (0, 2, 3, 4) and run.err.count("\n") == lines, "0 and nothing, or 2, 3, 4 and one line",
-                  (run.code, run.err))
+            check(what, run.code in (0, 2, 3, 4) and run.err.count("\n") == lines,
+                  "0 and nothing, or 2, 3, 4 and one line", (run.code, run.err))
             numbers = [value for table in body(folder / "input").values() for row in table for value in row]
             check(f"{what}, files", all(map(math.isfinite, numbers)), "finite numbers", "others")
-            check(f"{what}, report", not re.search(r"\b(NaN|Infinity)\b|\*\*", run.out), "finite numbers", run.out)
+            check(f"{what}, report", not re.search(r"NaN|Infinity|\*\*", run.out), "finite numbers", run.out)
             equal(f"{what}, files are written", bool(numbers), run.code == 0)
 
 
