@@ -11,6 +11,7 @@ module driver
   use gestell_io_namelist, only: read_document
   use gestell_io_path, only: set_value
   use gestell_io_report, only: report_machine, report_results
+  use gestell_io_report_mechanism, only: report_mechanism, report_transmission
   use gestell_io_results, only: write_results
   use gestell_io_schema, only: input_schema, schema_type
   use gestell_study_analysis, only: analyse, analysis_type
@@ -44,7 +45,8 @@ contains
     end if
     if (.not. options%quiet) write (output_unit, "(a)", advance="no") report_machine(configuration, options%input)
     if (options%check) then
-      if (.not. options%quiet) write (output_unit, "(/, a)") "The input is sound; nothing was computed (--check)."
+      if (.not. options%quiet) write (output_unit, "(a, /, a)") report_mechanism(configuration%frame), &
+        & "The input is sound; nothing more was computed (--check)."
       return
     end if
 
@@ -53,7 +55,8 @@ contains
     if (.not. options%quiet) then
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
-      write (output_unit, "(a)", advance="no") report_results(configuration, analysis, frequencies)
+      write (output_unit, "(a)", advance="no") report_transmission(configuration%frame) &
+        & // report_results(configuration, analysis, frequencies)
     end if
 
     folder = folder_name(options)

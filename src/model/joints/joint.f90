@@ -20,11 +20,23 @@ module gestell_model_joints_joint
     real(dp) :: feature = 1
   end type reach_type
 
+  !> How well a joint is placed at one crank angle.
+  type, public :: fitness_type
+    !> Sine of the transmission angle: 1 at best, 0 at a dead point.
+    real(dp) :: transmission = 1
+    !> Change of one of the joint's lengths that would bring it to a dead point (m); huge where no length can.
+    real(dp) :: margin = huge(1.0_dp)
+    !> Whether the joint slides on a guide, and how far from the guide's point (m).
+    logical :: slides = .false.
+    real(dp) :: travel = 0
+  end type fitness_type
+
   !> Joints refer to earlier ones by their place in the list.
   type, abstract, public :: joint_type
   contains
     procedure(place_joint), deferred :: place
     procedure(reach_joint), deferred :: reach
+    procedure :: fitness
     procedure :: explain
   end type joint_type
 
@@ -57,6 +69,17 @@ module gestell_model_joints_joint
   end interface
 
 contains
+
+  !> Fitness of the joint among all joints at `points`, itself among them at `here`.
+  pure function fitness(self, points, here)
+    class(joint_type), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+
+    associate (unused_self => self, unused_points => points, unused_here => here)
+    end associate
+    fitness = fitness_type()
+  end function fitness
 
   !> Why the joint cannot be assembled with the earlier ones at these points, for a message. (No function: gfortran keeps
   !> the length of a text that a function allocates in static memory, which threads share.)

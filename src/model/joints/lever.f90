@@ -3,7 +3,7 @@ module gestell_model_joints_lever
   use gestell_base_jet, only: operator(*), operator(+), operator(-)
   use gestell_base_kinds, only: dp
   use gestell_model_joints_guide, only: direction
-  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type
   implicit none (type, external)
   private
 
@@ -16,6 +16,7 @@ module gestell_model_joints_lever
   contains
     procedure :: place => place_rpr
     procedure :: reach => reach_rpr
+    procedure :: fitness => fitness_rpr
     procedure :: explain => explain_rpr
   end type rpr_joint
 
@@ -92,6 +93,17 @@ contains
     reach%speed = end_speed + arm * sum(speeds) / (apart - sum(speeds) * half_width)
     if (sum(speeds) > 0) reach%feature = apart / sum(speeds)
   end function reach_body
+
+  !> A dead point is where the joint in the slot meets the lever's pivot.
+  pure function fitness_rpr(self, points, here) result(fitness)
+    class(rpr_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+
+    associate (unused => here, one => points(self%ends(1)), two => points(self%ends(2)))
+      fitness%margin = hypot(two%x%v - one%x%v, two%y%v - one%y%v)
+    end associate
+  end function fitness_rpr
 
   pure subroutine explain_rpr(self, points, text)
     class(rpr_joint), intent(in) :: self

@@ -4,7 +4,7 @@ module gestell_model_joints_rrp
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: short
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type
   implicit none (type, external)
   private
 
@@ -18,6 +18,7 @@ module gestell_model_joints_rrp
   contains
     procedure :: place
     procedure :: reach
+    procedure :: fitness
     procedure :: explain
   end type rrp_joint
 
@@ -71,6 +72,22 @@ contains
     if (rate > 0) reach%feature = sqrt((self%length - abs(off%v)) * (self%length + abs(off%v))) &
       & / sqrt(rate * self%length)
   end function reach
+
+  !> A dead point is where the rod stands across the guide.
+  pure function fitness(self, points, here)
+    class(rrp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+    type(point_type) :: g, u, r
+    type(jet) :: off, s
+
+    call self%guide%line(points, g, u)
+    r = point_type(points(self%end)%x - g%x, points(self%end)%y - g%y)
+    off = cross(r, u)
+    s = dot(point_type(here%x - g%x, here%y - g%y), u)
+    fitness = fitness_type(transmission=sqrt(max(0.0_dp, 1 - (off%v / self%length)**2)), &
+      & margin=self%length - abs(off%v), slides=.true., travel=s%v)
+  end function fitness
 
   pure subroutine explain(self, points, text)
     class(rrp_joint), intent(in) :: self

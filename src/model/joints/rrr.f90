@@ -3,7 +3,7 @@ module gestell_model_joints_rrr
   use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: short
-  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type
   implicit none (type, external)
   private
 
@@ -16,6 +16,7 @@ module gestell_model_joints_rrr
   contains
     procedure :: place
     procedure :: reach
+    procedure :: fitness
     procedure :: explain
   end type rrr_joint
 
@@ -79,17 +80,37 @@ contains
 
   contains
 
-    !> sin^2 mu at a distance of the ends.
     pure real(dp) function sine2(distance)
       real(dp), intent(in) :: distance
 
-      associate (l1 => self%lengths(1), l2 => self%lengths(2))
-        sine2 = (distance - (l1 - l2)) * (distance + (l1 - l2)) * (l1 + l2 - distance) * (l1 + l2 + distance) &
-          & / (2 * l1 * l2)**2
-      end associate
+      sine2 = sine_squared_at(self%lengths, distance)
     end function sine2
 
   end function reach
+
+  !> sin^2 mu at a distance of the ends.
+  pure real(dp) function sine_squared_at(lengths, distance)
+    real(dp), intent(in) :: lengths(2), distance
+
+    associate (l1 => lengths(1), l2 => lengths(2))
+      sine_squared_at = (distance - (l1 - l2)) * (distance + (l1 - l2)) * (l1 + l2 - distance) * (l1 + l2 + distance) &
+        & / (2 * l1 * l2)**2
+    end associate
+  end function sine_squared_at
+
+  !> A dead point is where the links stretch or fold: d = l1 + l2 or d = |l1 - l2|.
+  pure function fitness(self, points, here)
+    class(rrr_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+    real(dp) :: d
+
+    associate (unused => here, one => points(self%ends(1)), two => points(self%ends(2)), l => self%lengths)
+      d = hypot(two%x%v - one%x%v, two%y%v - one%y%v)
+      fitness%transmission = sqrt(max(0.0_dp, sine_squared_at(l, d)))
+      fitness%margin = min(l(1) + l(2) - d, d - abs(l(1) - l(2)))
+    end associate
+  end function fitness
 
   pure subroutine explain(self, points, text)
     class(rrr_joint), intent(in) :: self

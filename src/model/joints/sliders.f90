@@ -3,8 +3,8 @@ module gestell_model_joints_sliders
   use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
-  use gestell_model_joints_guide, only: cross, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
+  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type
   implicit none (type, external)
   private
 
@@ -14,6 +14,7 @@ module gestell_model_joints_sliders
   contains
     procedure :: place => place_prp
     procedure :: reach => reach_prp
+    procedure :: fitness => fitness_prp
     procedure :: explain => explain_prp
   end type prp_joint
 
@@ -26,6 +27,7 @@ module gestell_model_joints_sliders
   contains
     procedure :: place => place_rpp
     procedure :: reach => reach_rpp
+    procedure :: fitness => fitness_rpp
     procedure :: explain => explain_rpp
   end type rpp_joint
 
@@ -130,6 +132,34 @@ contains
     reach%speed = motion%speed + motion%turning * apart / sine &
       & + (speeds(self%end) + motion%speed + motion%turning * apart) / sine
   end function reach_rpp
+
+  !> The transmission angle is the one between the guides; the travel that on the first.
+  pure function fitness_prp(self, points, here) result(fitness)
+    class(prp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+    type(point_type) :: g1, u1, g2, u2
+    type(jet) :: sine, s
+
+    call self%guides(1)%line(points, g1, u1)
+    call self%guides(2)%line(points, g2, u2)
+    sine = cross(u1, u2)
+    s = dot(point_type(here%x - g1%x, here%y - g1%y), u1)
+    fitness = fitness_type(transmission=abs(sine%v), slides=.true., travel=s%v)
+  end function fitness_prp
+
+  !> The transmission angle is that of the slot.
+  pure function fitness_rpp(self, points, here) result(fitness)
+    class(rpp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+    type(point_type) :: g, u
+    type(jet) :: s
+
+    call self%guide%line(points, g, u)
+    s = dot(point_type(here%x - g%x, here%y - g%y), u)
+    fitness = fitness_type(transmission=abs(sin(self%slot_angle)), slides=.true., travel=s%v)
+  end function fitness_rpp
 
   pure subroutine explain_prp(self, points, text)
     class(prp_joint), intent(in) :: self

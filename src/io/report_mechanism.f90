@@ -1,0 +1,177 @@
+!> What the mechanism tells before any dynamics, for people.
+module gestell_io_report_mechanism
+  use gestell_base_fourier, only: fourier_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: fixed, short, text
+  use gestell_model_diagnosis, only: diagnose, diagnosis_type, shaking
+  use gestell_model_frame, only: frame_type
+  use gestell_model_linkage, only: linkage_type
+  implicit none (type, external)
+  private
+
+  public :: report_mechanism, report_transmission
+
+  character, parameter :: newline = new_line("a")
+  !> Below this transmission angle (deg) designers look for another mechanism.
+  real(dp), parameter :: poor = 40
+
+contains
+
+  !> The whole diagnosis.
+  function report_mechanism(frame) result(lines)
+    type(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines
+    type(diagnosis_type) :: diagnosis
+
+    lines = ""
+    select type (mechanism => frame%mechanism)
+    class is (linkage_type)
+      call diagnose(mechanism, diagnosis)
+      lines = newline // "MECHANISM" // newline // "  mobility " // text(diagnosis%mobility) // " (" &
+        & // text(diagnosis%links) // " links with the frame, " // text(diagnosis%pairs) // " pairs)"
+      if (len_trim(diagnosis%grashof) > 0) lines = lines // "; " // trim(diagnosis%grashof)
+      lines = lines // newline // joint_lines(mechanism, diagnosis) // link_lines(mechanism, diagnosis) &
+        & // transmission_line(mechanism, diagnosis)
+    end select
+    lines = lines // shaking_lines(frame)
+  end function report_mechanism
+
+  !> The one line that the report of a run has.
+  function report_transmission(frame) result(line)
+    type(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: line
+    type(diagnosis_type) :: diagnosis
+
+    line = ""
+    select type (mechanism => frame%mechanism)
+    class is (linkage_type)
+      call diagnose(mechanism, diagnosis)
+      line = transmission_line(mechanism, diagnosis)
+    end select
+  end function report_transmission
+
+  function joint_lines(mechanism, diagnosis) result(lines)
+    class(linkage_type), intent(in) :: mechanism
+    type(diagnosis_type), intent(in) :: diagnosis
+    character(len=:), allocatable :: lines
+    real(dp) :: size_of_all
+    integer :: i
+
+    size_of_all = maxval([(maxval(abs([diagnosis%joints(i)%x, diagnosis%joints(i)%y])), i = 1, size(diagnosis%joints))])
+    lines = "  joint             x (m)                    y (m)                    stroke (m)" // newline
+    do i = 1, size(mechanism%joints)
+      associate (joint => diagnosis%joints(i))
+        lines = lines // "  " // column(mechanism%joints(i)%name, 14) // column(extent(joint%x, size_of_all), 25) &
+          & // column(extent(joint%y, size_of_all), 25)
+        if (joint%slides) lines = lines // short(joint%travel(2) - joint%travel(1))
+        lines = trim(lines) // newline
+      end associate
+    end do
+  end function joint_lines
+
+  function link_lines(mechanism, diagnosis) result(lines)
+    class(linkage_type), intent(in) :: mechanism
+    type(diagnosis_type), intent(in) :: diagnosis
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = "  link              motion" // newline
+    do i = 1, size(mechanism%links)
+      lines = lines // "  " // column(mechanism%links(i)%name, 16)
+      if (mechanism%links(i)%to == 0) then
+        lines = lines // "  translates" // newline
+      else if (diagnosis%turns(i)) then
+        lines = lines // "  turns fully" // newline
+      else
+        lines = lines // "  swings through " // fixed(diagnosis%swing(i) * 180 / pi, 2) // " deg" // newline
+      end if
+    end do
+  end function link_lines
+
+  !> The smallest transmission angle, and the length that is nearest to a dead point.
+  function transmission_line(mechanism, diagnosis) result(line)
+    class(linkage_type), intent(in) :: mechanism
+    type(diagnosis_type), intent(in) :: diagnosis
+    character(len=:), allocatable :: line
+    integer :: worst, nearest
+    real(dp) :: angle
+
+    worst = minloc(diagnosis%joints%transmission, dim=1)
+    nearest = minloc(diagnosis%joints%margin, dim=1)
+    angle = diagnosis%joints(worst)%transmission * 180 / pi
+    line = "  smallest transmission angle " // short(angle, 3) // " deg, joint '" // mechanism%joints(worst)%name // "' at " &
+      & // fixed(diagnosis%joints(worst)%transmission_at * 180 / pi, 1) // " deg"
+    if (angle < poor) line = line // "  <- poor"
+    line = line // newline
+    if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: a length of joint '" &
+      & // mechanism%joints(nearest)%name // "' changed by " // short(diagnosis%joints(nearest)%margin, 3) // " m" // newline
+  end function transmission_line
+
+  function shaking_lines(frame) result(lines)
+    type(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines
+    type(fourier_type) :: series(3)
+    real(dp) :: amplitude
+    integer :: k, i
+
+    call shaking(frame%mechanism, frame%speed, series)
+    lines = newline // "SHAKING FORCES of the mechanism on a frame at rest, amplitudes" // newline &
+      & // "  order         fx (N)         fy (N)  moment about O (N m)" // newline
+    do k = 1, 8
+      lines = lines // justified(text(k), 7)
+      do i = 1, 3
+        amplitude = series(i)%amplitude(k)
+        if (amplitude < 1.0e-11_dp * maxval(series(i)%amplitude)) amplitude = 0
+        lines = lines // justified(short(amplitude, 5), 15 + 7 * (i / 3))
+      end do
+      lines = lines // newline
+    end do
+    lines = lines // "  from order to order they fall by factors of about "
+    do i = 1, 3
+      if (i > 1) lines = lines // ", "
+      lines = lines // short(decay(series(i)%amplitude), 2)
+    end do
+    lines = lines // newline
+  end function shaking_lines
+
+  !> The mean factor from one order to the next, from the greatest amplitude to the last above rounding.
+  pure real(dp) function decay(amplitude)
+    real(dp), intent(in) :: amplitude(:)
+    integer :: first, last
+
+    decay = 0
+    first = maxloc(amplitude, dim=1)
+    if (.not. amplitude(first) > 0) return
+    last = findloc(amplitude > 1.0e-11_dp * amplitude(first), .true., dim=1, back=.true.)
+    if (last > first) decay = (amplitude(last) / amplitude(first))**(1.0_dp / (last - first))
+  end function decay
+
+  !> A range as words, rounded to 1e-9 of the mechanism's size.
+  function extent(values, size_of_all) result(words)
+    real(dp), intent(in) :: values(2), size_of_all
+    character(len=:), allocatable :: words
+    real(dp) :: rounded(2)
+
+    rounded = merge(0.0_dp, values, abs(values) < 1.0e-9_dp * size_of_all)
+    words = short(rounded(1), 5)
+    if (rounded(2) - rounded(1) > 1.0e-9_dp * size_of_all) words = words // " to " // short(rounded(2), 5)
+  end function extent
+
+  !> Left-justified in a column, with a blank behind.
+  pure function column(string, width) result(padded)
+    character(len=*), intent(in) :: string
+    integer, intent(in) :: width
+    character(len=:), allocatable :: padded
+
+    padded = string // repeat(" ", max(1, width - len(string)))
+  end function column
+
+  pure function justified(string, width) result(padded)
+    character(len=*), intent(in) :: string
+    integer, intent(in) :: width
+    character(len=:), allocatable :: padded
+
+    padded = repeat(" ", max(1, width - len(string))) // string
+  end function justified
+
+end module gestell_io_report_mechanism
