@@ -110,12 +110,12 @@ contains
     end if
   end function folder_name
 
-  !> The # lines that head every file.
+  !> The # lines that head every file. Control characters, as ends of lines, become blanks.
   pure function preamble(options, configuration) result(lines)
     type(options_type), intent(in) :: options
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines(:)
-    integer :: i, width
+    integer :: i, k, width
 
     width = max(len("title: " // configuration%title), len("input: " // options%input), 40)
     do i = 1, size(options%settings)
@@ -127,6 +127,11 @@ contains
     lines(3) = "input: " // options%input
     do i = 1, size(options%settings)
       lines(3 + i) = "set: " // options%settings(i)%assignment
+    end do
+    do i = 1, size(lines)
+      do k = 1, width
+        if (lines(i)(k:k) < " ") lines(i)(k:k) = " "
+      end do
     end do
   end function preamble
 

@@ -5,7 +5,7 @@ module machines
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
-  use reference_four_bar, only: machine_data
+  use reference_machine, only: machine_data
   implicit none (type, external)
   private
 

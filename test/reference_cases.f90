@@ -1,25 +1,15 @@
-!> Random four-bar machines for tests: a crank-rocker on an elastically mounted frame, the same everywhere for the same
-!> number of the case. The data are short decimals, so that no compiler can round them differently.
+!> Random machines for tests: a linkage on an elastically mounted frame, the same everywhere for the same number of the
+!> case. The data are short decimals, so that no compiler can round them differently.
 module reference_cases
-  use reference_four_bar, only: dp, joint_data, machine_data
+  use reference_chains, only: set_chain
   use reference_frame, only: frame_matrices, frame_of, frame_system
   use reference_linear, only: qp, solve
-  use, intrinsic :: iso_fortran_env, only: int64
+  use reference_machine, only: dp, joint_data, machine_data
+  use reference_random, only: random_type, rounded
   implicit none (type, external)
   private
 
-  public :: random_machine, highest_frequency
-
-  !> Linear congruential generator of Park and Miller (multiplier 48271, modulus 2^31 - 1).
-  type :: random_type
-    integer(int64) :: state = 1
-  contains
-    procedure :: advance
-    procedure :: draw
-    procedure :: between
-    procedure :: about_zero
-    procedure :: chance
-  end type random_type
+  public :: random_machine, random_linkage, highest_frequency
 
 contains
 
@@ -32,37 +22,43 @@ contains
     real(dp), intent(in), optional :: phase_min, phase_max
     type(machine_data) :: machine
     type(random_type) :: random
-    real(dp) :: low, high, phase
-    integer :: i
 
-    low = 1
-    high = 300
-    if (present(phase_min)) low = phase_min
-    if (present(phase_max)) high = phase_max
-    random%state = modulo(104729_int64*number + 12345_int64, 2147483646_int64) + 1
-    do i = 1, 10 ! neighbouring numbers start with neighbouring draws
-      call random%advance()
-    end do
+    call random%start(number, 0)
     call set_linkage(random, machine)
     call set_frame(random, machine)
-    machine%speed_rpm = 600 ! any speed will do here
-    phase = low*(high/low)**random%draw()
-    machine%speed_rpm = rounded(60*real(highest_frequency(machine), dp)/phase, 3)
-    if (random%chance(0.5_dp)) machine%speed_rpm = -machine%speed_rpm
+    call set_speed(random, machine, phase_min, phase_max)
   end function random_machine
+
+  !> Case `number` (1, 2, ...): a linkage of 1 to 4 dyads of all kinds and rigid points (see set_chain) that turns fully
+  !> with a margin of 0.3, with 2 to 8 links; frame and speed as in random_machine, a quarter of the cases with a
+  !> foundation's stiffness. All of xi, eta, psi are free; set machine%free for less.
+  function random_linkage(number, phase_min, phase_max) result(machine)
+    integer, intent(in) :: number
+    real(dp), intent(in), optional :: phase_min, phase_max
+    type(machine_data) :: machine
+    type(random_type) :: random
+
+    call random%start(number, 1)
+    call set_chain(random, machine)
+    call set_frame(random, machine)
+    if (random%chance(0.25_dp)) call set_foundation(random, machine)
+    call set_speed(random, machine, phase_min, phase_max)
+  end function random_linkage
 
   !> Highest natural frequency (rad/s) of the frame on its springs with the linkage held at t = 0.
   function highest_frequency(machine) result(frequency)
     type(machine_data), intent(in) :: machine
     real(qp) :: frequency
     type(frame_system) :: frame
-    real(qp) :: m(3, 3), b(3, 3), c(3, 3), h(3), a(3, 3), v(3)
+    real(qp), dimension(count(machine%free), count(machine%free)) :: m, b, c, a
+    real(qp), dimension(count(machine%free)) :: h, v
+    real(qp), parameter :: start(3) = [1.0_qp, 0.7_qp, 3.1_qp]
     integer :: i
 
     frame = frame_of(machine)
     call frame_matrices(frame, 0.0_qp, m, b, c, h)
-    a = solve(m, frame%stiffness)
-    v = [1.0_qp, 0.7_qp, 3.1_qp]
+    a = solve(m, frame%stiffness(frame%free, frame%free))
+    v = pack(start, machine%free)
     do i = 1, 200
       v = matmul(a, v)
       v = v/norm2(v)
@@ -141,54 +137,40 @@ contains
       & random%between(0.0_dp, damper/100)]
   end subroutine set_frame
 
-  subroutine advance(self)
-    class(random_type), intent(inout) :: self
+  !> A full symmetric matrix, its diagonal dominant when psi is measured in 1/8 rad.
+  subroutine set_foundation(random, machine)
+    type(random_type), intent(inout) :: random
+    type(machine_data), intent(inout) :: machine
+    integer :: i, k
 
-    self%state = modulo(48271_int64*self%state, 2147483647_int64)
-  end subroutine advance
+    associate (c => machine%foundation_stiffness)
+      do i = 1, 3
+        c(i, i) = 1000*random%between(20.0_dp, 50.0_dp)
+        do k = 1, i - 1
+          c(i, k) = 1000*random%about_zero(10.0_dp)
+          c(k, i) = c(i, k)
+        end do
+      end do
+      c(3, :2) = c(3, :2)/8
+      c(:2, 3) = c(:2, 3)/8
+      c(3, 3) = c(3, 3)/64
+    end associate
+  end subroutine set_foundation
 
-  !> The next number, in (0, 1).
-  function draw(self) result(u)
-    class(random_type), intent(inout) :: self
-    real(dp) :: u
+  subroutine set_speed(random, machine, phase_min, phase_max)
+    type(random_type), intent(inout) :: random
+    type(machine_data), intent(inout) :: machine
+    real(dp), intent(in), optional :: phase_min, phase_max
+    real(dp) :: low, high, phase
 
-    call self%advance()
-    u = real(self%state, dp)/2147483647.0_dp
-  end function draw
-
-  !> Evenly in [low, high], to four decimals.
-  function between(self, low, high) result(u)
-    class(random_type), intent(inout) :: self
-    real(dp), intent(in) :: low, high
-    real(dp) :: u
-
-    u = rounded(low + (high - low)*self%draw(), 4)
-  end function between
-
-  !> Evenly in [-limit, limit], to four decimals.
-  function about_zero(self, limit) result(u)
-    class(random_type), intent(inout) :: self
-    real(dp), intent(in) :: limit
-    real(dp) :: u
-
-    u = self%between(-limit, limit)
-  end function about_zero
-
-  function chance(self, probability) result(yes)
-    class(random_type), intent(inout) :: self
-    real(dp), intent(in) :: probability
-    logical :: yes
-
-    yes = self%draw() < probability
-  end function chance
-
-  !> x to the given number of decimals.
-  pure function rounded(x, decimals) result(r)
-    real(dp), intent(in) :: x
-    integer, intent(in) :: decimals
-    real(dp) :: r
-
-    r = anint(x*10.0_dp**decimals)/10.0_dp**decimals
-  end function rounded
+    low = 1
+    high = 300
+    if (present(phase_min)) low = phase_min
+    if (present(phase_max)) high = phase_max
+    machine%speed_rpm = 600 ! any speed will do here
+    phase = low*(high/low)**random%draw()
+    machine%speed_rpm = rounded(60*real(highest_frequency(machine), dp)/phase, 3)
+    if (random%chance(0.5_dp)) machine%speed_rpm = -machine%speed_rpm
+  end subroutine set_speed
 
 end module reference_cases

@@ -1,18 +1,21 @@
 !> Reference equations of motion of the frame, (8)-(12) and (20)-(23), in quadruple precision.
 module reference_frame
   use reference_flow, only: flow_system, flow_map, periodic_start
-  use reference_four_bar, only: crank_speed, machine_data, mass_functions, mass_functions_type, period, pi_qp
   use reference_linear, only: qp, solve
+  use reference_linkage, only: mass_functions, mass_functions_type
+  use reference_machine, only: crank_speed, machine_data, period, pi_qp
   implicit none (type, external)
   private
 
   public :: frame_system, frame_of, frame_matrices, frame_period
 
-  !> The frame of a machine as a system of 6 states x = (q, q'), q = (xi, eta, psi), t in s from the crank's phase.
+  !> The frame of a machine as a system of 2, 4 or 6 states x = (q, q'), q the free ones of (xi, eta, psi) in this
+  !> order, t in s from the crank's phase.
   type, extends(flow_system) :: frame_system
     type(machine_data) :: machine
     real(qp) :: omega = 0
-    real(qp) :: stiffness(3, 3) = 0, damping(3, 3) = 0 ! of supports and foundation: c_ij and b_ij
+    integer, allocatable :: free(:) ! their places in (xi, eta, psi)
+    real(qp) :: stiffness(3, 3) = 0, damping(3, 3) = 0 ! of supports and foundation, all three: c_ij and b_ij
   contains
     procedure :: evaluate => evaluate_frame
   end type frame_system
@@ -24,7 +27,8 @@ contains
     type(frame_system) :: frame
     integer :: i
 
-    frame%n = 6
+    frame%free = pack([1, 2, 3], machine%free)
+    frame%n = 2*size(frame%free)
     frame%machine = machine
     frame%omega = crank_speed(machine)
     frame%stiffness = machine%foundation_stiffness
@@ -60,8 +64,22 @@ contains
     end do
   end function at_frame
 
-  !> M, B, C (3, 3) and h (3) of (9)-(12) at time t.
+  !> M, B, C (n/2, n/2) and h (n/2) of (9)-(12) at time t: what holds the rest of q at 0 does no work on the free ones,
+  !> so their rows stand as they are, and the columns of the rest go.
   subroutine frame_matrices(frame, t, m, b, c, h)
+    class(frame_system), intent(in) :: frame
+    real(qp), intent(in) :: t
+    real(qp), intent(out) :: m(:, :), b(:, :), c(:, :), h(:)
+    real(qp) :: full_m(3, 3), full_b(3, 3), full_c(3, 3), full_h(3)
+
+    call full_matrices(frame, t, full_m, full_b, full_c, full_h)
+    m = full_m(frame%free, frame%free)
+    b = full_b(frame%free, frame%free)
+    c = full_c(frame%free, frame%free)
+    h = full_h(frame%free)
+  end subroutine frame_matrices
+
+  subroutine full_matrices(frame, t, m, b, c, h)
     class(frame_system), intent(in) :: frame
     real(qp), intent(in) :: t
     real(qp), intent(out) :: m(3, 3), b(3, 3), c(3, 3), h(3)
@@ -89,35 +107,37 @@ contains
     c(1, 3) = c(1, 3) - w**2*a%a2(2)
     c(2, 3) = c(2, 3) + w**2*a%a1(2)
     h = -w**2*[a%a1(2), a%a2(2), x0*a%a2(2) - y0*a%a1(2) + a%a4]
-  end subroutine frame_matrices
+  end subroutine full_matrices
 
   !> P and f of (21), (22).
   subroutine evaluate_frame(self, t, p, f)
     class(frame_system), intent(in) :: self
     real(qp), intent(in) :: t
     real(qp), intent(out) :: p(:, :), f(:)
-    real(qp) :: m(3, 3), b(3, 3), c(3, 3), h(3), right(3, 7)
-    integer :: i
+    real(qp), dimension(size(self%free), size(self%free)) :: m, b, c
+    real(qp) :: h(size(self%free)), right(size(self%free), 2*size(self%free) + 1)
+    integer :: i, k
 
+    k = size(self%free)
     call frame_matrices(self, t, m, b, c, h)
-    right(:, 1:3) = -c
-    right(:, 4:6) = -b
-    right(:, 7) = h
+    right(:, :k) = -c
+    right(:, k + 1:2*k) = -b
+    right(:, 2*k + 1) = h
     right = solve(m, right)
     p = 0
-    do i = 1, 3
-      p(i, i + 3) = 1
+    do i = 1, k
+      p(i, i + k) = 1
     end do
-    p(4:6, :) = right(:, 1:6)
-    f(1:3) = 0
-    f(4:6) = right(:, 7)
+    p(k + 1:, :) = right(:, :2*k)
+    f(:k) = 0
+    f(k + 1:) = right(:, 2*k + 1)
   end subroutine evaluate_frame
 
   !> Everything of one period: Phi(T), x_p(T) and the start x0 of the periodic vibration.
   subroutine frame_period(frame, tolerance, phi, particular, x0)
     type(frame_system), intent(in) :: frame
     real(qp), intent(in) :: tolerance
-    real(qp), intent(out) :: phi(6, 6), particular(6), x0(6)
+    real(qp), intent(out) :: phi(:, :), particular(:), x0(:)
 
     call flow_map(frame, 0.0_qp, period(frame%machine), tolerance, phi, particular)
     x0 = periodic_start(phi, particular)

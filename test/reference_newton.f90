@@ -20,9 +20,10 @@
 !> The routine below takes only the positions of joints and centres from the kinematics; all derivatives in time are
 !> differences, and nothing of the derivation enters.
 module reference_newton
-  use reference_four_bar, only: machine_data, motion_type, move, pi_qp
   use reference_frame, only: frame_matrices, frame_of, frame_system
   use reference_linear, only: qp
+  use reference_linkage, only: motion_type, move
+  use reference_machine, only: machine_data, pi_qp
   implicit none (type, external)
   private
 
@@ -30,7 +31,7 @@ module reference_newton
 
   !> Second derivative by a central difference of order 10 over 11 points.
   real(qp), parameter :: second(0:5) = [-5269.0_qp/1800, 5.0_qp/3, -5.0_qp/21, 5.0_qp/126, -5.0_qp/1008, 1.0_qp/3150]
-  real(qp), parameter :: spacing = 1.0_qp/500 ! of the differences, in crank angle (rad)
+  real(qp), parameter :: spacing = 1.0_qp/10000 ! of the differences, in crank angle (rad)
 
 contains
 
@@ -38,15 +39,19 @@ contains
   !> xi, eta, psi. Order of the difference between Newton's law and M q'' + B q' + C q - h for a vibration of the given
   !> amplitude (rad, and times 0.1 m) when the amplitude is cut to a tenth: 2 if the linear equations are right (3 where
   !> the quadratic terms vanish by symmetry), 1 or 0 if they are wrong. defect: the differences at the smaller
-  !> amplitude over the norm of the forces. Take an amplitude of 1e-4 to 1e-6.
+  !> amplitude over the norm of the forces. Take an amplitude of 1e-4 to 1e-6. All of q is taken as free, whatever
+  !> machine%free says: for fewer it is the same equations with the rest of q at 0.
   subroutine newton_orders(machine, angle, amplitude, orders, defect)
     type(machine_data), intent(in) :: machine
     real(qp), intent(in) :: angle, amplitude
     real(qp), intent(out) :: orders(3, 2), defect(3, 2)
     type(frame_system) :: frame
+    type(machine_data) :: unhindered
     real(qp) :: coarse(3, 2), forces(2)
 
-    frame = frame_of(machine)
+    unhindered = machine
+    unhindered%free = .true.
+    frame = frame_of(unhindered)
     call difference(frame, angle, amplitude, coarse, forces)
     call difference(frame, angle, amplitude/10, defect, forces)
     orders = log10(max(abs(coarse), 1.0e-30_qp)/max(abs(defect), 1.0e-30_qp))

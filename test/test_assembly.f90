@@ -5,7 +5,7 @@ module test_assembly
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_linkage, only: linkage_type
   use machines, only: linkage_of_machine
-  use reference_four_bar, only: khang_machine
+  use reference_machine, only: khang_machine
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private

@@ -7,7 +7,7 @@ module test_invariants
   use gestell_model_frame, only: frame_type
   use machines, only: frame_of_machine, solve3
   use reference_cases, only: random_machine
-  use reference_four_bar, only: machine_data
+  use reference_machine, only: machine_data
   use systems, only: again_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)

@@ -10,10 +10,11 @@ module test_model
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use machines, only: frame_of_machine, linkage_of_machine
   use reference_cases, only: random_machine
-  use reference_four_bar, only: khang_machine, machine_data, reference_functions => mass_functions, &
-    & reference_functions_type => mass_functions_type
   use reference_frame, only: frame_matrices, frame_of
   use reference_linear, only: qp
+  use reference_linkage, only: reference_functions => mass_functions, &
+    & reference_functions_type => mass_functions_type
+  use reference_machine, only: khang_machine, machine_data
   use reference_newton, only: newton_orders
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)

@@ -8,9 +8,9 @@ module test_orders
   use gestell_model_frame, only: frame_type
   use machines, only: frame_of_machine
   use reference_cases, only: random_machine
-  use reference_four_bar, only: khang_machine, machine_data
   use reference_frame, only: frame_of, frame_period
   use reference_linear, only: eigenvalues, qp
+  use reference_machine, only: khang_machine, machine_data
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private

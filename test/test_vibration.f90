@@ -9,9 +9,10 @@ module test_vibration
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
   use machines, only: frame_of_machine, solve3
   use reference_flow, only: flow_states
-  use reference_four_bar, only: khang_machine, machine_data, motion_type, move
   use reference_frame, only: frame_of
   use reference_linear, only: qp
+  use reference_linkage, only: motion_type, move
+  use reference_machine, only: khang_machine, machine_data
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private

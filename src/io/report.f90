@@ -16,6 +16,8 @@ module gestell_io_report
   public :: report_machine, report_results
 
   character, parameter :: newline = new_line("a")
+  !> Speeds closer than this, relative, are called near.
+  real(dp), parameter :: near = 0.03_dp
 
 contains
 
@@ -88,7 +90,7 @@ contains
         & // short(turns * period, 3) // " s)"
     case ("unstable")
       lines = lines // "a free vibration grows, to twice its size in " // short(turns, 3) // " turns (" &
-        & // short(turns * period, 3) // " s)"
+        & // short(turns * period, 3) // " s)" // newline // "  it " // manner(multipliers%arg(1))
     case default
       lines = lines // "the error bound reaches across the border |rho| = 1"
     end select
@@ -100,6 +102,21 @@ contains
         & // newline // "  border, as one without damping or without springs in some direction does." // newline
     end if
   end function verdict_lines
+
+  !> How the free vibration of a multiplier with that argument looks from turn to turn.
+  pure function manner(arg) result(words)
+    real(dp), intent(in) :: arg
+    character(len=:), allocatable :: words
+    real(dp), parameter :: real_axis = 1.0e-6_dp
+
+    if (abs(arg) < real_axis) then
+      words = "repeats itself in every turn (divergence, or parametric resonance of even order)"
+    else if (pi - abs(arg) < real_axis) then
+      words = "changes its sign from turn to turn (parametric resonance of odd order)"
+    else
+      words = "beats with the turns (flutter, or combination resonance)"
+    end if
+  end function manner
 
   !> A modulus with as many digits as its error leaves, and the error.
   pure function modulus(multipliers, k) result(words)
@@ -183,7 +200,30 @@ contains
         & // short(nearest, 9) // " at " // short(frequencies(k) / nearest * 30 / pi, 5) // " rpm" &
         & // away(frequencies(k) / (nearest * speed) - 1) // newline
     end do
+    lines = lines // parametric_lines(frequencies, speed)
   end function frequency_lines
+
+  !> Sums of two natural frequencies that are close to a low multiple of the crank speed: there the periodic coefficients
+  !> themselves can make free vibrations grow.
+  pure function parametric_lines(frequencies, speed) result(lines)
+    real(dp), intent(in) :: frequencies(:), speed
+    character(len=:), allocatable :: lines
+    integer, parameter :: highest = 3
+    real(dp) :: ratio
+    integer :: i, k
+
+    lines = ""
+    do i = 1, size(frequencies)
+      do k = i, size(frequencies)
+        if (.not. frequencies(i) > 0) cycle
+        ratio = (frequencies(i) + frequencies(k)) / speed
+        if (nint(min(ratio, 1.0e6_dp)) < 1 .or. nint(min(ratio, 1.0e6_dp)) > highest) cycle
+        if (abs(ratio / nint(ratio) - 1) > near) cycle
+        lines = lines // "  frequencies " // text(i) // " and " // text(k) // " together are " // short(ratio, 4) &
+          & // " x crank speed: near parametric resonance of order " // text(nint(ratio)) // newline
+      end do
+    end do
+  end function parametric_lines
 
   !> How far a speed lies from the crank speed.
   pure function away(relative) result(words)
@@ -191,7 +231,7 @@ contains
     character(len=:), allocatable :: words
 
     words = ", " // short(100 * abs(relative), 2) // " % " // trim(merge("above", "below", relative > 0))
-    if (abs(relative) < 0.03_dp) words = words // "  <- near"
+    if (abs(relative) < near) words = words // "  <- near"
   end function away
 
   pure function vibration_lines(vibration, frame) result(lines)

@@ -99,6 +99,8 @@ contains
     worst = minloc(diagnosis%joints%transmission, dim=1)
     nearest = minloc(diagnosis%joints%margin, dim=1)
     angle = diagnosis%joints(worst)%transmission * 180 / pi
+    line = ""
+    if (angle > 89.999_dp) return
     line = "  smallest transmission angle " // short(angle, 3) // " deg, joint '" // mechanism%joints(worst)%name // "' at " &
       & // fixed(diagnosis%joints(worst)%transmission_at * 180 / pi, 1) // " deg"
     if (angle < poor) line = line // "  <- poor"

@@ -461,6 +461,12 @@ def test_set():
             equal("--set of a title", table.preamble[0], "# title: It's mine")
             equal("--set of points", len(table.rows), 5)
             equal("--set of harmonics", len(Table(folder / "a" / "harmonics.csv").rows), 4)
+        if Run(folder, "-q", "-s", "case.title=two\nlines", "input.nml", "-o", "d").done("a title of two lines"):
+            equal("a title of two lines", Table(folder / "d" / "response.csv").preamble[0], "# title: two lines")
+        # whole turns change nothing, however many
+        if Run(folder, "-q", "-s", "joint(A).phase=3.6e17", "input.nml", "-o", "e").done("a phase of many turns"):
+            Run(folder, "-q", "input.nml", "-o", "f").done("a phase of none")
+            equal("a phase of many turns", body(folder / "e") == body(folder / "f"), True)
         # a value in the file and by --set give the same numbers
         for what, path, value, old, new in (
                 ("one link", "link(coupler).mass", "0.7", "mass=0.60", "mass=0.7"),
