@@ -143,6 +143,8 @@ contains
       call draw_guide(random, chain, fixed, joint%guide, joint%guide_point, joint%guide_angle_deg)
       if (random%chance(0.7_dp)) joint%slot_angle_deg = 30 + tenths(random, 120.0_dp)
       if (random%chance(0.3_dp)) joint%slot_angle_deg = -joint%slot_angle_deg
+    case default
+      error stop "reference_chains: unknown kind of dyad"
     end select
   end subroutine draw_dyad
 

@@ -78,8 +78,8 @@ contains
     type(test_error), allocatable, intent(out) :: error
 
     call refused(error, rest // nl // nl // "&suport /", "in.nml:3: unknown group &suport: did you mean &support?")
-    call refused(error, "&zzz /", "in.nml:1: unknown group &zzz: allowed are &case, &drive, &joint, &link, &frame, " &
-      // "&support, &foundation, &accuracy, &response")
+    call refused(error, "&zzz /", "in.nml:1: unknown group &zzz: allowed are &case, &drive, &units, &joint, " &
+      // "&link, &mass_functions, &frame, &support, &foundation, &accuracy, &response")
     call refused(error, nl // "&joint" // nl // "lenghts=1, name='B' /", &
       "in.nml:3: &joint 'B': unknown key 'lenghts': did you mean 'lengths'?")
     call refused(error, "&drive xyz=1 /", "in.nml:1: &drive: unknown key 'xyz': allowed are speed_rpm")
@@ -103,7 +103,7 @@ contains
       // "2000000000*1: takes 2 values, has more than 1000000")
     call refused(error, "&case tasks=11*'a'/", "in.nml:1: &case: tasks = 11*'a': takes at most 10 values, has 11")
     call refused(error, "&joint name='A' type='ground'/ &frame/", "in.nml: the group &drive is missing")
-    call refused(error, "&drive speed_rpm=1/ &frame/", "in.nml: the group &joint is missing")
+    call refused(error, "&drive speed_rpm=1/", "in.nml: the group &frame is missing")
     call refused(error, "&drive/" // one_joint // "&frame/", "in.nml:1: &drive: speed_rpm: must be given")
     call refused(error, rest // "&frame/" // nl // "&joint type='ground'/", "in.nml:2: &joint 2: name: must be given")
     call refused(error, rest // "&frame/" // nl // "&link name='k'" // nl // "/", &

@@ -3,6 +3,7 @@ module gestell_floquet_monodromy
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: balancing, log_abs_determinant
+  use gestell_base_text, only: text
   use gestell_floquet_flow, only: period_map
   use gestell_floquet_mesh, only: mesh
   use gestell_floquet_method, only: method_type
@@ -49,7 +50,7 @@ module gestell_floquet_monodromy
   end type monodromy_type
 
   !> More steps than this are not tried.
-  integer, parameter :: most_steps = 2**23
+  integer, parameter :: most_steps = 2**21
   !> The estimate of an error, times this, is called a bound.
   real(dp), parameter :: safety = 2
 
@@ -78,7 +79,7 @@ contains
     real(dp) :: turns
 
     if (accuracy%steps < 0 .or. accuracy%steps > most_steps / 2) then
-      call fatal_error(error, "steps must lie between 0 and 4194304", invalid_input)
+      call fatal_error(error, "steps must lie between 0 and " // text(most_steps / 2), invalid_input)
       return
     end if
     if (allocated(accuracy%method)) then
@@ -155,7 +156,11 @@ contains
 
     ! A method of order p begins to converge where the fastest motion turns by about p / 3 radians in a step: the middle
     ! solution stands there.
-    steps = max(system%least_steps, ceiling(min(1.5_dp * turns / monodromy%method%order, real(most_steps, dp))))
+    if (3 * turns / monodromy%method%order > most_steps) then
+      call too_many_steps(error)
+      return
+    end if
+    steps = max(system%least_steps, ceiling(1.5_dp * turns / monodromy%method%order))
     call solve_level(system, steps, forced, monodromy, coarse, error)
     if (allocated(error)) return
     call solve_level(system, 2 * steps, forced, monodromy, middle, error)
@@ -166,8 +171,7 @@ contains
       floor = roundoff(middle, turns)
       steps = next_steps(coarse%steps, middle%steps, maxval(d12), monodromy%method%order, max(tolerance, floor))
       if (steps > most_steps) then
-        call fatal_error(error, "the tolerance is not reached with " // "8388608 steps per period: allow a greater one", &
-          & failed_computation)
+        call too_many_steps(error)
         return
       end if
       call solve_level(system, steps, forced, monodromy, fine, error)
@@ -181,6 +185,14 @@ contains
     end do
     call accept(fine, safety * left, turns, monodromy)
   end subroutine with_tolerance
+
+  subroutine too_many_steps(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, "more than " // text(most_steps) // " steps per turn would be needed: the fastest free " // &
+      & "vibration is too fast for the crank speed (allow a greater tolerance, or check stiffness, damping and mass)", &
+      & failed_computation)
+  end subroutine too_many_steps
 
   !> How many steps are to be tried after `n1` and `n2`, whose solutions differ by `d12`: twice as many as long as the
   !> method has not begun to converge, then what its order promises, with a margin, for the error allowed.

@@ -88,7 +88,7 @@ contains
       if (allocated(error)) return
       call get(group, "steps", accuracy%steps, error, default=0, must=at_least(0))
       if (allocated(error)) return
-      call at_most(group, "steps", accuracy%steps, 4194304, error)
+      call at_most(group, "steps", accuracy%steps, 1048576, error)
     end associate
   end subroutine read_orders
 

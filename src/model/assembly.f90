@@ -4,7 +4,7 @@ module gestell_model_assembly
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
   use gestell_model_bodies, only: link_type
-  use gestell_model_joints_joint, only: named_joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: named_joint_type, point_type, reach_type, slack
   implicit none (type, external)
   private
 
@@ -78,7 +78,7 @@ contains
       associate (link => links(i))
         if (link%to == 0) cycle
         if (hypot(at(link%to)%x%v - at(link%from)%x%v, at(link%to)%y%v - at(link%from)%y%v) &
-          & > (speeds(link%from) + speeds(link%to)) * half_width) cycle
+          & > slack * (speeds(link%from) + speeds(link%to)) * half_width) cycle
         bad_link = i
         return
       end associate

@@ -52,8 +52,8 @@ INPUTS = [
     ("unknown group", changed("&drive speed", "&drve speed"), 2,
      "input.nml:2: unknown group &drve: did you mean &drive?"),
     ("unknown group, nothing near", added("&engine power=1 /"), 2,
-     "input.nml:16: unknown group &engine: allowed are &case, &drive, &joint, &link, &frame, &support, "
-     "&foundation, &accuracy, &response"),
+     "input.nml:16: unknown group &engine: allowed are &case, &drive, &units, &joint, &link, "
+     "&mass_functions, &frame, &support, &foundation, &accuracy, &response"),
     ("group given twice", added("&drive speed_rpm=1 /"), 2,
      "input.nml:16: &drive: may stand only once (first in line 2)"),
     ("no drive", without(2), 2,
@@ -61,7 +61,7 @@ INPUTS = [
     ("no frame", without(10), 2,
      "input.nml: the group &frame is missing"),
     ("no joint", without(3, 4, 5, 6), 2,
-     "input.nml: the group &joint is missing"),
+     "input.nml: the mechanism is missing: groups &joint and &link (or &mass_functions) are required"),
     ("no link", without(7, 8, 9), 2,
      "input.nml: the mechanism has no mass: a group &link is required"),
     ("group without end", changed("speed_rpm = 240.0 /", "speed_rpm = 240.0"), 2,
@@ -186,6 +186,9 @@ INPUTS = [
                                                              "0.0,9.0,0.0,  4.0,0.0,9.0, "), 2,
      "input.nml:15: &foundation: stiffness(3,1) = 4.5: the matrix must be symmetric, c31 is 4.5 and c13 "
      "is 4"),
+    ("foundation that pushes", changed("&foundation ", "&foundation stiffness=-4.4e5,8*0.0, "), 2,
+     "input.nml:15: &foundation: stiffness = -4.4e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0: the matrix is not positive (semi-)definite: it would "
+     "push the frame away in some direction"),
     ("foundation's matrix too short", changed("&foundation ", "&foundation stiffness=1.0,2.0,3.0, "), 2,
      "input.nml:15: &foundation: stiffness = 1.0, 2.0, 3.0: takes 9 values, has 3"),
     ("sums of finite numbers overflow", changed("position=0.10,-0.20, stiffness=196133.0,196133.0",
@@ -216,8 +219,8 @@ INPUTS = [
      "input.nml:16: &accuracy: tolerance = -1e-9: must be positive"),
     ("steps negative", added("&accuracy steps=-1 /"), 2,
      "input.nml:16: &accuracy: steps = -1: must be at least 0"),
-    ("steps too many", added("&accuracy steps=4194305 /"), 2,
-     "input.nml:16: &accuracy: steps = 4194305: must be at most 4194304"),
+    ("steps too many", added("&accuracy steps=1048577 /"), 2,
+     "input.nml:16: &accuracy: steps = 1048577: must be at most 1048576"),
     ("no points", added("&response points=0 /"), 2,
      "input.nml:16: &response: points = 0: must be at least 1"),
     ("points too many", added("&response points=1000001 /"), 2,

@@ -2,7 +2,7 @@
 module gestell_model_joints_guide
   use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp
-  use gestell_model_joints_joint, only: point_type
+  use gestell_model_joints_joint, only: point_type, slack
   implicit none (type, external)
   private
 
@@ -57,7 +57,7 @@ contains
 
     if (all(self%carriers == 0)) return
     associate (one => points(self%carriers(1)), two => points(self%carriers(2)), v => sum(speeds(self%carriers)))
-      apart = hypot(two%x%v - one%x%v, two%y%v - one%y%v) - v * half_width
+      apart = hypot(two%x%v - one%x%v, two%y%v - one%y%v) - slack * v * half_width
       motion%sound = apart > 0
       if (.not. motion%sound) return
       motion%turning = v / apart

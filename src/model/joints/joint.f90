@@ -10,6 +10,9 @@ module gestell_model_joints_joint
     type(jet) :: x, y
   end type point_type
 
+  !> Bounds on motions are taken this much longer, so that rounding cannot prove what does not hold.
+  real(dp), parameter, public :: slack = 1.01_dp
+
   !> What holds for a joint over an interval of the crank angle, proved from its middle.
   type, public :: reach_type
     !> Whether the joint can be assembled, without a dead point, in the whole interval.

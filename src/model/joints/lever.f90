@@ -3,7 +3,7 @@ module gestell_model_joints_lever
   use gestell_base_jet, only: operator(*), operator(+), operator(-)
   use gestell_base_kinds, only: dp
   use gestell_model_joints_guide, only: direction
-  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
   implicit none (type, external)
   private
 
@@ -88,9 +88,9 @@ contains
     real(dp) :: apart
 
     apart = hypot(ends(2)%x%v - ends(1)%x%v, ends(2)%y%v - ends(1)%y%v)
-    reach%assembled = apart > sum(speeds) * half_width
+    reach%assembled = apart > slack * sum(speeds) * half_width
     if (.not. reach%assembled) return
-    reach%speed = end_speed + arm * sum(speeds) / (apart - sum(speeds) * half_width)
+    reach%speed = end_speed + arm * sum(speeds) / (apart - slack * sum(speeds) * half_width)
     if (sum(speeds) > 0) reach%feature = apart / sum(speeds)
   end function reach_body
 

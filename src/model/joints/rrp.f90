@@ -4,7 +4,7 @@ module gestell_model_joints_rrp
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: short
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
   implicit none (type, external)
   private
 
@@ -63,7 +63,7 @@ contains
     off = cross(r, u)
     apart = hypot(r%x%v, r%y%v) + (speeds(self%end) + motion%speed) * half_width
     rate = speeds(self%end) + motion%speed + motion%turning * apart
-    farthest = abs(off%v) + rate * half_width
+    farthest = abs(off%v) + slack * rate * half_width
     reach%assembled = farthest < self%length
     if (.not. reach%assembled) return
     cosine = sqrt((1 - farthest / self%length) * (1 + farthest / self%length))

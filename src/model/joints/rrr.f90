@@ -3,7 +3,7 @@ module gestell_model_joints_rrr
   use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: short
-  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
   implicit none (type, external)
   private
 
@@ -66,7 +66,7 @@ contains
 
     associate (one => points(self%ends(1)), two => points(self%ends(2)), l1 => self%lengths(1), l2 => self%lengths(2))
       d = hypot(two%x%v - one%x%v, two%y%v - one%y%v)
-      v = sum(speeds(self%ends))
+      v = slack * sum(speeds(self%ends))
       reach%assembled = d - v * half_width > abs(l1 - l2) .and. d + v * half_width < l1 + l2
       if (.not. reach%assembled) return
       sine = sqrt(min(sine2(d - v * half_width), sine2(d + v * half_width)))

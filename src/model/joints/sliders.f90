@@ -4,7 +4,7 @@ module gestell_model_joints_sliders
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
   implicit none (type, external)
   private
 
@@ -97,7 +97,7 @@ contains
       call self%guides(i)%line(points, g(i), u(i))
     end do
     sine = cross(u(1), u(2))
-    left = abs(sine%v) - 2 * turning * half_width
+    left = abs(sine%v) - 2 * slack * turning * half_width
     reach%assembled = left > tiny(left)
     if (.not. reach%assembled) return
     here = crossing(g(1), u(1), g(2), u(2))
