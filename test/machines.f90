@@ -3,9 +3,10 @@ module machines
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
-  use reference_machine, only: machine_data
+  use reference_machine, only: joint_data, machine_data
   implicit none (type, external)
   private
 
@@ -22,17 +23,7 @@ contains
     integer :: i
 
     do i = 1, size(machine%joints)
-      associate (joint => machine%joints(i))
-        select case (joint%kind)
-        case ("ground")
-          call linkage%ground(name("j", i), joint%position, error)
-        case ("crank")
-          call linkage%crank(name("j", i), name("j", joint%ends(1)), joint%radius, joint%phase_deg * pi / 180, error)
-        case default
-          call linkage%rrr(name("j", i), [name("j", joint%ends(1)), name("j", joint%ends(2))], joint%lengths, &
-            & joint%branch, error)
-        end select
-      end associate
+      call add(machine%joints(i), name("j", i), linkage, error)
       if (allocated(error)) return
     end do
     do i = 1, size(machine%links)
@@ -45,6 +36,44 @@ contains
     end do
     call linkage%prepare(error)
   end subroutine linkage_of_machine
+
+  subroutine add(joint, own_name, linkage, error)
+    type(joint_data), intent(in) :: joint
+    character(len=*), intent(in) :: own_name
+    type(linkage_type), intent(inout) :: linkage
+    type(error_type), allocatable, intent(out) :: error
+    type(guide_type) :: guides(2)
+    character(len=3) :: ends(2)
+
+    ends = [name("j", joint%ends(1)), name("j", joint%ends(2))]
+    guides = [guide_of(joint%guide, joint%guide_point, joint%guide_angle_deg), &
+      & guide_of(joint%guide2, joint%guide2_point, joint%guide2_angle_deg)]
+    select case (joint%kind)
+    case ("ground")
+      call linkage%ground(own_name, joint%position, error)
+    case ("crank")
+      call linkage%crank(own_name, ends(1), joint%radius, joint%phase_deg * pi / 180, error)
+    case ("RRR")
+      call linkage%rrr(own_name, ends, joint%lengths, joint%branch, error)
+    case ("RRP")
+      call linkage%rrp(own_name, ends(1), joint%lengths(1), guides(1), joint%branch, error)
+    case ("RPR")
+      call linkage%rpr(own_name, ends, joint%lengths(1), joint%branch, error)
+    case ("rigid")
+      call linkage%rigid(own_name, ends, joint%offset, error)
+    case ("PRP")
+      call linkage%prp(own_name, guides, error)
+    case default ! RPP
+      call linkage%rpp(own_name, ends(1), guides(1), joint%slot_angle_deg * pi / 180, error)
+    end select
+  end subroutine add
+
+  pure type(guide_type) function guide_of(carriers, point, angle_deg)
+    integer, intent(in) :: carriers(2)
+    real(dp), intent(in) :: point(2), angle_deg
+
+    guide_of = guide_type(carriers, point, angle_deg * pi / 180)
+  end function guide_of
 
   !> The library's frame for the reference's data.
   subroutine frame_of_machine(machine, frame, error)
@@ -69,7 +98,8 @@ contains
       damping(i, i) = damping(i, i) + machine%foundation_damping(i)
     end do
     call new_frame(frame, linkage, machine%frame_mass, machine%frame_inertia, machine%origin, &
-      & machine%foundation_stiffness + stiffness_matrix(supports), damping, machine%speed_rpm * 2 * pi / 60, error)
+      & machine%foundation_stiffness + stiffness_matrix(supports), damping, machine%speed_rpm * 2 * pi / 60, error, &
+      & pack([1, 2, 3], machine%free))
   end subroutine frame_of_machine
 
   pure character(len=3) function name(letter, i)

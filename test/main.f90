@@ -3,6 +3,7 @@ program main
   use test_assembly, only: collect_assembly
   use test_floquet, only: collect_floquet
   use test_invariants, only: collect_invariants
+  use test_joints, only: collect_joints
   use test_model, only: collect_model
   use test_namelist, only: collect_namelist
   use test_namelist_errors, only: collect_namelist_errors
@@ -28,6 +29,7 @@ program main
     & new_testsuite("orders", collect_orders), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("assembly", collect_assembly), &
+    & new_testsuite("joints", collect_joints), &
     & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("version", collect_version), &

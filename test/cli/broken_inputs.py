@@ -187,8 +187,8 @@ INPUTS = [
      "input.nml:15: &foundation: stiffness(3,1) = 4.5: the matrix must be symmetric, c31 is 4.5 and c13 "
      "is 4"),
     ("foundation that pushes", changed("&foundation ", "&foundation stiffness=-4.4e5,8*0.0, "), 2,
-     "input.nml:15: &foundation: stiffness = -4.4e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0: the matrix is not positive (semi-)definite: it would "
-     "push the frame away in some direction"),
+     "input.nml:15: &foundation: stiffness = -4.4e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0: the matrix "
+     "is not positive (semi-)definite: it would push the frame away in some direction"),
     ("foundation's matrix too short", changed("&foundation ", "&foundation stiffness=1.0,2.0,3.0, "), 2,
      "input.nml:15: &foundation: stiffness = 1.0, 2.0, 3.0: takes 9 values, has 3"),
     ("sums of finite numbers overflow", changed("position=0.10,-0.20, stiffness=196133.0,196133.0",

@@ -1,0 +1,410 @@
+!> All joints against closed forms, and random linkages of all joints against the reference.
+module test_joints
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_fourier, only: fourier_series, fourier_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_diagnosis, only: diagnose, diagnosis_type
+  use gestell_model_joints_guide, only: guide_type
+  use gestell_model_joints_joint, only: point_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_mechanism, only: mass_functions_type
+  use machines, only: linkage_of_machine
+  use reference_cases, only: random_linkage
+  use reference_linear, only: qp
+  use reference_linkage, only: motion_type, move, reference_functions => mass_functions, &
+    & reference_functions_type => mass_functions_type
+  use reference_machine, only: machine_data
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_joints
+
+contains
+
+  subroutine collect_joints(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("slider-crank: harmonics of the piston's acceleration", test_piston), &
+      & new_unittest("slider-crank: both branches, offset and turned guide", test_slider_branches), &
+      & new_unittest("Scotch yoke: pure cosine", test_yoke), &
+      & new_unittest("slotted lever: stroke and direction", test_lever), &
+      & new_unittest("two sliders: the ellipse of a trammel", test_trammel), &
+      & new_unittest("moving guide: a slider at rest on its carrier", test_moving_guide), &
+      & new_unittest("a dyad described as two rigid points and guides", test_two_ways), &
+      & new_unittest("random linkages: positions and derivatives against the reference", test_random_motion), &
+      & new_unittest("random linkages: mass functions against the reference", test_random_masses), &
+      & new_unittest("random linkages: bounds on the speeds hold", test_speed_bounds), &
+      & new_unittest("dead points of all joints are found", test_dead_points), &
+      & new_unittest("diagnosis: ranges, swings, transmission angles", test_diagnosis)]
+  end subroutine collect_joints
+
+  !> A crank of radius 1 about the origin.
+  subroutine new_crank(linkage, failure)
+    type(linkage_type), intent(out) :: linkage
+    type(gestell_error), allocatable, intent(out) :: failure
+
+    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+    call linkage%crank("A", "O", 1.0_dp, 0.0_dp, failure)
+    call linkage%link("crank", "O", "A", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+  end subroutine new_crank
+
+  !> r/l = 1/4: the piston's acceleration over r Omega^2 is -(cos phi + A2 cos 2 phi + A4 cos 4 phi + ...) with published
+  !> A2, A4, A6 (C. F. Taylor, The Internal Combustion Engine in Theory and Practice, vol. 2, gives the series).
+  subroutine test_piston(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: known(4) = [1.0_dp, 0.2540250423_dp, -0.0040981112_dp, 7.4379e-5_dp]
+    real(dp), parameter :: digit(4) = [1.0e-13_dp, 1.0e-10_dp, 1.0e-10_dp, 1.0e-9_dp]
+    integer, parameter :: order(4) = [1, 2, 4, 6]
+    type(linkage_type) :: linkage
+    type(point_type) :: at(3)
+    type(fourier_type) :: series
+    type(gestell_error), allocatable :: failure
+    real(dp) :: samples(64)
+    integer :: i
+
+    call new_crank(linkage, failure)
+    call linkage%rrp("B", "A", 4.0_dp, guide_type(), 1, failure)
+    do i = 1, 64
+      call linkage%points(2 * pi * (i - 1) / 64, at)
+      samples(i) = -at(3)%x%dd
+    end do
+    series = fourier_series(samples)
+    do i = 1, 4
+      call check(error, series%amplitude(order(i)) * cos(series%phase(order(i))), known(i), thr=digit(i))
+      if (allocated(error)) return
+    end do
+  end subroutine test_piston
+
+  !> x = s along the guide: |(x, e) - (cos, sin)| = l for a guide at height e.
+  subroutine test_slider_branches(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(point_type) :: at(4)
+    type(gestell_error), allocatable :: failure
+    real(dp), parameter :: l = 3.0_dp, e = 0.4_dp, turn = 0.7_dp
+    real(dp) :: phi, x, along
+    integer :: k
+
+    call new_crank(linkage, failure)
+    call linkage%rrp("B", "A", l, guide_type(point=[7.0_dp, e]), -1, failure)
+    ! The same machine turned by an angle, by the crank's phase: the guide's direction and point turn with it.
+    call linkage%rrp("C", "A", l, guide_type(point=[-e * sin(turn), e * cos(turn)], angle=turn), 1, failure)
+    do k = 0, 12
+      phi = 0.5_dp * k
+      call linkage%points(phi, at)
+      x = cos(phi) - sqrt(l**2 - (sin(phi) - e)**2)
+      call check(error, abs(at(3)%x%v - x) + abs(at(3)%y%v - e) < 1.0e-14_dp, more="branch -1")
+      if (allocated(error)) return
+      along = cos(phi - turn) + sqrt(l**2 - (sin(phi - turn) - e)**2)
+      call check(error, abs(at(4)%x%v - (along * cos(turn) - e * sin(turn))) &
+        & + abs(at(4)%y%v - (along * sin(turn) + e * cos(turn))) < 1.0e-14_dp, more="turned")
+      if (allocated(error)) return
+    end do
+  end subroutine test_slider_branches
+
+  subroutine test_yoke(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(point_type) :: at(4)
+    type(gestell_error), allocatable :: failure
+    real(dp) :: phi
+    integer :: k
+
+    call new_crank(linkage, failure)
+    call linkage%rpp("Y", "A", guide_type(), pi / 2, failure)
+    call linkage%rpp("Z", "A", guide_type(), pi / 4, failure)
+    do k = 0, 12
+      phi = 0.5_dp * k
+      call linkage%points(phi, at)
+      call check(error, abs(at(3)%x%v - cos(phi)) + abs(at(3)%x%d + sin(phi)) + abs(at(3)%x%dd + cos(phi)) &
+        & + abs(at(3)%y%v) < 1.0e-15_dp * 10)
+      if (allocated(error)) return
+      ! The slot at 45 deg through the pin meets the x-axis at cos - sin.
+      call check(error, at(4)%x%v, cos(phi) - sin(phi), thr=1.0e-14_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_yoke
+
+  !> A lever of length 5 whose pivot lies 2.5 below the crank's: it swings by asin(1 / 2.5) to both sides.
+  subroutine test_lever(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(diagnosis_type) :: diagnosis
+    type(point_type) :: at(5)
+    type(gestell_error), allocatable :: failure
+
+    call new_crank(linkage, failure)
+    call linkage%ground("P", [0.0_dp, -2.5_dp], failure)
+    call linkage%rpr("C", ["A", "P"], 5.0_dp, 1, failure)
+    call linkage%rpr("D", ["A", "P"], 2.0_dp, -1, failure)
+    call linkage%link("lever", "P", "C", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+    call linkage%points(pi / 2, at)
+    call check(error, abs(at(4)%x%v) + abs(at(4)%y%v - 2.5_dp) + abs(at(5)%x%v) + abs(at(5)%y%v + 4.5_dp) < 1.0e-14_dp)
+    if (allocated(error)) return
+    call diagnose(linkage, diagnosis)
+    call check(error, diagnosis%joints(4)%x(2) - diagnosis%joints(4)%x(1), 2 * 5 / 2.5_dp, thr=1.0e-12_dp, more="stroke")
+    if (allocated(error)) return
+    call check(error, diagnosis%swing(2), 2 * asin(1 / 2.5_dp), thr=1.0e-4_dp, more="swing, of sampled angles")
+    if (allocated(error)) return
+    call check(error, diagnosis%joints(4)%margin, 1.5_dp, thr=1.0e-12_dp, more="nearest dead point")
+  end subroutine test_lever
+
+  !> Sliders on the x-axis and on a line carried from O to A: their crossing is O's; through A at a right angle: the yoke.
+  subroutine test_trammel(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(point_type) :: at(5)
+    type(guide_type) :: carried, upright
+    type(gestell_error), allocatable :: failure
+    real(dp) :: phi
+    integer :: k
+
+    call new_crank(linkage, failure)
+    call linkage%ground("N", [0.0_dp, 3.0_dp], failure)
+    ! A line through A, parallel to the one from A to N turned by 90 deg, and the line x = 3.
+    call linkage%moving_guide(["A", "N"], [0.0_dp, 0.0_dp], pi / 2, carried, failure)
+    upright = guide_type(point=[3.0_dp, 0.0_dp], angle=pi / 2)
+    call linkage%prp("S", [upright, carried], failure)
+    call linkage%prp("T", [carried, upright], failure)
+    do k = 0, 12
+      phi = 0.5_dp * k
+      call linkage%points(phi, at)
+      ! (S - A) . (N - A) = 0 with S = (3, y).
+      call check(error, at(4)%y%v, sin(phi) - (3 - cos(phi)) * (-cos(phi)) / (3 - sin(phi)), thr=1.0e-13_dp)
+      if (allocated(error)) return
+      call check(error, abs(at(4)%x%v - 3) + abs(at(5)%x%v - 3) + abs(at(4)%y%dd - at(5)%y%dd) < 1.0e-12_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_trammel
+
+  !> On a guide that the crank itself carries, a rod from the crank's pivot keeps its slider at rest on it.
+  subroutine test_moving_guide(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(point_type) :: at(4)
+    type(guide_type) :: guide
+    type(gestell_error), allocatable :: failure
+    integer :: k
+
+    call new_crank(linkage, failure)
+    call linkage%moving_guide(["O", "A"], [0.0_dp, 0.6_dp], 0.0_dp, guide, failure)
+    call linkage%rrp("S", "O", 1.0_dp, guide, 1, failure)
+    call linkage%rigid("R", ["O", "A"], [0.8_dp, 0.6_dp], failure)
+    do k = 0, 12
+      call linkage%points(0.5_dp * k, at)
+      call check(error, maxval(abs([at(3)%x%v - at(4)%x%v, at(3)%y%v - at(4)%y%v, at(3)%x%d - at(4)%x%d, &
+        & at(3)%y%d - at(4)%y%d, at(3)%x%dd - at(4)%x%dd, at(3)%y%dd - at(4)%y%dd])) < 1.0e-14_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_moving_guide
+
+  !> The joint of an RRR dyad, found again by a slider on the line of one link, and by the crossing of both links' lines.
+  subroutine test_two_ways(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(point_type) :: at(6)
+    type(guide_type) :: one, two
+    type(gestell_error), allocatable :: failure
+    integer :: k
+
+    call new_crank(linkage, failure)
+    call linkage%ground("P", [4.0_dp, 0.5_dp], failure)
+    call linkage%rrr("B", ["A", "P"], [4.2_dp, 3.2_dp], -1, failure)
+    call linkage%moving_guide(["A", "B"], [1.0_dp, 0.0_dp], 0.0_dp, one, failure)
+    call linkage%moving_guide(["P", "B"], [0.0_dp, 0.0_dp], pi, two, failure)
+    call linkage%rrp("C", "P", 3.2_dp, one, 1, failure)
+    call linkage%prp("D", [one, two], failure)
+    call check(error, .not. allocated(failure))
+    if (allocated(error)) return
+    do k = 0, 12
+      call linkage%points(0.5_dp * k, at)
+      ! The slider's solutions lie on both sides of P's foot on the line; B is the farther one as long as mu < 90 deg.
+      call check(error, maxval(abs([at(4)%x%v - at(5)%x%v, at(4)%y%v - at(5)%y%v, at(4)%x%d - at(5)%x%d, &
+        & at(4)%y%dd - at(5)%y%dd, at(4)%x%v - at(6)%x%v, at(4)%y%v - at(6)%y%v, at(4)%y%d - at(6)%y%d, &
+        & at(4)%x%dd - at(6)%x%dd])) < 1.0e-12_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_two_ways
+
+  subroutine random_pair(number, machine, linkage, error)
+    integer, intent(in) :: number
+    type(machine_data), intent(out) :: machine
+    type(linkage_type), intent(out) :: linkage
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    machine = random_linkage(number)
+    call linkage_of_machine(machine, linkage, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine random_pair
+
+  subroutine test_random_motion(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(linkage_type) :: linkage
+    type(motion_type) :: motion
+    type(point_type), allocatable :: at(:)
+    real(dp) :: angle, defect
+    integer :: i, k, j
+
+    do i = 1, 300
+      call random_pair(i, machine, linkage, error)
+      if (allocated(error)) return
+      if (allocated(at)) deallocate(at)
+      allocate(at(size(machine%joints)))
+      do k = 1, 3
+        angle = 2.1_dp * k
+        motion = move(machine, real(angle, qp))
+        call linkage%points(angle, at)
+        do j = 1, size(at)
+          defect = real(max(maxval(abs([at(j)%x%v, at(j)%y%v] - motion%joint(:, 0, j))), &
+            & maxval(abs([at(j)%x%d, at(j)%y%d] - motion%joint(:, 1, j))), &
+            & maxval(abs([at(j)%x%dd, at(j)%y%dd] - motion%joint(:, 2, j)))), dp)
+          ! Sizes of 1 m; up to four dyads with a sine of the transmission angle above 0.3 amplify rounding.
+          call check(error, defect < 1.0e-11_dp)
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_random_motion
+
+  subroutine test_random_masses(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(linkage_type) :: linkage
+    type(mass_functions_type) :: a
+    type(reference_functions_type) :: r
+    real(dp) :: defect, size
+    integer :: i
+
+    do i = 301, 600
+      call random_pair(i, machine, linkage, error)
+      if (allocated(error)) return
+      call linkage%mass_functions(0.01_dp * i, a)
+      r = reference_functions(machine, real(0.01_dp * i, qp))
+      defect = real(maxval(abs([a%a1%v - r%a1(0), a%a2%v - r%a2(0), a%a3%v - r%a3(0), a%a1%d - r%a1(1), &
+        & a%a2%d - r%a2(1), a%a3%d - r%a3(1), a%a1%dd - r%a1(2), a%a2%dd - r%a2(2), a%a4 - r%a4])), dp)
+      size = real(maxval(abs([r%a1, r%a2, r%a3, r%a4])), dp)
+      call check(error, defect <= 1.0e-11_dp * size)
+      if (allocated(error)) return
+    end do
+  end subroutine test_random_masses
+
+  !> The proof of assembly rests on bounds of the joints' speeds over an interval: they hold at sampled angles within.
+  subroutine test_speed_bounds(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(linkage_type) :: linkage
+    type(point_type), allocatable :: middle(:), at(:)
+    real(dp), allocatable :: speeds(:)
+    real(dp) :: angle
+    real(dp), parameter :: half_width = 0.01_dp
+    integer :: i, j, k
+
+    do i = 1, 100
+      call random_pair(i, machine, linkage, error)
+      if (allocated(error)) return
+      if (allocated(at)) deallocate(at, middle, speeds)
+      allocate(at(size(machine%joints)), middle(size(machine%joints)), speeds(size(machine%joints)))
+      angle = 0.37_dp * i
+      call linkage%points(angle, middle)
+      do j = 1, size(at)
+        associate (reach => linkage%joints(j)%joint%reach(middle(:j - 1), speeds(:j - 1), half_width))
+          if (.not. reach%assembled) exit
+          speeds(j) = reach%speed
+        end associate
+        do k = -5, 5
+          call linkage%points(angle + half_width * k / 5, at)
+          call check(error, hypot(at(j)%x%d, at(j)%y%d) <= speeds(j) + 1.0e-12_dp)
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_speed_bounds
+
+  subroutine test_dead_points(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(guide_type) :: carried
+    type(gestell_error), allocatable :: failure
+    integer :: i
+    character(len=12) :: expected
+
+    do i = 1, 6
+      call new_crank(linkage, failure)
+      call linkage%ground("P", [0.0_dp, -1.0_dp], failure)
+      select case (i)
+      case (1) ! the rod reaches the guide y = -1.5 only while sin phi < 0.5
+        call linkage%rrp("X", "A", 2.0_dp, guide_type(point=[0.0_dp, -1.5_dp]), 1, failure)
+        expected = " 30.000 deg"
+      case (2) ! the crank's joint passes through the lever's pivot
+        call linkage%rpr("X", ["A", "P"], 2.0_dp, 1, failure)
+        expected = " 270.000 deg"
+      case (3) ! so does it through a body's joint
+        call linkage%rigid("X", ["A", "P"], [1.0_dp, 1.0_dp], failure)
+        expected = " 270.000 deg"
+      case (4) ! the crank's line becomes parallel to the y-axis
+        call linkage%moving_guide(["O", "A"], [0.0_dp, 0.0_dp], 0.0_dp, carried, failure)
+        call linkage%prp("X", [carried, guide_type(point=[3.0_dp, 0.0_dp], angle=pi / 2)], failure)
+        expected = " 90.000 deg"
+      case (5) ! a slot along its own guide
+        call linkage%rpp("X", "A", guide_type(), 0.0_dp, failure)
+        expected = " 0.000 deg"
+      case default ! a guide between joints that meet
+        call linkage%moving_guide(["P", "A"], [0.0_dp, 0.0_dp], 0.0_dp, carried, failure)
+        call linkage%rrp("X", "O", 5.0_dp, carried, 1, failure)
+        expected = " 270.000 deg"
+      end select
+      call linkage%prepare(failure)
+      call check(error, allocated(failure), more=expected)
+      if (allocated(error)) return
+      call check(error, failure%subject, "joint 'X'")
+      if (allocated(error)) return
+      call check(error, index(failure%message, trim(expected)) > 0, more=failure%message)
+      if (allocated(error)) return
+    end do
+  end subroutine test_dead_points
+
+  !> The paper-like crank-rocker 1, 4, 2, 4.5: angles at the ends of its swing from the triangles with sides b +- a, c, d.
+  subroutine test_diagnosis(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(diagnosis_type) :: diagnosis
+    type(gestell_error), allocatable :: failure
+    real(dp), parameter :: a = 1, b = 4, c = 2.5_dp, d = 4.5_dp
+
+    call new_crank(linkage, failure)
+    call linkage%ground("P", [d, 0.0_dp], failure)
+    call linkage%rrr("B", ["A", "P"], [b, c], 1, failure)
+    call linkage%link("rocker", "P", "B", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+    call diagnose(linkage, diagnosis)
+    call check(error, diagnosis%mobility, 1)
+    if (allocated(error)) return
+    call check(error, diagnosis%links, 4)
+    if (allocated(error)) return
+    call check(error, index(diagnosis%grashof, "crank-rocker") == 1)
+    if (allocated(error)) return
+    call check(error, diagnosis%turns(1) .and. .not. diagnosis%turns(2))
+    if (allocated(error)) return
+    ! Of sampled angles: an extreme is met within a quarter of a degree, where it is flat.
+    call check(error, diagnosis%swing(2), angle_at(c, d, b + a) - angle_at(c, d, b - a), thr=1.0e-5_dp)
+    if (allocated(error)) return
+    ! mu is extreme where crank and ground are in line.
+    call check(error, diagnosis%joints(4)%transmission, min(angle_at(b, c, d - a), pi - angle_at(b, c, d + a)), thr=1.0e-9_dp)
+    if (allocated(error)) return
+    call check(error, diagnosis%joints(4)%margin, min(b + c - d - a, d - a - (b - c)), thr=1.0e-12_dp)
+
+  contains
+
+    !> The angle between the sides p and q of a triangle with the third side r.
+    pure real(dp) function angle_at(p, q, r)
+      real(dp), intent(in) :: p, q, r
+
+      angle_at = acos((p**2 + q**2 - r**2) / (2 * p * q))
+    end function angle_at
+
+  end subroutine test_diagnosis
+
+end module test_joints
