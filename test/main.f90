@@ -1,6 +1,7 @@
 !> All tests: `fpm test`, or `fpm test -- SUITE [TEST]` for one suite or one test of it.
 program main
   use test_assembly, only: collect_assembly
+  use test_equivalence, only: collect_equivalence
   use test_floquet, only: collect_floquet
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
@@ -30,6 +31,7 @@ program main
     & new_testsuite("model", collect_model), &
     & new_testsuite("assembly", collect_assembly), &
     & new_testsuite("joints", collect_joints), &
+    & new_testsuite("equivalence", collect_equivalence), &
     & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("version", collect_version), &

@@ -140,7 +140,7 @@ contains
     if (allocated(error)) return
     call solve_level(system, 2 * steps, forced, monodromy, finer, error)
     if (allocated(error)) return
-    call accept(level, safety * distance(level, finer, monodromy%scale), turns, monodromy)
+    call accept(system, level, safety * distance(level, finer, monodromy%scale), turns, monodromy)
   end subroutine with_given_steps
 
   subroutine with_tolerance(system, tolerance, forced, turns, monodromy, error)
@@ -168,7 +168,7 @@ contains
     d12 = distance(coarse, middle, monodromy%scale)
 
     do
-      floor = roundoff(middle, turns)
+      floor = roundoff(system, middle, turns)
       steps = next_steps(coarse%steps, middle%steps, maxval(d12), monodromy%method%order, max(tolerance, floor))
       if (steps > most_steps) then
         call too_many_steps(error)
@@ -183,7 +183,7 @@ contains
       call move_level(fine, middle)
       d12 = d23
     end do
-    call accept(fine, safety * left, turns, monodromy)
+    call accept(system, fine, safety * left, turns, monodromy)
   end subroutine with_tolerance
 
   subroutine too_many_steps(error)
@@ -272,24 +272,26 @@ contains
   end function distance
 
   !> What the arithmetic leaves uncertain, relative to Phi(T): the roundings of n numbers in every step add up like a
-  !> random walk, those of the coefficients shift the phase of the fastest motion.
-  pure real(dp) function roundoff(level, turns)
+  !> random walk, those of the coefficients shift the phase of the fastest motion; the model's own come on top.
+  pure real(dp) function roundoff(system, level, turns)
+    class(periodic_system), intent(in) :: system
     type(level_type), intent(in) :: level
     real(dp), intent(in) :: turns
 
-    roundoff = epsilon(1.0_dp) * (size(level%phi, 1) * sqrt(real(level%steps, dp)) + turns)
+    roundoff = epsilon(1.0_dp) * (size(level%phi, 1) * sqrt(real(level%steps, dp)) + turns) + system%rounding
   end function roundoff
 
   !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, the result.
-  subroutine accept(level, errors, turns, monodromy)
+  subroutine accept(system, level, errors, turns, monodromy)
+    class(periodic_system), intent(in) :: system
     type(level_type), intent(inout) :: level
     real(dp), intent(in) :: errors(2), turns
     type(monodromy_type), intent(inout) :: monodromy
 
-    monodromy%roundoff = roundoff(level, turns) * level%norm
+    monodromy%roundoff = roundoff(system, level, turns) * level%norm
     monodromy%norm = level%norm
     monodromy%error = errors(1) * level%norm + monodromy%roundoff
-    monodromy%xp_error = (errors(2) + roundoff(level, turns)) * level%reach
+    monodromy%xp_error = (errors(2) + roundoff(system, level, turns)) * level%reach
     monodromy%steps = level%steps
     call move_alloc(level%nodes, monodromy%nodes)
     call move_alloc(level%phi, monodromy%phi)

@@ -75,6 +75,8 @@ contains
     end if
     frame%states = 2 * size(frame%free)
     frame%period = 2 * pi / abs(speed)
+    ! Near a dead point, where the feature is about the sine of the transmission angle, lengths lose twice its digits.
+    frame%rounding = epsilon(1.0_dp) / max(frame%mechanism%feature, shortest_feature)**2
     frame%least_steps = max(8, ceiling(2 * pi / max(frame%mechanism%feature, shortest_feature)))
   end subroutine new_frame
 

@@ -18,6 +18,8 @@ module gestell_system_periodic
     real(dp), allocatable :: breaks(:)
     !> Equal steps over the period that resolve the finest feature of the coefficients; fewer are never taken.
     integer :: least_steps = 8
+    !> Relative error of the coefficients' effect over a period by their own rounding.
+    real(dp) :: rounding = epsilon(1.0_dp)
   contains
     procedure(matrix_at), deferred :: matrix
     procedure :: forcing => no_forcing
