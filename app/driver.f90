@@ -33,6 +33,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(configuration_type) :: configuration
     type(analysis_type) :: analysis
+    type(error_type), allocatable :: failure
     real(dp), allocatable :: frequencies(:)
     character(len=:), allocatable :: folder
 
@@ -50,8 +51,11 @@ contains
       return
     end if
 
-    call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, error)
-    if (allocated(error)) return
+    call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, failure)
+    if (allocated(failure) .and. .not. allocated(analysis%multipliers)) then
+      call move_alloc(failure, error)
+      return
+    end if
     if (.not. options%quiet) then
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
@@ -69,6 +73,8 @@ contains
     if (options%fail_if_unstable) then
       if (analysis%multipliers%verdict() /= "stable") code = not_stable
     end if
+    ! The verdict stands even where the vibration could not be computed.
+    if (code == 0 .and. allocated(failure)) call move_alloc(failure, error)
   end subroutine run
 
   subroutine read_input(options, configuration, error)

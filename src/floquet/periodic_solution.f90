@@ -44,8 +44,9 @@ contains
       amplification = 0
       if (.not. allocated(error)) amplification = norm2(inverted)
       if (allocated(error) .or. amplification * phi_error >= 1) then
-        call fatal_error(error, "the periodic vibration cannot be told: the machine runs in resonance, a multiplier " // &
-          & "equals 1 within the accuracy; more damping, another speed or a smaller tolerance may help", failed_computation)
+        call fatal_error(error, "the periodic vibration cannot be told: within the error of Phi(T) a multiplier may " &
+          & // "equal 1 (resonance), or free vibrations grow too fast; more damping, another speed or a smaller tolerance may " &
+          & // "help", failed_computation)
         return
       end if
       solution%condition = amplification * (1 + monodromy%norm)

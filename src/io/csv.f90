@@ -3,6 +3,7 @@ module gestell_io_csv
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: exact, text
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -19,22 +20,35 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: first_index
     character(len=256) :: message
+    character(len=:), allocatable :: line
     integer :: unit, status, i, k
+    integer(int64) :: bytes, written
 
     open (newunit=unit, file=folder // "/" // name, action="write", status="replace", iostat=status, iomsg=message)
-    do i = 1, size(preamble)
-      if (status == 0) write (unit, "(a)", iostat=status, iomsg=message) "# " // trim(preamble(i))
-    end do
-    if (status == 0) write (unit, "(a)", iostat=status, iomsg=message) header
-    do k = 1, size(values, 2)
+    bytes = 0
+    do i = 1, size(preamble) + 1 + size(values, 2)
       if (status /= 0) exit
-      if (present(first_index)) then
-        write (unit, "(a)", iostat=status, iomsg=message) text(first_index + k - 1) // "," // row(values(:, k))
+      k = i - size(preamble) - 1
+      if (k < 0) then
+        line = "# " // trim(preamble(i))
+      else if (k == 0) then
+        line = header
       else
-        write (unit, "(a)", iostat=status, iomsg=message) row(values(:, k))
+        line = row(values(:, k))
+        if (present(first_index)) line = text(first_index + k - 1) // "," // line
       end if
+      write (unit, "(a)", iostat=status, iomsg=message) line
+      bytes = bytes + len(line) + 1
     end do
     if (status == 0) close (unit, iostat=status, iomsg=message)
+    if (status == 0) then
+      ! gfortran says nothing of a disk that is full
+      inquire (file=folder // "/" // name, size=written)
+      if (written /= bytes) then
+        status = 1
+        message = "it came out too short; is the disk full?"
+      end if
+    end if
     if (status /= 0) call fatal_error(error, folder // "/" // name // ": cannot be written: " // trim(message), &
       & failed_computation)
   end subroutine write_table

@@ -1,7 +1,7 @@
 !> The joints of an input file, each by its type.
 module gestell_io_joints
   use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
   use gestell_io_document, only: group_names, group_type, has, name_of, word_length
   use gestell_io_get, only: get, positive
@@ -57,6 +57,7 @@ contains
       if (.not. allocated(error)) call get(group, "radius", radius, error, must=positive, unit=units%length)
       if (.not. allocated(error)) call get(group, "phase", angle, error, default=0.0_dp, unit=units%angle)
       if (allocated(error)) return
+      if (abs(angle) > 2 * pi) angle = modulo(angle, 2 * pi)
       call linkage%crank(name_of(group), pivot, radius, angle, error)
     case ("RRR")
       call get_ends(joints, i, 2, ends, error)

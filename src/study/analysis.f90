@@ -27,7 +27,7 @@ module gestell_study_analysis
 
 contains
 
-  !> Verdict and vibration of a frame. Errors: those of the parts.
+  !> Verdict and vibration of a frame. Errors: those of the parts; where the vibration fails, the multipliers are there.
   subroutine analyse(frame, tasks, accuracy, analysis, error)
     type(frame_type), intent(in) :: frame
     type(tasks_type), intent(in) :: tasks
@@ -45,6 +45,7 @@ contains
     if (tasks%response) then
       allocate(analysis%vibration)
       call solve_vibration(frame, analysis%monodromy, tasks%points, tasks%harmonics, analysis%vibration, error)
+      if (allocated(error)) deallocate(analysis%vibration)
     end if
   end subroutine analyse
 

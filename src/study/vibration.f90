@@ -28,6 +28,8 @@ module gestell_study_vibration
     real(dp) :: closing_defect = 0
   end type vibration_type
 
+  !> Rows that serve as samples too, at the most.
+  integer, parameter :: most_shared = 1024
   !> Samples per period beyond which a vibration is not refined further.
   integer, parameter :: most_samples = 2**14
 
@@ -41,15 +43,17 @@ contains
     integer, intent(in) :: points, harmonics
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: x(:, :), all(:, :)
+    real(dp), allocatable :: x(:, :), all(:, :), rows(:, :)
     real(dp) :: unresolved
     integer :: samples, k, i
 
     call solve_periodic(monodromy, vibration%start, error)
     if (allocated(error)) return
 
-    ! The samples are the rows that were ordered, with as many between them as the harmonics need.
-    samples = points * ceiling(max(64, 2 * harmonics + 2, 4 * frame%least_steps) / real(points, dp))
+    ! The samples are the rows that were ordered, with as many between them as the harmonics need; for very many rows the
+    ! harmonics have samples of their own.
+    samples = max(64, 2 * harmonics + 2, 4 * frame%least_steps)
+    if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
     do
       call follow(frame, monodromy, vibration%start, [(real(k, dp) / samples, k = 0, samples)], x, error)
       if (allocated(error)) return
@@ -60,7 +64,13 @@ contains
       samples = 2 * samples
     end do
 
-    vibration%history = all(:, ::samples / points)
+    if (points <= most_shared) then
+      vibration%history = all(:, ::samples / points)
+    else
+      call follow(frame, monodromy, vibration%start, [(real(k, dp) / points, k = 0, points)], rows, error)
+      if (allocated(error)) return
+      vibration%history = all_quantities(frame, rows)
+    end if
     vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, quantities)]
     vibration%rms = [(vibration%series(i)%rms(), i = 1, quantities)]
     associate (scale => spread(monodromy%scale, 2, samples + 1))

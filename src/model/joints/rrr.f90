@@ -70,9 +70,13 @@ contains
       reach%assembled = d - v * half_width > abs(l1 - l2) .and. d + v * half_width < l1 + l2
       if (.not. reach%assembled) return
       sine = sqrt(min(sine2(d - v * half_width), sine2(d + v * half_width)))
-      reach%assembled = sine > 0
+      ! Closer to a dead point `place` has lost half its digits.
+      reach%assembled = sine > 1.0e-6_dp
       if (.not. reach%assembled) return
       reach%speed = v / sine
+      ! Where the ends come together this bound has no limit: no link that hangs on the joint could be secured.
+      reach%assembled = reach%speed * half_width < min(l1, l2) / 4
+      if (.not. reach%assembled) return
       ! cos mu changes at most at this rate; near an extreme it takes sin mu / sqrt(rate) to the complex dead point.
       rate = d * v / (l1 * l2)
       if (rate > 0) reach%feature = sqrt(sine2(d)) / sqrt(rate)
@@ -93,8 +97,8 @@ contains
     real(dp), intent(in) :: lengths(2), distance
 
     associate (l1 => lengths(1), l2 => lengths(2))
-      sine_squared_at = (distance - (l1 - l2)) * (distance + (l1 - l2)) * (l1 + l2 - distance) * (l1 + l2 + distance) &
-        & / (2 * l1 * l2)**2
+      sine_squared_at = (distance - (l1 - l2)) / l1 * ((distance + (l1 - l2)) / l2) * ((l1 + l2 - distance) / l1) &
+        & * ((l1 + l2 + distance) / l2) / 4
     end associate
   end function sine_squared_at
 
