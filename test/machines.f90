@@ -10,7 +10,7 @@ module machines
   implicit none (type, external)
   private
 
-  public :: frame_of_machine, linkage_of_machine, solve3
+  public :: frame_of_machine, linkage_of_machine, new_crank, solve3
 
 contains
 
@@ -128,5 +128,15 @@ contains
     det = a(1, 1) * (a(2, 2) * a(3, 3) - a(2, 3) * a(3, 2)) - a(1, 2) * (a(2, 1) * a(3, 3) - a(2, 3) * a(3, 1)) &
       & + a(1, 3) * (a(2, 1) * a(3, 2) - a(2, 2) * a(3, 1))
   end function det
+
+  !> A crank of radius 1 about the origin.
+  subroutine new_crank(linkage, failure)
+    type(linkage_type), intent(out) :: linkage
+    type(error_type), allocatable, intent(out) :: failure
+
+    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+    call linkage%crank("A", "O", 1.0_dp, 0.0_dp, failure)
+    call linkage%link("crank", "O", "A", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+  end subroutine new_crank
 
 end module machines

@@ -1,10 +1,11 @@
 !> What cannot be assembled is refused, with joint and angle; bad parts too.
 module test_assembly
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
-  use machines, only: linkage_of_machine
+  use machines, only: linkage_of_machine, new_crank
   use reference_machine, only: khang_machine
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
@@ -24,6 +25,7 @@ contains
       & new_unittest("close to a dead point, but free", test_nearly_dead), &
       & new_unittest("a second dyad that locks is named", test_second_dyad), &
       & new_unittest("a link whose joints meet", test_meeting), &
+      & new_unittest("dead points of all joints are found", test_dead_points), &
       & new_unittest("bad parts are refused", test_refused)]
   end subroutine collect_assembly
 
@@ -160,5 +162,48 @@ contains
     call new_frame(frame, linkage, -1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
     call check(error, allocated(failure), more="negative frame mass")
   end subroutine test_refused
+
+  subroutine test_dead_points(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(guide_type) :: carried
+    type(gestell_error), allocatable :: failure
+    integer :: i
+    character(len=12) :: expected
+
+    do i = 1, 6
+      call new_crank(linkage, failure)
+      call linkage%ground("P", [0.0_dp, -1.0_dp], failure)
+      select case (i)
+      case (1) ! the rod reaches the guide y = -1.5 only while sin phi < 0.5
+        call linkage%rrp("X", "A", 2.0_dp, guide_type(point=[0.0_dp, -1.5_dp]), 1, failure)
+        expected = " 30.000 deg"
+      case (2) ! the crank's joint passes through the lever's pivot
+        call linkage%rpr("X", ["A", "P"], 2.0_dp, 1, failure)
+        expected = " 270.000 deg"
+      case (3) ! so does it through a body's joint
+        call linkage%rigid("X", ["A", "P"], [1.0_dp, 1.0_dp], failure)
+        expected = " 270.000 deg"
+      case (4) ! the crank's line becomes parallel to the y-axis
+        call linkage%moving_guide(["O", "A"], [0.0_dp, 0.0_dp], 0.0_dp, carried, failure)
+        call linkage%prp("X", [carried, guide_type(point=[3.0_dp, 0.0_dp], angle=pi / 2)], failure)
+        expected = " 90.000 deg"
+      case (5) ! a slot along its own guide
+        call linkage%rpp("X", "A", guide_type(), 0.0_dp, failure)
+        expected = " 0.000 deg"
+      case default ! a guide between joints that meet
+        call linkage%moving_guide(["P", "A"], [0.0_dp, 0.0_dp], 0.0_dp, carried, failure)
+        call linkage%rrp("X", "O", 5.0_dp, carried, 1, failure)
+        expected = " 270.000 deg"
+      end select
+      call linkage%prepare(failure)
+      call check(error, allocated(failure), more=expected)
+      if (allocated(error)) return
+      call check(error, failure%subject, "joint 'X'")
+      if (allocated(error)) return
+      call check(error, index(failure%message, trim(expected)) > 0, more=failure%message)
+      if (allocated(error)) return
+    end do
+  end subroutine test_dead_points
 
 end module test_assembly

@@ -8,7 +8,7 @@ module test_joints
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mass_functions_type
-  use machines, only: linkage_of_machine
+  use machines, only: linkage_of_machine, new_crank
   use reference_cases, only: random_linkage
   use reference_linear, only: qp
   use reference_linkage, only: motion_type, move, reference_functions => mass_functions, &
@@ -36,19 +36,8 @@ contains
       & new_unittest("random linkages: positions and derivatives against the reference", test_random_motion), &
       & new_unittest("random linkages: mass functions against the reference", test_random_masses), &
       & new_unittest("random linkages: bounds on the speeds hold", test_speed_bounds), &
-      & new_unittest("dead points of all joints are found", test_dead_points), &
       & new_unittest("diagnosis: ranges, swings, transmission angles", test_diagnosis)]
   end subroutine collect_joints
-
-  !> A crank of radius 1 about the origin.
-  subroutine new_crank(linkage, failure)
-    type(linkage_type), intent(out) :: linkage
-    type(gestell_error), allocatable, intent(out) :: failure
-
-    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
-    call linkage%crank("A", "O", 1.0_dp, 0.0_dp, failure)
-    call linkage%link("crank", "O", "A", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
-  end subroutine new_crank
 
   !> r/l = 1/4: the piston's acceleration over r Omega^2 is -(cos phi + A2 cos 2 phi + A4 cos 4 phi + ...) with published
   !> A2, A4, A6 (C. F. Taylor, The Internal Combustion Engine in Theory and Practice, vol. 2, gives the series).
@@ -323,49 +312,6 @@ contains
       end do
     end do
   end subroutine test_speed_bounds
-
-  subroutine test_dead_points(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(linkage_type) :: linkage
-    type(guide_type) :: carried
-    type(gestell_error), allocatable :: failure
-    integer :: i
-    character(len=12) :: expected
-
-    do i = 1, 6
-      call new_crank(linkage, failure)
-      call linkage%ground("P", [0.0_dp, -1.0_dp], failure)
-      select case (i)
-      case (1) ! the rod reaches the guide y = -1.5 only while sin phi < 0.5
-        call linkage%rrp("X", "A", 2.0_dp, guide_type(point=[0.0_dp, -1.5_dp]), 1, failure)
-        expected = " 30.000 deg"
-      case (2) ! the crank's joint passes through the lever's pivot
-        call linkage%rpr("X", ["A", "P"], 2.0_dp, 1, failure)
-        expected = " 270.000 deg"
-      case (3) ! so does it through a body's joint
-        call linkage%rigid("X", ["A", "P"], [1.0_dp, 1.0_dp], failure)
-        expected = " 270.000 deg"
-      case (4) ! the crank's line becomes parallel to the y-axis
-        call linkage%moving_guide(["O", "A"], [0.0_dp, 0.0_dp], 0.0_dp, carried, failure)
-        call linkage%prp("X", [carried, guide_type(point=[3.0_dp, 0.0_dp], angle=pi / 2)], failure)
-        expected = " 90.000 deg"
-      case (5) ! a slot along its own guide
-        call linkage%rpp("X", "A", guide_type(), 0.0_dp, failure)
-        expected = " 0.000 deg"
-      case default ! a guide between joints that meet
-        call linkage%moving_guide(["P", "A"], [0.0_dp, 0.0_dp], 0.0_dp, carried, failure)
-        call linkage%rrp("X", "O", 5.0_dp, carried, 1, failure)
-        expected = " 270.000 deg"
-      end select
-      call linkage%prepare(failure)
-      call check(error, allocated(failure), more=expected)
-      if (allocated(error)) return
-      call check(error, failure%subject, "joint 'X'")
-      if (allocated(error)) return
-      call check(error, index(failure%message, trim(expected)) > 0, more=failure%message)
-      if (allocated(error)) return
-    end do
-  end subroutine test_dead_points
 
   !> The paper-like crank-rocker 1, 4, 2, 4.5: angles at the ends of its swing from the triangles with sides b +- a, c, d.
   subroutine test_diagnosis(error)

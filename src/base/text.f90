@@ -5,10 +5,10 @@ module gestell_base_text
   implicit none (type, external)
   private
 
-  public :: exact, short, fixed, text
+  public :: exact, concise, fixed, text
 
-  interface short
-    module procedure :: short_6, short_digits
+  interface concise
+    module procedure :: concise_6, concise_digits
   end interface
 
   interface text
@@ -27,7 +27,7 @@ contains
     line = adjustl(line)
   end function exact_line
 
-  pure character(len=longest) function short_line(value, digits) result(line)
+  pure character(len=longest) function concise_line(value, digits) result(line)
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
     character(len=40) :: buffer, layout
@@ -50,7 +50,7 @@ contains
       call drop_zeros(line)
       line = trim(line) // "e" // integer_line(exponent)
     end if
-  end function short_line
+  end function concise_line
 
   pure character(len=longest) function fixed_line(value, decimals) result(line)
     real(dp), intent(in) :: value
@@ -61,8 +61,8 @@ contains
     write (line, layout) value
     line = adjustl(line)
     if (decimals == 0) line = line(:len_trim(line) - 1)
-    if (line(1:1) == ".") line = "0" // line
-    if (index(line, "-.") == 1) line = "-0" // line(2:)
+    if (line(1:1) == ".") line = "0" // line(:longest - 1)
+    if (index(line, "-.") == 1) line = "-0" // line(2:longest - 1)
     if (verify(trim(line), "-0.") == 0 .and. line(1:1) == "-") line = line(2:)
   end function fixed_line
 
@@ -74,7 +74,7 @@ contains
 
   !> Drops zeros at the end, and the point if nothing is left behind it.
   pure subroutine drop_zeros(line)
-    character(len=*), intent(inout) :: line
+    character(len=longest), intent(inout) :: line
     integer :: last
 
     last = verify(trim(line), "0", back=.true.)
@@ -91,21 +91,21 @@ contains
   end function exact
 
   !> 6 significant digits in the form a reader likes, without trailing zeros.
-  pure function short_6(value) result(string)
+  pure function concise_6(value) result(string)
     real(dp), intent(in) :: value
-    character(len=len_trim(short_line(value, 6))) :: string
+    character(len=len_trim(concise_line(value, 6))) :: string
 
-    string = short_line(value, 6)
-  end function short_6
+    string = concise_line(value, 6)
+  end function concise_6
 
   !> The same with another number of digits.
-  pure function short_digits(value, digits) result(string)
+  pure function concise_digits(value, digits) result(string)
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
-    character(len=len_trim(short_line(value, digits))) :: string
+    character(len=len_trim(concise_line(value, digits))) :: string
 
-    string = short_line(value, digits)
-  end function short_digits
+    string = concise_line(value, digits)
+  end function concise_digits
 
   !> With a number of digits behind the point.
   pure function fixed(value, decimals) result(string)

@@ -2,7 +2,7 @@
 module gestell_io_frame
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: short, text
+  use gestell_base_text, only: concise, text
   use gestell_io_document, only: document_type, group_type, groups_named, the_group, word_length
   use gestell_io_get, only: get, nonnegative, nonzero, positive
   use gestell_io_mechanism, only: name_line
@@ -80,7 +80,7 @@ contains
       k = 1 + mod(i, 3)
       if (.not. abs(stiffness(i, k) - stiffness(k, i)) > 0) cycle
       call input_error(group, "stiffness", "the matrix must be symmetric, c" // text(i) // text(k) // " is " &
-        & // short(stiffness(i, k)) // " and c" // text(k) // text(i) // " is " // short(stiffness(k, i)), error, &
+        & // concise(stiffness(i, k)) // " and c" // text(k) // text(i) // " is " // concise(stiffness(k, i)), error, &
         & element=i + 3 * (k - 1))
       return
     end do

@@ -1,7 +1,7 @@
 !> The report for people: what an engineer wants to read first.
 module gestell_io_report
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: fixed, short, text
+  use gestell_base_text, only: fixed, concise, text
   use gestell_base_version, only: version
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_monodromy, only: accuracy_type
@@ -35,17 +35,17 @@ contains
       select type (mechanism => frame%mechanism)
       type is (linkage_type)
         report = report // "  mechanism  " // text(size(mechanism%joints)) // " joints, " // text(size(mechanism%links)) &
-          & // " links of " // short(mechanism%mass) // " kg in all; turns freely through 360 deg" // newline
+          & // " links of " // concise(mechanism%mass) // " kg in all; turns freely through 360 deg" // newline
       class default
-        report = report // "  mechanism  " // short(mechanism%mass) // " kg in all, by its mass functions" // newline
+        report = report // "  mechanism  " // concise(mechanism%mass) // " kg in all, by its mass functions" // newline
       end select
-      report = report // "  frame      " // short(frame%mass) // " kg, " // short(frame%inertia) // " kg m^2, free in"
+      report = report // "  frame      " // concise(frame%mass) // " kg, " // concise(frame%inertia) // " kg m^2, free in"
       do i = 1, size(frame%free)
         report = report // " " // trim(freedom_names(frame%free(i)))
       end do
-      report = report // newline // "  drive      " // short(abs(frame%speed) * 30 / pi) // " rpm " &
+      report = report // newline // "  drive      " // concise(abs(frame%speed) * 30 / pi) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
-        & // short(1 / frame%period) // " Hz, period " // short(frame%period) // " s" // newline
+        & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline
     end associate
   end function report_machine
 
@@ -86,11 +86,11 @@ contains
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
     select case (word)
     case ("stable")
-      lines = lines // "every free vibration dies out, the slowest to half in " // short(turns, 3) // " turns (" &
-        & // short(turns * period, 3) // " s)"
+      lines = lines // "every free vibration dies out, the slowest to half in " // concise(turns, 3) // " turns (" &
+        & // concise(turns * period, 3) // " s)"
     case ("unstable")
-      lines = lines // "a free vibration grows, to twice its size in " // short(turns, 3) // " turns (" &
-        & // short(turns * period, 3) // " s)" // newline // "  it " // manner(multipliers%arg(1))
+      lines = lines // "a free vibration grows, to twice its size in " // concise(turns, 3) // " turns (" &
+        & // concise(turns * period, 3) // " s)" // newline // "  it " // manner(multipliers%arg(1))
     case default
       lines = lines // "the error bound reaches across the border |rho| = 1"
     end select
@@ -130,9 +130,9 @@ contains
     if (rho > 1.0e-4_dp .and. rho < 1.0e6_dp .and. bound > 1.0e-16_dp) then
       words = fixed(rho, min(max(ceiling(-log10(bound)), 4), 14))
     else
-      words = short(rho, 10)
+      words = concise(rho, 10)
     end if
-    words = words // " +- " // short(bound, 1)
+    words = words // " +- " // concise(bound, 1)
   end function modulus
 
   !> What the results rest on.
@@ -144,18 +144,18 @@ contains
     associate (monodromy => analysis%monodromy)
       lines = ""
       if (.not. allocated(analysis%multipliers)) lines = newline
-      lines = lines // "  rests on            Phi(T) to " // short(monodromy%error / max(monodromy%norm, tiny(1.0_dp)), 1) &
+      lines = lines // "  rests on            Phi(T) to " // concise(monodromy%error / max(monodromy%norm, tiny(1.0_dp)), 1) &
         & // " of its size"
       if (accuracy%steps == 0) then
-        lines = lines // " (" // short(accuracy%tolerance, 2) // " was ordered)"
+        lines = lines // " (" // concise(accuracy%tolerance, 2) // " was ordered)"
       else
         lines = lines // " (with the steps that were ordered)"
       end if
       lines = lines // ", by " // monodromy%method%name // " with " // text(monodromy%steps) // " steps," // newline &
         & // "                      " // text(monodromy%evaluations) // " evaluations in all; Liouville's defect " &
-        & // short(abs(monodromy%liouville_defect), 1)
+        & // concise(abs(monodromy%liouville_defect), 1)
       if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
-        & // short(maxval(analysis%multipliers%condition), 2)
+        & // concise(maxval(analysis%multipliers%condition), 2)
       if (accuracy%steps == 0 .and. monodromy%error > accuracy%tolerance * monodromy%norm) lines = lines // newline // &
         & "                      the tolerance lies below what double precision can give here"
       lines = lines // newline
@@ -171,9 +171,9 @@ contains
       & "         re rho         im rho          |rho|    error   growth 1/s   frequency rad/s" // newline
     do k = 1, size(multipliers%rho)
       lines = lines // text(k) // repeat(" ", 2 - len(text(k))) &
-        & // padded(short(real(multipliers%rho(k)), 9), 15) // padded(short(aimag(multipliers%rho(k)), 9), 15) &
-        & // padded(short(abs(multipliers%rho(k)), 9), 15) // padded(short(multipliers%error(k), 1), 9) &
-        & // padded(short(real(multipliers%exponent(k)), 5), 13) // padded(short(aimag(multipliers%exponent(k)), 7), 18) &
+        & // padded(concise(real(multipliers%rho(k)), 9), 15) // padded(concise(aimag(multipliers%rho(k)), 9), 15) &
+        & // padded(concise(abs(multipliers%rho(k)), 9), 15) // padded(concise(multipliers%error(k), 1), 9) &
+        & // padded(concise(real(multipliers%exponent(k)), 5), 13) // padded(concise(aimag(multipliers%exponent(k)), 7), 18) &
         & // newline
     end do
     lines = lines // "  (error: bound relative to |rho|; frequency: up to multiples of the crank speed)" // newline
@@ -195,9 +195,9 @@ contains
       end if
       ratio = frequencies(k) / speed
       nearest = max(1.0_dp, anint(ratio))
-      lines = lines // text(k) // repeat(" ", 2 - len(text(k))) // padded(short(frequencies(k)), 12) &
-        & // padded(short(frequencies(k) / (2 * pi)), 11) // padded(short(ratio, 5), 16) // "   order " &
-        & // short(nearest, 9) // " at " // short(frequencies(k) / nearest * 30 / pi, 5) // " rpm" &
+      lines = lines // text(k) // repeat(" ", 2 - len(text(k))) // padded(concise(frequencies(k)), 12) &
+        & // padded(concise(frequencies(k) / (2 * pi)), 11) // padded(concise(ratio, 5), 16) // "   order " &
+        & // concise(nearest, 9) // " at " // concise(frequencies(k) / nearest * 30 / pi, 5) // " rpm" &
         & // away(frequencies(k) / (nearest * speed) - 1) // newline
     end do
     lines = lines // parametric_lines(frequencies, speed)
@@ -219,7 +219,7 @@ contains
         ratio = (frequencies(i) + frequencies(k)) / speed
         if (nint(min(ratio, 1.0e6_dp)) < 1 .or. nint(min(ratio, 1.0e6_dp)) > highest) cycle
         if (abs(ratio / nint(ratio) - 1) > near) cycle
-        lines = lines // "  frequencies " // text(i) // " and " // text(k) // " together are " // short(ratio, 4) &
+        lines = lines // "  frequencies " // text(i) // " and " // text(k) // " together are " // concise(ratio, 4) &
           & // " x crank speed: near parametric resonance of order " // text(nint(ratio)) // newline
       end do
     end do
@@ -230,7 +230,7 @@ contains
     real(dp), intent(in) :: relative
     character(len=:), allocatable :: words
 
-    words = ", " // short(100 * abs(relative), 2) // " % " // trim(merge("above", "below", relative > 0))
+    words = ", " // concise(100 * abs(relative), 2) // " % " // trim(merge("above", "below", relative > 0))
     if (abs(relative) < near) words = words // "  <- near"
   end function away
 
@@ -251,18 +251,19 @@ contains
         if (.not. any(frame%free == 1 + mod(i - 1, 3))) cycle
       end if
       associate (series => vibration%series(i))
-        lines = lines // "  " // names(i) // padded(short(factors(i) * vibration%peak(i), 5), 10) &
-          & // padded(short(factors(i) * vibration%peak_error(i), 1), 12) // padded(short(factors(i) * vibration%rms(i), 5), 12) &
+        lines = lines // "  " // names(i) // padded(concise(factors(i) * vibration%peak(i), 5), 10) &
+          & // padded(concise(factors(i) * vibration%peak_error(i), 1), 12) &
+          & // padded(concise(factors(i) * vibration%rms(i), 5), 12) &
           & // "  " // units(i) // "  "
         order = maxloc(series%amplitude, dim=1)
         if (vibration%peak(i) > 0) lines = lines // text(order) // " (" &
-          & // short(factors(i) * series%amplitude(order), 4) // ")"
+          & // concise(factors(i) * series%amplitude(order), 4) // ")"
         lines = lines // newline
       end associate
     end do
-    lines = lines // "  start x0 from (E - Phi) x0 = x_p(T): condition " // short(vibration%start%condition, 2) // ", costs " &
-      & // short(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits; motion closes after a turn to " &
-      & // short(vibration%closing_defect, 1) // newline
+    lines = lines // "  start x0 from (E - Phi) x0 = x_p(T): condition " // concise(vibration%start%condition, 2) // ", costs " &
+      & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits; motion closes after a turn to " &
+      & // concise(vibration%closing_defect, 1) // newline
   end function vibration_lines
 
   !> Right-justified in a column.

@@ -2,7 +2,7 @@
 module gestell_io_report_mechanism
   use gestell_base_fourier, only: fourier_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: fixed, short, text
+  use gestell_base_text, only: fixed, concise, text
   use gestell_model_diagnosis, only: diagnose, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
@@ -63,7 +63,7 @@ contains
       associate (joint => diagnosis%joints(i))
         lines = lines // "  " // column(mechanism%joints(i)%name, 14) // column(extent(joint%x, size_of_all), 25) &
           & // column(extent(joint%y, size_of_all), 25)
-        if (joint%slides) lines = lines // short(joint%travel(2) - joint%travel(1))
+        if (joint%slides) lines = lines // concise(joint%travel(2) - joint%travel(1))
         lines = trim(lines) // newline
       end associate
     end do
@@ -101,12 +101,12 @@ contains
     angle = diagnosis%joints(worst)%transmission * 180 / pi
     line = ""
     if (angle > 89.999_dp) return
-    line = "  smallest transmission angle " // short(angle, 3) // " deg, joint '" // mechanism%joints(worst)%name // "' at " &
+    line = "  smallest transmission angle " // concise(angle, 3) // " deg, joint '" // mechanism%joints(worst)%name // "' at " &
       & // fixed(diagnosis%joints(worst)%transmission_at * 180 / pi, 1) // " deg"
     if (angle < poor) line = line // "  <- poor"
     line = line // newline
     if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: a length of joint '" &
-      & // mechanism%joints(nearest)%name // "' changed by " // short(diagnosis%joints(nearest)%margin, 3) // " m" // newline
+      & // mechanism%joints(nearest)%name // "' changed by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
   function shaking_lines(frame) result(lines)
@@ -124,14 +124,14 @@ contains
       do i = 1, 3
         amplitude = series(i)%amplitude(k)
         if (amplitude < 1.0e-11_dp * maxval(series(i)%amplitude)) amplitude = 0
-        lines = lines // justified(short(amplitude, 5), 15 + 7 * (i / 3))
+        lines = lines // justified(concise(amplitude, 5), 15 + 7 * (i / 3))
       end do
       lines = lines // newline
     end do
     lines = lines // "  from order to order they fall by factors of about "
     do i = 1, 3
       if (i > 1) lines = lines // ", "
-      lines = lines // short(decay(series(i)%amplitude), 2)
+      lines = lines // concise(decay(series(i)%amplitude), 2)
     end do
     lines = lines // newline
   end function shaking_lines
@@ -155,8 +155,8 @@ contains
     real(dp) :: rounded(2)
 
     rounded = merge(0.0_dp, values, abs(values) < 1.0e-9_dp * size_of_all)
-    words = short(rounded(1), 5)
-    if (rounded(2) - rounded(1) > 1.0e-9_dp * size_of_all) words = words // " to " // short(rounded(2), 5)
+    words = concise(rounded(1), 5)
+    if (rounded(2) - rounded(1) > 1.0e-9_dp * size_of_all) words = words // " to " // concise(rounded(2), 5)
   end function extent
 
   !> Left-justified in a column, with a blank behind.

@@ -44,7 +44,7 @@ contains
     integer :: i
 
     call count_links(linkage, diagnosis)
-    call classify(linkage, diagnosis%grashof)
+    diagnosis%grashof = grashof_class(linkage)
     allocate(diagnosis%joints(size(linkage%joints)))
     do i = 1, size(linkage%joints)
       call follow_joint(linkage, i, diagnosis%joints(i))
@@ -76,14 +76,13 @@ contains
 
   !> A four-bar is one RRR dyad between the crank's joint and a ground joint. It turns, so by Grashof's rule the shortest
   !> and the longest link together are shorter than the other two; which one is shortest makes the class.
-  subroutine classify(linkage, class)
+  character(len=40) function grashof_class(linkage)
     class(linkage_type), intent(in) :: linkage
-    character(len=*), intent(out) :: class
     type(point_type) :: at(size(linkage%joints))
     real(dp) :: lengths(4)
     integer :: i, crank, dyad, other
 
-    class = ""
+    grashof_class = ""
     crank = 0
     dyad = 0
     do i = 1, size(linkage%joints)
@@ -120,13 +119,13 @@ contains
     end select
     select case (minloc(lengths, dim=1))
     case (1)
-      class = "crank-rocker (the crank is shortest)"
+      grashof_class = "crank-rocker (the crank is shortest)"
     case (4)
-      class = "double crank (the ground is shortest)"
+      grashof_class = "double crank (the ground is shortest)"
     case default
-      class = "Grashof linkage at its change point"
+      grashof_class = "Grashof linkage at its change point"
     end select
-  end subroutine classify
+  end function grashof_class
 
   !> Extremes over a turn of what `quantity` is at a crank angle: of 720 angles, refined by golden sections.
   subroutine follow_joint(linkage, number, report)

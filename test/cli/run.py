@@ -673,7 +673,10 @@ def test_extremes():
             numbers = [value for table in body(folder / "input").values() for row in table for value in row]
             check(f"{what}, files", all(map(math.isfinite, numbers)), "finite numbers", "others")
             check(f"{what}, report", not re.search(r"NaN|Infinity|\*\*", run.out), "finite numbers", run.out)
-            equal(f"{what}, files are written", bool(numbers), run.code == 0)
+            # The verdict stands, and its file, where only the vibration failed.
+            check(f"{what}, files are written", bool(numbers) == (run.code == 0) or
+                  (run.code == 4 and "vibration cannot be told" in run.err and files(folder / "input") == ["multipliers.csv"]),
+                  "files with 0, none or the multipliers with 4", files(folder / "input"))
 
 
 def build(folder):

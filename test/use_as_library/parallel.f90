@@ -26,8 +26,8 @@ program parallel
   if (any(transfer(serial, [0_int64]) /= transfer(threaded, [0_int64]))) error stop "threads change the results"
   if (any(serial_words /= threaded_words)) error stop "threads change the words"
   do k = 2, frames
-    if (all(abs(serial(:, k) - serial(:, k - 1)) <= 0) .or. serial_words(k) == serial_words(k - 1)) &
-      & error stop "the frames do not differ"
+    if (all(abs(serial(:, k) - serial(:, k - 1)) <= 0)) error stop "the frames do not differ"
+    if (serial_words(k) == serial_words(k - 1)) error stop "the words do not differ"
   end do
 
 contains
@@ -37,7 +37,7 @@ contains
   subroutine solve(k, results, words)
     integer, intent(in) :: k
     real(dp), intent(out) :: results(numbers)
-    character(len=*), intent(out) :: words
+    character(len=300), intent(out) :: words
     type(linkage_type) :: linkage
     type(support_type) :: supports(2)
     type(frame_type) :: frame

@@ -2,7 +2,7 @@
 module gestell_model_joints_rrp
   use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: short
+  use gestell_base_text, only: concise
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
   use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
   implicit none (type, external)
@@ -102,7 +102,7 @@ contains
     if (.not. motion%sound) return
     call self%guide%line(points, g, u)
     off = cross(point_type(points(self%end)%x - g%x, points(self%end)%y - g%y), u)
-    text = "its end is " // short(abs(off%v)) // " m away from the guide, a length of " // short(self%length) &
+    text = "its end is " // concise(abs(off%v)) // " m away from the guide, a length of " // concise(self%length) &
       & // " m must reach it"
   end subroutine explain
 

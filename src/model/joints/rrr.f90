@@ -2,7 +2,7 @@
 module gestell_model_joints_rrr
   use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: short
+  use gestell_base_text, only: concise
   use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
   implicit none (type, external)
   private
@@ -122,9 +122,9 @@ contains
     character(len=:), allocatable, intent(out) :: text
 
     associate (one => points(self%ends(1)), two => points(self%ends(2)), l => self%lengths)
-      text = "its ends are " // short(hypot(two%x%v - one%x%v, two%y%v - one%y%v)) // " m apart, lengths of " &
-        & // short(l(1)) // " m and " // short(l(2)) // " m reach from " // short(abs(l(1) - l(2))) // " m to " &
-        & // short(l(1) + l(2)) // " m"
+      text = "its ends are " // concise(hypot(two%x%v - one%x%v, two%y%v - one%y%v)) // " m apart, lengths of " &
+        & // concise(l(1)) // " m and " // concise(l(2)) // " m reach from " // concise(abs(l(1) - l(2))) // " m to " &
+        & // concise(l(1) + l(2)) // " m"
     end associate
   end subroutine explain
 
