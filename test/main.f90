@@ -1,6 +1,7 @@
 !> All tests: `fpm test`, or `fpm test -- SUITE [TEST]` for one suite or one test of it.
 program main
   use test_assembly, only: collect_assembly
+  use test_data, only: collect_data
   use test_equivalence, only: collect_equivalence
   use test_floquet, only: collect_floquet
   use test_invariants, only: collect_invariants
@@ -32,6 +33,7 @@ program main
     & new_testsuite("assembly", collect_assembly), &
     & new_testsuite("joints", collect_joints), &
     & new_testsuite("equivalence", collect_equivalence), &
+    & new_testsuite("data", collect_data), &
     & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("version", collect_version), &

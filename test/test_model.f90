@@ -30,6 +30,7 @@ contains
     testsuite = [ &
       & new_unittest("jets: derivatives of an expression against differences", test_jets), &
       & new_unittest("four-bar: Freudenstein's equation and constant lengths", test_freudenstein), &
+      & new_unittest("four-bar: published angles, velocities, accelerations", test_published), &
       & new_unittest("four-bar: derivatives against differences", test_differences), &
       & new_unittest("branch -1 mirrors branch 1", test_branches), &
       & new_unittest("mass functions of random machines against the reference", test_mass_functions), &
@@ -106,6 +107,52 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_freudenstein
+
+  !> R. L. Norton, Design of Machinery, examples 4-1, 6-7 and 7-1: links 40, 120, 80, ground 100 mm, crank at 40 deg with
+  !> 25 rad/s and 15 rad/s^2; open circuit: coupler 20.298 deg, -4.121 rad/s, 296.089 rad/s^2, rocker 57.325 deg,
+  !> 6.998 rad/s, 470.134 rad/s^2; crossed: -60.98 and -98.01 deg (units of the last digit).
+  subroutine test_published(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(point_type) :: at(5)
+    type(gestell_error), allocatable :: failure
+    real(dp), parameter :: degree = pi / 180, speed = 25, acceleration = 15
+
+    call linkage%ground("O2", [0.0_dp, 0.0_dp], failure)
+    call linkage%ground("O4", [0.1_dp, 0.0_dp], failure)
+    call linkage%crank("A", "O2", 0.04_dp, 0.0_dp, failure)
+    call linkage%rrr("B", ["A ", "O4"], [0.12_dp, 0.08_dp], 1, failure)
+    call linkage%rrr("C", ["A ", "O4"], [0.12_dp, 0.08_dp], -1, failure)
+    call linkage%points(40 * degree, at)
+    call compare(at(3), at(4), 20.298_dp, -4.121_dp, 296.089_dp)
+    if (allocated(error)) return
+    call compare(at(2), at(4), 57.325_dp, 6.998_dp, 470.134_dp)
+    if (allocated(error)) return
+    call check(error, atan2(at(5)%y%v - at(3)%y%v, at(5)%x%v - at(3)%x%v) / degree, -60.98_dp, thr=0.01_dp)
+    if (allocated(error)) return
+    call check(error, atan2(at(5)%y%v - at(2)%y%v, at(5)%x%v - at(2)%x%v) / degree, -98.01_dp, thr=0.01_dp)
+
+  contains
+
+    !> Angle (deg), velocity and acceleration of the link between two points.
+    subroutine compare(from, to, angle, omega, alpha)
+      type(point_type), intent(in) :: from, to
+      real(dp), intent(in) :: angle, omega, alpha
+      real(dp) :: ux, uy, length, rate, second
+
+      ux = to%x%v - from%x%v
+      uy = to%y%v - from%y%v
+      length = hypot(ux, uy)
+      rate = (ux * (to%y%d - from%y%d) - uy * (to%x%d - from%x%d)) / length**2
+      second = (ux * (to%y%dd - from%y%dd) - uy * (to%x%dd - from%x%dd)) / length**2
+      call check(error, atan2(uy, ux) / degree, angle, thr=1.0e-3_dp)
+      if (allocated(error)) return
+      call check(error, rate * speed, omega, thr=1.0e-3_dp)
+      if (allocated(error)) return
+      call check(error, second * speed**2 + rate * acceleration, alpha, thr=1.0e-3_dp)
+    end subroutine compare
+
+  end subroutine test_published
 
   subroutine test_differences(error)
     type(error_type), allocatable, intent(out) :: error

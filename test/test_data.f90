@@ -1,0 +1,118 @@
+!> Every machine in data/, from the file to multipliers and periodic solution, against the reference.
+module test_data
+  use data_files, only: machine_of_file
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
+  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_io_check, only: check_document
+  use gestell_io_configuration, only: configuration_type, read_configuration
+  use gestell_io_document, only: document_type
+  use gestell_io_namelist, only: parse_document, read_document
+  use gestell_io_schema, only: input_schema
+  use gestell_model_mechanism, only: mass_functions_type
+  use reference_frame, only: frame_of, frame_period
+  use reference_linear, only: eigenvalues, qp
+  use reference_machine, only: machine_data
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_data
+
+contains
+
+  subroutine collect_data(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("the machines in data/ against the reference", test_machines), &
+      & new_unittest("mass functions by harmonics: an unbalanced crank", test_harmonics)]
+  end subroutine collect_data
+
+  subroutine test_machines(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: names(*) = [character(len=24) :: "khang_four_bar", "khang_four_bar_printed", &
+      & "compressor", "watt_six_bar", "shaper", "flying_press", "rocking_sieve"]
+    integer :: i
+
+    do i = 1, size(names)
+      call compare("data/" // trim(names(i)) // ".nml", error)
+      if (allocated(error)) return
+    end do
+  end subroutine test_machines
+
+  !> Multipliers and x0 to 1e-9 of their sizes, and within what is claimed.
+  subroutine compare(file, error)
+    character(len=*), intent(in) :: file
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(document_type) :: doc
+    type(configuration_type) :: configuration
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    real(qp), allocatable :: phi(:, :), xp(:), x0(:)
+    complex(qp), allocatable :: rho(:)
+    integer :: n, k
+
+    call machine_of_file(file, machine, failure)
+    if (.not. allocated(failure)) call read_document(file, doc, failure)
+    if (.not. allocated(failure)) call check_document(doc, input_schema(), failure)
+    if (.not. allocated(failure)) call read_configuration(doc, configuration, failure)
+    if (.not. allocated(failure)) call solve_monodromy(configuration%frame, accuracy_type(tolerance=1.0e-11_dp), .true., &
+      & monodromy, failure)
+    if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
+    if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
+    if (allocated(failure)) then
+      call test_failed(error, file // ": " // failure%message)
+      return
+    end if
+    n = 2 * count(machine%free)
+    allocate(phi(n, n), xp(n), x0(n), rho(n))
+    call frame_period(frame_of(machine), 1.0e-20_qp, phi, xp, x0)
+    call eigenvalues(phi, rho)
+    do k = 1, n
+      associate (distance => minval(abs(cmplx(rho, kind=dp) - multipliers%rho(k))))
+        ! The tolerance 1e-11 leaves two digits for the condition of the multipliers.
+        call check(error, distance < 1.0e-9_dp, more=file // ": multipliers to 1e-9")
+        if (allocated(error)) return
+        call check(error, distance <= multipliers%error(k) * abs(multipliers%rho(k)), more=file // ": claimed error")
+        if (allocated(error)) return
+      end associate
+    end do
+    call check(error, all(abs(solution%x0 - x0) <= solution%error), more=file // ": claimed error of x0")
+    if (allocated(error)) return
+    call check(error, norm2(real(solution%x0 - x0, dp) / monodromy%scale) &
+      & < 1.0e-9_dp * norm2(solution%x0 / monodromy%scale), more=file // ": x0 to 1e-9")
+  end subroutine compare
+
+  !> A crank of mass m with its centre at r: a1 = m r cos, a2 = m r sin, a3 = m r^2, H = m r^2 + J; a4 = 0.
+  subroutine test_harmonics(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: doc
+    type(configuration_type) :: configuration
+    type(gestell_error), allocatable :: failure
+    type(mass_functions_type) :: a
+    real(dp), parameter :: phi = 0.7_dp, m = 3.0_dp, r = 0.2_dp
+
+    call parse_document("&drive speed_rpm=60 / &frame mass=1, inertia=1, origin=0,0 /" // &
+      & "&mass_functions mass=3.0, inertia=0.1, a1=0, 0.6, 0, a2=0, 0, 0.6, a3=0.12, moment=0.22, 0, 0, 0, 0.5 /", &
+      & "in.nml", doc, failure)
+    if (.not. allocated(failure)) call check_document(doc, input_schema(), failure)
+    if (.not. allocated(failure)) call read_configuration(doc, configuration, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call configuration%frame%mechanism%mass_functions(phi, a)
+    call check(error, maxval(abs([a%a1%v - m * r * cos(phi), a%a1%dd + m * r * cos(phi), a%a2%v - m * r * sin(phi), &
+      & a%a2%d - m * r * cos(phi), a%a3%v - m * r**2, a%a3%d])) < 1.0e-15_dp)
+    if (allocated(error)) return
+    ! H has 0.5 sin 2 phi besides, whose derivative is cos 2 phi.
+    call check(error, a%a4, cos(2 * phi), thr=1.0e-15_dp)
+  end subroutine test_harmonics
+
+end module test_data
