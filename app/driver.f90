@@ -12,9 +12,12 @@ module driver
   use gestell_io_path, only: set_value
   use gestell_io_report, only: report_machine, report_results
   use gestell_io_report_mechanism, only: report_mechanism, report_transmission
-  use gestell_io_results, only: write_results
+  use gestell_io_report_trade, only: report_trade
+  use gestell_io_results, only: write_results, write_trade
   use gestell_io_schema, only: input_schema, schema_type
+  use gestell_io_terminal, only: show_progress
   use gestell_study_analysis, only: analyse, analysis_type
+  use gestell_study_trade, only: measure_trade, trade_type
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none (type, external)
   private
@@ -23,6 +26,9 @@ module driver
 
   !> Exit code of a run with --fail-if-unstable whose verdict is not stable.
   integer, parameter, public :: not_stable = 10
+
+  !> Seconds that measuring the trade may take, about.
+  real(dp), parameter :: trade_budget = 10
 
 contains
 
@@ -33,6 +39,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(configuration_type) :: configuration
     type(analysis_type) :: analysis
+    type(trade_type) :: trade
     type(error_type), allocatable :: failure
     real(dp), allocatable :: frequencies(:)
     character(len=:), allocatable :: folder
@@ -51,6 +58,10 @@ contains
       return
     end if
 
+    if (configuration%trade) then
+      call measure_trade(configuration%frame, trade_budget, trade, error, show_progress)
+      if (allocated(error)) return
+    end if
     call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, failure)
     if (allocated(failure) .and. .not. allocated(analysis%multipliers)) then
       call move_alloc(failure, error)
@@ -61,12 +72,15 @@ contains
       if (allocated(error)) return
       write (output_unit, "(a)", advance="no") report_transmission(configuration%frame) &
         & // report_results(configuration, analysis, frequencies)
+      if (configuration%trade) write (output_unit, "(a)", advance="no") report_trade(trade)
     end if
 
     folder = folder_name(options)
     call make_folder(folder, error)
     if (allocated(error)) return
     call write_results(folder, preamble(options, configuration), configuration%frame, configuration%tasks, analysis, error)
+    if (allocated(error)) return
+    if (configuration%trade) call write_trade(folder, preamble(options, configuration), trade, error)
     if (allocated(error)) return
     if (.not. options%quiet) write (output_unit, "(/, a)") "files in " // folder // "/"
 

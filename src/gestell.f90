@@ -19,6 +19,7 @@ module gestell
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_trade, only: cheapest, measure_trade, trade_row_type, trade_type
   use gestell_study_vibration, only: vibration_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system

@@ -1,18 +1,24 @@
 !> All tests: `fpm test`, or `fpm test -- SUITE [TEST]` for one suite or one test of it.
 program main
   use test_assembly, only: collect_assembly
+  use test_base, only: collect_base
+  use test_bounds, only: collect_bounds
   use test_data, only: collect_data
   use test_equivalence, only: collect_equivalence
   use test_floquet, only: collect_floquet
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
+  use test_masses, only: collect_masses
+  use test_method, only: collect_method
   use test_model, only: collect_model
   use test_namelist, only: collect_namelist
   use test_namelist_errors, only: collect_namelist_errors
   use test_namelist_fuzz, only: collect_namelist_fuzz
   use test_orders, only: collect_orders
   use test_periodic, only: collect_periodic
+  use test_reach, only: collect_reach
   use test_set, only: collect_set
+  use test_trade, only: collect_trade
   use test_version, only: collect_version
   use test_vibration, only: collect_vibration
   use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, testsuite_type, &
@@ -26,16 +32,22 @@ program main
   integer :: i, failed, all
 
   suites = [ &
+    & new_testsuite("base", collect_base), &
+    & new_testsuite("method", collect_method), &
+    & new_testsuite("bounds", collect_bounds), &
     & new_testsuite("floquet", collect_floquet), &
     & new_testsuite("periodic", collect_periodic), &
     & new_testsuite("orders", collect_orders), &
     & new_testsuite("model", collect_model), &
+    & new_testsuite("masses", collect_masses), &
     & new_testsuite("assembly", collect_assembly), &
     & new_testsuite("joints", collect_joints), &
+    & new_testsuite("reach", collect_reach), &
     & new_testsuite("equivalence", collect_equivalence), &
     & new_testsuite("data", collect_data), &
     & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("vibration", collect_vibration), &
+    & new_testsuite("trade", collect_trade), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &

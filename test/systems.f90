@@ -6,6 +6,8 @@ module systems
   implicit none (type, external)
   private
 
+  public :: diagonal
+
   !> y'' + d y' + (a - 2 q cos 2 t) y = h cos(2 t), T = pi.
   type, extends(second_order_system), public :: mathieu_type
     real(dp) :: a = 0, q = 0, d = 0, h = 0
@@ -61,6 +63,17 @@ module systems
   end type plain_type
 
 contains
+
+  pure function diagonal(d) result(a)
+    real(dp), intent(in) :: d(:)
+    real(dp) :: a(size(d), size(d))
+    integer :: i
+
+    a = 0
+    do i = 1, size(d)
+      a(i, i) = d(i)
+    end do
+  end function diagonal
 
   subroutine mathieu_matrices(self, t, m, b, c)
     class(mathieu_type), intent(in) :: self

@@ -8,6 +8,7 @@ module test_assembly
   use machines, only: linkage_of_machine, new_crank
   use reference_machine, only: khang_machine
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
@@ -23,6 +24,7 @@ contains
       & new_unittest("assembly lost between all samples", test_narrow_gap), &
       & new_unittest("a change point is a dead point", test_change_point), &
       & new_unittest("close to a dead point, but free", test_nearly_dead), &
+      & new_unittest("the feature is the way to the nearest dead point", test_features), &
       & new_unittest("a second dyad that locks is named", test_second_dyad), &
       & new_unittest("a link whose joints meet", test_meeting), &
       & new_unittest("dead points of all joints are found", test_dead_points), &
@@ -79,6 +81,9 @@ contains
     call check(error, allocated(failure))
     if (allocated(error)) return
     call check(error, index(failure%message, " 0.000 deg") > 0, more=failure%message)
+    if (allocated(error)) return
+    call check(error, index(failure%message, "ends are 0.2 m apart, lengths of 0.4 m and 0.2 m reach from 0.2 m to 0.6 m") > 0, &
+      & more=failure%message)
   end subroutine test_change_point
 
   !> 1e-6 of the length short of a change point it still turns, and the feature tells how fine its motion is there.
@@ -89,6 +94,80 @@ contains
     call turn_four_bar(0.2_dp, 0.35_dp, 0.25_dp + 1.0e-6_dp, 0.4_dp, failure)
     if (allocated(failure)) call test_failed(error, failure%message)
   end subroutine test_nearly_dead
+
+  !> The feature of the whole turn is the way to the nearest dead point, real or complex. No bound: its size is what
+  !> counts for the number of steps, a factor of two is allowed.
+  subroutine test_features(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: r = 0.2_dp, l = 0.35_dp, d = 0.4_dp, gaps(3) = [1.0e-2_dp, 1.0e-4_dp, 1.0e-6_dp]
+    type(linkage_type) :: linkage
+    type(guide_type) :: moving
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    do i = 1, size(gaps)
+      ! (l1 + l2)^2 = r^2 + d^2 + 2 r d cosh at the stretched position, then |l1 - l2| at the folded one.
+      call start()
+      call linkage%rrr("B", ["A", "D"], [l, r + d - l + gaps(i)], 1, failure)
+      call linkage%ground("far", [9.0_dp, 9.0_dp], failure)
+      call compare(acosh(((r + d + gaps(i))**2 - r**2 - d**2) / (2 * r * d)), "stretched")
+      if (allocated(error)) return
+      call start()
+      call linkage%rrr("B", ["A", "D"], [0.5_dp, 0.5_dp + d - r - gaps(i)], 1, failure)
+      call compare(acosh((r**2 + d**2 - (d - r - gaps(i))**2) / (2 * r * d)), "folded")
+      if (allocated(error)) return
+      ! l = 1.8 + r cosh at right angles to a guide 1.8 below.
+      call start()
+      call linkage%rrp("B", "A", 1.8_dp + r + gaps(i), guide_type(point=[0.0_dp, -1.8_dp]), 1, failure)
+      call compare(acosh((r + gaps(i)) / r), "slider-crank")
+      if (allocated(error)) return
+      ! A pivot beside the crank's circle: r exp = r + gap.
+      call start()
+      call linkage%ground("P", [0.0_dp, r + gaps(i)], failure)
+      call linkage%rpr("B", ["A", "P"], 0.1_dp, 1, failure)
+      call compare(log(1 + gaps(i) / r), "slotted lever")
+      if (allocated(error)) return
+    end do
+
+    ! A guide along the rocker, which swings between 78 and 143 deg (at an angle of asin / acos of the closed triangle).
+    call start()
+    call linkage%rrr("B", ["A", "D"], [0.5_dp, 0.5_dp], 1, failure)
+    call linkage%moving_guide(["D", "B"], [0.0_dp, 0.0_dp], 0.0_dp, moving, failure)
+    call linkage%prp("C", [guide_type(angle=0.0_dp), moving], failure)
+    call linkage%prepare(failure)
+    call check(error, .not. allocated(failure), more="a rocker that never lies along the ground link")
+    if (allocated(error)) return
+    call linkage%prp("E", [guide_type(angle=1.8_dp), moving], failure)
+    call linkage%prepare(failure)
+    call check(error, allocated(failure), more="a guide that the rocker passes")
+    if (allocated(error)) return
+    call check(error, failure%subject, "joint 'E'")
+
+  contains
+
+    subroutine start()
+      type(linkage_type) :: empty
+
+      linkage = empty
+      call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+      call linkage%ground("D", [d, 0.0_dp], failure)
+      call linkage%crank("A", "O", r, 0.3_dp, failure)
+      call linkage%link("crank", "O", "A", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+    end subroutine start
+
+    subroutine compare(distance, what)
+      real(dp), intent(in) :: distance
+      character(len=*), intent(in) :: what
+
+      if (.not. allocated(failure)) call linkage%prepare(failure)
+      if (allocated(failure)) then
+        call test_failed(error, what // ": " // failure%message)
+        return
+      end if
+      call check(error, linkage%feature > distance / 2 .and. linkage%feature < 2 * distance, more=what)
+    end subroutine compare
+
+  end subroutine test_features
 
   !> A dyad on the paper's rocker that cannot follow it.
   subroutine test_second_dyad(error)
@@ -126,7 +205,9 @@ contains
     type(linkage_type) :: linkage
     type(frame_type) :: frame
     type(gestell_error), allocatable :: failure
-    real(dp) :: zero(3, 3)
+    integer, parameter :: all_free(3) = [1, 2, 3]
+    real(dp) :: zero(3, 3), data(8)
+    integer :: i
 
     call linkage%prepare(failure)
     call check(error, allocated(failure), more="nothing there")
@@ -161,6 +242,42 @@ contains
     if (allocated(error)) return
     call new_frame(frame, linkage, -1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
     call check(error, allocated(failure), more="negative frame mass")
+    if (allocated(error)) return
+    call new_frame(frame, linkage, 1.0_dp, -1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
+    call check(error, allocated(failure), more="negative frame inertia")
+    if (allocated(error)) return
+    call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure, [0, 1])
+    call check(error, allocated(failure), more="degree of freedom 0")
+    if (allocated(error)) return
+    call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure, all_free(1:0))
+    call check(error, allocated(failure), more="no degree of freedom")
+    if (allocated(error)) return
+    call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure, [1, 4])
+    call check(error, allocated(failure), more="degree of freedom 4")
+    if (allocated(error)) return
+    do i = 1, 8
+      data = 1
+      data(i) = ieee_value(1.0_dp, ieee_positive_inf)
+      if (modulo(i, 2) == 0) data(i) = ieee_value(1.0_dp, ieee_quiet_nan)
+      call new_frame(frame, linkage, data(1), data(2), data(3:4), zero + data(5), zero + data(6), data(7), failure)
+      call check(error, allocated(failure) .eqv. i < 8, more="data that are not finite")
+      if (allocated(error)) return
+    end do
+
+    ! Steps resolve the mechanism's feature, within reason.
+    call linkage%prepare(failure)
+    linkage%feature = 0.01_dp
+    call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
+    call check(error, frame%least_steps, 629)
+    if (allocated(error)) return
+    linkage%feature = 1.0e-8_dp
+    call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
+    call check(error, frame%least_steps, 628319)
+    if (allocated(error)) return
+
+    call linkage%crank("A2", "O", 0.1_dp, 0.0_dp, failure)
+    call linkage%prepare(failure)
+    call check(error, allocated(failure), more="two cranks")
   end subroutine test_refused
 
   subroutine test_dead_points(error)

@@ -5,7 +5,7 @@ module test_vibration
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
-  use gestell_model_frame, only: frame_type
+  use gestell_model_frame, only: frame_type, new_frame
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
   use machines, only: frame_of_machine, solve3
   use reference_flow, only: flow_states
@@ -30,6 +30,8 @@ contains
       & new_unittest("a vibration turned backwards", test_backwards), &
       & new_unittest("Fourier series of a known function", test_fourier), &
       & new_unittest("Parseval, mean and peak of the vibration", test_parseval), &
+      & new_unittest("free degrees of freedom, forces on the ground, harmonics", test_freedoms), &
+      & new_unittest("loose tolerances: claimed errors of the peaks hold", test_peak_errors), &
       & new_unittest("only what was asked for", test_unasked)]
   end subroutine collect_vibration
 
@@ -257,6 +259,107 @@ contains
     end associate
     call check(error, size(coarse%vibration%history, 2), 8)
   end subroutine test_parseval
+
+  !> Degrees of freedom that are held rest; the ground takes what springs and dampers give it.
+  subroutine test_freedoms(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: full, frame
+    type(analysis_type) :: analysis, few, many
+    type(gestell_error), allocatable :: failure
+    integer :: i, k
+
+    machine = khang_machine(240.0_dp)
+    machine%foundation_damping = [900.0_dp, 700.0_dp, 50.0_dp]
+    call frame_of_machine(machine, full, failure)
+    do k = 1, 3
+      associate (free => pack([1, 2, 3], [1, 2, 3] /= k), stiffness => full%stiffness + 0.1_dp * norm2(full%stiffness))
+        if (.not. allocated(failure)) call new_frame(frame, full%mechanism, full%mass, full%inertia, full%origin, stiffness, &
+          & full%damping + 0.1_dp * norm2(full%damping), full%speed, failure, free)
+        if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false., points=12, harmonics=70), &
+          & accuracy_type(), analysis, failure)
+        if (allocated(failure)) then
+          call test_failed(error, failure%message)
+          return
+        end if
+        associate (v => analysis%vibration)
+          call check(error, maxval(abs(v%history([k, 3 + k], :))) + v%peak_error(k) + v%peak_error(3 + k), 0.0_dp, more="held")
+          if (allocated(error)) return
+          call check(error, all(v%peak([free, 3 + free]) > 0) .and. all(v%peak_error([free, 3 + free]) > 0), more="free")
+          if (allocated(error)) return
+          ! Sums of six products.
+          call check(error, maxval(abs(v%history(7:, :) - matmul(frame%stiffness, v%history(:3, :)) &
+            & - matmul(frame%damping, v%history(4:6, :)))) <= 1.0e-14_dp * maxval(v%peak), more="forces")
+          if (allocated(error)) return
+          call check(error, size(v%series(1)%amplitude) >= 70, more="harmonics")
+          if (allocated(error)) return
+          ! The tolerance 1e-9 times the condition of a machine away from resonance.
+          call check(error, v%closing_defect < 1.0e-7_dp, more="closed")
+          if (allocated(error)) return
+          call check(error, maxval(abs(v%history(:, 13) - v%history(:, 1)) / max(v%peak, tiny(1.0_dp))) < 1.0e-6_dp, more="T and 0")
+          if (allocated(error)) return
+        end associate
+        ! Few rows and harmonics: taken often enough all the same, in the free degrees of freedom too.
+        call analyse(frame, tasks_type(stability=.false., points=1, harmonics=1), accuracy_type(), few, failure)
+        call check(error, maxval(abs(few%vibration%peak - analysis%vibration%peak) / max(analysis%vibration%peak, tiny(1.0_dp))) &
+          & < 1.0e-8_dp, more="peaks")
+        if (allocated(error)) return
+        call analyse(frame, tasks_type(stability=.false., points=1, harmonics=200), accuracy_type(), many, failure)
+        call check(error, size(many%vibration%series(1)%amplitude) >= 200, more="harmonics, one row")
+        if (allocated(error)) return
+        call check(error, all([(few%vibration%series(i)%tail(), i = 1, 9)] < 1.0e-9_dp), more="tails")
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine test_freedoms
+
+  !> A tight tolerance tells what a loose one got wrong.
+  subroutine test_peak_errors(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: steps(4) = [10, 12, 16, 20]
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: loose, tight
+    type(gestell_error), allocatable :: failure
+    integer :: i, k
+
+    do i = 1, 2
+      machine = khang_machine(merge(240.0_dp, 333.0_dp, i == 1))
+      if (i == 2) machine%foundation_damping = [9000.0_dp, 7000.0_dp, 500.0_dp]
+      call frame_of_machine(machine, frame, failure)
+      call analyse(frame, tasks_type(stability=.false.), accuracy_type(tolerance=1.0e-12_dp), tight, failure)
+      do k = 1, size(steps)
+        if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false.), accuracy_type(steps=2 * steps(k)), &
+          & loose, failure)
+        if (allocated(failure)) then
+          call test_failed(error, failure%message)
+          return
+        end if
+        call check(error, all(abs(loose%vibration%peak - tight%vibration%peak) <= loose%vibration%peak_error))
+        if (allocated(error)) return
+        ! All rows are samples here, so they say how well the motion closes.
+        associate (v => loose%vibration, scale => spread(loose%monodromy%scale, 2, size(loose%vibration%history, 2)))
+          call check(error, v%closing_defect, norm2((v%history(:6, size(scale, 2)) - v%history(:6, 1)) / scale(:, 1)) &
+            & / maxval(norm2(v%history(:6, :) / scale, dim=1)), thr=1.0e-14_dp)
+          if (allocated(error)) return
+        end associate
+        ! What is known of the start is no worse known later, and springs and dampers hand it on; the defect counts too.
+        associate (v => loose%vibration, scale => loose%monodromy%scale)
+          call check(error, all(v%peak_error(:6) >= v%start%error), more="error of the start")
+          if (allocated(error)) return
+          call check(error, all(v%peak_error(:6) / scale >= v%closing_defect * maxval(abs(v%history(:6, :)) &
+            & / spread(scale, 2, size(v%history, 2)))), more="defect")
+          if (allocated(error)) return
+          call check(error, all(v%peak_error(7:) >= matmul(abs(frame%stiffness), v%start%error(:3)) &
+            & + matmul(abs(frame%damping), v%start%error(4:))), more="error of the forces")
+          if (allocated(error)) return
+          call check(error, all(v%peak_error(:6) / scale <= 2 * norm2(v%start%error / scale) &
+            & + 2 * v%closing_defect * norm2(v%peak(:6) / scale)), more="no more than that")
+          if (allocated(error)) return
+        end associate
+      end do
+    end do
+  end subroutine test_peak_errors
 
   subroutine test_unasked(error)
     type(error_type), allocatable, intent(out) :: error

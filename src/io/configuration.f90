@@ -23,11 +23,13 @@ module gestell_io_configuration
   type, public :: configuration_type
     character(len=:), allocatable :: title
     type(tasks_type) :: tasks
+    !> Whether the trade of speed for accuracy is to be measured.
+    logical :: trade = .false.
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
   end type configuration_type
 
-  character(len=*), parameter :: task_names(*) = [character(len=9) :: "stability", "modes", "response"]
+  character(len=*), parameter :: task_names(*) = [character(len=9) :: "stability", "modes", "response", "trade"]
 
 contains
 
@@ -65,6 +67,7 @@ contains
     configuration%tasks%stability = any(tasks == "stability")
     configuration%tasks%modes = any(tasks == "modes")
     configuration%tasks%response = any(tasks == "response")
+    configuration%trade = any(tasks == "trade")
 
     group = the_group(doc, "response")
     call get(group, "points", configuration%tasks%points, error, default=360, must=at_least(1))

@@ -20,9 +20,11 @@ module gestell_io_joints
     & "ground", "crank", "RRR", "RRP", "RPR", "rigid", "PRP", "RPP"]
   character(len=*), parameter :: guide_keys = " guide guide_point guide_angle "
   character(len=*), parameter :: needed_keys(*) = [character(len=24) :: " position ", " pivot radius ", &
-    & " ends lengths branch ", " ends lengths branch ", " ends lengths branch ", " ends offset ", " ", " ends "]
+    & " ends lengths branch ", " ends lengths branch ", " ends lengths branch ", " ends offset ", " ", " ends slot_angle "]
   character(len=*), parameter :: optional_keys(*) = [character(len=64) :: " ", " phase ", " ", guide_keys, " ", " ", &
-    & guide_keys // "guide2 guide2_point guide2_angle ", guide_keys // "slot_angle "]
+    & guide_keys // "guide2 guide2_point guide2_angle ", guide_keys]
+  !> Lines at a smaller angle (rad) are parallel.
+  real(dp), parameter :: parallel = 1.0e-9_dp
 
 contains
 
@@ -87,12 +89,21 @@ contains
       call get_guide(joints, i, "guide", units, linkage, guides(1), error)
       if (.not. allocated(error)) call get_guide(joints, i, "guide2", units, linkage, guides(2), error)
       if (allocated(error)) return
+      if (all(guides(1)%carriers == guides(2)%carriers) .and. &
+        & abs(sin(guides(1)%angle - guides(2)%angle)) < parallel) then
+        call input_error(group, "", "its two guides are parallel", error)
+        return
+      end if
       call linkage%prp(name_of(group), guides, error)
     case default ! RPP
       call get_ends(joints, i, 1, ends, error)
       if (.not. allocated(error)) call get_guide(joints, i, "guide", units, linkage, guides(1), error)
       if (.not. allocated(error)) call get(group, "slot_angle", angle, error, unit=units%angle)
       if (allocated(error)) return
+      if (abs(sin(angle)) < parallel) then
+        call input_error(group, "slot_angle", "the slot is parallel to the guide", error)
+        return
+      end if
       call linkage%rpp(name_of(group), ends(1), guides(1), angle, error)
     end select
     if (allocated(error)) call in_group(group, error)
@@ -140,6 +151,11 @@ contains
     real(dp) :: point(2), angle
 
     if (.not. has(joints(i), key)) then
+      if (.not. (has(joints(i), key // "_point") .and. has(joints(i), key // "_angle"))) then
+        call input_error(joints(i), "", "needs the keys '" // key // "_point' and '" // key // "_angle' of a fixed guide, or '" &
+          & // key // "' of a guide between two joints", error)
+        return
+      end if
       call get(joints(i), key // "_point", guide%point, error, unit=units%length)
       if (.not. allocated(error)) call get(joints(i), key // "_angle", guide%angle, error, unit=units%angle)
       return

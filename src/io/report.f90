@@ -1,11 +1,12 @@
 !> The report for people: what an engineer wants to read first.
 module gestell_io_report
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: fixed, concise, text
+  use gestell_base_text, only: concise, fixed, text
   use gestell_base_version, only: version
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_io_configuration, only: configuration_type
+  use gestell_io_text, only: counted
   use gestell_model_frame, only: frame_type, freedom_names
   use gestell_model_linkage, only: linkage_type
   use gestell_study_analysis, only: analysis_type
@@ -34,8 +35,9 @@ contains
       report = report // "  input      " // input // newline
       select type (mechanism => frame%mechanism)
       type is (linkage_type)
-        report = report // "  mechanism  " // text(size(mechanism%joints)) // " joints, " // text(size(mechanism%links)) &
-          & // " links of " // concise(mechanism%mass) // " kg in all; turns freely through 360 deg" // newline
+        report = report // "  mechanism  " // counted(size(mechanism%joints), "joint") // ", " &
+          & // counted(size(mechanism%links), "link") // " of " // concise(mechanism%mass) &
+          & // " kg in all; turns freely through 360 deg" // newline
       class default
         report = report // "  mechanism  " // concise(mechanism%mass) // " kg in all, by its mass functions" // newline
       end select

@@ -2,7 +2,8 @@
 module gestell_io_report_mechanism
   use gestell_base_fourier, only: fourier_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: fixed, concise, text
+  use gestell_base_text, only: concise, fixed, text
+  use gestell_io_text, only: counted
   use gestell_model_diagnosis, only: diagnose, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
@@ -28,7 +29,7 @@ contains
     class is (linkage_type)
       call diagnose(mechanism, diagnosis)
       lines = newline // "MECHANISM" // newline // "  mobility " // text(diagnosis%mobility) // " (" &
-        & // text(diagnosis%links) // " links with the frame, " // text(diagnosis%pairs) // " pairs)"
+        & // text(diagnosis%links) // " links with the frame, " // counted(diagnosis%pairs, "pair") // ")"
       if (len_trim(diagnosis%grashof) > 0) lines = lines // "; " // trim(diagnosis%grashof)
       lines = lines // newline // joint_lines(mechanism, diagnosis) // link_lines(mechanism, diagnosis) &
         & // transmission_line(mechanism, diagnosis)

@@ -3,14 +3,16 @@ module gestell_io_results
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_base_text, only: exact, text
   use gestell_io_csv, only: write_table
   use gestell_model_frame, only: frame_type
   use gestell_study_analysis, only: analysis_type, tasks_type
+  use gestell_study_trade, only: trade_type
   use gestell_study_vibration, only: quantities, vibration_type
   implicit none (type, external)
   private
 
-  public :: write_results
+  public :: write_results, write_trade
 
   character(len=*), parameter :: columns(quantities) = [character(len=13) :: &
     & "xi_m", "eta_m", "psi_rad", "xi_dot_m_s", "eta_dot_m_s", "psi_dot_rad_s", "fx_N", "fy_N", "m_Nm"]
@@ -122,5 +124,28 @@ contains
     end do
     call write_table(folder, "harmonics.csv", preamble, header, values, error, first_index=0)
   end subroutine write_harmonics
+
+  !> The measured trade of speed for accuracy. The preamble also says what the converged solution claims for itself.
+  subroutine write_trade(folder, preamble, trade, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(trade_type), intent(in) :: trade
+    type(error_type), allocatable, intent(out) :: error
+    character(len=max(len(preamble), 120)) :: lines(size(preamble) + 1)
+    character(len=48) :: labels(size(trade%rows))
+    integer :: i
+
+    lines(:size(preamble)) = preamble
+    lines(size(lines)) = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
+      & // " x0 " // exact(trade%floor_x0)
+    do i = 1, size(trade%rows)
+      associate (row => trade%rows(i))
+        labels(i) = trim(row%method) // "," // text(row%order) // "," // text(row%steps) // "," // text(row%evaluations)
+      end associate
+    end do
+    call write_table(folder, "trade.csv", lines, &
+      & "method,order,steps,evaluations,error_phi,error_rho,error_x0,seconds", &
+      & transpose(reshape([trade%rows%error_phi, trade%rows%error_rho, trade%rows%error_x0, trade%rows%seconds], &
+      & [size(trade%rows), 4])), error, labels=labels)
+  end subroutine write_trade
 
 end module gestell_io_results

@@ -42,7 +42,7 @@ contains
     if (size(candidates) > 20) text = text // ", ..."
   end function listed
 
-  !> Index of the candidate that a misspelt word most likely means, zero where none is near.
+  !> Index of the candidate that a misspelt word most likely means, zero where none is near or two are equally near.
   pure integer function nearest_of(word, candidates) result(best)
     character(len=*), intent(in) :: word
     character(len=*), intent(in) :: candidates(:)
@@ -55,10 +55,9 @@ contains
       longest = max(len_trim(word), len_trim(candidates(i)))
       if (longest > longest_word) cycle
       d = distance(trim(lower(word)), trim(lower(candidates(i))))
-      if (d < smallest .and. d < longest .and. d <= max(1, longest / 3)) then
-        best = i
-        smallest = d
-      end if
+      if (d > smallest .or. d >= longest .or. d > max(1, longest / 3)) cycle
+      best = merge(i, 0, d < smallest)
+      smallest = d
     end do
   end function nearest_of
 

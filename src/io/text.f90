@@ -3,7 +3,7 @@ module gestell_io_text
   implicit none (type, external)
   private
 
-  public :: shown, lower, decimal, without_quotes
+  public :: counted, shown, lower, decimal, without_quotes
 
   !> Longest piece of the user's text that a message repeats.
   integer, parameter, public :: longest_shown = 60
@@ -52,6 +52,16 @@ contains
     write(buffer, "(i0)") number
     text = trim(buffer)
   end function decimal
+
+  !> A number of things in words, as "1 link", "2 links".
+  pure function counted(number, thing) result(text)
+    integer, intent(in) :: number
+    character(len=*), intent(in) :: thing
+    character(len=:), allocatable :: text
+
+    text = decimal(number) // " " // thing
+    if (number /= 1) text = text // "s"
+  end function counted
 
   !> A text without the quotes around it, if it has such.
   pure function without_quotes(text) result(inner)

@@ -231,7 +231,8 @@ INPUTS = [
      "input.nml:16: &response: harmonics = 8001: must be at most 8000"),
     # joints and links
     ("unknown type", changed("type='RRR'", "type='RR'"), 2,
-     "input.nml:6: &joint 'B': type = 'RR': unknown; did you mean 'RRR'?"),
+     "input.nml:6: &joint 'B': type = 'RR': unknown; known: 'ground', 'crank', 'RRR', 'RRP', 'RPR', 'rigid', 'PRP', "
+     "'RPP'"),
     ("unknown joint, near", changed("ends='A','B0'", "ends='A','B00'"), 2,
      "input.nml:6: &joint 'B': ends = 'A', 'B00': there is no joint 'B00'; did you mean 'B0'?"),
     ("unknown joint, nothing near", changed("pivot='A0'", "pivot='hinge'"), 2,
@@ -359,7 +360,7 @@ OPTIONS = [
     ("--set, unknown key", ["input.nml", "-s", "drive.speed=3"], 2,
      "--set drive.speed=3: unknown key 'speed': allowed are speed_rpm"),
     ("--set, unknown joint", ["input.nml", "-s", "joint(BB).lengths(1)=3"], 2,
-     "--set joint(BB).lengths(1)=3: unknown joint 'BB'; did you mean 'B0'?"),
+     "--set joint(BB).lengths(1)=3: unknown joint 'BB'; known: 'A0', 'B0', 'A', 'B'"),
     ("--set, unknown link", ["input.nml", "-s", "link(copler).mass=3"], 2,
      "--set link(copler).mass=3: unknown link 'copler'; did you mean 'coupler'?"),
     ("--set, no such support", ["input.nml", "-s", "support(5).angle=3"], 2,

@@ -22,20 +22,14 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 from broken_inputs import INPUTS, OPTIONS, SOUND  # noqa: E402
+from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
+from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
+                     Table, body, check, equal, files, near, printed, series, tables)
+from mechanisms import MECHANISM_TESTS  # noqa: E402
 
 CHECKOUT = HERE.parents[1]
 FOUR_BAR = CHECKOUT / "data" / "khang_four_bar.nml"
 GOLDEN = HERE / "golden"
-SECONDS = 60
-
-MULTIPLIERS = "index,re,im,abs,log_abs,arg_rad,exponent_re_per_s,exponent_im_rad_per_s,error".split(",")
-STATES = ["xi", "eta", "psi", "xi_dot", "eta_dot", "psi_dot"]
-MODES = ["index"] + [f"{state}_{part}" for state in STATES for part in ("re", "im")]
-QUANTITIES = "xi_m,eta_m,psi_rad,xi_dot_m_s,eta_dot_m_s,psi_dot_rad_s,fx_N,fy_N,m_Nm".split(",")
-RESPONSE = ["crank_deg", "t_s"] + QUANTITIES
-HARMONICS = ["order", "frequency_Hz"]
-HARMONICS += [f"{name}_{part}" for name in QUANTITIES for part in ("amplitude", "phase_rad")]
-HEADERS = {"multipliers.csv": MULTIPLIERS, "modes.csv": MODES, "response.csv": RESPONSE, "harmonics.csv": HARMONICS}
 NUMBER = re.compile(r"-?\d\.\d{16}E[+-]\d{3}")
 
 # The converged values that are known of the mechanism of Tables 1 to 3, with all digits that hold; the bound on the
@@ -54,114 +48,6 @@ C13 = -sum(K * y for x, y in SUPPORTS)
 C23 = sum(K * x for x, y in SUPPORTS)
 STIFFNESS = [[4 * K, 0.0, C13], [0.0, 4 * K, C23], [C13, C23, sum(K * (x * x + y * y) for x, y in SUPPORTS)]]
 DAMPING = [0.5, 0.5, 0.05]
-
-
-class Count:
-    passed = failed = 0
-
-
-def check(name, good, expected, came):
-    if good:
-        Count.passed += 1
-        return
-    Count.failed += 1
-    print(f"FAILED  {name}\n    expected  {expected}\n    came      {came}", flush=True)
-
-
-def equal(name, came, expected):
-    check(name, came == expected, repr(expected), repr(came))
-
-
-def near(name, came, expected, tolerance):
-    check(name, abs(came - expected) <= tolerance, f"{expected!r} +- {tolerance:.1e}", f"{came!r}")
-
-
-def printed(name, came, digits, factor=0.501):
-    """`came` agrees with a number in all decimals that are printed of it."""
-    near(name, came, float(digits), factor * 10.0 ** -len(digits.partition(".")[2]))
-
-
-def series(name, came, expected, tolerance):
-    """The greatest difference of two lists."""
-    if len(came) != len(expected):
-        check(name, False, f"{len(expected)} numbers", f"{len(came)} numbers")
-        return
-    worst = max(range(len(came)), key=lambda i: abs(came[i] - expected[i]) if came[i] == came[i] else math.inf)
-    near(f"{name}, row {worst}", came[worst], expected[worst], tolerance)
-
-
-class Run:
-    """One run of the program in a folder."""
-
-    program = None
-
-    def __init__(self, folder, *arguments, environment=None, **keywords):
-        keywords.setdefault("stdout", subprocess.PIPE)
-        try:
-            done = subprocess.run([self.program, *map(str, arguments)], cwd=folder, stdin=subprocess.DEVNULL,
-                                  stderr=subprocess.PIPE, timeout=SECONDS,
-                                  env={**os.environ, **(environment or {})}, **keywords)
-            self.code, self.out, self.err = done.returncode, done.stdout, done.stderr
-        except subprocess.TimeoutExpired:
-            self.code, self.out, self.err = "none, still running", b"", b""
-        self.out = (self.out or b"").decode(errors="replace")
-        self.err = self.err.decode(errors="replace")
-
-    def done(self, name, code=0):
-        """The run ended with `code`, nothing on standard error."""
-        equal(name, (self.code, self.err), (code, ""))
-        return self.code == code
-
-    def refused(self, name, code, message):
-        """The run ended with `code` and one line."""
-        if isinstance(message, str):
-            equal(name, (self.code, self.err), (code, message + "\n"))
-        else:
-            good = self.code == code and message.fullmatch(self.err.removesuffix("\n")) and self.err.endswith("\n")
-            check(name, good, (code, message.pattern), (self.code, self.err))
-
-
-class Folder:
-    """A temporary folder with input files."""
-
-    def __init__(self, **inputs):
-        self.inputs = inputs or {"input": SOUND}
-
-    def __enter__(self):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.path = Path(self.temporary.name)
-        for name, text in self.inputs.items():
-            data = text if isinstance(text, bytes) else text.encode()
-            (self.path / f"{name}.nml").write_bytes(data)
-        return self.path
-
-    def __exit__(self, *error):
-        self.temporary.cleanup()
-
-
-def files(folder):
-    return sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
-
-
-class Table:
-    """A result file, its numbers by column."""
-
-    def __init__(self, path):
-        lines = path.read_text().split("\n")
-        self.ends_with_newline = lines.pop() == ""
-        self.preamble = [line for line in lines if line.startswith("#")]
-        self.header = lines[len(self.preamble)]
-        self.rows = [line.split(",") for line in lines[len(self.preamble) + 1:]]
-        names = self.header.split(",")
-        self.columns = {name: [float(row[i]) for row in self.rows] for i, name in enumerate(names)}
-
-    def __getitem__(self, name):
-        # without the column every comparison with it fails
-        return self.columns.get(name, [math.nan] * len(self.rows))
-
-
-def tables(folder):
-    return {name: Table(folder / name) for name in files(folder) if name in HEADERS}
 
 
 # ---- form of the files -----------------------------------------------------------------------------------------------
@@ -345,11 +231,6 @@ def test_same_bytes():
         first, again, two = ({path.name: path.read_bytes() for path in (folder / f"o{i}").iterdir()} for i in (1, 2, 3))
         equal("same bytes, again", again == first and len(first) == 3, True)
         equal("same bytes, two threads", two == first, True)
-
-
-def body(folder):
-    """The files without their preambles, as numbers."""
-    return {name: [[float(word) for word in row] for row in table.rows] for name, table in tables(folder).items()}
 
 
 def test_mirrored():
@@ -636,6 +517,7 @@ def test_unwritable():
 def test_broken():
     cases = [(what, data, ["input.nml"], code, message) for what, data, code, message in INPUTS]
     cases += [(what, SOUND, options, code, message) for what, options, code, message in OPTIONS]
+    cases += BROKEN_MECHANISMS
     assert len({case[0] for case in cases}) == len(cases)
     for what, data, arguments, code, message in cases:
         with Folder(input=data) as folder:
@@ -697,7 +579,7 @@ def main():
             write_golden()
         for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
-                     test_unwritable, test_broken, test_extremes):
+                     test_unwritable, test_broken, test_extremes, *MECHANISM_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

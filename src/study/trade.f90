@@ -1,0 +1,186 @@
+!> The trade of speed for accuracy, measured on the user's own machine.
+module gestell_study_trade
+  use gestell_base_error, only: error_type, fatal_error, failed_computation
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_flow, only: period_map
+  use gestell_floquet_mesh, only: mesh
+  use gestell_floquet_method, only: method_type
+  use gestell_floquet_methods, only: method_names, new_method
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
+  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_model_frame, only: frame_type
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: cheapest, measure_trade
+
+  !> One method with one number of steps. Errors are against the converged solution: of Phi(T) and x0 relative to their
+  !> norms in balanced units, of the multipliers the greatest relative one.
+  type, public :: trade_row_type
+    character(len=6) :: method = ""
+    integer :: order = 0, steps = 0, evaluations = 0
+    real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
+    !> Median time of one solution for Phi(T) and x_p(T).
+    real(dp) :: seconds = 0
+  end type trade_row_type
+
+  type, public :: trade_type
+    type(trade_row_type), allocatable :: rows(:)
+    !> What the converged solution claims for its own errors, in the same measures.
+    real(dp) :: floor_phi = 0, floor_rho = 0, floor_x0 = 0
+  end type trade_type
+
+  abstract interface
+    !> Told from time to time what part of the work is done.
+    subroutine progress_report(part)
+      import :: dp
+      implicit none (type, external)
+      real(dp), intent(in) :: part
+    end subroutine progress_report
+  end interface
+
+contains
+
+  !> Runs every method over a ladder of steps, each 1.5 times the one before, until its errors reach the converged
+  !> solution's own or the method's share of `budget` (s) is spent.
+  !> Errors: no converged solution; resonance.
+  subroutine measure_trade(frame, budget, trade, error, progress)
+    type(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: budget
+    type(trade_type), intent(out) :: trade
+    type(error_type), allocatable, intent(out) :: error
+    procedure(progress_report), optional :: progress
+    type(monodromy_type) :: converged
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+    class(method_type), allocatable :: method
+    character(len=6), allocatable :: names(:)
+    integer :: i
+
+    call solve_monodromy(frame, accuracy_type(tolerance=1.0e-14_dp, method="gauss8"), .true., converged, error)
+    if (.not. allocated(error)) call solve_multipliers(converged, .false., multipliers, error)
+    if (.not. allocated(error)) call solve_periodic(converged, solution, error)
+    if (allocated(error)) return
+    trade%floor_phi = converged%error / converged%norm
+    trade%floor_rho = maxval(multipliers%error)
+    trade%floor_x0 = norm2(solution%error / converged%scale) / norm2(solution%x0 / converged%scale)
+
+    allocate(trade%rows(0))
+    allocate(names, source=pack(method_names(), method_names() /= "auto"))
+    do i = 1, size(names)
+      call new_method(trim(names(i)), method, error)
+      if (allocated(error)) return
+      call climb(frame, method, converged, multipliers, solution, budget / size(names), trade)
+      deallocate(method)
+      if (present(progress)) call progress(real(i, dp) / size(names))
+    end do
+    if (size(trade%rows) == 0) call fatal_error(error, "no method came to an end within the time allowed", failed_computation)
+  end subroutine measure_trade
+
+  !> The ladder of one method.
+  subroutine climb(frame, method, converged, multipliers, solution, budget, trade)
+    type(frame_type), intent(in) :: frame
+    class(method_type), intent(in) :: method
+    type(monodromy_type), intent(in) :: converged
+    type(multipliers_type), intent(in) :: multipliers
+    type(periodic_solution_type), intent(in) :: solution
+    real(dp), intent(in) :: budget
+    type(trade_type), intent(inout) :: trade
+    type(trade_row_type) :: row
+    type(error_type), allocatable :: error
+    real(dp) :: spent, wanted
+    integer :: steps
+
+    steps = frame%least_steps
+    spent = 0
+    do
+      call measure(frame, method, steps, converged, multipliers, solution, row, wanted, error)
+      ! A step that is too long can make the equations singular or the numbers overflow: a longer ladder is the answer.
+      if (.not. allocated(error)) then
+        if (row%error_phi < 1) trade%rows = [trade%rows, row]
+        spent = spent + wanted
+        if (row%error_phi <= 2 * trade%floor_phi .or. spent > budget / 2) exit
+      end if
+      steps = ceiling(1.5_dp * steps)
+      if (steps > 10000000) exit
+    end do
+  end subroutine climb
+
+  !> One row: the median time of three solutions or more, and the errors. `spent`: the time of them all (s).
+  subroutine measure(frame, method, steps, converged, multipliers, solution, row, spent, error)
+    type(frame_type), intent(in) :: frame
+    class(method_type), intent(in) :: method
+    integer, intent(in) :: steps
+    type(monodromy_type), intent(in) :: converged
+    type(multipliers_type), intent(in) :: multipliers
+    type(periodic_solution_type), intent(in) :: solution
+    type(trade_row_type), intent(out) :: row
+    real(dp), intent(out) :: spent
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: most = 9
+    type(monodromy_type) :: coarse
+    type(multipliers_type) :: its_multipliers
+    type(periodic_solution_type) :: its_solution
+    real(dp) :: times(most), reach
+    integer(int64) :: begin, finish, rate
+    integer :: n, runs, k
+
+    n = frame%states
+    coarse = converged
+    coarse%nodes = mesh(frame, steps)
+    spent = 0
+    do runs = 1, most
+      call system_clock(begin, rate)
+      call period_map(frame, method, coarse%nodes, coarse%scale, coarse%phi, error, coarse%xp, reach)
+      call system_clock(finish)
+      if (allocated(error)) return
+      times(runs) = real(finish - begin, dp) / rate
+      spent = spent + times(runs)
+      if (runs >= 3 .and. spent > 0.02_dp) exit
+    end do
+    runs = min(runs, most)
+
+    row%method = method%name
+    row%order = method%order
+    row%steps = size(coarse%nodes) - 1
+    row%evaluations = row%steps * method%stages
+    row%seconds = median(times(:runs))
+    associate (d => converged%scale)
+      row%error_phi = norm2((coarse%phi - converged%phi) * spread(d, 1, n) / spread(d, 2, n)) / converged%norm
+      coarse%error = row%error_phi * converged%norm
+      call solve_multipliers(coarse, .false., its_multipliers, error)
+      if (allocated(error)) return
+      row%error_rho = maxval([(minval(abs(its_multipliers%rho - multipliers%rho(k))) / abs(multipliers%rho(k)), k = 1, n)])
+      coarse%error = 0
+      call solve_periodic(coarse, its_solution, error)
+      if (allocated(error)) return
+      row%error_x0 = norm2((its_solution%x0 - solution%x0) / d) / norm2(solution%x0 / d)
+    end associate
+  end subroutine measure
+
+  !> The quickest row whose errors of Phi(T) and x0 are at most `allowed`; 0 if there is none.
+  pure integer function cheapest(rows, allowed)
+    type(trade_row_type), intent(in) :: rows(:)
+    real(dp), intent(in) :: allowed
+
+    cheapest = minloc(rows%seconds, dim=1, mask=rows%error_phi <= allowed .and. rows%error_x0 <= allowed)
+  end function cheapest
+
+  pure real(dp) function median(values)
+    real(dp), intent(in) :: values(:)
+    real(dp) :: sorted(size(values)), least
+    integer :: i, k
+
+    sorted = values
+    do i = 1, size(sorted)
+      k = i - 1 + minloc(sorted(i:), dim=1)
+      least = sorted(k)
+      sorted(k) = sorted(i)
+      sorted(i) = least
+    end do
+    median = sorted((size(sorted) + 1) / 2)
+  end function median
+
+end module gestell_study_trade

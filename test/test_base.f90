@@ -1,0 +1,238 @@
+!> Jets, Fourier series and the LAPACK gateway by closed forms.
+module test_base
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_fourier, only: fourier_series, fourier_type
+  use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_lapack, only: eigensystem, inverse, log_abs_determinant, symmetric_pencil
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_base
+
+contains
+
+  subroutine collect_base(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("jets: every operation by hand", test_jets), &
+      & new_unittest("Fourier series: orders below half the samples, even and odd", test_orders), &
+      & new_unittest("Fourier series: derivatives", test_derivatives), &
+      & new_unittest("Fourier series: tail", test_tail), &
+      & new_unittest("Fourier series: peaks of both signs", test_peaks), &
+      & new_unittest("symmetric pencil", test_pencil), &
+      & new_unittest("singular matrices", test_singular), &
+      & new_unittest("eigenvectors, right and left", test_eigenvectors)]
+  end subroutine collect_base
+
+  !> Of t = 3 as values, with first derivatives 1 and second derivatives 0 or not: f(t) = t, g(t) = t^2 / 4.
+  subroutine test_jets(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(jet), parameter :: f = jet(3.0_dp, 1.0_dp, 0.0_dp), g = jet(2.25_dp, 1.5_dp, 0.5_dp)
+
+    call compare(f + g, 5.25_dp, 2.5_dp, 0.5_dp, "sum")
+    call compare(g + 2.0_dp, 4.25_dp, 1.5_dp, 0.5_dp, "sum with a constant")
+    call compare(f - g, 0.75_dp, -0.5_dp, -0.5_dp, "difference")
+    call compare(g - 2.0_dp, 0.25_dp, 1.5_dp, 0.5_dp, "difference with a constant")
+    call compare(-g, -2.25_dp, -1.5_dp, -0.5_dp, "negative")
+    ! t^3 / 4, 3 t^2 / 4, 3 t / 2.
+    call compare(f * g, 6.75_dp, 6.75_dp, 4.5_dp, "product")
+    call compare(2.0_dp * g, 4.5_dp, 3.0_dp, 1.0_dp, "product with a constant")
+    ! 4 / t, -4 / t^2, 8 / t^3.
+    call compare(f / g, 4 / 3.0_dp, -4 / 9.0_dp, 8 / 27.0_dp, "quotient")
+    ! t / 2; and sqrt(t).
+    call compare(sqrt(g), 1.5_dp, 0.5_dp, 0.0_dp, "root of a square")
+    call compare(sqrt(f), sqrt(3.0_dp), 0.5_dp / sqrt(3.0_dp), -0.25_dp / sqrt(27.0_dp), "root")
+    ! (sin g)'' = cos(g) g'' - sin(g) g'^2, (cos g)'' = -sin(g) g'' - cos(g) g'^2.
+    call compare(sin(g), sin(2.25_dp), 1.5_dp * cos(2.25_dp), 0.5_dp * cos(2.25_dp) - 2.25_dp * sin(2.25_dp), "sine")
+    call compare(cos(g), cos(2.25_dp), -1.5_dp * sin(2.25_dp), -0.5_dp * sin(2.25_dp) - 2.25_dp * cos(2.25_dp), "cosine")
+
+  contains
+
+    !> A few roundings of numbers below 10.
+    subroutine compare(a, v, d, dd, what)
+      type(jet), intent(in) :: a
+      real(dp), intent(in) :: v, d, dd
+      character(len=*), intent(in) :: what
+
+      if (allocated(error)) return
+      call check(error, maxval(abs([a%v - v, a%d - d, a%dd - dd])) < 1.0e-14_dp, more=what)
+    end subroutine compare
+
+  end subroutine test_jets
+
+  !> cos(k t + 0.3) sampled n times, for every order k that n samples can tell from the others.
+  subroutine test_orders(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(fourier_type) :: series
+    integer :: n, k, i
+
+    do n = 3, 12
+      do k = 0, (n - 1) / 2
+        series = fourier_series([(cos(k * 2 * pi * (i - 1) / n + 0.3_dp), i = 1, n)])
+        call check(error, size(series%amplitude), (n - 1) / 2)
+        if (allocated(error)) return
+        call check(error, size(series%phase), (n - 1) / 2)
+        if (allocated(error)) return
+        ! Sums of n roundings.
+        call check(error, series%mean, merge(cos(0.3_dp), 0.0_dp, k == 0), thr=1.0e-14_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs([(series%amplitude(i) - merge(1.0_dp, 0.0_dp, i == k), i = 1, (n - 1) / 2)])) < 1.0e-14_dp)
+        if (allocated(error)) return
+        if (k == 0) cycle
+        call check(error, series%phase(k), 0.3_dp, thr=1.0e-13_dp)
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_orders
+
+  subroutine test_derivatives(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(fourier_type) :: series
+    real(dp) :: f(3)
+    real(dp), parameter :: t = 0.9_dp
+
+    series%mean = 0.2_dp
+    series%amplitude = [1.0_dp, 0.0_dp, 2.0_dp]
+    series%phase = [0.0_dp, 0.0_dp, 0.4_dp]
+    f = series%value(t)
+    call check(error, f(1), 0.2_dp + cos(t) + 2 * cos(3 * t + 0.4_dp), thr=1.0e-14_dp)
+    if (allocated(error)) return
+    call check(error, f(2), -sin(t) - 6 * sin(3 * t + 0.4_dp), thr=1.0e-14_dp)
+    if (allocated(error)) return
+    call check(error, f(3), -cos(t) - 18 * cos(3 * t + 0.4_dp), thr=1.0e-13_dp)
+  end subroutine test_derivatives
+
+  !> The upper third of nine orders is 7 to 9; sizes count relative to the greatest, the mean included.
+  subroutine test_tail(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(fourier_type) :: series
+
+    series%phase = [0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp]
+    series%mean = -8.0e-6_dp
+    series%amplitude = 1.0e-6_dp * [4.0_dp, 3.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 2.0_dp, 1.0_dp, 0.0_dp, 0.5_dp]
+    call check(error, series%tail(), 1 / 8.0_dp, thr=1.0e-15_dp)
+    if (allocated(error)) return
+    series%mean = 0
+    call check(error, series%tail(), 1 / 4.0_dp, thr=1.0e-15_dp)
+    if (allocated(error)) return
+    series%amplitude = 0
+    call check(error, series%tail(), 0.0_dp)
+  end subroutine test_tail
+
+  !> The greatest size of cos(t - shift) with a mean lies where the samples do not, above or below zero. A step function's
+  !> series swings, but its peak stays one of a neighbour of the greatest sample.
+  subroutine test_peaks(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 16
+    type(fourier_type) :: series
+    real(dp) :: samples(n), fine(3)
+    integer :: i, k
+
+    do k = 1, 20
+      samples = [(0.3_dp * (-1)**k + 2 * (-1)**k * cos(2 * pi * (i - 1) / n - 0.31_dp * k), i = 1, n)]
+      series = fourier_series(samples)
+      call check(error, series%peak(samples), 2.3_dp, thr=1.0e-14_dp, more="one wave")
+      if (allocated(error)) return
+    end do
+
+    samples = 0
+    samples(3) = 1
+    series = fourier_series(samples)
+    fine = series%value(2 * pi * 2 / n)
+    call check(error, series%peak(samples) >= 1, more="not below the samples")
+    if (allocated(error)) return
+    call check(error, series%peak(samples) <= maxval([(abs(value_at(2 * pi * i / 5000)), i = 1, 5000)]) + 1.0_dp / n, more="pulse")
+    if (allocated(error)) return
+    ! Alternating signs belong to no order below half their number: the sample counts.
+    samples = [(0.1_dp - (-1)**i * 0.5_dp, i = 1, n)]
+    samples(2) = -1
+    series = fourier_series(samples)
+    call check(error, series%peak(samples) >= 1, more="negative")
+    if (allocated(error)) return
+    samples = 0
+    series = fourier_series(samples)
+    call check(error, series%peak(samples), 0.0_dp, more="zero")
+    if (allocated(error)) return
+    samples = -3
+    series = fourier_series(samples)
+    call check(error, series%peak(samples), 3.0_dp, thr=1.0e-14_dp, more="constant")
+
+  contains
+
+    real(dp) function value_at(t)
+      real(dp), intent(in) :: t
+      real(dp) :: f(3)
+
+      f = series%value(t)
+      value_at = f(1)
+    end function value_at
+
+  end subroutine test_peaks
+
+  !> Diagonal matrices: the quotients of their entries, ascending.
+  subroutine test_pencil(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: values(:)
+
+    call symmetric_pencil(reshape([8.0_dp, 0.0_dp, 0.0_dp, 3.0_dp], [2, 2]), reshape([2.0_dp, 0.0_dp, 0.0_dp, 3.0_dp], [2, 2]), &
+      & values, failure)
+    call check(error, .not. allocated(failure))
+    if (allocated(error)) return
+    call check(error, maxval(abs(values - [1.0_dp, 4.0_dp])) < 1.0e-14_dp)
+    if (allocated(error)) return
+    call symmetric_pencil(reshape([8.0_dp, 0.0_dp, 0.0_dp, 3.0_dp], [2, 2]), reshape([2.0_dp, 0.0_dp, 0.0_dp, -3.0_dp], [2, 2]), &
+      & values, failure)
+    call check(error, allocated(failure), more="B not positive definite")
+    if (allocated(error)) return
+    call check(error, index(failure%message, "positive definite") > 0, more=failure%message)
+  end subroutine test_pencil
+
+  subroutine test_singular(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: inverted(:, :)
+    real(dp) :: a(2, 2), value
+
+    a = reshape([1.0_dp, 2.0_dp, 2.0_dp, 4.0_dp], [2, 2])
+    call inverse(a, inverted, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call log_abs_determinant(a, value, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    a(2, 2) = -1
+    call inverse(a, inverted, failure)
+    call check(error, maxval(abs(inverted - reshape([1.0_dp, 2.0_dp, 2.0_dp, -1.0_dp], [2, 2]) / 5)) < 1.0e-15_dp)
+    if (allocated(error)) return
+    call log_abs_determinant(a, value, failure)
+    call check(error, value, log(5.0_dp), thr=1.0e-15_dp)
+  end subroutine test_singular
+
+  !> A x = lambda x and y* A = lambda y*, for a matrix with a complex pair and a real value, far from symmetric.
+  subroutine test_eigenvectors(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+    complex(dp), allocatable :: values(:), right(:, :), left(:, :)
+    real(dp) :: a(3, 3)
+    integer :: k
+
+    a = reshape([1.0_dp, 4.0_dp, 0.5_dp, -3.0_dp, 2.0_dp, 7.0_dp, 1.0_dp, 0.0_dp, -2.0_dp], [3, 3])
+    call eigensystem(a, values, right, left, failure)
+    call check(error, .not. allocated(failure))
+    if (allocated(error)) return
+    call check(error, count(abs(aimag(values)) > 1), 2, more="a pair")
+    if (allocated(error)) return
+    do k = 1, 3
+      ! Roundings of a matrix of norm 9.
+      call check(error, maxval(abs(matmul(a, right(:, k)) - values(k) * right(:, k))) < 1.0e-13_dp, more="right")
+      if (allocated(error)) return
+      call check(error, maxval(abs(matmul(conjg(left(:, k)), a) - values(k) * conjg(left(:, k)))) < 1.0e-13_dp, more="left")
+      if (allocated(error)) return
+    end do
+  end subroutine test_eigenvectors
+
+end module test_base

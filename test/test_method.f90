@@ -1,0 +1,399 @@
+!> Meshes, single steps, the effort, and that no more is claimed than was ordered.
+module test_method
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_flow, only: period_map, trajectory
+  use gestell_floquet_mesh, only: merged, mesh
+  use gestell_floquet_method, only: method_type
+  use gestell_floquet_methods, only: method_names, new_method
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  use systems, only: constant_type, diagonal, mathieu_type, meissner_type, scalar_type, vinograd_type
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
+  implicit none (type, external)
+  private
+
+  public :: collect_method
+
+  !> x' = f alone.
+  type, extends(periodic_system) :: quadrature_type
+  contains
+    procedure :: matrix => quadrature_matrix
+    procedure :: forcing => quadrature_forcing
+  end type quadrature_type
+
+  !> q'' + q = 0, and no word of a load.
+  type, extends(second_order_system) :: unloaded_type
+  contains
+    procedure :: matrices => unloaded_matrices
+  end type unloaded_type
+
+contains
+
+  subroutine collect_method(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("meshes and merged phases", test_mesh), &
+      & new_unittest("least steps, counted steps and evaluations", test_steps), &
+      & new_unittest("claims are no more than what was ordered", test_ordered), &
+      & new_unittest("the unit of time does not matter", test_units), &
+      & new_unittest("a step of rk4 by its four slopes", test_runge_kutta), &
+      & new_unittest("greatest size on the way, trace in uneven steps", test_way), &
+      & new_unittest("names of the methods", test_names), &
+      & new_unittest("a body without mass", test_massless), &
+      & new_unittest("numbers that overflow on the way", test_overflow)]
+  end subroutine collect_method
+
+  subroutine unloaded_matrices(self, t, m, b, c)
+    class(unloaded_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    associate (unused_self => self, unused_time => t)
+    end associate
+    m = 1
+    b = 0
+    c = 1
+  end subroutine unloaded_matrices
+
+  subroutine quadrature_matrix(self, t, p)
+    class(quadrature_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    associate (unused_self => self, unused_time => t)
+    end associate
+    p = 0
+  end subroutine quadrature_matrix
+
+  subroutine quadrature_forcing(self, t, f)
+    class(quadrature_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    associate (unused => self)
+    end associate
+    f = exp(2 * sin(t)) * exp(sin(7 * t))
+  end subroutine quadrature_forcing
+
+  subroutine test_mesh(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(constant_type) :: system
+    real(dp), allocatable :: nodes(:)
+    integer :: i
+
+    system = constant_type(states=2, period=8.0_dp)
+    nodes = mesh(system, 7)
+    call check(error, size(nodes), 8)
+    if (allocated(error)) return
+    call check(error, maxval(abs(nodes - [(i / 7.0_dp, i = 0, 7)])) < epsilon(1.0_dp))
+    if (allocated(error)) return
+    ! Breaks at 1/8, 1/4 and just before the end; a third of a step becomes a whole one, three steps of a sixth stay so.
+    system%breaks = [1.0_dp, 2.0_dp, 8 * (1 - 1.0e-9_dp)]
+    nodes = mesh(system, 4)
+    call check(error, size(nodes), 7)
+    if (allocated(error)) return
+    call check(error, maxval(abs(nodes - [0.0_dp, 0.125_dp, 0.25_dp, 0.5_dp, 0.75_dp, 1 - 1.0e-9_dp, 1.0_dp])) < 1.0e-9_dp)
+    if (allocated(error)) return
+    call check(error, all(nodes([2, 3, 6, 7]) <= [0.125_dp, 0.25_dp, 1 - 1.0e-9_dp, 1.0_dp]) &
+      & .and. all(nodes([2, 3, 6, 7]) >= [0.125_dp, 0.25_dp, 1 - 1.0e-9_dp, 1.0_dp]), more="breaks to the last digit")
+    if (allocated(error)) return
+    call check(error, all(nodes(2:) > nodes(:6)), more="ascending")
+    if (allocated(error)) return
+    ! Segments that the steps fit are not given one more by rounding.
+    do i = 1, 40
+      system%breaks = [8.0_dp / (3 * i)]
+      nodes = mesh(system, 3 * i)
+      call check(error, size(nodes), 3 * i + 1)
+      if (allocated(error)) return
+      system%breaks = 8 * [0.1_dp + 0.003_dp * i, 0.7_dp + 0.0017_dp * i]
+      nodes = mesh(system, 17)
+      call check(error, count(abs(nodes - system%breaks(1) / 8) <= 0) + count(abs(nodes - system%breaks(2) / 8) <= 0), 2, &
+        & more="breaks to the last digit")
+      if (allocated(error)) return
+    end do
+
+    nodes = merged([0.0_dp, 0.5_dp, 1.0_dp], [0.0_dp, 0.25_dp, 0.5_dp, 0.75_dp])
+    call check(error, size(nodes), 5)
+    if (allocated(error)) return
+    call check(error, maxval(abs(nodes - [0.0_dp, 0.25_dp, 0.5_dp, 0.75_dp, 1.0_dp])), 0.0_dp)
+  end subroutine test_mesh
+
+  !> What is said about the effort is what was done, and without forcing there is none.
+  subroutine test_steps(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(constant_type) :: system
+    type(scalar_type) :: jump
+    type(monodromy_type) :: monodromy
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: x(:, :)
+
+    system = constant_type(states=2, period=1.0_dp, m=diagonal([1.0_dp, 1.0_dp]), c=diagonal([1.0_dp, 1.0_dp]))
+    system%states = 4
+    system%least_steps = 100
+    call solve_monodromy(system, accuracy_type(tolerance=1.0e-3_dp), .false., monodromy, failure)
+    call check(error, monodromy%steps >= 100, more="least steps")
+    if (allocated(error)) return
+    system%least_steps = 8
+    call solve_monodromy(system, accuracy_type(steps=5, method="gauss3"), .false., monodromy, failure)
+    call check(error, monodromy%steps, 5)
+    if (allocated(error)) return
+    ! 5 and 10 steps, three stages.
+    call check(error, monodromy%evaluations, 45)
+    if (allocated(error)) return
+    ! A segment between breaks has a step at least: 5 become 6.
+    jump = scalar_type(states=1, period=2.0_dp, breaks=[0.2_dp, 0.3_dp], c=-1.0_dp)
+    call solve_monodromy(jump, accuracy_type(steps=1, method="gauss2"), .false., monodromy, failure)
+    call check(error, monodromy%steps, 3, more="steps between breaks")
+    if (allocated(error)) return
+    call solve_monodromy(system, accuracy_type(steps=4194305), .false., monodromy, failure)
+    call check(error, allocated(failure), more="too many steps")
+    if (allocated(error)) return
+
+    call solve_monodromy(system, accuracy_type(), .true., monodromy, failure)
+    call check(error, maxval(abs(monodromy%xp)), 0.0_dp, more="second order, no load")
+    if (allocated(error)) return
+    call check(error, monodromy%xp_error, 0.0_dp)
+    if (allocated(error)) return
+    call solve_periodic(monodromy, solution, failure)
+    call check(error, maxval(abs(solution%x0)), 0.0_dp)
+    if (allocated(error)) return
+    call check(error, maxval(abs(solution%error)), 0.0_dp)
+    if (allocated(error)) return
+    call follow(system, monodromy, solution, [0.0_dp, 0.5_dp], x, failure)
+    call check(error, maxval(abs(x)), 0.0_dp)
+    if (allocated(error)) return
+    call solve_monodromy(unloaded_type(states=2, period=1.0_dp), accuracy_type(), .true., monodromy, failure)
+    call check(error, maxval(abs(monodromy%xp)), 0.0_dp, more="second order, load by default")
+    if (allocated(error)) return
+    call solve_monodromy(meissner_type(states=2, period=3.0_dp), accuracy_type(steps=10), .true., monodromy, failure)
+    call check(error, maxval(abs(monodromy%xp)), 0.0_dp, more="first order, forcing by default")
+  end subroutine test_steps
+
+  !> x' = f: Phi = E is exact at once, x_p(T) takes more steps. And a claim is no more than what was ordered: there and
+  !> for Mathieu's equation to many tolerances.
+  subroutine test_ordered(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=6), parameter :: methods(4) = [character(len=6) :: "rk4", "gauss2", "gauss3", "gauss6"]
+    integer, parameter :: order(4) = [4, 4, 6, 12], stages(4) = [3, 2, 3, 6], points = 4000
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    real(dp) :: tolerance, sum_of_samples, f(1)
+    integer :: i, k
+
+    ! The trapezoidal rule converges exponentially for periodic functions.
+    sum_of_samples = 0
+    do k = 1, points
+      call quadrature_forcing(quadrature_type(), 2 * pi * k / points, f)
+      sum_of_samples = sum_of_samples + f(1) * 2 * pi / points
+    end do
+    do i = 1, size(methods)
+      call solve_monodromy(quadrature_type(states=1, period=2 * pi), accuracy_type(tolerance=1.0e-8_dp, method=trim(methods(i))), &
+        & .true., monodromy, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      call check(error, abs(monodromy%xp(1) - sum_of_samples) <= monodromy%xp_error, more=methods(i) // ": claim")
+      if (allocated(error)) return
+      call check(error, monodromy%xp_error <= 1.0e-8_dp * sum_of_samples, more=methods(i) // ": order")
+      if (allocated(error)) return
+      call check(error, monodromy%method%name, trim(methods(i)))
+      if (allocated(error)) return
+      call check(error, monodromy%method%order, order(i))
+      if (allocated(error)) return
+      call check(error, monodromy%method%stages, stages(i))
+      if (allocated(error)) return
+      call solve_monodromy(mathieu_type(states=2, period=pi, a=30.0_dp, q=4.0_dp), accuracy_type(tolerance=1.0e-12_dp, &
+        & method="gauss6"), .false., monodromy, failure)
+      ! Some hundred roundings.
+      call check(error, monodromy%roundoff <= 1.0e-13_dp * monodromy%norm, more="roundoff")
+      if (allocated(error)) return
+      do k = 4, 36
+        tolerance = 10.0_dp**(-k / 4.0_dp)
+        call solve_monodromy(mathieu_type(states=2, period=pi, a=30.0_dp, q=4.0_dp, d=0.1_dp, h=1.0_dp), &
+          & accuracy_type(tolerance=tolerance, method=trim(methods(i))), .true., monodromy, failure)
+        call check(error, .not. allocated(failure))
+        if (allocated(error)) return
+        ! Ten times the evaluations of the finest solution are too many.
+        call check(error, monodromy%error <= tolerance * monodromy%norm .and. monodromy%evaluations &
+          & <= 10 * monodromy%steps * stages(i), more=methods(i) // ": ordered")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_ordered
+
+  !> The unit of time changes nothing but the units.
+  subroutine test_units(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(constant_type) :: system
+    type(monodromy_type) :: here, there
+    type(gestell_error), allocatable :: failure
+    real(dp) :: unit
+    integer :: i
+
+    system = constant_type(states=4, period=1.0_dp, m=diagonal([1.0_dp, 2.0_dp]), b=diagonal([0.5_dp, 0.25_dp]), &
+      & c=diagonal([200.0_dp, 900.0_dp]), amplitude=[1.0_dp, 1.0_dp])
+    call solve_monodromy(system, accuracy_type(), .true., here, failure)
+    do i = -1, 1, 2
+      unit = 2.0_dp**(20 * i)
+      system%period = unit
+      system%b = diagonal([0.5_dp, 0.25_dp]) / unit
+      system%c = diagonal([200.0_dp, 900.0_dp]) / unit**2
+      if (.not. allocated(failure)) call solve_monodromy(system, accuracy_type(), .true., there, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      call check(error, there%steps, here%steps)
+      if (allocated(error)) return
+      call check(error, maxval(abs(there%phi(:2, :2) - here%phi(:2, :2)) + abs(there%phi(3:, :2) * unit - here%phi(3:, :2))), &
+        & 0.0_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_units
+
+  !> One step of the classical method, by its four slopes.
+  subroutine test_runge_kutta(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(vinograd_type) :: system
+    class(method_type), allocatable :: method
+    type(gestell_error), allocatable :: failure
+    real(dp), parameter :: from = 0.2_dp, to = 0.45_dp
+    real(dp) :: a(2, 2, 1), b(1, 1), a1(1, 1, 1), h
+    integer :: i
+
+    system = vinograd_type(states=2, period=2.0_dp)
+    h = (to - from) * system%period
+    call new_method("rk4", method, failure)
+    call method%maps(system, [from], [to], a, failure)
+    do i = 1, 2
+      ! The ends of the step are taken 2e-15 inside, times derivatives of some hundred.
+      call check(error, maxval(abs(a(:, i, 1) - stepped(merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], i == 1)))) < 1.0e-11_dp)
+      if (allocated(error)) return
+    end do
+    call method%maps(scalar_type(states=1, period=2.0_dp, c=1.0_dp), [from], [to], a1, failure, b)
+    call check(error, b(1, 1), forced(), thr=1.0e-13_dp)
+
+  contains
+
+    function slope(t, x)
+      real(dp), intent(in) :: t, x(2)
+      real(dp) :: slope(2), p(2, 2)
+
+      call system%matrix(t, p)
+      slope = matmul(p, x)
+    end function slope
+
+    function stepped(x) result(next)
+      real(dp), intent(in) :: x(2)
+      real(dp) :: next(2), k(2, 4), t
+
+      t = from * system%period
+      k(:, 1) = slope(t, x)
+      k(:, 2) = slope(t + h / 2, x + h / 2 * k(:, 1))
+      k(:, 3) = slope(t + h / 2, x + h / 2 * k(:, 2))
+      k(:, 4) = slope(t + h, x + h * k(:, 3))
+      next = x + h / 6 * (k(:, 1) + 2 * k(:, 2) + 2 * k(:, 3) + k(:, 4))
+    end function stepped
+
+    !> x' = (1 + cos t) x + exp(sin t) from 0.
+    real(dp) function forced()
+      real(dp) :: k(4), t
+
+      t = from * system%period
+      k(1) = exp(sin(t))
+      k(2) = (1 + cos(t + h / 2)) * h / 2 * k(1) + exp(sin(t + h / 2))
+      k(3) = (1 + cos(t + h / 2)) * h / 2 * k(2) + exp(sin(t + h / 2))
+      k(4) = (1 + cos(t + h)) * h * k(3) + exp(sin(t + h))
+      forced = h / 6 * (k(1) + 2 * k(2) + 2 * k(3) + k(4))
+    end function forced
+
+  end subroutine test_runge_kutta
+
+  !> The greatest size of x_p on the way, in balanced units, is not the last one; and the trace is integrated in uneven
+  !> steps too.
+  subroutine test_way(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: nodes(9) = [0.0_dp, 0.1_dp, 0.25_dp, 0.4_dp, 0.5_dp, 0.6_dp, 0.7_dp, 0.9_dp, 1.0_dp]
+    real(dp), parameter :: scale(4) = [1.0_dp, 0.5_dp, 32.0_dp, 64.0_dp]
+    type(constant_type) :: system
+    class(method_type), allocatable :: method
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    real(dp) :: phi(4, 4), xp(4), x(4, 9), reach
+
+    system = constant_type(states=4, period=1.0_dp, m=diagonal([1.0_dp, 2.0_dp]), b=diagonal([0.5_dp, 0.25_dp]), &
+      & c=diagonal([90.0_dp, 60.0_dp]), amplitude=[1.0_dp, 1.0_dp])
+    call new_method("gauss3", method, failure)
+    call period_map(system, method, nodes, scale, phi, failure, xp, reach)
+    call trajectory(system, method, nodes, [0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], nodes, x, failure)
+    call check(error, maxval(abs(x(:, 9) - xp)) < 1.0e-15_dp)
+    if (allocated(error)) return
+    call check(error, reach, maxval(norm2(x / spread(scale, 2, 9), dim=1)), thr=1.0e-15_dp)
+    if (allocated(error)) return
+    call check(error, reach > 1.1_dp * norm2(xp / scale), more="the end is not the greatest")
+    if (allocated(error)) return
+
+    call solve_monodromy(scalar_type(states=1, period=2 * pi, breaks=[1.0_dp], c=-0.5_dp), accuracy_type(steps=20), .false., &
+      & monodromy, failure)
+    ! Gauss' rule of order 8 with steps of 0.3: 1e-10.
+    call check(error, monodromy%liouville_defect, 0.0_dp, thr=1.0e-9_dp)
+  end subroutine test_way
+
+  subroutine test_names(error)
+    type(error_type), allocatable, intent(out) :: error
+    class(method_type), allocatable :: method
+    type(gestell_error), allocatable :: failure
+    type(accuracy_type) :: accuracy
+    character(len=6), allocatable :: names(:)
+    integer :: i
+
+    allocate(names, source=method_names())
+    call check(error, size(names), 9)
+    if (allocated(error)) return
+    do i = 1, size(names)
+      call new_method(trim(names(i)), method, failure)
+      call check(error, .not. allocated(failure), more=names(i))
+      if (allocated(error)) return
+    end do
+    call check(error, accuracy%tolerance, 1.0e-9_dp, thr=0.0_dp, more="default tolerance of the manual")
+  end subroutine test_names
+
+  subroutine test_massless(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(constant_type) :: system
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+
+    system = constant_type(states=4, period=1.0_dp, m=diagonal([1.0_dp, 0.0_dp]), c=diagonal([1.0_dp, 1.0_dp]))
+    call solve_monodromy(system, accuracy_type(), .false., monodromy, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, index(failure%message, "mass matrix is singular") > 0, more=failure%message)
+  end subroutine test_massless
+
+  !> exp(1600) is beyond the numbers: an error that says so. The overflow is meant: traps are off.
+  subroutine test_overflow(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    logical :: traps(size(ieee_usual))
+
+    call ieee_get_halting_mode(ieee_usual, traps)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    call solve_monodromy(scalar_type(states=1, period=1.0_dp, c=1600.0_dp), accuracy_type(method="gauss2", steps=1600), .false., &
+      & monodromy, failure)
+    call ieee_set_flag(ieee_usual, .false.)
+    call ieee_set_halting_mode(ieee_usual, traps)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, index(failure%message, "range of the numbers") > 0, more=failure%message)
+  end subroutine test_overflow
+
+end module test_method
