@@ -9,6 +9,7 @@ program main
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
   use test_masses, only: collect_masses
+  use test_mesh, only: collect_mesh
   use test_method, only: collect_method
   use test_model, only: collect_model
   use test_namelist, only: collect_namelist
@@ -33,6 +34,7 @@ program main
 
   suites = [ &
     & new_testsuite("base", collect_base), &
+    & new_testsuite("mesh", collect_mesh), &
     & new_testsuite("method", collect_method), &
     & new_testsuite("bounds", collect_bounds), &
     & new_testsuite("floquet", collect_floquet), &

@@ -1,9 +1,8 @@
-!> Meshes, single steps, the effort, and that no more is claimed than was ordered.
+!> Single steps, the effort, and that no more is claimed than was ordered.
 module test_method
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_flow, only: period_map, trajectory
-  use gestell_floquet_mesh, only: merged, mesh
   use gestell_floquet_method, only: method_type
   use gestell_floquet_methods, only: method_names, new_method
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -37,7 +36,6 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("meshes and merged phases", test_mesh), &
       & new_unittest("least steps, counted steps and evaluations", test_steps), &
       & new_unittest("claims are no more than what was ordered", test_ordered), &
       & new_unittest("the unit of time does not matter", test_units), &
@@ -79,49 +77,6 @@ contains
     end associate
     f = exp(2 * sin(t)) * exp(sin(7 * t))
   end subroutine quadrature_forcing
-
-  subroutine test_mesh(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(constant_type) :: system
-    real(dp), allocatable :: nodes(:)
-    integer :: i
-
-    system = constant_type(states=2, period=8.0_dp)
-    nodes = mesh(system, 7)
-    call check(error, size(nodes), 8)
-    if (allocated(error)) return
-    call check(error, maxval(abs(nodes - [(i / 7.0_dp, i = 0, 7)])) < epsilon(1.0_dp))
-    if (allocated(error)) return
-    ! Breaks at 1/8, 1/4 and just before the end; a third of a step becomes a whole one, three steps of a sixth stay so.
-    system%breaks = [1.0_dp, 2.0_dp, 8 * (1 - 1.0e-9_dp)]
-    nodes = mesh(system, 4)
-    call check(error, size(nodes), 7)
-    if (allocated(error)) return
-    call check(error, maxval(abs(nodes - [0.0_dp, 0.125_dp, 0.25_dp, 0.5_dp, 0.75_dp, 1 - 1.0e-9_dp, 1.0_dp])) < 1.0e-9_dp)
-    if (allocated(error)) return
-    call check(error, all(nodes([2, 3, 6, 7]) <= [0.125_dp, 0.25_dp, 1 - 1.0e-9_dp, 1.0_dp]) &
-      & .and. all(nodes([2, 3, 6, 7]) >= [0.125_dp, 0.25_dp, 1 - 1.0e-9_dp, 1.0_dp]), more="breaks to the last digit")
-    if (allocated(error)) return
-    call check(error, all(nodes(2:) > nodes(:6)), more="ascending")
-    if (allocated(error)) return
-    ! Segments that the steps fit are not given one more by rounding.
-    do i = 1, 40
-      system%breaks = [8.0_dp / (3 * i)]
-      nodes = mesh(system, 3 * i)
-      call check(error, size(nodes), 3 * i + 1)
-      if (allocated(error)) return
-      system%breaks = 8 * [0.1_dp + 0.003_dp * i, 0.7_dp + 0.0017_dp * i]
-      nodes = mesh(system, 17)
-      call check(error, count(abs(nodes - system%breaks(1) / 8) <= 0) + count(abs(nodes - system%breaks(2) / 8) <= 0), 2, &
-        & more="breaks to the last digit")
-      if (allocated(error)) return
-    end do
-
-    nodes = merged([0.0_dp, 0.5_dp, 1.0_dp], [0.0_dp, 0.25_dp, 0.5_dp, 0.75_dp])
-    call check(error, size(nodes), 5)
-    if (allocated(error)) return
-    call check(error, maxval(abs(nodes - [0.0_dp, 0.25_dp, 0.5_dp, 0.75_dp, 1.0_dp])), 0.0_dp)
-  end subroutine test_mesh
 
   !> What is said about the effort is what was done, and without forcing there is none.
   subroutine test_steps(error)
@@ -213,6 +168,12 @@ contains
         & method="gauss6"), .false., monodromy, failure)
       ! Some hundred roundings.
       call check(error, monodromy%roundoff <= 1.0e-13_dp * monodromy%norm, more="roundoff")
+      if (allocated(error)) return
+      ! exp(-10 pi): what is ordered and claimed is relative to Phi.
+      call solve_monodromy(scalar_type(states=1, period=2 * pi, c=-5.0_dp), accuracy_type(tolerance=1.0e-8_dp, &
+        & method=trim(methods(i))), .false., monodromy, failure)
+      call check(error, abs(monodromy%phi(1, 1) - exp(-10 * pi)) <= monodromy%error .and. monodromy%error &
+        & <= 1.0e-8_dp * exp(-10 * pi), more=methods(i) // ": damped")
       if (allocated(error)) return
       do k = 4, 36
         tolerance = 10.0_dp**(-k / 4.0_dp)

@@ -140,7 +140,8 @@ contains
     if (allocated(error)) return
     call solve_level(system, 2 * steps, forced, monodromy, finer, error)
     if (allocated(error)) return
-    call accept(system, level, safety * distance(level, finer, monodromy%scale), turns, monodromy)
+    ! Relative to `level`, which becomes the result: the finer solution can be larger.
+    call accept(system, level, safety * distance(finer, level, monodromy%scale), turns, monodromy)
   end subroutine with_given_steps
 
   subroutine with_tolerance(system, tolerance, forced, turns, monodromy, error)
@@ -258,13 +259,14 @@ contains
     to%steps = from%steps
   end subroutine move_level
 
-  !> Relative differences of Phi(T) and of x_p(T) between two solutions.
+  !> Differences of Phi(T) and of x_p(T) between two solutions, relative to the `other`. Where all free vibrations die
+  !> out below the smallest number, Phi(T) is zero to within that.
   pure function distance(one, other, scale) result(d)
     type(level_type), intent(in) :: one, other
     real(dp), intent(in) :: scale(:)
     real(dp) :: d(2)
 
-    d(1) = scaled_norm(one%phi - other%phi, scale) / other%norm
+    d(1) = scaled_norm(one%phi - other%phi, scale) / max(other%norm, tiny(1.0_dp))
     d(2) = 0
     if (allocated(other%xp)) then
       if (other%reach > 0) d(2) = norm2((one%xp - other%xp) / scale) / other%reach
@@ -288,7 +290,8 @@ contains
     real(dp), intent(in) :: errors(2), turns
     type(monodromy_type), intent(inout) :: monodromy
 
-    monodromy%roundoff = roundoff(system, level, turns) * level%norm
+    ! The squares within a norm vanish below sqrt(tiny): so small a Phi(T) is known to that only.
+    monodromy%roundoff = roundoff(system, level, turns) * level%norm + sqrt(tiny(1.0_dp))
     monodromy%norm = level%norm
     monodromy%error = errors(1) * level%norm + monodromy%roundoff
     monodromy%xp_error = (errors(2) + roundoff(system, level, turns)) * level%reach

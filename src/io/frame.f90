@@ -84,6 +84,10 @@ contains
         & element=i + 3 * (k - 1))
       return
     end do
+    stiffness(:2, :2) = units%stiffness%si(stiffness(:2, :2))
+    stiffness(3, :2) = units%force%si(stiffness(3, :2))
+    stiffness(:2, 3) = units%force%si(stiffness(:2, 3))
+    stiffness(3, 3) = units%moment%si(stiffness(3, 3))
     if (negative_somewhere(stiffness)) then
       call input_error(group, "stiffness", "the matrix is not positive (semi-)definite: it would push the frame away in " // &
         & "some direction", error)
@@ -92,10 +96,6 @@ contains
     call get(group, "damping", b, error, default=0.0_dp, must=nonnegative)
     if (allocated(error)) return
 
-    stiffness(:2, :2) = units%stiffness%si(stiffness(:2, :2))
-    stiffness(3, :2) = units%force%si(stiffness(3, :2))
-    stiffness(:2, 3) = units%force%si(stiffness(:2, 3))
-    stiffness(3, 3) = units%moment%si(stiffness(3, 3))
     damping(1, 1) = units%damping%si(b(1))
     damping(2, 2) = units%damping%si(b(2))
     damping(3, 3) = units%rotary_damping%si(b(3))

@@ -221,8 +221,13 @@ contains
         ratio = (frequencies(i) + frequencies(k)) / speed
         if (nint(min(ratio, 1.0e6_dp)) < 1 .or. nint(min(ratio, 1.0e6_dp)) > highest) cycle
         if (abs(ratio / nint(ratio) - 1) > near) cycle
-        lines = lines // "  frequencies " // text(i) // " and " // text(k) // " together are " // concise(ratio, 4) &
-          & // " x crank speed: near parametric resonance of order " // text(nint(ratio)) // newline
+        if (i == k) then
+          lines = lines // "  twice frequency " // text(i) // " is "
+        else
+          lines = lines // "  frequencies " // text(i) // " and " // text(k) // " together are "
+        end if
+        lines = lines // concise(ratio, 4) // " x crank speed: near parametric resonance of order " // text(nint(ratio)) &
+          & // newline
       end do
     end do
   end function parametric_lines

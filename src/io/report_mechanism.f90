@@ -114,17 +114,20 @@ contains
     type(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
     type(fourier_type) :: series(3)
-    real(dp) :: amplitude
+    real(dp) :: amplitude, noise(3)
     integer :: k, i
 
     call shaking(frame%mechanism, frame%speed, series)
+    ! Beside the force along one axis, rounding is all that a small one along the other is.
+    noise(:2) = 1.0e-11_dp * max(maxval(series(1)%amplitude), maxval(series(2)%amplitude))
+    noise(3) = 1.0e-11_dp * maxval(series(3)%amplitude)
     lines = newline // "SHAKING FORCES of the mechanism on a frame at rest, amplitudes" // newline &
       & // "  order         fx (N)         fy (N)  moment about O (N m)" // newline
     do k = 1, 8
       lines = lines // justified(text(k), 7)
       do i = 1, 3
         amplitude = series(i)%amplitude(k)
-        if (amplitude < 1.0e-11_dp * maxval(series(i)%amplitude)) amplitude = 0
+        if (amplitude < noise(i)) amplitude = 0
         lines = lines // justified(concise(amplitude, 5), 15 + 7 * (i / 3))
       end do
       lines = lines // newline

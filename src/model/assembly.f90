@@ -4,6 +4,7 @@ module gestell_model_assembly
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
   use gestell_model_bodies, only: link_type
+  use gestell_model_joints_guide, only: turning_feature
   use gestell_model_joints_joint, only: named_joint_type, point_type, reach_type, slack
   implicit none (type, external)
   private
@@ -77,10 +78,12 @@ contains
     do i = 1, size(links)
       associate (link => links(i))
         if (link%to == 0) cycle
-        if (hypot(at(link%to)%x%v - at(link%from)%x%v, at(link%to)%y%v - at(link%from)%y%v) &
-          & > slack * (speeds(link%from) + speeds(link%to)) * half_width) cycle
-        bad_link = i
-        return
+        if (.not. hypot(at(link%to)%x%v - at(link%from)%x%v, at(link%to)%y%v - at(link%from)%y%v) &
+          & > slack * (speeds(link%from) + speeds(link%to)) * half_width) then
+          bad_link = i
+          return
+        end if
+        feature = min(feature, turning_feature(at(link%from), at(link%to)))
       end associate
     end do
   end subroutine secure

@@ -243,11 +243,13 @@ contains
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: speed
     type(fourier_type), intent(out) :: series(3)
+    integer, parameter :: most = 8192
     real(dp), allocatable :: samples(:, :)
     type(mass_functions_type) :: a
     integer :: i, n
 
-    n = 128
+    ! Fewer samples than the mechanism's feature asks for could take a high order for a low one.
+    n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%feature)))
     do
       if (allocated(samples)) deallocate(samples)
       allocate(samples(n, 3))
@@ -258,7 +260,7 @@ contains
       do i = 1, 3
         series(i) = fourier_series(samples(:, i))
       end do
-      if (maxval([(series(i)%tail(), i = 1, 3)]) < 1.0e-9_dp .or. n >= 8192) exit
+      if (maxval([(series(i)%tail(), i = 1, 3)]) < 1.0e-9_dp .or. n >= most) exit
       n = 2 * n
     end do
   end subroutine shaking

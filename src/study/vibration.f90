@@ -52,7 +52,7 @@ contains
 
     ! The samples are the rows that were ordered, with as many between them as the harmonics need; for very many rows the
     ! harmonics have samples of their own.
-    samples = max(64, 2 * harmonics + 2, 4 * frame%least_steps)
+    samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
     if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
     do
       call follow(frame, monodromy, vibration%start, [(real(k, dp) / samples, k = 0, samples)], x, error)

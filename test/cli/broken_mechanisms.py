@@ -1,5 +1,5 @@
-"""Broken inputs with all joints, guides, units, mass functions and mountings: how each differs from a sound one, and the
-one line and exit code that a user must get.
+"""Broken inputs with all joints, guides, units, mass functions and mountings: how each differs from a sound one, and
+the one line and exit code that a user must get.
 """
 
 import math

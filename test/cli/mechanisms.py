@@ -8,7 +8,6 @@ from broken_mechanisms import FUNCTIONS, MACHINE
 from harness import QUANTITIES, Folder, Run, body, check, equal, files, near, series, tables
 
 FINE = ["-s", "accuracy.tolerance=1e-12"]
-FOUR = ("xi_m", "eta_m", "psi_rad")
 
 
 def compute(what, text, *options):
@@ -143,7 +142,7 @@ def test_scotch_yoke():
     # the slot at an angle moves the yoke by r cos(phi - angle) / sin(angle)
     sine = math.sin(math.radians(60))
     report = guided("oblique yoke", YOKE.replace("@", "60.0"), [0.0, 1 / sine] + [0.0] * 7)
-    tells("oblique yoke", report, "smallest transmission angle 60 deg, joint 'B'", f"{2 * RADIUS / sine:.6f}\n")
+    tells("oblique yoke", report, "smallest transmission angle 60 deg, joint 'B'", f"{2 * RADIUS / sine:.6g}\n")
 
 
 # ---- a linkage and its own mass functions ----------------------------------------------------------------------------
@@ -258,91 +257,110 @@ SI = """\
 &support position=0.203,-0.25, stiffness=6.1e4,1.23e5, damping=61.0,123.0 /
 &foundation stiffness=1.1e4,0.0,123.0, 0.0,1.3e4,211.0, 123.0,211.0,457.0, damping=3.0,5.0,7.0 /
 """
-# key, its unit, and by how much the numbers of which keys are to be multiplied; whole numbers or short decimals all
-LENGTHS = ("position", "radius", "lengths", "guide_point", "guide2_point", "offset", "center", "origin")
+LENGTHS = dict.fromkeys("position radius lengths guide_point guide2_point offset center origin".split(), 3)
 
 
-def typed_in(words, factors):
-    """The machine in other units; `factors` by key, for the foundation's matrix by element."""
+def typed_in(words, powers):
+    """The machine in units `words`: the numbers of a key times 10 to its power, exactly; `foundation` is its matrix."""
     lines = []
     for line in SI.replace("@", f"&units {words} /\n").splitlines():
-        for key, factor in factors.items():
-            each = factor if isinstance(factor, list) else None
-            place = "foundation" if key.startswith("foundation ") else ""
-            if (line.startswith("&foundation") and not place and key in ("stiffness", "damping")) or place not in line:
-                continue
-            found = re.search(rf"\b{key.split()[-1]}=([-0-9.e]+(?:,\s*[-0-9.e]+)*)", line)
-            if not found:
-                continue
-            numbers = re.split(r",\s*", found[1])
-            scaled = [decimal(word, each[i] if each else factor) for i, word in enumerate(numbers)]
-            line = line[:found.start(1)] + ",".join(scaled) + line[found.end(1):]
+        for key, power in powers.items():
+            if line.startswith("&foundation"):
+                key = key.removeprefix("foundation ") if key.startswith("foundation ") else "none"
+            line = re.sub(rf"\b{key}=([-0-9.e]+(?:,\s*[-0-9.e]+)*)", lambda found: f"{key}={scaled(found[1], power)}", line)
         lines.append(line)
     return "\n".join(lines) + "\n"
 
 
-def decimal(word, power):
-    """The number times 10**power, exactly, as text."""
-    mantissa, _, exponent = word.partition("e")
-    return f"{mantissa}e{int(exponent or 0) + power}"
+def scaled(numbers, power):
+    words = re.split(r",\s*", numbers)
+    powers = power if isinstance(power, list) else [power] * len(words)
+    shifted = []
+    for word, each in zip(words, powers):
+        mantissa, _, exponent = word.partition("e")
+        shifted.append(f"{mantissa}e{int(exponent or 0) + each}")
+    return ",".join(shifted)
 
 
-def bytes_of(what, text, *options):
+def bytes_of(what, text):
     with Folder(input=text) as folder:
-        Run(folder, "-q", "input.nml", *options).done(what)
+        Run(folder, "-q", "input.nml").done(what)
         return {name: (folder / "input" / name).read_bytes() for name in files(folder / "input")}
 
 
 def test_units():
     expected = bytes_of("SI", SI.replace("@", ""))
     equal("SI, files", len(expected), 4)
-    lengths = {key: 3 for key in LENGTHS}
-    for what, words, factors in (
+    # all numbers are whole ones, so that dividing them by a whole factor rounds as reading the decimal number does
+    for what, words, powers in (
             ("SI spelt out", "length='m', mass='kg', inertia='kg m^2', stiffness='N/m', force='N', moment='N m', "
              "damping='N s/m', rotary_damping='N m s', angle='deg'", {}),
             ("the other names of SI", "damping='kg/s', rotary_damping='kg m^2/s'", {}),
             ("mm and N/mm", "length='mm', stiffness='N/mm'",
-             lengths | {"stiffness": -3, "foundation stiffness": [-3, -3, 0, -3, -3, 0, 0, 0, 0]}),
-            ("cm, g and kN", "length='cm', mass='g', inertia='kg cm^2', stiffness='kN/m', force='kN', moment='kN m', "
-             "damping='N s/cm', rotary_damping='N mm s'",
-             {key: 2 for key in LENGTHS} | {"mass": 3, "inertia": 4, "stiffness": -3, "damping": -2,
-              "foundation stiffness": [-3, -3, -3, -3, -3, -3, -3, -3, -3], "foundation damping": [-2, -2, 3]}),
-            ("mm, t and N mm", "length='mm', mass='t', inertia='kg mm^2', stiffness='kN/mm', moment='N mm', "
-             "damping='N s/mm'",
-             lengths | {"mass": -3, "inertia": 6, "stiffness": -6, "damping": -3,
-                        "foundation stiffness": [-6, -6, 0, -6, -6, 0, 0, 0, 3], "foundation damping": [-3, -3, 0]}),
-            ("t m^2 and N cm", "inertia='t m^2', stiffness='N/cm', moment='N cm', damping='kN s/m'",
-             {"inertia": -3, "stiffness": -2, "damping": -3,
-              "foundation stiffness": [-2, -2, 0, -2, -2, 0, 0, 0, 2], "foundation damping": [-3, -3, 0]})):
-        equal(f"{what}: the bytes of SI", bytes_of(what, typed_in(words, factors)) == expected, True)
-    check("units matter", bytes_of("kp", SI.replace("@", "&units force='kp' /\n")) != expected, "other bytes", "the same")
-    # angles in rad are rounded ones: the same to rounding, which x0 and the multipliers see a hundredfold
+             {**LENGTHS, "stiffness": -3, "foundation stiffness": [-3, -3, 0, -3, -3, 0, 0, 0, 0]}),
+            ("mm, g, kg cm^2, N mm", "length='mm', mass='g', inertia='kg cm^2', stiffness='kN/m', moment='N mm', "
+             "rotary_damping='N mm s'",
+             {**LENGTHS, "mass": 3, "inertia": 4, "stiffness": -3, "foundation damping": [0, 0, 3],
+              "foundation stiffness": [-3, -3, 0, -3, -3, 0, 0, 0, 3]}),
+            ("kg mm^2, N/cm", "inertia='kg mm^2', stiffness='N/cm', moment='N cm'",
+             {"inertia": 6, "stiffness": -2, "foundation stiffness": [-2, -2, 0, -2, -2, 0, 0, 0, 2]}),
+            ("g cm^2", "inertia='g cm^2'", {"inertia": 7})):
+        equal(f"{what}: the bytes of SI", bytes_of(what, typed_in(words, powers)) == expected, True)
+    check("units matter", bytes_of("kN m", SI.replace("@", "&units moment='kN m' /\n")) != expected, "other bytes", "the same")
+
+    # numbers with decimals are rounded twice, which the multipliers see a hundredfold
+    base = compute("deg", SI.replace("@", ""), *FINE)
     radians = re.sub(r"\b(\w*angle)=([-0-9.]+)", lambda key: f"{key[1]}={math.radians(float(key[2]))!r}",
                      SI.replace("@", "&units angle='rad' /\n"))
-    one, other = compute("rad", radians, *FINE), compute("deg", SI.replace("@", ""), *FINE)
-    if one and other:
-        agree("rad and deg", one, other, 1e-11)
-    # kp and in by their definitions
-    for what, words, old, new in (
-            ("in", "length='in'", "", None),
-            ("kp/cm", "stiffness='kp/cm'", 980.665, "support.stiffness"),
-            ("kp s/cm", "damping='kp s/cm'", 980.665, "support.damping")):
-        if new is None:
-            inch = compute(what, GUIDED.replace("@", SLIDER), "-s", "units.length=in", *FINE)
-            metre = compute("the same in m", re.sub(
-                r"\b(radius|lengths|origin|position|guide_point)=([-0-9.]+)(,[-0-9.]+)?", lambda key: key[1] + "=" + ",".join(
-                    repr(float(word) * 0.0254) for word in filter(None, [key[2], (key[3] or "").lstrip(",")])),
-                GUIDED.replace("@", SLIDER)), *FINE)
-            if inch and metre:
-                agree("in", inch, metre, 1e-11)
-            continue
-        one = compute(what, MACHINE, "-s", f"units.{words.replace(chr(39), '')}", "-s", f"{new}=70.0", *FINE,
-                      *(["-s", "support.damping=0.1"] if new == "support.damping" else []))
-        value = 70.0 if new == "support.stiffness" else 0.1
-        one = compute(what, MACHINE, "-s", f"units.{words.replace(chr(39), '')}", "-s", f"{new}={value}", *FINE)
-        other = compute(f"{what} in N", MACHINE, "-s", f"{new}={value * old!r}", *FINE)
+    for what, text in (
+            ("rad", radians),
+            ("cm, t, kN/mm", typed_in(
+                "length='cm', mass='t', inertia='t m^2', stiffness='kN/mm', force='kN', moment='kN m', damping='kN s/m'",
+                {**dict.fromkeys(LENGTHS, 2), "mass": -3, "inertia": -3, "stiffness": -6, "damping": -3,
+                 "foundation stiffness": [-6, -6, -3, -6, -6, -3, -3, -3, -3], "foundation damping": [-3, -3, 0]})),
+            ("N s/cm", typed_in("damping='N s/cm'", {"damping": -2, "foundation damping": [-2, -2, 0]})),
+            ("N s/mm", typed_in("damping='N s/mm'", {"damping": -3, "foundation damping": [-3, -3, 0]}))):
+        found = compute(what, text, *FINE)
+        if base and found:
+            for name in ("re", "im"):
+                series(f"{what}, multipliers, {name}", found["multipliers.csv"][name], base["multipliers.csv"][name], 1e-11)
+
+    # 1 kp = 9.80665 N, 1 in = 0.0254 m; each number of a key in the unit and in SI
+    for unit, key, value, si in (
+            ("length=in", "joint(A).radius", 2.1, 2.1 * 0.0254), ("mass=kp s^2/m", "frame.mass", 5.0, 5 * 9.80665),
+            ("inertia=kp cm s^2", "frame.inertia", 20.0, 20 * 0.0980665),
+            ("stiffness=kp/m", "support.stiffness", 7e3, 7e3 * 9.80665),
+            ("stiffness=kp/cm", "support.stiffness", 70.0, 70 * 980.665),
+            ("stiffness=kp/mm", "support.stiffness", 7.0, 7 * 9806.65),
+            ("damping=kp s/m", "support.damping", 7.0, 7 * 9.80665),
+            ("damping=kp s/cm", "support.damping", 0.1, 0.1 * 980.665),
+            ("moment=kp m", "foundation.stiffness(3,3)", 50.0, 50 * 9.80665),
+            ("moment=kp cm", "foundation.stiffness(3,3)", 5e3, 5e3 * 0.0980665),
+            ("rotary_damping=kp m s", "foundation.damping(3)", 0.7, 0.7 * 9.80665),
+            ("rotary_damping=kp cm s", "foundation.damping(3)", 70.0, 70 * 0.0980665)):
+        quantity = unit.partition("=")[0]
+        # the others of that quantity once in SI and once in the unit
+        lone = OF_ONE_QUANTITY[quantity]
+        one = compute(unit, lone, "-s", f"units.{unit}", "-s", f"{key}={value!r}", *FINE)
+        other = compute(f"SI for {unit}", lone, "-s", f"{key}={si!r}", *FINE)
         if one and other:
-            agree(what, one, other, 1e-11)
+            agree(unit, one, other, 1e-10)
+
+
+# Machines in which nothing else than the key that is set and zeros have that quantity.
+PLAIN = """\
+&drive speed_rpm=600.0 /
+&joint name='O', type='ground', position=0.0,0.0 /
+&joint name='A', type='crank', pivot='O', radius=0.05 /
+&link name='eccentric', from='A', mass=0.0, inertia=0.0 /
+&frame mass=45.0, inertia=1.6, origin=0.1,0.2 /
+&support position=0.0,0.0, stiffness=6.0e4,6.0e4, damping=60.0,60.0 /
+&foundation stiffness=8*0.0,900.0, damping=0.0,0.0,4.0 /
+"""
+MOVED = PLAIN.replace("mass=0.0", "mass=0.7")
+OF_ONE_QUANTITY = {"length": MOVED.replace("origin=0.1,0.2", "origin=0.0,0.0, dof='xi','eta'")}
+OF_ONE_QUANTITY |= dict.fromkeys(("stiffness", "damping", "moment", "rotary_damping"), MOVED)
+OF_ONE_QUANTITY |= dict.fromkeys(("mass", "inertia"), PLAIN)
 
 
 # ---- mountings -------------------------------------------------------------------------------------------------------
@@ -355,7 +373,7 @@ def test_subsets_of_freedoms():
             if not found:
                 continue
             equal(f"{what}, dof {free}: multipliers", len(found["multipliers.csv"].rows), 2 * len(free))
-            for name, column in zip(("xi", "eta", "psi"), FOUR):
+            for name, column in zip(("xi", "eta", "psi"), QUANTITIES):
                 moves = any(found["response.csv"][column])
                 equal(f"{what}, dof {free}: {column} moves", moves, name in free)
 

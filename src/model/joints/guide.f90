@@ -6,7 +6,7 @@ module gestell_model_joints_guide
   implicit none (type, external)
   private
 
-  public :: cross, direction, dot
+  public :: cross, direction, dot, turning_feature
 
   !> The line through `point` (m) at `angle` (rad), in x-y or, with `carriers` P and Q (places of joints), in the system
   !> with its origin at P and its first axis toward Q.
@@ -24,6 +24,8 @@ module gestell_model_joints_guide
     logical :: sound = .true.
     !> On the speed of its point (m) and on its turning (rad), both per radian of the crank.
     real(dp) :: speed = 0, turning = 0
+    !> Crank angle over which its direction changes in earnest (rad).
+    real(dp) :: feature = 1
   end type guide_motion_type
 
 contains
@@ -61,6 +63,7 @@ contains
       motion%sound = apart > 0
       if (.not. motion%sound) return
       motion%turning = v / apart
+      motion%feature = turning_feature(one, two)
       motion%speed = speeds(self%carriers(1)) + norm2(self%point) * motion%turning
     end associate
   end function motion
@@ -74,6 +77,18 @@ contains
     length = sqrt(dot(direction, direction))
     direction = point_type(direction%x / length, direction%y / length)
   end function direction
+
+  !> Crank angle over which the direction from one point to another changes in earnest (rad): where they come close to
+  !> each other it turns fast.
+  pure real(dp) function turning_feature(from, to) result(feature)
+    type(point_type), intent(in) :: from, to
+    real(dp) :: apart, rate
+
+    apart = hypot(to%x%v - from%x%v, to%y%v - from%y%v)
+    rate = hypot(to%x%d - from%x%d, to%y%d - from%y%d)
+    feature = 1
+    if (rate > apart) feature = apart / rate
+  end function turning_feature
 
   pure type(jet) function dot(a, b)
     type(point_type), intent(in) :: a, b

@@ -69,8 +69,9 @@ contains
     cosine = sqrt((1 - farthest / self%length) * (1 + farthest / self%length))
     carried = motion%speed + motion%turning * (apart + self%length)
     reach%speed = carried + (speeds(self%end) + carried) / cosine
-    if (rate > 0) reach%feature = sqrt((self%length - abs(off%v)) * (self%length + abs(off%v))) &
-      & / sqrt(rate * self%length)
+    reach%feature = motion%feature
+    if (rate > 0) reach%feature = min(motion%feature, sqrt((self%length - abs(off%v)) * (self%length + abs(off%v))) &
+      & / sqrt(rate * self%length))
   end function reach
 
   !> A dead point is where the rod stands across the guide.

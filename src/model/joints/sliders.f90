@@ -76,7 +76,7 @@ contains
   !> The sine of the guides' angle loses at most (omega_1 + omega_2) half_width. Each guide fixes the joint's velocity
   !> across itself to v_g + omega |r - g|, where |r - g| grows while the joint moves with at most V: what bounds V is
   !>
-  !>     V sin >= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
+  !>     V sin <= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
   pure function reach_prp(self, points, speeds, half_width) result(reach)
     class(prp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -98,7 +98,8 @@ contains
     end do
     sine = cross(u(1), u(2))
     left = abs(sine%v) - 2 * slack * turning * half_width
-    reach%assembled = left > tiny(left)
+    ! Closer to parallel `crossing` has lost half its digits.
+    reach%assembled = left > sqrt(epsilon(left))
     if (.not. reach%assembled) return
     here = crossing(g(1), u(1), g(2), u(2))
     across = 0
@@ -123,7 +124,7 @@ contains
 
     motion = self%guide%motion(points, speeds, half_width)
     sine = abs(sin(self%slot_angle))
-    reach%assembled = motion%sound .and. sine > epsilon(sine)
+    reach%assembled = motion%sound .and. sine > sqrt(epsilon(sine))
     if (.not. reach%assembled) return
     call self%guide%line(points, g, u)
     associate (end => points(self%end))
@@ -131,6 +132,7 @@ contains
     end associate
     reach%speed = motion%speed + motion%turning * apart / sine &
       & + (speeds(self%end) + motion%speed + motion%turning * apart) / sine
+    reach%feature = motion%feature
   end function reach_rpp
 
   !> The transmission angle is the one between the guides; the travel that on the first.
