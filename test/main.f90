@@ -18,6 +18,7 @@ program main
   use test_orders, only: collect_orders
   use test_periodic, only: collect_periodic
   use test_reach, only: collect_reach
+  use test_rows, only: collect_rows
   use test_set, only: collect_set
   use test_trade, only: collect_trade
   use test_version, only: collect_version
@@ -50,6 +51,7 @@ program main
     & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("trade", collect_trade), &
+    & new_testsuite("rows", collect_rows), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &

@@ -287,7 +287,7 @@ contains
     type(machine_data) :: machine
     type(linkage_type) :: linkage
     type(point_type), allocatable :: middle(:), at(:)
-    real(dp), allocatable :: speeds(:)
+    real(dp), allocatable :: speeds(:), accelerations(:)
     real(dp) :: angle
     real(dp), parameter :: half_width = 0.01_dp
     integer :: i, j, k
@@ -295,18 +295,23 @@ contains
     do i = 1, 100
       call random_pair(i, machine, linkage, error)
       if (allocated(error)) return
-      if (allocated(at)) deallocate(at, middle, speeds)
-      allocate(at(size(machine%joints)), middle(size(machine%joints)), speeds(size(machine%joints)))
+      if (allocated(at)) deallocate(at, middle, speeds, accelerations)
+      allocate(at(size(machine%joints)), middle(size(machine%joints)), speeds(size(machine%joints)), &
+        & accelerations(size(machine%joints)))
       angle = 0.37_dp * i
       call linkage%points(angle, middle)
       do j = 1, size(at)
-        associate (reach => linkage%joints(j)%joint%reach(middle(:j - 1), speeds(:j - 1), half_width))
+        associate (reach => linkage%joints(j)%joint%reach(middle(:j - 1), speeds(:j - 1), &
+          & accelerations(:j - 1), half_width))
           if (.not. reach%assembled) exit
           speeds(j) = reach%speed
+          accelerations(j) = reach%acceleration
         end associate
         do k = -5, 5
           call linkage%points(angle + half_width * k / 5, at)
           call check(error, hypot(at(j)%x%d, at(j)%y%d) <= speeds(j) + 1.0e-12_dp)
+          if (allocated(error)) return
+          call check(error, hypot(at(j)%x%dd, at(j)%y%dd) <= accelerations(j) + 1.0e-12_dp)
           if (allocated(error)) return
         end do
       end do

@@ -85,7 +85,7 @@ contains
     real(dp) :: speed
     integer :: k
 
-    claim = joint%reach(moved(0.0_dp), norm2(velocities, dim=1), half_width)
+    claim = joint%reach(moved(0.0_dp), norm2(velocities, dim=1), spread(0.0_dp, 1, earlier), half_width)
     if (.not. claim%assembled) return
     proved = proved + 1
     call check(error, claim%feature > 0, more="feature")
@@ -93,6 +93,8 @@ contains
     do k = -samples, samples
       call joint%place(0.0_dp, moved(half_width * k / samples), here)
       speed = hypot(here%x%d, here%y%d)
+      call check(error, hypot(here%x%dd, here%y%dd) <= claim%acceleration * (1 + 1.0e-9_dp) + 1.0e-9_dp, more="acceleration")
+      if (allocated(error)) return
       call check(error, ieee_is_finite(speed), more="claimed to be assembled")
       if (allocated(error)) return
       ! Roundings of a few epsilon; beside a dead point they are amplified.

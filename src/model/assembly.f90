@@ -59,21 +59,23 @@ contains
     integer, intent(out) :: bad_joint, bad_link
     type(point_type) :: at(size(joints))
     type(reach_type) :: reach
-    real(dp) :: speeds(size(joints))
+    real(dp) :: speeds(size(joints)), accelerations(size(joints))
     integer :: i
 
     feature = huge(1.0_dp)
     bad_joint = 0
     bad_link = 0
     do i = 1, size(joints)
-      reach = joints(i)%joint%reach(at(:i - 1), speeds(:i - 1), half_width)
+      reach = joints(i)%joint%reach(at(:i - 1), speeds(:i - 1), accelerations(:i - 1), half_width)
       if (.not. reach%assembled) then
         bad_joint = i
         return
       end if
-      speeds(i) = reach%speed
+      accelerations(i) = reach%acceleration
       feature = min(feature, reach%feature)
       call joints(i)%joint%place(middle, at(:i - 1), at(i))
+      ! The speed in the middle is known, so in short intervals bounds do not pile up along a chain.
+      speeds(i) = min(reach%speed, hypot(at(i)%x%d, at(i)%y%d) + slack * reach%acceleration * half_width)
     end do
     do i = 1, size(links)
       associate (link => links(i))

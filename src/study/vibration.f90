@@ -59,7 +59,7 @@ contains
       if (allocated(error)) return
       all = all_quantities(frame, x)
       vibration%series = [(fourier_series(all(i, :samples)), i = 1, quantities)]
-      unresolved = maxval([(vibration%series(i)%tail(), i = 1, quantities)])
+      unresolved = unresolved_part(frame, monodromy, vibration%series)
       if (unresolved < 1.0e-9_dp .or. 2 * samples > most_samples) exit
       samples = 2 * samples
     end do
@@ -79,6 +79,23 @@ contains
     end associate
     vibration%peak_error = peak_errors(frame, monodromy, vibration, maxval(abs(x), dim=2))
   end subroutine solve_vibration
+
+  !> The greatest tail of the free states' harmonics, relative to the state's own size. What is roundoff beside the other
+  !> states, in balanced units, counts as resolved; the forces follow from the states.
+  pure real(dp) function unresolved_part(frame, monodromy, series)
+    type(frame_type), intent(in) :: frame
+    type(monodromy_type), intent(in) :: monodromy
+    type(fourier_type), intent(in) :: series(quantities)
+    real(dp) :: greatest(size(monodromy%scale)), tail(size(monodromy%scale))
+    integer :: states(size(monodromy%scale)), k
+
+    states = [frame%free, 3 + frame%free]
+    do k = 1, size(states)
+      greatest(k) = max(abs(series(states(k))%mean), maxval(series(states(k))%amplitude)) / monodromy%scale(k)
+      tail(k) = series(states(k))%tail()
+    end do
+    unresolved_part = maxval(merge(tail, 0.0_dp, tail * greatest > 1.0e-13_dp * maxval(greatest)))
+  end function unresolved_part
 
   !> The quantities from the states of the free degrees of freedom, shape (quantities, points).
   pure function all_quantities(frame, x) result(all)

@@ -48,26 +48,28 @@ contains
     here%y = points(self%pivot)%y + self%radius * sin(angle)
   end subroutine place_crank
 
-  pure function reach_ground(self, points, speeds, half_width) result(reach)
+  pure function reach_ground(self, points, speeds, accelerations, half_width) result(reach)
     class(ground_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    real(dp), intent(in) :: speeds(:), half_width
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
 
-    associate (unused_self => self, unused_points => points, unused_speeds => speeds, unused_width => half_width)
+    associate (unused_self => self, unused_points => points, unused_speeds => speeds, &
+      & unused_accelerations => accelerations, unused_width => half_width)
     end associate
     reach = reach_type()
   end function reach_ground
 
-  pure function reach_crank(self, points, speeds, half_width) result(reach)
+  pure function reach_crank(self, points, speeds, accelerations, half_width) result(reach)
     class(crank_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    real(dp), intent(in) :: speeds(:), half_width
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
 
     associate (unused_points => points, unused_width => half_width)
     end associate
     reach%speed = speeds(self%pivot) + self%radius
+    reach%acceleration = accelerations(self%pivot) + self%radius
   end function reach_crank
 
 end module gestell_model_joints_driven

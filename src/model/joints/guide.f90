@@ -24,6 +24,8 @@ module gestell_model_joints_guide
     logical :: sound = .true.
     !> On the speed of its point (m) and on its turning (rad), both per radian of the crank.
     real(dp) :: speed = 0, turning = 0
+    !> On the point's acceleration (m) and on the change of its turning, both per radian squared.
+    real(dp) :: acceleration = 0, turning_change = 0
     !> Crank angle over which its direction changes in earnest (rad).
     real(dp) :: feature = 1
   end type guide_motion_type
@@ -50,10 +52,10 @@ contains
   end subroutine line
 
   !> Bounds while the crank turns by at most `half_width` (rad) from the middle, where the joints are at `points`.
-  pure function motion(self, points, speeds, half_width)
+  pure function motion(self, points, speeds, accelerations, half_width)
     class(guide_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    real(dp), intent(in) :: speeds(:), half_width
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(guide_motion_type) :: motion
     real(dp) :: apart
 
@@ -65,6 +67,9 @@ contains
       motion%turning = v / apart
       motion%feature = turning_feature(one, two)
       motion%speed = speeds(self%carriers(1)) + norm2(self%point) * motion%turning
+      motion%turning_change = (sum(accelerations(self%carriers)) + 2 * motion%turning * v) / apart
+      motion%acceleration = accelerations(self%carriers(1)) &
+        & + norm2(self%point) * (motion%turning_change + motion%turning**2)
     end associate
   end function motion
 

@@ -17,8 +17,8 @@ module gestell_model_joints_joint
   type, public :: reach_type
     !> Whether the joint can be assembled, without a dead point, in the whole interval.
     logical :: assembled = .true.
-    !> Bound on the joint's speed |dr / dphi| in the interval (m).
-    real(dp) :: speed = 0
+    !> Bounds on the joint's speed |dr / dphi| and acceleration |d2r / dphi2| in the interval (m).
+    real(dp) :: speed = 0, acceleration = 0
     !> Crank angle over which the motion changes in earnest here (rad).
     real(dp) :: feature = 1
   end type reach_type
@@ -60,13 +60,13 @@ module gestell_model_joints_joint
     end subroutine place_joint
 
     !> What holds while the crank turns by at most `half_width` (rad) to either side, given the earlier joints' points
-    !> in the middle and bounds on their speeds.
-    pure function reach_joint(self, points, speeds, half_width) result(reach)
+    !> in the middle and bounds on their speeds and accelerations.
+    pure function reach_joint(self, points, speeds, accelerations, half_width) result(reach)
       import :: joint_type, point_type, reach_type, dp
       implicit none (type, external)
       class(joint_type), intent(in) :: self
       type(point_type), intent(in) :: points(:)
-      real(dp), intent(in) :: speeds(:), half_width
+      real(dp), intent(in) :: speeds(:), accelerations(:), half_width
       type(reach_type) :: reach
     end function reach_joint
   end interface

@@ -61,36 +61,40 @@ contains
     here%y = points(self%ends(1))%y + self%offset(1) * e%y + self%offset(2) * e%x
   end subroutine place_rigid
 
-  pure function reach_rpr(self, points, speeds, half_width) result(reach)
+  pure function reach_rpr(self, points, speeds, accelerations, half_width) result(reach)
     class(rpr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    real(dp), intent(in) :: speeds(:), half_width
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
 
-    reach = reach_body(points(self%ends), speeds(self%ends), half_width, speeds(self%ends(2)), self%length)
+    reach = reach_body(points(self%ends), speeds(self%ends), accelerations(self%ends), half_width, 2, self%length)
   end function reach_rpr
 
-  pure function reach_rigid(self, points, speeds, half_width) result(reach)
+  pure function reach_rigid(self, points, speeds, accelerations, half_width) result(reach)
     class(rigid_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    real(dp), intent(in) :: speeds(:), half_width
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
 
-    reach = reach_body(points(self%ends), speeds(self%ends), half_width, speeds(self%ends(1)), norm2(self%offset))
+    reach = reach_body(points(self%ends), speeds(self%ends), accelerations(self%ends), half_width, 1, norm2(self%offset))
   end function reach_rigid
 
-  !> A point at `arm` from an end that moves with at most `end_speed`. The direction turns with at most the sum of the
-  !> ends' speeds over their distance, which must not vanish.
-  pure function reach_body(ends, speeds, half_width, end_speed, arm) result(reach)
+  !> A point at `arm` from end number `base`. The direction turns with at most the sum of the ends' speeds over their
+  !> distance d, which must not vanish; its turning omega changes by e_perp . (a2 - a1) / d - 2 omega d' / d.
+  pure function reach_body(ends, speeds, accelerations, half_width, base, arm) result(reach)
     type(point_type), intent(in) :: ends(2)
-    real(dp), intent(in) :: speeds(2), half_width, end_speed, arm
+    real(dp), intent(in) :: speeds(2), accelerations(2), half_width, arm
+    integer, intent(in) :: base
     type(reach_type) :: reach
-    real(dp) :: apart
+    real(dp) :: apart, turning, change
 
     apart = hypot(ends(2)%x%v - ends(1)%x%v, ends(2)%y%v - ends(1)%y%v)
     reach%assembled = apart > slack * sum(speeds) * half_width
     if (.not. reach%assembled) return
-    reach%speed = end_speed + arm * sum(speeds) / (apart - slack * sum(speeds) * half_width)
+    turning = sum(speeds) / (apart - slack * sum(speeds) * half_width)
+    change = (sum(accelerations) + 2 * turning * sum(speeds)) / (apart - slack * sum(speeds) * half_width)
+    reach%speed = speeds(base) + arm * turning
+    reach%acceleration = accelerations(base) + arm * (change + turning**2)
     if (sum(speeds) > 0) reach%feature = apart / sum(speeds)
   end function reach_body
 

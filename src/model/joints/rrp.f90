@@ -45,17 +45,17 @@ contains
   !> The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian; where it stays below l the
   !> rod keeps an angle to the guide's normal with cosine c > 0. The rod fixes the slider's velocity along itself, so it
   !> slides with at most (v_end + v_guide) / c.
-  pure function reach(self, points, speeds, half_width)
+  pure function reach(self, points, speeds, accelerations, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    real(dp), intent(in) :: speeds(:), half_width
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
     type(guide_motion_type) :: motion
     type(point_type) :: g, u, r
     type(jet) :: off
-    real(dp) :: apart, rate, farthest, cosine, carried
+    real(dp) :: apart, rate, farthest, cosine, carried, sliding, dragged
 
-    motion = self%guide%motion(points, speeds, half_width)
+    motion = self%guide%motion(points, speeds, accelerations, half_width)
     reach%assembled = motion%sound
     if (.not. reach%assembled) return
     call self%guide%line(points, g, u)
@@ -68,7 +68,12 @@ contains
     if (.not. reach%assembled) return
     cosine = sqrt((1 - farthest / self%length) * (1 + farthest / self%length))
     carried = motion%speed + motion%turning * (apart + self%length)
-    reach%speed = carried + (speeds(self%end) + carried) / cosine
+    sliding = (speeds(self%end) + carried) / cosine
+    reach%speed = carried + sliding
+    dragged = motion%acceleration + 2 * sliding * motion%turning &
+      & + (apart + self%length) * (motion%turning_change + motion%turning**2)
+    reach%acceleration = dragged + (accelerations(self%end) + dragged &
+      & + (reach%speed + speeds(self%end))**2 / self%length) / cosine
     reach%feature = motion%feature
     if (rate > 0) reach%feature = min(motion%feature, sqrt((self%length - abs(off%v)) * (self%length + abs(off%v))) &
       & / sqrt(rate * self%length))
@@ -98,7 +103,7 @@ contains
     type(point_type) :: g, u
     type(jet) :: off
 
-    motion = self%guide%motion(points, spread(0.0_dp, 1, size(points)), 0.0_dp)
+    motion = self%guide%motion(points, spread(0.0_dp, 1, size(points)), spread(0.0_dp, 1, size(points)), 0.0_dp)
     text = "the joints that carry its guide meet"
     if (.not. motion%sound) return
     call self%guide%line(points, g, u)

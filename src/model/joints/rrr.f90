@@ -56,11 +56,12 @@ contains
 
   !> The ends' distance d changes by at most (v1 + v2) half_width, so mu keeps clear of 0 and pi if both ends of that
   !> range lie inside |l1 - l2| < d < l1 + l2. Of the joint's velocity the links fix the components along themselves,
-  !> hence |v| <= (v1 + v2) / sin mu.
-  pure function reach(self, points, speeds, half_width)
+  !> hence |v| <= (v1 + v2) / sin mu; of its acceleration likewise, those of the ends along the links less the
+  !> centripetal |v - v_i|^2 / l_i.
+  pure function reach(self, points, speeds, accelerations, half_width)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    real(dp), intent(in) :: speeds(:), half_width
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
     real(dp) :: d, v, sine, rate
 
@@ -74,6 +75,8 @@ contains
       reach%assembled = sine > 1.0e-6_dp
       if (.not. reach%assembled) return
       reach%speed = v / sine
+      reach%acceleration = (sum(accelerations(self%ends)) + (reach%speed + speeds(self%ends(1)))**2 / l1 &
+        & + (reach%speed + speeds(self%ends(2)))**2 / l2) / sine
       ! Where the ends come together this bound has no limit: no link that hangs on the joint could be secured.
       reach%assembled = reach%speed * half_width < min(l1, l2) / 4
       if (.not. reach%assembled) return

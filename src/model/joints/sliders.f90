@@ -77,20 +77,20 @@ contains
   !> across itself to v_g + omega |r - g|, where |r - g| grows while the joint moves with at most V: what bounds V is
   !>
   !>     V sin <= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
-  pure function reach_prp(self, points, speeds, half_width) result(reach)
+  pure function reach_prp(self, points, speeds, accelerations, half_width) result(reach)
     class(prp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    real(dp), intent(in) :: speeds(:), half_width
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
     type(guide_motion_type) :: motion
     type(point_type) :: g(2), u(2), here
     type(jet) :: sine
-    real(dp) :: turning, left, across
+    real(dp) :: turning, left, across, distance
     integer :: i
 
     turning = 0
     do i = 1, 2
-      motion = self%guides(i)%motion(points, speeds, half_width)
+      motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
       reach%assembled = motion%sound
       if (.not. reach%assembled) return
       turning = turning + motion%turning
@@ -104,25 +104,33 @@ contains
     here = crossing(g(1), u(1), g(2), u(2))
     across = 0
     do i = 1, 2
-      motion = self%guides(i)%motion(points, speeds, half_width)
+      motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
       across = across + motion%speed &
         & + motion%turning * (hypot(here%x%v - g(i)%x%v, here%y%v - g(i)%y%v) + motion%speed * half_width)
     end do
     reach%speed = across / left
+    across = 0
+    do i = 1, 2
+      motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
+      distance = hypot(here%x%v - g(i)%x%v, here%y%v - g(i)%y%v) + (reach%speed + motion%speed) * half_width
+      across = across + motion%acceleration + distance * motion%turning_change &
+        & + 2 * motion%turning * (reach%speed + motion%speed + motion%turning * distance)
+    end do
+    reach%acceleration = across / left
     if (turning > 0) reach%feature = abs(sine%v) / turning
   end function reach_prp
 
   !> In the guide's own system the slot hands `end`'s velocity on, divided by the sine of the slot's angle.
-  pure function reach_rpp(self, points, speeds, half_width) result(reach)
+  pure function reach_rpp(self, points, speeds, accelerations, half_width) result(reach)
     class(rpp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
-    real(dp), intent(in) :: speeds(:), half_width
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
     type(guide_motion_type) :: motion
     type(point_type) :: g, u
-    real(dp) :: apart, sine
+    real(dp) :: apart, sine, sliding, dragged, in_slot
 
-    motion = self%guide%motion(points, speeds, half_width)
+    motion = self%guide%motion(points, speeds, accelerations, half_width)
     sine = abs(sin(self%slot_angle))
     reach%assembled = motion%sound .and. sine > sqrt(epsilon(sine))
     if (.not. reach%assembled) return
@@ -130,8 +138,13 @@ contains
     associate (end => points(self%end))
       apart = hypot(end%x%v - g%x%v, end%y%v - g%y%v) + (speeds(self%end) + motion%speed) * half_width
     end associate
-    reach%speed = motion%speed + motion%turning * apart / sine &
-      & + (speeds(self%end) + motion%speed + motion%turning * apart) / sine
+    sliding = (speeds(self%end) + motion%speed + motion%turning * apart) / sine
+    reach%speed = motion%speed + motion%turning * apart / sine + sliding
+    dragged = motion%acceleration + 2 * sliding * motion%turning &
+      & + apart / sine * (motion%turning_change + motion%turning**2)
+    in_slot = speeds(self%end) + reach%speed + motion%turning * apart / sine
+    reach%acceleration = dragged + (accelerations(self%end) + dragged + 2 * in_slot * motion%turning &
+      & + apart / sine * motion%turning_change) / sine
     reach%feature = motion%feature
   end function reach_rpp
 

@@ -1,0 +1,87 @@
+!> Rows and samples of the vibration: however many rows are ordered, the motion is sampled until it is resolved.
+module test_rows
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use machines, only: frame_of_machine
+  use reference_machine, only: khang_machine
+  use systems, only: diagonal
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_rows
+
+contains
+
+  subroutine collect_rows(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("many rows start and end with the period", test_many), &
+      & new_unittest("a high order that nobody announced is resolved", test_hidden)]
+  end subroutine collect_rows
+
+  !> More rows than samples: every third of them is a row of a third of the number.
+  subroutine test_many(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(analysis_type) :: many, some
+    type(gestell_error), allocatable :: failure
+
+    call frame_of_machine(khang_machine(300.0_dp), frame, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false., points=1500), accuracy_type(), many, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false., points=500), accuracy_type(), some, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, size(many%vibration%history, 2), 1501)
+    if (allocated(error)) return
+    call check(error, maxval(abs(many%vibration%history(:6, 1) - many%vibration%start%x0)), 0.0_dp)
+    if (allocated(error)) return
+    ! Two integrations with different steps, each to 1e-9, times the condition away from resonance.
+    call check(error, all(maxval(abs(many%vibration%history(:, ::3) - some%vibration%history), dim=2) &
+      & < 1.0e-7_dp * some%vibration%peak))
+  end subroutine test_many
+
+  !> Shaking forces of order 40 that the mechanism does not announce: 64 samples would take them for order 24. With eta
+  !> held some quantities are zero, and resolved at once.
+  subroutine test_hidden(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(harmonic_mechanism_type) :: mechanism
+    type(frame_type) :: frame
+    type(analysis_type) :: few
+    type(gestell_error), allocatable :: failure
+    real(dp) :: wave(81)
+    integer :: i
+
+    wave = 0
+    wave(2) = 1
+    wave(80) = 1.0e-5_dp
+    call new_harmonic_mechanism(mechanism, 1.0_dp, 0.1_dp, wave, [0.0_dp], [0.0_dp], [0.0_dp], failure)
+    mechanism%feature = 1
+    if (.not. allocated(failure)) call new_frame(frame, mechanism, 18.0_dp, 0.8_dp, [0.0_dp, 0.0_dp], &
+      & diagonal([4.0e5_dp, 4.0e5_dp, 4.0e4_dp]), diagonal([1.0e3_dp, 1.0e3_dp, 1.0e2_dp]), 10.0_dp, failure, [1, 3])
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false., points=1, harmonics=1), accuracy_type(), few, &
+      & failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    associate (amplitude => few%vibration%series(1)%amplitude)
+      call check(error, size(amplitude) > 40)
+      if (allocated(error)) return
+      call check(error, maxloc(amplitude(2:), dim=1) + 1, 40)
+      if (allocated(error)) return
+    end associate
+    do i = 1, 9
+      call check(error, few%vibration%series(i)%tail() < 1.0e-9_dp, more="tail")
+      if (allocated(error)) return
+    end do
+  end subroutine test_hidden
+
+end module test_rows
