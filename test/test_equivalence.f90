@@ -234,7 +234,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
     type(linkage_type) :: linkage
-    type(mass_functions_type) :: a
+    type(mass_functions_type) :: a, first
     type(gestell_error), allocatable :: failure
     real(dp) :: r3, force, moment
     integer :: k
@@ -251,10 +251,11 @@ contains
       return
     end if
     force = 0
+    call linkage%mass_functions(0.0_dp, first)
     moment = 0
     do k = 1, 50
       call linkage%mass_functions(0.13_dp * k, a)
-      force = max(force, hypot(a%a1%dd, a%a2%dd))
+      force = max(force, hypot(a%a1%dd, a%a2%dd), abs(a%a1%v - first%a1%v), abs(a%a2%v - first%a2%v))
       moment = max(moment, abs(a%a4))
     end do
     ! Single terms of the sum are of size 0.05 kg m.

@@ -238,7 +238,7 @@ contains
     real(dp) :: angle, defect
     integer :: i, k, j
 
-    do i = 1, 300
+    do i = 1, 1000
       call random_pair(i, machine, linkage, error)
       if (allocated(error)) return
       if (allocated(at)) deallocate(at)
@@ -268,7 +268,7 @@ contains
     real(dp) :: defect, size
     integer :: i
 
-    do i = 301, 600
+    do i = 1001, 2000
       call random_pair(i, machine, linkage, error)
       if (allocated(error)) return
       call linkage%mass_functions(0.01_dp * i, a)

@@ -98,8 +98,8 @@ contains
     call solve_monodromy(system, accuracy_type(steps=5, method="gauss3"), .false., monodromy, failure)
     call check(error, monodromy%steps, 5)
     if (allocated(error)) return
-    ! 5 and 10 steps, three stages.
-    call check(error, monodromy%evaluations, 45)
+    ! 2, 5 and 10 steps, three stages.
+    call check(error, monodromy%evaluations, 51)
     if (allocated(error)) return
     ! A segment between breaks has a step at least: 5 become 6.
     jump = scalar_type(states=1, period=2.0_dp, breaks=[0.2_dp, 0.3_dp], c=-1.0_dp)

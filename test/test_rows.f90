@@ -62,7 +62,7 @@ contains
     wave = 0
     wave(2) = 1
     wave(80) = 1.0e-5_dp
-    call new_harmonic_mechanism(mechanism, 1.0_dp, 0.1_dp, wave, [0.0_dp], [0.0_dp], [0.0_dp], failure)
+    call new_harmonic_mechanism(mechanism, 1.0_dp, 0.1_dp, wave, [0.0_dp], [2.0_dp], [0.0_dp], failure)
     mechanism%feature = 1
     if (.not. allocated(failure)) call new_frame(frame, mechanism, 18.0_dp, 0.8_dp, [0.0_dp, 0.0_dp], &
       & diagonal([4.0e5_dp, 4.0e5_dp, 4.0e4_dp]), diagonal([1.0e3_dp, 1.0e3_dp, 1.0e2_dp]), 10.0_dp, failure, [1, 3])

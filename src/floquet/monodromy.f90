@@ -68,7 +68,7 @@ contains
   !> The error is measured on the case: solutions with three numbers of steps N1 < N2 < N3 are compared,
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p = ln(d12 / d23) / ln(N2 / N1), never taken above the method's, and the error left in Phi_3,
-  !> d23 c / (1 - c) with c = (N2 / N3)^p. Steps given by the user are compared with twice as many.
+  !> d23 c / (1 - c) with c = (N2 / N3)^p. Steps given by the user are compared with half and twice as many.
   !> Errors: unknown method, singular equations, overflow, tolerance out of reach.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error)
     class(periodic_system), intent(in) :: system
@@ -127,6 +127,8 @@ contains
     end do
   end subroutine survey
 
+  !> With N steps, measured by N/2 and 2 N: unless the differences fall, or are small already, the method has not begun to
+  !> converge and nothing is claimed.
   subroutine with_given_steps(system, steps, forced, turns, monodromy, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -134,14 +136,19 @@ contains
     real(dp), intent(in) :: turns
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    type(level_type) :: level, finer
+    real(dp), parameter :: small = 1.0e-6_dp
+    type(level_type) :: coarser, level, finer
+    real(dp) :: before(2), change(2)
 
-    call solve_level(system, steps, forced, monodromy, level, error)
-    if (allocated(error)) return
-    call solve_level(system, 2 * steps, forced, monodromy, finer, error)
+    call solve_level(system, max(1, steps / 2), forced, monodromy, coarser, error)
+    if (.not. allocated(error)) call solve_level(system, steps, forced, monodromy, level, error)
+    if (.not. allocated(error)) call solve_level(system, 2 * steps, forced, monodromy, finer, error)
     if (allocated(error)) return
     ! Relative to `level`, which becomes the result: the finer solution can be larger.
-    call accept(system, level, safety * distance(finer, level, monodromy%scale), turns, monodromy)
+    before = distance(coarser, level, monodromy%scale)
+    change = distance(finer, level, monodromy%scale)
+    where (change > small .and. 2 * change > before) change = max(change, 1.0_dp)
+    call accept(system, level, safety * change, turns, monodromy)
   end subroutine with_given_steps
 
   subroutine with_tolerance(system, tolerance, forced, turns, monodromy, error)
@@ -301,8 +308,8 @@ contains
     call move_alloc(level%xp, monodromy%xp)
   end subroutine accept
 
-  !> Liouville: ln |det Phi(T)| equals the integral of tr P. A determinant that underflows proves nothing: NaN-free zero
-  !> would claim too much, so the defect is then the integral itself.
+  !> Liouville: ln |det Phi(T)| equals the integral of tr P. Where the determinant underflows, the defect is the integral
+  !> itself: large, as it should be where nothing is proved.
   subroutine check_liouville(system, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(monodromy_type), intent(inout) :: monodromy

@@ -86,6 +86,11 @@ contains
     word = trim(multipliers%verdict())
     lines = newline // "VERDICT  " // word // ": "
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
+    if (word == "stable" .and. multipliers%error(1) >= 1) then
+      lines = lines // "every free vibration dies out within a turn, so fast that the multipliers are lost in rounding" &
+        & // newline
+      return
+    end if
     select case (word)
     case ("stable")
       lines = lines // "every free vibration dies out, the slowest to half in " // concise(turns, 3) // " turns (" &

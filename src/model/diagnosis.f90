@@ -123,7 +123,7 @@ contains
     case (4)
       grashof_class = "double crank (the ground is shortest)"
     case default
-      grashof_class = "Grashof linkage at its change point"
+      grashof_class = ""
     end select
   end function grashof_class
 

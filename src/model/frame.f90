@@ -1,8 +1,9 @@
 !> The elastically mounted frame of a mechanism: M q'' + B q' + C q = h with q = (xi, eta, psi), (8) to (12).
 module gestell_model_frame
-  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: symmetric_pencil
+  use gestell_base_text, only: concise
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type
   use gestell_system_second_order, only: second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -14,8 +15,8 @@ module gestell_model_frame
   !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices.
   character(len=3), parameter, public :: freedom_names(3) = [character(len=3) :: "xi", "eta", "psi"]
 
-  !> Features of the mechanism below this crank angle (rad) are left to the integrator's own error control.
-  real(dp), parameter :: shortest_feature = 1.0e-5_dp
+  !> A mechanism whose motion changes within less of the crank angle (rad) is refused.
+  real(dp), parameter :: shortest_feature = 1.0e-4_dp
 
   !> The frame as a periodic system; states (q, q') in m, rad, m/s, rad/s, time in s from crank angle 0.
   type, extends(second_order_system), public :: frame_type
@@ -60,6 +61,12 @@ contains
     allocate(frame%mechanism, source=mechanism)
     call frame%mechanism%prepare(error)
     if (allocated(error)) return
+    if (frame%mechanism%feature < shortest_feature) then
+      call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
+        & // concise(frame%mechanism%feature * 180 / pi, 2) // " deg of the crank: nothing reliable can be computed", &
+        & impossible_mechanism)
+      return
+    end if
     frame%mass = mass
     frame%inertia = inertia
     frame%origin = origin
@@ -76,8 +83,8 @@ contains
     frame%states = 2 * size(frame%free)
     frame%period = 2 * pi / abs(speed)
     ! Near a dead point, where the feature is about the sine of the transmission angle, lengths lose twice its digits.
-    frame%rounding = epsilon(1.0_dp) / max(frame%mechanism%feature, shortest_feature)**2
-    frame%least_steps = max(8, ceiling(2 * pi / max(frame%mechanism%feature, shortest_feature)))
+    frame%rounding = epsilon(1.0_dp) / frame%mechanism%feature**2
+    frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%feature))
   end subroutine new_frame
 
   !> M, B, C at a time (s), of the free degrees of freedom.

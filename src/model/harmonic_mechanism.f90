@@ -2,7 +2,8 @@
 module gestell_model_harmonic_mechanism
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_jet, only: jet, operator(*), operator(+)
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: fixed
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type
   implicit none (type, external)
   private
@@ -20,7 +21,7 @@ module gestell_model_harmonic_mechanism
 contains
 
   !> A mechanism of `mass` (kg) and sum of moments of inertia `inertia` (kg m^2) with these harmonics (kg m, kg m,
-  !> kg m^2, kg m^2). Errors: a negative mass, an even number of coefficients.
+  !> kg m^2, kg m^2). Errors: a negative mass, an even number of coefficients, functions that no masses can have.
   subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error)
     type(harmonic_mechanism_type), intent(out) :: mechanism
     real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
@@ -38,8 +39,28 @@ contains
     allocate(mechanism%a2, source=a2)
     allocate(mechanism%a3, source=a3)
     allocate(mechanism%moment, source=moment)
+    call check_masses(mechanism, error)
+    if (allocated(error)) return
     mechanism%feature = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
   end subroutine new_harmonic_mechanism
+
+  !> Masses obey m a3 >= a1^2 + a2^2 (Cauchy and Schwarz); then M is positive definite in every frame.
+  subroutine check_masses(mechanism, error)
+    type(harmonic_mechanism_type), intent(in) :: mechanism
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: rounding = 1.0e-6_dp
+    type(mass_functions_type) :: a
+    integer :: k, points
+
+    points = 8 * max(8, size(mechanism%a1), size(mechanism%a2), size(mechanism%a3))
+    do k = 0, points - 1
+      call mechanism%mass_functions(2 * pi * k / points, a)
+      if (mechanism%mass * a%a3%v >= (1 - rounding) * (a%a1%v**2 + a%a2%v**2)) cycle
+      call fatal_error(error, "no masses can have these functions: at a crank angle of " &
+        & // fixed(360.0_dp * k / points, 1) // " deg mass * a3 is less than a1^2 + a2^2", invalid_input)
+      return
+    end do
+  end subroutine check_masses
 
   subroutine mass_functions(self, crank_angle, a)
     class(harmonic_mechanism_type), intent(in) :: self

@@ -77,7 +77,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: places(2)
 
-    call find_both(self, name, ends, places, error)
+    call find_both(self, "joint '" // name // "'", ends, places, error)
     if (.not. allocated(error)) call check_numbers(name, lengths, branch, error)
     if (.not. allocated(error)) call self%add_joint(name, rrr_joint(places, lengths, branch), error)
   end subroutine add_rrr
@@ -95,6 +95,7 @@ contains
 
     call self%find(end, place, error)
     if (.not. allocated(error)) call check_numbers(name, [length], branch, error)
+    if (.not. allocated(error)) call check_guide(self, name, guide, error)
     if (.not. allocated(error)) call self%add_joint(name, rrp_joint(place, length, guide, branch), error)
   end subroutine add_rrp
 
@@ -108,7 +109,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: places(2)
 
-    call find_both(self, name, ends, places, error)
+    call find_both(self, "joint '" // name // "'", ends, places, error)
     if (.not. allocated(error)) call check_numbers(name, [length], branch, error)
     if (.not. allocated(error)) call self%add_joint(name, rpr_joint(places, length, branch), error)
   end subroutine add_rpr
@@ -121,7 +122,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: places(2)
 
-    call find_both(self, name, ends, places, error)
+    call find_both(self, "joint '" // name // "'", ends, places, error)
     if (.not. allocated(error)) call self%add_joint(name, rigid_joint(places, offset), error)
   end subroutine add_rigid
 
@@ -132,7 +133,9 @@ contains
     type(guide_type), intent(in) :: guides(2)
     type(error_type), allocatable, intent(out) :: error
 
-    call self%add_joint(name, prp_joint(guides), error)
+    call check_guide(self, name, guides(1), error)
+    if (.not. allocated(error)) call check_guide(self, name, guides(2), error)
+    if (.not. allocated(error)) call self%add_joint(name, prp_joint(guides), error)
   end subroutine add_prp
 
   !> A yoke on a guide, with a slot at `slot_angle` (rad) to it in which the joint `end` slides: where they cross.
@@ -145,6 +148,7 @@ contains
     integer :: place
 
     call self%find(end, place, error)
+    if (.not. allocated(error)) call check_guide(self, name, guide, error)
     if (.not. allocated(error)) call self%add_joint(name, rpp_joint(place, guide, slot_angle), error)
   end subroutine add_rpp
 
@@ -157,7 +161,7 @@ contains
     type(guide_type), intent(out) :: guide
     type(error_type), allocatable, intent(out) :: error
 
-    call find_both(self, "", carriers, guide%carriers, error)
+    call find_both(self, "a guide", carriers, guide%carriers, error)
     guide%point = point
     guide%angle = angle
   end subroutine moving_guide
@@ -175,8 +179,23 @@ contains
       call self%find(names(i), places(i), error)
       if (allocated(error)) return
     end do
-    if (places(1) == places(2)) call fatal_error(error, "joint '" // name // "': needs two different joints", invalid_input)
+    if (places(1) == places(2)) call fatal_error(error, name // " needs two different joints", invalid_input)
   end subroutine find_both
+
+  !> A guide has no carriers or two different joints of the list.
+  subroutine check_guide(self, name, guide, error)
+    class(linkage_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+    type(guide_type), intent(in) :: guide
+    type(error_type), allocatable, intent(out) :: error
+    integer :: joints
+
+    if (all(guide%carriers == 0)) return
+    joints = 0
+    if (allocated(self%joints)) joints = size(self%joints)
+    if (any(guide%carriers < 1) .or. any(guide%carriers > joints) .or. guide%carriers(1) == guide%carriers(2)) &
+      & call fatal_error(error, "joint '" // name // "': its guide needs two different joints that are there", invalid_input)
+  end subroutine check_guide
 
   subroutine check_numbers(name, lengths, branch, error)
     character(len=*), intent(in) :: name

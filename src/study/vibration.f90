@@ -22,7 +22,7 @@ module gestell_study_vibration
     real(dp), allocatable :: history(:, :)
     !> Harmonics of every quantity, shape (quantities).
     type(fourier_type), allocatable :: series(:)
-    !> max |.| over the period and bound on its error, root of the mean square; shapes (quantities).
+    !> max |.| over the period and an estimate of its error, root of the mean square; shapes (quantities).
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
     !> |x(T) - x(0)| of the motion that was followed, relative to the greatest |x(t)|, in balanced units.
     real(dp) :: closing_defect = 0
@@ -111,7 +111,7 @@ contains
     all(7:9, :) = frame%ground_forces(x)
   end function all_quantities
 
-  !> Bounds on the errors of the peaks: the start's error and the defect at the end travel with the motion.
+  !> Estimates of the errors of the peaks: the start's error and the defect at the end travel with the motion.
   pure function peak_errors(frame, monodromy, vibration, greatest) result(errors)
     type(frame_type), intent(in) :: frame
     type(monodromy_type), intent(in) :: monodromy

@@ -67,6 +67,9 @@ contains
     reach%assembled = farthest < self%length
     if (.not. reach%assembled) return
     cosine = sqrt((1 - farthest / self%length) * (1 + farthest / self%length))
+    ! Closer to a dead point `place` has lost half its digits.
+    reach%assembled = cosine > 1.0e-6_dp
+    if (.not. reach%assembled) return
     carried = motion%speed + motion%turning * (apart + self%length)
     sliding = (speeds(self%end) + carried) / cosine
     reach%speed = carried + sliding
