@@ -1,7 +1,7 @@
 !> Orders of convergence, and errors against the quadruple-precision reference.
 module test_orders
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
@@ -11,6 +11,7 @@ module test_orders
   use reference_frame, only: frame_of, frame_period
   use reference_linear, only: eigenvalues, qp
   use reference_machine, only: khang_machine, machine_data
+  use systems, only: meissner_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -28,7 +29,9 @@ contains
       & new_unittest("paper's machine: tolerances 1e-4 to 1e-12 are met", test_tolerances), &
       & new_unittest("ten times the masses, rk4 and gauss2: tolerances are met", test_other_methods), &
       & new_unittest("given steps: the claimed errors hold", test_given_steps), &
-      & new_unittest("random machines: claimed errors bound the true ones", test_random)]
+      & new_unittest("random machines: claimed errors bound the true ones", test_random), &
+      & new_unittest("an error that vanishes by chance at one level", test_by_chance), &
+      & new_unittest("a jump that nobody declared", test_undeclared_jump)]
   end subroutine collect_orders
 
   !> Phi(T), x_p(T) and x0 of the reference, rounded to double precision, and its multipliers.
@@ -260,5 +263,63 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_random
+
+  !> Machines whose x_p is hit by chance with the second number of steps: the difference to the third is small, the error
+  !> of the third is not.
+  subroutine test_by_chance(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    real(dp) :: phi(6, 6), xp(6), x0(6)
+    complex(dp) :: rho(6)
+    integer, parameter :: numbers(5) = [17, 4, 11, 12, 5]
+    character(len=6), parameter :: methods(5) = ["gauss4", "gauss5", "gauss4", "gauss7", "gauss7"]
+    integer :: i
+
+    do i = 1, size(numbers)
+      machine = random_machine(numbers(i), 1.0_dp, 60.0_dp)
+      if (i > 1) machine%foundation_damping = machine%foundation_damping &
+        & + [300.0_dp, 600.0_dp, 300.0_dp] * machine%frame_mass
+      call reference(machine, phi, xp, x0, rho)
+      call frame_of_machine(machine, frame, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      call check_claims(frame, accuracy_type(tolerance=1.0e-8_dp, method=methods(i)), phi, xp, x0, rho, 1.0e-8_dp, &
+        & methods(i), error)
+      if (allocated(error)) return
+    end do
+  end subroutine test_by_chance
+
+  !> Meissner's equation without its break: methods converge with order 1, and the claims must know it. Trace of Phi from
+  !> the closed form, y(T) of two harmonic pieces with frequencies sqrt(a - 2 q) and sqrt(a + 2 q).
+  subroutine test_undeclared_jump(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(meissner_type) :: system
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    real(dp) :: trace, w(2), c(2), s(2)
+    integer :: i, wrong
+
+    wrong = 0
+    do i = 1, 60
+      system = meissner_type(states=2, period=pi, a=0.5_dp + 0.02_dp * i, q=0.1_dp)
+      w = sqrt(system%a + [-0.2_dp, 0.2_dp])
+      c = cos(w * [pi / 3, 2 * pi / 3])
+      s = sin(w * [pi / 3, 2 * pi / 3])
+      trace = 2 * c(1) * c(2) - (w(1) / w(2) + w(2) / w(1)) * s(1) * s(2)
+      call solve_monodromy(system, accuracy_type(tolerance=1.0e-3_dp, method="gauss2"), .false., monodromy, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      ! The trace is off by at most sqrt(2) times the norm of the error.
+      if (abs(monodromy%phi(1, 1) + monodromy%phi(2, 2) - trace) > sqrt(2.0_dp) * monodromy%error) wrong = wrong + 1
+    end do
+    ! Where the jump falls within a step is a matter of chance: an estimate by three solutions can miss it now and then.
+    call check(error, wrong <= 3)
+  end subroutine test_undeclared_jump
 
 end module test_orders

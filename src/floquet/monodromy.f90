@@ -52,7 +52,7 @@ module gestell_floquet_monodromy
   !> More steps than this are not tried.
   integer, parameter :: most_steps = 2**21
   !> The estimate of an error, times this, is called a bound.
-  real(dp), parameter :: safety = 2
+  real(dp), parameter :: safety = 4
 
   !> The period's map with a number of steps.
   type :: level_type
@@ -67,8 +67,8 @@ contains
   !>
   !> The error is measured on the case: solutions with three numbers of steps N1 < N2 < N3 are compared,
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
-  !> p = ln(d12 / d23) / ln(N2 / N1), never taken above the method's, and the error left in Phi_3,
-  !> d23 c / (1 - c) with c = (N2 / N3)^p. Steps given by the user are compared with half and twice as many.
+  !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
+  !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater. Steps given by the user are compared with half and twice as many.
   !> Errors: unknown method, singular equations, overflow, tolerance out of reach.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error)
     class(periodic_system), intent(in) :: system
@@ -78,6 +78,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: turns
 
+    if (.not. (accuracy%tolerance > 0 .and. accuracy%tolerance < 1)) then
+      call fatal_error(error, "the tolerance must lie between 0 and 1", invalid_input)
+      return
+    end if
     if (accuracy%steps < 0 .or. accuracy%steps > most_steps / 2) then
       call fatal_error(error, "steps must lie between 0 and " // text(most_steps / 2), invalid_input)
       return
@@ -136,7 +140,7 @@ contains
     real(dp), intent(in) :: turns
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: small = 1.0e-6_dp
+    real(dp), parameter :: small = 1.0e-6_dp, nothing_known = 1 / epsilon(1.0_dp)
     type(level_type) :: coarser, level, finer
     real(dp) :: before(2), change(2)
 
@@ -147,7 +151,7 @@ contains
     ! Relative to `level`, which becomes the result: the finer solution can be larger.
     before = distance(coarser, level, monodromy%scale)
     change = distance(finer, level, monodromy%scale)
-    where (change > small .and. 2 * change > before) change = max(change, 1.0_dp)
+    where (change > small .and. 2 * change > before) change = nothing_known
     call accept(system, level, safety * change, turns, monodromy)
   end subroutine with_given_steps
 
@@ -218,19 +222,35 @@ contains
     steps = ceiling(n2 * factor)
   end function next_steps
 
-  !> The error left in the finest of three solutions, see `solve_monodromy`.
+  !> The error left in the finest of three solutions, see `solve_monodromy`. Errors change their sign now and then, and a
+  !> difference is small by chance: so at least what the first difference and the method's order leave.
   elemental real(dp) function remaining(d12, d23, n1, n2, n3, order) result(left)
     real(dp), intent(in) :: d12, d23
     integer, intent(in) :: n1, n2, n3, order
-    real(dp) :: measured, contraction
+    real(dp) :: contraction
 
-    left = d23
-    if (d12 > 0 .and. d23 > 0) then
-      measured = log(d12 / d23) / log(real(n2, dp) / n1)
-      contraction = (real(n2, dp) / n3)**min(max(measured, 0.5_dp), real(order, dp))
-      left = d23 * contraction / (1 - contraction)
-    end if
+    contraction = (real(n2, dp) / n3)**measured_order(d12, d23, n1, n2, n3, order)
+    left = max(d23 * contraction / (1 - contraction), d12 * (real(n1, dp) / n3)**order)
   end function remaining
+
+  !> p of (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23 by bisection, between 1/2 and the method's order.
+  elemental real(dp) function measured_order(d12, d23, n1, n2, n3, order) result(p)
+    real(dp), intent(in) :: d12, d23
+    integer, intent(in) :: n1, n2, n3, order
+    real(dp) :: low, high
+    integer :: halving
+
+    low = 0.5_dp
+    high = order
+    do halving = 1, 30
+      p = (low + high) / 2
+      if (d12 * (1 - (real(n2, dp) / n3)**p) > d23 * ((real(n2, dp) / n1)**p - 1)) then
+        low = p
+      else
+        high = p
+      end if
+    end do
+  end function measured_order
 
   subroutine solve_level(system, steps, forced, monodromy, level, error)
     class(periodic_system), intent(in) :: system

@@ -18,8 +18,8 @@ module gestell_floquet_multipliers
     real(dp), allocatable :: arg(:)
     !> Characteristic exponents ln(rho) / T, imaginary parts up to multiples of 2 pi / T.
     complex(dp), allocatable :: exponent(:)
-    !> Bound on the error of rho, relative to |rho|.
-    real(dp), allocatable :: error(:)
+    !> Bound on the error of rho, and the same relative to |rho| (at most 1e300, where rho is lost).
+    real(dp), allocatable :: bound(:), error(:)
     !> Condition of the eigenvalue in balanced units: 1 at best.
     real(dp), allocatable :: condition(:)
     !> Eigenvectors y_k of (19), states at t = 0 in the model's units, unit columns; shape (n, n).
@@ -64,7 +64,8 @@ contains
     multipliers%log_abs = log(max(abs(rho(order)), tiny(1.0_dp)))
     multipliers%arg = atan2(aimag(rho(order)), real(rho(order)))
     multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp) / monodromy%period
-    multipliers%error = bound(order) / max(abs(rho(order)), tiny(1.0_dp))
+    multipliers%bound = bound(order)
+    multipliers%error = bound(order) / max(abs(rho(order)), 1.0e-300_dp * bound(order), tiny(1.0_dp))
     if (vectors) then
       right = right(:, order)
       multipliers%vectors = reshape([(normalised(right(:, k) * monodromy%scale), k = 1, n)], [n, n])
@@ -124,7 +125,7 @@ contains
     class(multipliers_type), intent(in) :: self
     character(len=9) :: word
 
-    associate (modulus => abs(self%rho), error => abs(self%rho) * self%error)
+    associate (modulus => abs(self%rho), error => self%bound)
       if (any(modulus - error > 1)) then
         word = "unstable"
       else if (all(modulus + error < 1)) then
