@@ -15,7 +15,7 @@ module driver
   use gestell_io_report_trade, only: report_trade
   use gestell_io_results, only: write_results, write_trade
   use gestell_io_schema, only: input_schema, schema_type
-  use gestell_io_terminal, only: show_progress
+  use terminal, only: show_progress
   use gestell_study_analysis, only: analyse, analysis_type
   use gestell_study_trade, only: measure_trade, trade_type
   use, intrinsic :: iso_fortran_env, only: output_unit

@@ -68,7 +68,8 @@ contains
   !> The error is measured on the case: solutions with three numbers of steps N1 < N2 < N3 are compared,
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
-  !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater. Steps given by the user are compared with half and twice as many.
+  !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater. Steps given by the user are compared
+  !> with half and twice as many.
   !> Errors: unknown method, singular equations, overflow, tolerance out of reach.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error)
     class(periodic_system), intent(in) :: system

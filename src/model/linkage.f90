@@ -193,8 +193,8 @@ contains
     if (all(guide%carriers == 0)) return
     joints = 0
     if (allocated(self%joints)) joints = size(self%joints)
-    if (any(guide%carriers < 1) .or. any(guide%carriers > joints) .or. guide%carriers(1) == guide%carriers(2)) &
-      & call fatal_error(error, "joint '" // name // "': its guide needs two different joints that are there", invalid_input)
+    if (all(guide%carriers >= 1 .and. guide%carriers <= joints) .and. guide%carriers(1) /= guide%carriers(2)) return
+    call fatal_error(error, "joint '" // name // "': its guide needs two different joints that are there", invalid_input)
   end subroutine check_guide
 
   subroutine check_numbers(name, lengths, branch, error)

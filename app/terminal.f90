@@ -1,5 +1,5 @@
 !> A line on the terminal that says how far the work is; nothing where standard error is no terminal.
-module gestell_io_terminal
+module terminal
   use gestell_base_kinds, only: dp
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
@@ -37,4 +37,4 @@ contains
     flush (error_unit)
   end subroutine show_progress
 
-end module gestell_io_terminal
+end module terminal
