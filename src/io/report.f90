@@ -7,6 +7,7 @@ module gestell_io_report
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_io_configuration, only: configuration_type
   use gestell_io_text, only: counted
+  use gestell_io_text, only: padded
   use gestell_model_frame, only: frame_type, freedom_names
   use gestell_model_linkage, only: linkage_type
   use gestell_study_analysis, only: analysis_type
@@ -277,14 +278,5 @@ contains
       & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits; motion closes after a turn to " &
       & // concise(vibration%closing_defect, 1) // newline
   end function vibration_lines
-
-  !> Right-justified in a column.
-  pure function padded(string, width) result(column)
-    character(len=*), intent(in) :: string
-    integer, intent(in) :: width
-    character(len=:), allocatable :: column
-
-    column = repeat(" ", max(1, width - len(string))) // string
-  end function padded
 
 end module gestell_io_report

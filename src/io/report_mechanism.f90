@@ -4,7 +4,8 @@ module gestell_io_report_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
   use gestell_io_text, only: counted
-  use gestell_model_diagnosis, only: diagnose, diagnosis_type, shaking
+  use gestell_io_text, only: padded
+  use gestell_model_diagnosis, only: diagnose, diagnose_transmission, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   implicit none (type, external)
@@ -46,7 +47,7 @@ contains
     line = ""
     select type (mechanism => frame%mechanism)
     class is (linkage_type)
-      call diagnose(mechanism, diagnosis)
+      call diagnose_transmission(mechanism, diagnosis)
       line = transmission_line(mechanism, diagnosis)
     end select
   end function report_transmission
@@ -124,11 +125,11 @@ contains
     lines = newline // "SHAKING FORCES of the mechanism on a frame at rest, amplitudes" // newline &
       & // "  order         fx (N)         fy (N)  moment about O (N m)" // newline
     do k = 1, 8
-      lines = lines // justified(text(k), 7)
+      lines = lines // padded(text(k), 7)
       do i = 1, 3
         amplitude = series(i)%amplitude(k)
         if (amplitude < noise(i)) amplitude = 0
-        lines = lines // justified(concise(amplitude, 5), 15 + 7 * (i / 3))
+        lines = lines // padded(concise(amplitude, 5), 15 + 7 * (i / 3))
       end do
       lines = lines // newline
     end do
@@ -164,20 +165,12 @@ contains
   end function extent
 
   !> Left-justified in a column, with a blank behind.
-  pure function column(string, width) result(padded)
+  pure function column(string, width) result(filled)
     character(len=*), intent(in) :: string
     integer, intent(in) :: width
-    character(len=:), allocatable :: padded
+    character(len=:), allocatable :: filled
 
-    padded = string // repeat(" ", max(1, width - len(string)))
+    filled = string // repeat(" ", max(1, width - len(string)))
   end function column
-
-  pure function justified(string, width) result(padded)
-    character(len=*), intent(in) :: string
-    integer, intent(in) :: width
-    character(len=:), allocatable :: padded
-
-    padded = repeat(" ", max(1, width - len(string))) // string
-  end function justified
 
 end module gestell_io_report_mechanism

@@ -2,6 +2,7 @@
 module gestell_io_report_trade
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_io_text, only: padded
   use gestell_study_trade, only: cheapest, trade_type
   implicit none (type, external)
   private
@@ -38,13 +39,5 @@ contains
     lines = lines // "  errors are against a converged solution that claims " // concise(trade%floor_phi, 1) &
       & // " for Phi(T) and " // concise(trade%floor_x0, 1) // " for x0" // newline
   end function report_trade
-
-  pure function padded(string, width) result(column)
-    character(len=*), intent(in) :: string
-    integer, intent(in) :: width
-    character(len=:), allocatable :: column
-
-    column = repeat(" ", max(1, width - len(string))) // string
-  end function padded
 
 end module gestell_io_report_trade

@@ -11,7 +11,7 @@ module gestell_model_diagnosis
   implicit none (type, external)
   private
 
-  public :: diagnose, shaking
+  public :: diagnose, diagnose_transmission, shaking
 
   !> What one joint does over a turn.
   type, public :: joint_report_type
@@ -45,12 +45,29 @@ contains
 
     call count_links(linkage, diagnosis)
     diagnosis%grashof = grashof_class(linkage)
-    allocate(diagnosis%joints(size(linkage%joints)))
+    call diagnose_transmission(linkage, diagnosis)
     do i = 1, size(linkage%joints)
       call follow_joint(linkage, i, diagnosis%joints(i))
     end do
     call follow_links(linkage, diagnosis)
   end subroutine diagnose
+
+  !> Of the diagnosis the transmission angles and margins alone.
+  subroutine diagnose_transmission(linkage, diagnosis)
+    class(linkage_type), intent(in) :: linkage
+    type(diagnosis_type), intent(inout) :: diagnosis
+    real(dp) :: sine
+    integer :: i
+
+    allocate(diagnosis%joints(size(linkage%joints)))
+    do i = 1, size(linkage%joints)
+      associate (report => diagnosis%joints(i))
+        sine = extreme(linkage, i, 4, -1, report%transmission_at)
+        report%transmission = asin(min(1.0_dp, sine))
+        report%margin = extreme(linkage, i, 5, -1)
+      end associate
+    end do
+  end subroutine diagnose_transmission
 
   !> Every dyad brings two links and three pairs, the crank one of each.
   subroutine count_links(linkage, diagnosis)
@@ -127,22 +144,18 @@ contains
     end select
   end function grashof_class
 
-  !> Extremes over a turn of what `quantity` is at a crank angle: of 720 angles, refined by golden sections.
+  !> Where a joint goes over a turn.
   subroutine follow_joint(linkage, number, report)
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: number
-    type(joint_report_type), intent(out) :: report
+    type(joint_report_type), intent(inout) :: report
     type(fitness_type) :: fitness
-    real(dp) :: sine(2)
 
     fitness = fitness_at(linkage, number, 0.0_dp)
     report%slides = fitness%slides
     report%x = [extreme(linkage, number, 1, -1), extreme(linkage, number, 1, 1)]
     report%y = [extreme(linkage, number, 2, -1), extreme(linkage, number, 2, 1)]
     if (report%slides) report%travel = [extreme(linkage, number, 3, -1), extreme(linkage, number, 3, 1)]
-    sine(1) = extreme(linkage, number, 4, -1, report%transmission_at)
-    report%transmission = asin(min(1.0_dp, sine(1)))
-    report%margin = extreme(linkage, number, 5, -1)
   end subroutine follow_joint
 
   pure function fitness_at(linkage, number, angle) result(fitness)
@@ -180,7 +193,8 @@ contains
     end select
   end function quantity
 
-  !> The least (`sense` = -1) or greatest (1) value of a quantity over the turn, and where it is met.
+  !> The least (`sense` = -1) or greatest (1) value of a quantity over the turn, and where it is met: the best of 720 angles,
+  !> refined by golden sections.
   real(dp) function extreme(linkage, number, which, sense, place)
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: number, which, sense
