@@ -12,7 +12,9 @@ module gestell
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
   use gestell_model_bodies, only: link_type
+  use gestell_model_diagnosis, only: diagnose, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type, freedom_names, new_frame
+  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, point_type, reach_type
   use gestell_model_linkage, only: linkage_type

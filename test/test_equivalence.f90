@@ -264,8 +264,9 @@ contains
     call check(error, moment > 1.0e-3_dp)
   end subroutine test_balanced
 
-  !> The paper's machine with its ground link so long that crank and ground in line all but stretch the dyad:
-  !> l1 = l3 + l4 - l2 - gap. Every claim holds against the reference, whatever the gap.
+  !> The paper's machine with its ground link so long that crank and ground in line all but stretch the dyad, so short that
+  !> they all but fold it, and with a slider that its rod all but fails to reach. Every claim holds against the reference,
+  !> whatever the gap.
   subroutine test_change_point(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: gap(3) = [1.0e-2_dp, 1.0e-3_dp, 1.0e-6_dp]
@@ -277,11 +278,22 @@ contains
     type(gestell_error), allocatable :: failure
     real(qp) :: phi(6, 6), xp(6), x0(6)
     complex(qp) :: rho(6)
-    integer :: i, k
+    integer :: i, k, variant
 
-    do i = 1, size(gap)
+    do i = 1, 3 * size(gap)
+      variant = 1 + (i - 1) / size(gap)
       machine = khang_machine(240.0_dp)
-      machine%joints(2)%position = [0.37_dp + 0.16_dp - 0.07_dp - 0.37_dp * gap(i), 0.0_dp]
+      associate (length => 0.37_dp * gap(1 + modulo(i - 1, size(gap))))
+        select case (variant)
+        case (1)
+          machine%joints(2)%position = [0.37_dp + 0.16_dp - 0.07_dp - length, 0.0_dp]
+        case (2)
+          machine%joints(2)%position = [0.37_dp - 0.16_dp + 0.07_dp + length, 0.0_dp]
+        case default
+          machine%joints(4)%kind = "RRP"
+          machine%joints(4)%guide_point = [0.0_dp, -(0.37_dp - 0.07_dp - length)]
+        end select
+      end associate
       call frame_of_machine(machine, frame, failure)
       if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(), .true., monodromy, failure)
       if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
