@@ -2,7 +2,7 @@
 module gestell
   use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input, wrong_usage
   use gestell_base_fourier, only: fourier_series, fourier_type
-  use gestell_base_jet, only: jet
+  use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
   use gestell_base_version, only: version
   use gestell_floquet_flow, only: trajectory
