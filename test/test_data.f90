@@ -11,6 +11,7 @@ module test_data
   use gestell_io_document, only: document_type
   use gestell_io_namelist, only: parse_document, read_document
   use gestell_io_schema, only: input_schema
+  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_mechanism, only: mass_functions_type
   use reference_frame, only: frame_of, frame_period
   use reference_linear, only: eigenvalues, qp
@@ -28,7 +29,8 @@ contains
 
     testsuite = [ &
       & new_unittest("the machines in data/ against the reference", test_machines), &
-      & new_unittest("mass functions by harmonics: an unbalanced crank", test_harmonics)]
+      & new_unittest("mass functions by harmonics: an unbalanced crank", test_harmonics), &
+      & new_unittest("mass functions that no masses can have", test_impossible)]
   end subroutine collect_data
 
   subroutine test_machines(error)
@@ -114,5 +116,20 @@ contains
     ! H has 0.5 sin 2 phi besides, whose derivative is cos 2 phi.
     call check(error, a%a4, cos(2 * phi), thr=1.0e-15_dp)
   end subroutine test_harmonics
+
+  !> A mass m with a1 = m r and a3 < m r^2.
+  subroutine test_impossible(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(harmonic_mechanism_type) :: mechanism
+    type(gestell_error), allocatable :: failure
+
+    call new_harmonic_mechanism(mechanism, 3.0_dp, 0.1_dp, [0.6_dp], [0.0_dp], [0.12_dp], [0.0_dp], failure)
+    call check(error, .not. allocated(failure), more="a point mass at 0.2 m")
+    if (allocated(error)) return
+    call new_harmonic_mechanism(mechanism, 3.0_dp, 0.1_dp, [0.6_dp], [0.0_dp], [0.11_dp], [0.0_dp], failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, failure%code, 2)
+  end subroutine test_impossible
 
 end module test_data

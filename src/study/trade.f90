@@ -98,13 +98,13 @@ contains
     do
       call measure(frame, method, steps, converged, multipliers, solution, row, wanted, error)
       ! A step that is too long can make the equations singular or the numbers overflow: a longer ladder is the answer.
+      spent = spent + wanted
       if (.not. allocated(error)) then
         if (row%error_phi < 1) trade%rows = [trade%rows, row]
-        spent = spent + wanted
-        if (row%error_phi <= 2 * trade%floor_phi .or. spent > budget / 2) exit
+        if (row%error_phi <= 2 * trade%floor_phi) exit
       end if
+      if (spent > budget / 2) exit
       steps = ceiling(1.5_dp * steps)
-      if (steps > 10000000) exit
     end do
   end subroutine climb
 
@@ -135,9 +135,9 @@ contains
       call system_clock(begin, rate)
       call period_map(frame, method, coarse%nodes, coarse%scale, coarse%phi, error, coarse%xp, reach)
       call system_clock(finish)
-      if (allocated(error)) return
       times(runs) = real(finish - begin, dp) / rate
       spent = spent + times(runs)
+      if (allocated(error)) return
       if (runs >= 3 .and. spent > 0.02_dp) exit
     end do
     runs = min(runs, most)
