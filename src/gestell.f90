@@ -9,8 +9,10 @@ module gestell
   use gestell_floquet_method, only: method_type
   use gestell_floquet_methods, only: method_names, new_method
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
-  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
+    & solve_periodic
   use gestell_model_bodies, only: link_type
   use gestell_model_diagnosis, only: diagnose, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type, freedom_names, new_frame

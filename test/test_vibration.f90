@@ -338,13 +338,13 @@ contains
         call check(error, all(abs(loose%vibration%peak - tight%vibration%peak) <= loose%vibration%peak_error))
         if (allocated(error)) return
         ! All rows are samples here, so they say how well the motion closes.
-        associate (v => loose%vibration, scale => spread(loose%monodromy%scale, 2, size(loose%vibration%history, 2)))
+        associate (v => loose%vibration, scale => spread(loose%floquet%scale, 2, size(loose%vibration%history, 2)))
           call check(error, v%closing_defect, norm2((v%history(:6, size(scale, 2)) - v%history(:6, 1)) / scale(:, 1)) &
             & / maxval(norm2(v%history(:6, :) / scale, dim=1)), thr=1.0e-14_dp)
           if (allocated(error)) return
         end associate
         ! What is known of the start is no worse known later, and springs and dampers hand it on; the defect counts too.
-        associate (v => loose%vibration, scale => loose%monodromy%scale)
+        associate (v => loose%vibration, scale => loose%floquet%scale)
           call check(error, all(v%peak_error(:6) >= v%start%error), more="error of the start")
           if (allocated(error)) return
           call check(error, all(v%peak_error(:6) / scale >= v%closing_defect * maxval(abs(v%history(:6, :)) &
@@ -369,7 +369,7 @@ contains
 
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
     call analyse(frame, tasks_type(response=.false.), accuracy_type(), analysis, failure)
-    call check(error, .not. allocated(analysis%vibration) .and. .not. allocated(analysis%monodromy%xp))
+    call check(error, .not. allocated(analysis%vibration) .and. .not. allocated(analysis%floquet%parts(1)%monodromy%xp))
     if (allocated(error)) return
     call check(error, .not. allocated(analysis%multipliers%vectors))
     if (allocated(error)) return

@@ -46,6 +46,35 @@ module gestell_base_lapack
       integer, intent(out) :: info
     end subroutine dsygv
 
+    subroutine zgetrf(m, n, a, lda, ipiv, info)
+      import :: dp
+      implicit none (type, external)
+      integer, intent(in) :: m, n, lda
+      complex(dp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine zgetrf
+
+    subroutine zgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: dp
+      implicit none (type, external)
+      character, intent(in) :: trans
+      integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+      complex(dp), intent(in) :: a(lda, *)
+      complex(dp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine zgetrs
+
+    subroutine zgeev(jobvl, jobvr, n, a, lda, w, vl, ldvl, vr, ldvr, work, lwork, rwork, info)
+      import :: dp
+      implicit none (type, external)
+      character, intent(in) :: jobvl, jobvr
+      integer, intent(in) :: n, lda, ldvl, ldvr, lwork
+      complex(dp), intent(inout) :: a(lda, *)
+      complex(dp), intent(out) :: w(*), vl(ldvl, *), vr(ldvr, *), work(*)
+      real(dp), intent(out) :: rwork(*)
+      integer, intent(out) :: info
+    end subroutine zgeev
+
     subroutine dgebal(job, n, a, lda, ilo, ihi, scale, info)
       import :: dp
       implicit none (type, external)
@@ -56,6 +85,14 @@ module gestell_base_lapack
       real(dp), intent(out) :: scale(*)
     end subroutine dgebal
   end interface
+
+  interface inverse
+    module procedure real_inverse, complex_inverse
+  end interface inverse
+
+  interface eigensystem
+    module procedure real_eigensystem, complex_eigensystem
+  end interface eigensystem
 
 contains
 
@@ -96,7 +133,7 @@ contains
   end subroutine log_abs_determinant
 
   !> The inverse of `a`. Error: `a` is singular.
-  subroutine inverse(a, inverted, error)
+  subroutine real_inverse(a, inverted, error)
     real(dp), intent(in) :: a(:, :)
     real(dp), allocatable, intent(out) :: inverted(:, :)
     type(error_type), allocatable, intent(out) :: error
@@ -110,11 +147,33 @@ contains
     end do
     call factorise(lu, pivots, error)
     if (.not. allocated(error)) call solve_factored(lu, pivots, inverted)
-  end subroutine inverse
+  end subroutine real_inverse
+
+  !> The inverse of the complex `a`. Error: `a` is singular.
+  subroutine complex_inverse(a, inverted, error)
+    complex(dp), intent(in) :: a(:, :)
+    complex(dp), allocatable, intent(out) :: inverted(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: lu(:, :)
+    integer :: pivots(size(a, 1)), n, i, info
+
+    n = size(a, 1)
+    allocate(lu, source=a)
+    allocate(inverted(n, n), source=(0.0_dp, 0.0_dp))
+    do i = 1, n
+      inverted(i, i) = 1
+    end do
+    call zgetrf(n, n, lu, n, pivots, info)
+    if (info /= 0) then
+      call fatal_error(error, "singular matrix", failed_computation)
+    else
+      call zgetrs("N", n, n, lu, n, pivots, inverted, n, info)
+    end if
+  end subroutine complex_inverse
 
   !> Eigenvalues of `a(n, n)`, with right and left eigenvectors as unit columns (dgeev, which balances).
   !> Conjugate pairs are adjacent, the one with positive imaginary part first. Error: no convergence.
-  subroutine eigensystem(a, values, right, left, error)
+  subroutine real_eigensystem(a, values, right, left, error)
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
     type(error_type), allocatable, intent(out) :: error
@@ -132,7 +191,23 @@ contains
     values = cmplx(wr, wi, dp)
     right = unpacked(vr, wi)
     left = unpacked(vl, wi)
-  end subroutine eigensystem
+  end subroutine real_eigensystem
+
+  !> The same of a complex `a` (zgeev), in the order that LAPACK finds them.
+  subroutine complex_eigensystem(a, values, right, left, error)
+    complex(dp), intent(in) :: a(:, :)
+    complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: work(:), copy(:, :)
+    real(dp) :: rwork(2 * size(a, 1))
+    integer :: n, info
+
+    n = size(a, 1)
+    allocate(copy, source=a)
+    allocate(values(n), right(n, n), left(n, n), work(8 * n))
+    call zgeev("V", "V", n, copy, n, values, left, n, right, n, work, size(work), rwork, info)
+    if (info /= 0) call fatal_error(error, "the eigenvalues of the monodromy matrix did not converge", failed_computation)
+  end subroutine complex_eigensystem
 
   !> Complex eigenvectors from LAPACK's real storage: a pair's real and imaginary parts stand in its two columns.
   pure function unpacked(v, wi) result(z)

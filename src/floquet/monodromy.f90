@@ -14,7 +14,7 @@ module gestell_floquet_monodromy
   implicit none (type, external)
   private
 
-  public :: solve_monodromy
+  public :: solve_monodromy, survey
 
   !> What the user orders.
   type, public :: accuracy_type

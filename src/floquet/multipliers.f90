@@ -7,7 +7,7 @@ module gestell_floquet_multipliers
   implicit none (type, external)
   private
 
-  public :: solve_multipliers
+  public :: append, arrange, disc_bounds, no_multipliers, set_multipliers, solve_multipliers
 
   !> Of all multipliers, largest modulus first, conjugate pairs adjacent. All shapes (n).
   type, public :: multipliers_type
@@ -31,10 +31,6 @@ module gestell_floquet_multipliers
 contains
 
   !> The multipliers of `monodromy`; with `vectors` the eigenvectors too.
-  !>
-  !> Error bounds: with eigenvectors x_j and left ones y_k, |y_k| = |x_j| = 1, the eigenvalues of Phi + E lie in the
-  !> union of the discs |mu - rho_k| <= n |E| / |y_k* x_k| (Gershgorin's theorem for X^-1 (Phi + E) X). Discs that touch
-  !> share their eigenvalues, so a bound then reaches across all of them: it holds for close and defective ones.
   !> Error: LAPACK found no eigenvalues.
   subroutine solve_multipliers(monodromy, vectors, multipliers, error)
     type(monodromy_type), intent(in) :: monodromy
@@ -42,35 +38,87 @@ contains
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
-    real(dp), allocatable :: condition(:), bound(:)
-    integer, allocatable :: order(:)
-    real(dp) :: perturbation
-    integer :: n, k
+    integer :: n
 
     n = size(monodromy%scale)
     associate (d => monodromy%scale)
       call eigensystem(monodromy%phi * spread(d, 1, n) / spread(d, 2, n), rho, right, left, error)
     end associate
     if (allocated(error)) return
-
     ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
-    perturbation = monodromy%error + n * epsilon(1.0_dp) * monodromy%norm
-    condition = [(1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
-    bound = disc_bounds(rho, n * condition * perturbation)
-
-    order = by_modulus(abs(rho))
-    multipliers%rho = rho(order)
-    multipliers%condition = condition(order)
-    multipliers%log_abs = log(max(abs(rho(order)), tiny(1.0_dp)))
-    multipliers%arg = atan2(aimag(rho(order)), real(rho(order)))
-    multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp) / monodromy%period
-    multipliers%bound = bound(order)
-    multipliers%error = bound(order) / max(abs(rho(order)), 1.0e-300_dp * bound(order), tiny(1.0_dp))
-    if (vectors) then
-      right = right(:, order)
-      multipliers%vectors = reshape([(normalised(right(:, k) * monodromy%scale), k = 1, n)], [n, n])
-    end if
+    call set_multipliers(rho, right, left, monodromy%error + n * epsilon(1.0_dp) * monodromy%norm, multipliers)
+    multipliers%exponent = multipliers%exponent / monodromy%period
+    if (vectors) multipliers%vectors = right * spread(monodromy%scale, 2, n)
+    call arrange(multipliers)
   end subroutine solve_multipliers
+
+  !> Multipliers, for the period 1, from the eigenvalues `rho` of a matrix whose error is at most `perturbation`, and its
+  !> right and left eigenvectors, unit columns.
+  !>
+  !> Error bounds: with eigenvectors x_j and left ones y_k, |y_k| = |x_j| = 1, the eigenvalues of Phi + E lie in the
+  !> union of the discs |mu - rho_k| <= n |E| / |y_k* x_k| (Gershgorin's theorem for X^-1 (Phi + E) X). Discs that touch
+  !> share their eigenvalues, so a bound then reaches across all of them: it holds for close and defective ones.
+  pure subroutine set_multipliers(rho, right, left, perturbation, multipliers)
+    complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
+    real(dp), intent(in) :: perturbation
+    type(multipliers_type), intent(out) :: multipliers
+    integer :: n, k
+
+    n = size(rho)
+    multipliers%rho = rho
+    multipliers%condition = [(1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
+    multipliers%log_abs = log(max(abs(rho), tiny(1.0_dp)))
+    multipliers%arg = atan2(aimag(rho), real(rho))
+    multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp)
+    multipliers%bound = disc_bounds(rho, n * multipliers%condition * perturbation)
+    multipliers%error = multipliers%bound / max(abs(rho), 1.0e-300_dp * multipliers%bound, tiny(1.0_dp))
+  end subroutine set_multipliers
+
+  !> None at all, to begin with; with eigenvectors of n states if n > 0.
+  pure function no_multipliers(n) result(multipliers)
+    integer, intent(in) :: n
+    type(multipliers_type) :: multipliers
+
+    allocate(multipliers%rho(0), multipliers%exponent(0))
+    allocate(multipliers%log_abs(0), multipliers%arg(0), multipliers%bound(0), multipliers%error(0), multipliers%condition(0))
+    if (n > 0) allocate(multipliers%vectors(n, 0))
+  end function no_multipliers
+
+  !> Adds `more` at the end.
+  pure subroutine append(all, more)
+    type(multipliers_type), intent(inout) :: all
+    type(multipliers_type), intent(in) :: more
+
+    all%rho = [all%rho, more%rho]
+    all%log_abs = [all%log_abs, more%log_abs]
+    all%arg = [all%arg, more%arg]
+    all%exponent = [all%exponent, more%exponent]
+    all%bound = [all%bound, more%bound]
+    all%error = [all%error, more%error]
+    all%condition = [all%condition, more%condition]
+    if (allocated(more%vectors)) all%vectors = reshape([all%vectors, more%vectors], &
+      & [size(more%vectors, 1), size(all%vectors, 2) + size(more%vectors, 2)])
+  end subroutine append
+
+  !> Largest modulus first, unit eigenvectors.
+  pure subroutine arrange(multipliers)
+    type(multipliers_type), intent(inout) :: multipliers
+    integer :: order(size(multipliers%rho)), k
+
+    order = by_modulus(multipliers%log_abs)
+    multipliers%rho = multipliers%rho(order)
+    multipliers%condition = multipliers%condition(order)
+    multipliers%log_abs = multipliers%log_abs(order)
+    multipliers%arg = multipliers%arg(order)
+    multipliers%exponent = multipliers%exponent(order)
+    multipliers%bound = multipliers%bound(order)
+    multipliers%error = multipliers%error(order)
+    if (.not. allocated(multipliers%vectors)) return
+    multipliers%vectors = multipliers%vectors(:, order)
+    do k = 1, size(order)
+      multipliers%vectors(:, k) = normalised(multipliers%vectors(:, k))
+    end do
+  end subroutine arrange
 
   !> How far from `rho(k)` the eigenvalue can lie that it stands for: the radius of its disc, or where discs touch,
   !> the reach of all discs that hang together with it.

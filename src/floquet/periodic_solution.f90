@@ -9,7 +9,12 @@ module gestell_floquet_periodic_solution
   implicit none (type, external)
   private
 
-  public :: follow, solve_periodic
+  public :: follow, resonance, solve_periodic
+
+  !> What a failure means.
+  character(len=*), parameter :: resonance = "the periodic vibration cannot be told: within the error of Phi(T) a " // &
+    & "multiplier may equal 1 (resonance), or free vibrations grow too fast; more damping, another speed or a smaller " // &
+    & "tolerance may help"
 
   !> Where the periodic motion starts, with the evidence.
   type, public :: periodic_solution_type
@@ -44,9 +49,7 @@ contains
       amplification = 0
       if (.not. allocated(error)) amplification = norm2(inverted)
       if (allocated(error) .or. amplification * phi_error >= 1) then
-        call fatal_error(error, "the periodic vibration cannot be told: within the error of Phi(T) a multiplier may " &
-          & // "equal 1 (resonance), or free vibrations grow too fast; more damping, another speed or a smaller tolerance may " &
-          & // "help", failed_computation)
+        call fatal_error(error, resonance, failed_computation)
         return
       end if
       solution%condition = amplification * (1 + monodromy%norm)

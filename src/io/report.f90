@@ -5,6 +5,7 @@ module gestell_io_report
   use gestell_base_version, only: version
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_solution, only: evidence, evidence_type
   use gestell_io_configuration, only: configuration_type
   use gestell_io_text, only: counted
   use gestell_io_text, only: padded
@@ -148,26 +149,26 @@ contains
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
     character(len=:), allocatable :: lines
+    type(evidence_type) :: found
 
-    associate (monodromy => analysis%monodromy)
-      lines = ""
-      if (.not. allocated(analysis%multipliers)) lines = newline
-      lines = lines // "  rests on            Phi(T) to " // concise(monodromy%error / max(monodromy%norm, tiny(1.0_dp)), 1) &
-        & // " of its size"
-      if (accuracy%steps == 0) then
-        lines = lines // " (" // concise(accuracy%tolerance, 2) // " was ordered)"
-      else
-        lines = lines // " (with the steps that were ordered)"
-      end if
-      lines = lines // ", by " // monodromy%method%name // " with " // text(monodromy%steps) // " steps," // newline &
-        & // "                      " // text(monodromy%evaluations) // " evaluations in all; Liouville's defect " &
-        & // concise(abs(monodromy%liouville_defect), 1)
-      if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
-        & // concise(maxval(analysis%multipliers%condition), 2)
-      if (accuracy%steps == 0 .and. monodromy%error > accuracy%tolerance * monodromy%norm) lines = lines // newline // &
-        & "                      the tolerance lies below what double precision can give here"
-      lines = lines // newline
-    end associate
+    call evidence(analysis%floquet, found)
+    lines = ""
+    if (.not. allocated(analysis%multipliers)) lines = newline
+    lines = lines // "  rests on            Phi(T) to " // concise(found%error, 1) &
+      & // " of its size"
+    if (accuracy%steps == 0) then
+      lines = lines // " (" // concise(accuracy%tolerance, 2) // " was ordered)"
+    else
+      lines = lines // " (with the steps that were ordered)"
+    end if
+    lines = lines // ", by " // found%methods // " with " // text(found%steps) // " steps," // newline &
+      & // "                      " // text(found%evaluations) // " evaluations in all; Liouville's defect " &
+      & // concise(abs(found%liouville_defect), 1)
+    if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
+      & // concise(maxval(analysis%multipliers%condition), 2)
+    if (accuracy%steps == 0 .and. found%error > accuracy%tolerance) lines = lines // newline // &
+      & "                      the tolerance lies below what double precision can give here"
+    lines = lines // newline
   end function evidence_lines
 
   pure function multiplier_lines(multipliers) result(lines)

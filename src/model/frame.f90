@@ -33,6 +33,7 @@ module gestell_model_frame
     procedure :: matrices
     procedure :: load
     procedure :: sample_second_order
+    procedure :: coupled
     procedure :: natural_frequencies
     procedure :: ground_forces
   end type frame_type
@@ -165,6 +166,26 @@ contains
         & + a%a3%v + 2 * xi0 * a%a1%v + 2 * eta0 * a%a2%v
     end associate
   end function mass_matrix
+
+  !> Which of the free degrees of freedom act on each other: by the mounting, and psi by the mechanism's masses too.
+  function coupled(self)
+    class(frame_type), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+    logical :: all(3, 3)
+    real(dp) :: m(3, 3)
+    type(mass_functions_type) :: a
+    integer :: k
+
+    all = abs(self%stiffness) > 0 .or. abs(self%damping) > 0
+    do k = 1, 4 * self%least_steps
+      call self%mechanism%mass_functions(2 * pi * k / (4 * self%least_steps), a)
+      m = mass_matrix(self, a)
+      all(1, 3) = all(1, 3) .or. abs(m(1, 3)) > 0
+      all(2, 3) = all(2, 3) .or. abs(m(2, 3)) > 0
+      if (all(1, 3) .and. all(2, 3)) exit
+    end do
+    coupled = all(self%free, self%free) .or. transpose(all(self%free, self%free))
+  end function coupled
 
   !> Natural angular frequencies (rad/s), ascending, of the undamped frame whose M is averaged over the turn (the
   !> periodic part of C has no average). An unstable spring gives a negative value: minus the growth rate.

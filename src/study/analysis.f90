@@ -1,8 +1,9 @@
 !> One machine at one speed: what was asked for, and nothing else.
 module gestell_study_analysis
   use gestell_base_error, only: error_type
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
   implicit none (type, external)
@@ -20,7 +21,7 @@ module gestell_study_analysis
 
   !> What was asked for; the rest stays unallocated.
   type, public :: analysis_type
-    type(monodromy_type) :: monodromy
+    type(floquet_type) :: floquet
     type(multipliers_type), allocatable :: multipliers
     type(vibration_type), allocatable :: vibration
   end type analysis_type
@@ -35,16 +36,16 @@ contains
     type(analysis_type), intent(out) :: analysis
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_monodromy(frame, accuracy, tasks%response, analysis%monodromy, error)
+    call solve_floquet(frame, accuracy, tasks%response, analysis%floquet, error)
     if (allocated(error)) return
     if (tasks%stability .or. tasks%modes) then
       allocate(analysis%multipliers)
-      call solve_multipliers(analysis%monodromy, tasks%modes, analysis%multipliers, error)
+      call solve_multipliers(analysis%floquet, tasks%modes, analysis%multipliers, error)
       if (allocated(error)) return
     end if
     if (tasks%response) then
       allocate(analysis%vibration)
-      call solve_vibration(frame, analysis%monodromy, tasks%points, tasks%harmonics, analysis%vibration, error)
+      call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
       if (allocated(error)) deallocate(analysis%vibration)
     end if
   end subroutine analyse

@@ -3,8 +3,8 @@ module gestell_study_vibration
   use gestell_base_error, only: error_type
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: monodromy_type
-  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
   use gestell_model_frame, only: frame_type
   implicit none (type, external)
   private
@@ -35,11 +35,11 @@ module gestell_study_vibration
 
 contains
 
-  !> The periodic vibration of `frame`, at `points` + 1 times, with at least `harmonics` harmonics. `monodromy` must
+  !> The periodic vibration of `frame`, at `points` + 1 times, with at least `harmonics` harmonics. `floquet` must
   !> have been solved with forcing. Errors: resonance; overflow.
-  subroutine solve_vibration(frame, monodromy, points, harmonics, vibration, error)
+  subroutine solve_vibration(frame, floquet, points, harmonics, vibration, error)
     type(frame_type), intent(in) :: frame
-    type(monodromy_type), intent(in) :: monodromy
+    type(floquet_type), intent(in) :: floquet
     integer, intent(in) :: points, harmonics
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
@@ -47,7 +47,7 @@ contains
     real(dp) :: unresolved
     integer :: samples, k, i
 
-    call solve_periodic(monodromy, vibration%start, error)
+    call solve_periodic(floquet, vibration%start, error)
     if (allocated(error)) return
 
     ! The samples are the rows that were ordered, with as many between them as the harmonics need; for very many rows the
@@ -55,11 +55,11 @@ contains
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
     if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
     do
-      call follow(frame, monodromy, vibration%start, [(real(k, dp) / samples, k = 0, samples)], x, error)
+      call follow(frame, floquet, vibration%start, [(real(k, dp) / samples, k = 0, samples)], x, error)
       if (allocated(error)) return
       all = all_quantities(frame, x)
       vibration%series = [(fourier_series(all(i, :samples)), i = 1, quantities)]
-      unresolved = unresolved_part(frame, monodromy, vibration%series)
+      unresolved = unresolved_part(frame, floquet, vibration%series)
       if (unresolved < 1.0e-9_dp .or. 2 * samples > most_samples) exit
       samples = 2 * samples
     end do
@@ -67,31 +67,31 @@ contains
     if (points <= most_shared) then
       vibration%history = all(:, ::samples / points)
     else
-      call follow(frame, monodromy, vibration%start, [(real(k, dp) / points, k = 0, points)], rows, error)
+      call follow(frame, floquet, vibration%start, [(real(k, dp) / points, k = 0, points)], rows, error)
       if (allocated(error)) return
       vibration%history = all_quantities(frame, rows)
     end if
     vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, quantities)]
     vibration%rms = [(vibration%series(i)%rms(), i = 1, quantities)]
-    associate (scale => spread(monodromy%scale, 2, samples + 1))
-      vibration%closing_defect = norm2((x(:, samples + 1) - x(:, 1)) / monodromy%scale) &
+    associate (scale => spread(floquet%scale, 2, samples + 1))
+      vibration%closing_defect = norm2((x(:, samples + 1) - x(:, 1)) / floquet%scale) &
         & / max(maxval(norm2(x / scale, dim=1)), tiny(1.0_dp))
     end associate
-    vibration%peak_error = peak_errors(frame, monodromy, vibration, maxval(abs(x), dim=2))
+    vibration%peak_error = peak_errors(frame, floquet, vibration, maxval(abs(x), dim=2))
   end subroutine solve_vibration
 
   !> The greatest tail of the free states' harmonics, relative to the state's own size. What is roundoff beside the other
   !> states, in balanced units, counts as resolved; the forces follow from the states.
-  pure real(dp) function unresolved_part(frame, monodromy, series)
+  pure real(dp) function unresolved_part(frame, floquet, series)
     type(frame_type), intent(in) :: frame
-    type(monodromy_type), intent(in) :: monodromy
+    type(floquet_type), intent(in) :: floquet
     type(fourier_type), intent(in) :: series(quantities)
-    real(dp) :: greatest(size(monodromy%scale)), tail(size(monodromy%scale))
-    integer :: states(size(monodromy%scale)), k
+    real(dp) :: greatest(size(floquet%scale)), tail(size(floquet%scale))
+    integer :: states(size(floquet%scale)), k
 
     states = [frame%free, 3 + frame%free]
     do k = 1, size(states)
-      greatest(k) = max(abs(series(states(k))%mean), maxval(series(states(k))%amplitude)) / monodromy%scale(k)
+      greatest(k) = max(abs(series(states(k))%mean), maxval(series(states(k))%amplitude)) / floquet%scale(k)
       tail(k) = series(states(k))%tail()
     end do
     unresolved_part = maxval(merge(tail, 0.0_dp, tail * greatest > 1.0e-13_dp * maxval(greatest)))
@@ -112,9 +112,9 @@ contains
   end function all_quantities
 
   !> Estimates of the errors of the peaks: the start's error and the defect at the end travel with the motion.
-  pure function peak_errors(frame, monodromy, vibration, greatest) result(errors)
+  pure function peak_errors(frame, floquet, vibration, greatest) result(errors)
     type(frame_type), intent(in) :: frame
-    type(monodromy_type), intent(in) :: monodromy
+    type(floquet_type), intent(in) :: floquet
     type(vibration_type), intent(in) :: vibration
     real(dp), intent(in) :: greatest(:)
     real(dp) :: errors(quantities)
@@ -122,7 +122,7 @@ contains
     integer :: f
 
     f = size(frame%free)
-    associate (scale => monodromy%scale)
+    associate (scale => floquet%scale)
       relative = vibration%closing_defect + norm2(vibration%start%error / scale) / max(norm2(greatest / scale), tiny(1.0_dp))
       state = relative * norm2(greatest / scale) * scale
     end associate

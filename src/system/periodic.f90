@@ -24,6 +24,7 @@ module gestell_system_periodic
     procedure(matrix_at), deferred :: matrix
     procedure :: forcing => no_forcing
     procedure :: sample
+    procedure :: coupled => all_coupled
   end type periodic_system
 
   abstract interface
@@ -49,6 +50,15 @@ contains
     end associate
     f = 0
   end subroutine no_forcing
+
+  !> Which states (of a second-order system: which degrees of freedom) act on each other through P, symmetric. Those that
+  !> never do are solved apart; a model that knows of such overrides this: all are taken as coupled.
+  function all_coupled(self) result(coupled)
+    class(periodic_system), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+
+    allocate(coupled(self%states, self%states), source=.true.)
+  end function all_coupled
 
   !> P, shape (n, n, points), and where asked for f, shape (n, points), at many phases t / T in [0, 1] at once.
   !> Integrators come through here only: a model whose coefficients are cheaper in bulk overrides it.

@@ -58,7 +58,7 @@ contains
     if (allocated(error)) error stop "no analysis"
     associate (multipliers => analysis%multipliers, vibration => analysis%vibration)
       results = [real(multipliers%rho), aimag(multipliers%rho), multipliers%error, vibration%start%x0, vibration%peak, &
-        & vibration%history(:6, 100), analysis%monodromy%error]
+        & vibration%history(:6, 100), analysis%floquet%parts(1)%monodromy%error]
       words = multipliers%verdict()
     end associate
 

@@ -1,0 +1,267 @@
+!> Floquet's solution of a periodic system by the cheapest way: parts that do not act on each other apart, vibrations that
+!> are fast against the period by reduction, the others by integration over the period.
+module gestell_floquet_solution
+  use gestell_base_error, only: error_type, invalid_input, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
+  use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
+  use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
+  use gestell_floquet_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
+  use gestell_floquet_periodic_solution, only: periodic_of_monodromy => solve_periodic
+  use gestell_floquet_reduced, only: follow_reduced, reduced_multipliers, reduced_periodic, reduced_type, solve_reduced
+  use gestell_floquet_reduction, only: reduce, reduction_type
+  use gestell_system_part, only: independent_parts, part_of
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: evidence, follow, solve_floquet, solve_multipliers, solve_periodic
+
+  !> All multipliers of a monodromy matrix or of a Floquet solution.
+  interface solve_multipliers
+    procedure multipliers_of_monodromy, multipliers_of_floquet
+  end interface solve_multipliers
+
+  !> The start of the periodic motion from a monodromy matrix or a Floquet solution.
+  interface solve_periodic
+    procedure periodic_of_monodromy, periodic_of_floquet
+  end interface solve_periodic
+
+  !> The periodic motion over the period.
+  interface follow
+    procedure follow_monodromy, follow_floquet
+  end interface follow
+
+  !> A part of the system: its map over the period, or its reduction.
+  type, public :: part_type
+    !> Places of its states in those of the system.
+    integer, allocatable :: states(:)
+    type(monodromy_type), allocatable :: monodromy
+    type(reduced_type), allocatable :: reduced
+    !> The part as a system; unallocated where it is the whole.
+    class(periodic_system), allocatable :: system
+  end type part_type
+
+  type, public :: floquet_type
+    real(dp) :: period = 0
+    !> Units that make the states comparable, shape (n).
+    real(dp), allocatable :: scale(:)
+    type(part_type), allocatable :: parts(:)
+  end type floquet_type
+
+  !> What a solution rests on, over all parts.
+  type, public :: evidence_type
+    !> Methods that were used, separated by commas.
+    character(len=:), allocatable :: methods
+    !> Steps over the period (phases of a reduction), evaluations of the coefficients in all.
+    integer :: steps = 0, evaluations = 0
+    !> Greatest relative error of a part's map, and greatest defect of Liouville's theorem.
+    real(dp) :: error = 0, liouville_defect = 0
+  end type evidence_type
+
+  !> Reduction is tried where the fastest vibration turns by more radians than this within the period.
+  real(dp), parameter :: many_turns = 1000
+
+contains
+
+  !> Solves `system` over its period to `accuracy`; with `forced` also what the periodic motion needs. Method `auto` without
+  !> given steps may reduce; `reduced` does nothing else.
+  !> Errors: those of `solve_monodromy`; reduction was asked for and does not apply.
+  subroutine solve_floquet(system, accuracy, forced, floquet, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(floquet_type), intent(out) :: floquet
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: numbers(:)
+    integer :: k, i
+
+    floquet%period = system%period
+    allocate(floquet%scale(system%states))
+    allocate(numbers, source=independent_parts(system))
+    allocate(floquet%parts(maxval(numbers)))
+    if (size(floquet%parts) == 1) then
+      floquet%parts(1)%states = [(i, i = 1, system%states)]
+      call solve_part(system, accuracy, forced, floquet%parts(1), error)
+      if (allocated(error)) return
+      floquet%scale = scale_of(floquet%parts(1))
+      return
+    end if
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        call part_of(system, pack([(i, i = 1, size(numbers))], numbers == k), part%system, part%states)
+        call solve_part(part%system, accuracy, forced, part, error)
+        if (allocated(error)) return
+        floquet%scale(part%states) = scale_of(part)
+      end associate
+    end do
+  end subroutine solve_floquet
+
+  subroutine solve_part(system, accuracy, forced, part, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(part_type), intent(inout) :: part
+    type(error_type), allocatable, intent(out) :: error
+    type(reduction_type) :: reduction
+    type(error_type), allocatable :: unfit
+    real(dp), allocatable :: scale(:)
+    real(dp) :: turns
+    character(len=:), allocatable :: method
+
+    method = "auto"
+    if (allocated(accuracy%method)) method = accuracy%method
+    if (method == "reduced" .or. (method == "auto" .and. accuracy%steps == 0)) then
+      call survey(system, scale, turns, error)
+      if (allocated(error)) return
+      if (method == "reduced" .or. turns > many_turns) then
+        call reduce(system, scale, forced, accuracy%tolerance, reduction, unfit)
+        if (.not. allocated(unfit)) then
+          allocate(part%reduced)
+          call solve_reduced(system, reduction, scale, accuracy_type(tolerance=accuracy%tolerance), part%reduced, unfit)
+          if (.not. allocated(unfit)) return
+          deallocate(part%reduced)
+        end if
+        if (method == "reduced") then
+          call fatal_error(error, "method 'reduced' does not apply: " // unfit%message, invalid_input)
+          return
+        end if
+      end if
+    end if
+    allocate(part%monodromy)
+    call solve_monodromy(system, accuracy, forced, part%monodromy, error)
+  end subroutine solve_part
+
+  pure function scale_of(part) result(scale)
+    type(part_type), intent(in) :: part
+    real(dp) :: scale(size(part%states))
+
+    if (allocated(part%reduced)) then
+      scale = part%reduced%scale
+    else
+      scale = part%monodromy%scale
+    end if
+  end function scale_of
+
+  !> What `floquet` rests on.
+  pure subroutine evidence(floquet, found)
+    type(floquet_type), intent(in) :: floquet
+    type(evidence_type), intent(out) :: found
+    integer :: k
+
+    found%methods = ""
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        if (allocated(part%reduced)) then
+          call add("reduced", part%reduced%liouville_defect, found)
+          found%steps = found%steps + part%reduced%reduction%angles
+          found%evaluations = found%evaluations + part%reduced%reduction%evaluations
+          found%error = max(found%error, part%reduced%reduction%residual)
+        else
+          call add(part%monodromy%method%name, part%monodromy%liouville_defect, found)
+          found%steps = found%steps + part%monodromy%steps
+          found%evaluations = found%evaluations + part%monodromy%evaluations
+          found%error = max(found%error, part%monodromy%error / max(part%monodromy%norm, tiny(1.0_dp)))
+        end if
+      end associate
+    end do
+  end subroutine evidence
+
+  !> A method, unless it is named already, and a defect, if it is the greatest.
+  pure subroutine add(method, liouville_defect, found)
+    character(len=*), intent(in) :: method
+    real(dp), intent(in) :: liouville_defect
+    type(evidence_type), intent(inout) :: found
+
+    if (abs(liouville_defect) > abs(found%liouville_defect)) found%liouville_defect = liouville_defect
+    if (index(", " // found%methods // ",", ", " // method // ",") > 0) return
+    if (len(found%methods) > 0) found%methods = found%methods // ", "
+    found%methods = found%methods // method
+  end subroutine add
+
+  !> All multipliers; with `vectors` the eigenvectors too. Error: LAPACK found no eigenvalues.
+  subroutine multipliers_of_floquet(floquet, vectors, multipliers, error)
+    type(floquet_type), intent(in) :: floquet
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: own
+    complex(dp), allocatable :: shapes(:, :)
+    integer :: k
+
+    multipliers = no_multipliers(merge(size(floquet%scale), 0, vectors))
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        if (allocated(part%reduced)) then
+          call reduced_multipliers(part%reduced, vectors, own, error)
+        else
+          call multipliers_of_monodromy(part%monodromy, vectors, own, error)
+        end if
+        if (allocated(error)) return
+        if (vectors) then
+          allocate(shapes(size(floquet%scale), size(part%states)), source=(0.0_dp, 0.0_dp))
+          shapes(part%states, :) = own%vectors
+          call move_alloc(shapes, own%vectors)
+        end if
+        call append(multipliers, own)
+      end associate
+    end do
+    call arrange(multipliers)
+  end subroutine multipliers_of_floquet
+
+  !> The start of the periodic motion. Error: resonance in one of the parts.
+  subroutine periodic_of_floquet(floquet, solution, error)
+    type(floquet_type), intent(in) :: floquet
+    type(periodic_solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    type(periodic_solution_type) :: own
+    integer :: k
+
+    allocate(solution%x0(size(floquet%scale)), solution%error(size(floquet%scale)), source=0.0_dp)
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        if (allocated(part%reduced)) then
+          call reduced_periodic(part%reduced, own, error)
+        else
+          call periodic_of_monodromy(part%monodromy, own, error)
+        end if
+        if (allocated(error)) return
+        solution%x0(part%states) = own%x0
+        solution%error(part%states) = own%error
+        solution%condition = max(solution%condition, own%condition)
+      end associate
+    end do
+  end subroutine periodic_of_floquet
+
+  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Error: overflow.
+  subroutine follow_floquet(system, floquet, solution, phases, x, error)
+    class(periodic_system), intent(in) :: system
+    type(floquet_type), intent(in) :: floquet
+    type(periodic_solution_type), intent(in) :: solution
+    real(dp), intent(in) :: phases(:)
+    real(dp), allocatable, intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(periodic_solution_type) :: own
+    real(dp), allocatable :: y(:, :)
+    integer :: k
+
+    allocate(x(size(floquet%scale), size(phases)))
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        own%x0 = solution%x0(part%states)
+        if (allocated(part%reduced)) then
+          allocate(y(size(part%states), size(phases)))
+          call follow_reduced(part%reduced, own%x0, phases, y, error)
+        else if (allocated(part%system)) then
+          call follow_monodromy(part%system, part%monodromy, own, phases, y, error)
+        else
+          call follow_monodromy(system, part%monodromy, own, phases, y, error)
+        end if
+        if (allocated(error)) return
+        x(part%states, :) = y
+        deallocate(y)
+      end associate
+    end do
+  end subroutine follow_floquet
+
+end module gestell_floquet_solution

@@ -1,0 +1,170 @@
+!> Periodic systems that fall into parts which do not act on each other.
+module gestell_system_part
+  use gestell_base_kinds, only: dp
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: independent_parts, part_of
+
+  !> The states `chosen` of another system.
+  type, extends(periodic_system) :: first_order_part
+    class(periodic_system), allocatable :: whole
+    integer, allocatable :: chosen(:)
+  contains
+    procedure :: matrix
+    procedure :: forcing
+    procedure :: sample
+  end type first_order_part
+
+  !> The degrees of freedom `chosen` of another system.
+  type, extends(second_order_system) :: second_order_part
+    class(second_order_system), allocatable :: whole
+    integer, allocatable :: chosen(:)
+  contains
+    procedure :: matrices
+    procedure :: load
+    procedure :: sample_second_order
+  end type second_order_part
+
+contains
+
+  !> The number of the part to which each state (each degree of freedom of a second-order system) belongs, from 1.
+  function independent_parts(system) result(parts)
+    class(periodic_system), intent(in) :: system
+    integer, allocatable :: parts(:)
+    logical, allocatable :: coupled(:, :)
+    integer :: i, k, n
+
+    allocate(coupled, source=system%coupled())
+    n = size(coupled, 1)
+    if (all(coupled)) then
+      allocate(parts(n), source=1)
+      return
+    end if
+    allocate(parts, source=[(k, k = 1, n)])
+    do i = 1, n
+      do k = 1, i - 1
+        if (coupled(i, k) .or. coupled(k, i)) where (parts == parts(i)) parts = parts(k)
+      end do
+    end do
+    do k = n, 1, -1
+      ! Numbers without a gap.
+      if (count(parts == k) == 0) where (parts > k) parts = parts - 1
+    end do
+  end function independent_parts
+
+  !> The part of `system` that consists of the states (degrees of freedom) `chosen`, on which the others do not act; and
+  !> its `states` in those of the whole.
+  subroutine part_of(system, chosen, part, states)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: chosen(:)
+    class(periodic_system), allocatable, intent(out) :: part
+    integer, allocatable, intent(out) :: states(:)
+    type(first_order_part) :: first
+    type(second_order_part) :: second
+
+    select type (system)
+    class is (second_order_system)
+      allocate(states, source=[chosen, system%states / 2 + chosen])
+      allocate(second%whole, source=system)
+      allocate(second%chosen, source=chosen)
+      allocate(part, source=second)
+    class default
+      allocate(states, source=chosen)
+      allocate(first%whole, source=system)
+      allocate(first%chosen, source=chosen)
+      allocate(part, source=first)
+    end select
+    part%states = size(states)
+    part%period = system%period
+    part%least_steps = system%least_steps
+    part%rounding = system%rounding
+    if (allocated(system%breaks)) part%breaks = system%breaks
+  end subroutine part_of
+
+  subroutine matrix(self, t, p)
+    class(first_order_part), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+    real(dp) :: many(self%states, self%states, 1)
+
+    call self%sample([t / self%period], many)
+    p = many(:, :, 1)
+  end subroutine matrix
+
+  subroutine forcing(self, t, f)
+    class(first_order_part), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+    real(dp) :: full(self%whole%states)
+
+    call self%whole%forcing(t, full)
+    f = full(self%chosen)
+  end subroutine forcing
+
+  subroutine sample(self, phases, p, f)
+    class(first_order_part), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: p(:, :, :)
+    real(dp), intent(out), optional :: f(:, :)
+    real(dp), allocatable :: full_p(:, :, :), full_f(:, :)
+
+    associate (n => self%whole%states)
+      allocate(full_p(n, n, size(phases)), full_f(n, size(phases)))
+    end associate
+    if (present(f)) then
+      call self%whole%sample(phases, full_p, full_f)
+      f = full_f(self%chosen, :)
+    else
+      call self%whole%sample(phases, full_p)
+    end if
+    p = full_p(self%chosen, self%chosen, :)
+  end subroutine sample
+
+  subroutine matrices(self, t, m, b, c)
+    class(second_order_part), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+    real(dp), dimension(self%whole%states / 2, self%whole%states / 2) :: full_m, full_b, full_c
+
+    call self%whole%matrices(t, full_m, full_b, full_c)
+    m = full_m(self%chosen, self%chosen)
+    b = full_b(self%chosen, self%chosen)
+    c = full_c(self%chosen, self%chosen)
+  end subroutine matrices
+
+  subroutine load(self, t, h)
+    class(second_order_part), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+    real(dp) :: full(self%whole%states / 2)
+
+    call self%whole%load(t, full)
+    h = full(self%chosen)
+  end subroutine load
+
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(second_order_part), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), intent(out), optional :: h(:, :)
+    real(dp), allocatable, dimension(:, :, :) :: full_m, full_b, full_c
+    real(dp), allocatable :: full_h(:, :)
+
+    associate (n => self%whole%states / 2)
+      allocate(full_m(n, n, size(phases)), full_b(n, n, size(phases)), full_c(n, n, size(phases)), full_h(n, size(phases)))
+    end associate
+    if (present(h)) then
+      call self%whole%sample_second_order(phases, full_m, full_b, full_c, full_h)
+      h = full_h(self%chosen, :)
+    else
+      call self%whole%sample_second_order(phases, full_m, full_b, full_c)
+    end if
+    m = full_m(self%chosen, self%chosen, :)
+    b = full_b(self%chosen, self%chosen, :)
+    c = full_c(self%chosen, self%chosen, :)
+  end subroutine sample_second_order
+
+end module gestell_system_part
