@@ -18,6 +18,7 @@ program main
   use test_orders, only: collect_orders
   use test_periodic, only: collect_periodic
   use test_reach, only: collect_reach
+  use test_reduction, only: collect_reduction
   use test_rows, only: collect_rows
   use test_set, only: collect_set
   use test_trade, only: collect_trade
@@ -41,6 +42,7 @@ program main
     & new_testsuite("floquet", collect_floquet), &
     & new_testsuite("periodic", collect_periodic), &
     & new_testsuite("orders", collect_orders), &
+    & new_testsuite("reduction", collect_reduction), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("masses", collect_masses), &
     & new_testsuite("assembly", collect_assembly), &

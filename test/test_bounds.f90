@@ -227,7 +227,7 @@ contains
       allocate(m%rho(2), m%error(2))
       m%rho = moduli * exp(cmplx(0, 1, dp))
       m%error = errors
-      m%bound = errors * moduli
+      m%log_abs = log(moduli)
       call check(error, m%verdict(), word)
     end subroutine compare
 

@@ -4,22 +4,23 @@ module gestell_floquet_multipliers
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: eigensystem
   use gestell_floquet_monodromy, only: monodromy_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   implicit none (type, external)
   private
 
-  public :: append, arrange, disc_bounds, no_multipliers, set_multipliers, solve_multipliers
+  public :: append, arrange, disc_bounds, multiplier, no_multipliers, set_multipliers, solve_multipliers
 
   !> Of all multipliers, largest modulus first, conjugate pairs adjacent. All shapes (n).
   type, public :: multipliers_type
     complex(dp), allocatable :: rho(:)
-    !> ln |rho|.
+    !> ln |rho|, also where rho over- or underflows.
     real(dp), allocatable :: log_abs(:)
     !> Argument in (-pi, pi].
     real(dp), allocatable :: arg(:)
     !> Characteristic exponents ln(rho) / T, imaginary parts up to multiples of 2 pi / T.
     complex(dp), allocatable :: exponent(:)
-    !> Bound on the error of rho, and the same relative to |rho| (at most 1e300, where rho is lost).
-    real(dp), allocatable :: bound(:), error(:)
+    !> Bound on the error of rho relative to |rho|, at most 1e300, where rho is lost.
+    real(dp), allocatable :: error(:)
     !> Condition of the eigenvalue in balanced units: 1 at best.
     real(dp), allocatable :: condition(:)
     !> Eigenvectors y_k of (19), states at t = 0 in the model's units, unit columns; shape (n, n).
@@ -27,6 +28,9 @@ module gestell_floquet_multipliers
   contains
     procedure :: verdict
   end type multipliers_type
+
+  !> ln 1e300.
+  real(dp), parameter :: most = 300 * log(10.0_dp)
 
 contains
 
@@ -70,8 +74,10 @@ contains
     multipliers%log_abs = log(max(abs(rho), tiny(1.0_dp)))
     multipliers%arg = atan2(aimag(rho), real(rho))
     multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp)
-    multipliers%bound = disc_bounds(rho, n * multipliers%condition * perturbation)
-    multipliers%error = multipliers%bound / max(abs(rho), 1.0e-300_dp * multipliers%bound, tiny(1.0_dp))
+    associate (modulus => max(abs(rho), tiny(1.0_dp)))
+      multipliers%error = disc_bounds(multipliers%exponent, &
+        & exp(min(log(max(n * multipliers%condition * perturbation, tiny(1.0_dp))) - log(modulus), most)))
+    end associate
   end subroutine set_multipliers
 
   !> None at all, to begin with; with eigenvectors of n states if n > 0.
@@ -80,7 +86,7 @@ contains
     type(multipliers_type) :: multipliers
 
     allocate(multipliers%rho(0), multipliers%exponent(0))
-    allocate(multipliers%log_abs(0), multipliers%arg(0), multipliers%bound(0), multipliers%error(0), multipliers%condition(0))
+    allocate(multipliers%log_abs(0), multipliers%arg(0), multipliers%error(0), multipliers%condition(0))
     if (n > 0) allocate(multipliers%vectors(n, 0))
   end function no_multipliers
 
@@ -93,7 +99,6 @@ contains
     all%log_abs = [all%log_abs, more%log_abs]
     all%arg = [all%arg, more%arg]
     all%exponent = [all%exponent, more%exponent]
-    all%bound = [all%bound, more%bound]
     all%error = [all%error, more%error]
     all%condition = [all%condition, more%condition]
     if (allocated(more%vectors)) all%vectors = reshape([all%vectors, more%vectors], &
@@ -111,7 +116,6 @@ contains
     multipliers%log_abs = multipliers%log_abs(order)
     multipliers%arg = multipliers%arg(order)
     multipliers%exponent = multipliers%exponent(order)
-    multipliers%bound = multipliers%bound(order)
     multipliers%error = multipliers%error(order)
     if (.not. allocated(multipliers%vectors)) return
     multipliers%vectors = multipliers%vectors(:, order)
@@ -120,24 +124,51 @@ contains
     end do
   end subroutine arrange
 
-  !> How far from `rho(k)` the eigenvalue can lie that it stands for: the radius of its disc, or where discs touch,
-  !> the reach of all discs that hang together with it.
-  pure function disc_bounds(rho, radius) result(bound)
-    complex(dp), intent(in) :: rho(:)
+  !> How far from rho(k), relative to |rho(k)|, the eigenvalue can lie that it stands for: the radius of its disc, or where
+  !> discs touch, the reach of all discs that hang together with it. `z` = ln rho; radii relative to |rho|.
+  pure function disc_bounds(z, radius) result(bound)
+    complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: radius(:)
-    real(dp) :: bound(size(rho))
-    integer :: cluster(size(rho)), i, j, k
+    real(dp) :: bound(size(z))
+    integer :: cluster(size(z)), i, k
 
-    cluster = [(k, k = 1, size(rho))]
-    do i = 1, size(rho)
-      do j = 1, i - 1
-        if (abs(rho(i) - rho(j)) <= radius(i) + radius(j)) where (cluster == cluster(i)) cluster = cluster(j)
+    cluster = [(k, k = 1, size(z))]
+    do i = 1, size(z)
+      do k = 1, size(z)
+        ! In units of the greater one of the two.
+        if (real(z(i)) > real(z(k)) .or. cluster(i) == cluster(k)) cycle
+        if (distance(z(i), z(k)) <= radius(i) * exp(real(z(i) - z(k))) + radius(k)) &
+          & where (cluster == cluster(i)) cluster = cluster(k)
       end do
     end do
-    do k = 1, size(rho)
-      bound(k) = maxval(abs(rho - rho(k)) + radius, mask=cluster == cluster(k))
+    bound = radius
+    do k = 1, size(z)
+      do i = 1, size(z)
+        if (i /= k .and. cluster(i) == cluster(k)) bound(k) = max(bound(k), distance(z(i), z(k)) &
+          & + radius(i) * exp(min(real(z(i) - z(k)), most - log(max(radius(i), 1.0_dp)))))
+      end do
     end do
+    bound = min(bound, exp(most))
   end function disc_bounds
+
+  !> |rho_1 - rho_2| / |rho_2| by the logarithms, at most 1e300.
+  pure real(dp) function distance(z1, z2)
+    complex(dp), intent(in) :: z1, z2
+
+    distance = exp(most)
+    if (real(z1 - z2) < most) distance = abs(exp(z1 - z2) - 1)
+  end function distance
+
+  !> exp(z), infinite where it overflows.
+  elemental complex(dp) function multiplier(z)
+    complex(dp), intent(in) :: z
+
+    if (real(z) < log(huge(1.0_dp))) then
+      multiplier = exp(z)
+    else
+      multiplier = ieee_value(1.0_dp, ieee_positive_inf)
+    end if
+  end function multiplier
 
   !> Places of the values, largest first; equal ones, as those of a conjugate pair, keep their order.
   pure function by_modulus(values) result(order)
@@ -168,15 +199,15 @@ contains
   end function normalised
 
   !> 'stable': all |rho| below 1 by more than their error; 'unstable': some |rho| above 1 by more than its error;
-  !> 'undecided': neither.
+  !> 'undecided': neither. By logarithms: |rho| may over- or underflow.
   pure function verdict(self) result(word)
     class(multipliers_type), intent(in) :: self
     character(len=9) :: word
 
-    associate (modulus => abs(self%rho), error => self%bound)
-      if (any(modulus - error > 1)) then
+    associate (e => self%error)
+      if (any(e < 1 .and. self%log_abs + min(log(max(1 - e, tiny(1.0_dp))), -e) > 0)) then
         word = "unstable"
-      else if (all(modulus + error < 1)) then
+      else if (all(self%log_abs + min(log(1 + e) + epsilon(1.0_dp), e) < 0)) then
         word = "stable"
       else
         word = "undecided"

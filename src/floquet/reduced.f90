@@ -6,8 +6,8 @@ module gestell_floquet_reduced
   use gestell_floquet_flow, only: trajectory
   use gestell_floquet_modes, only: columns_of, modes_type
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, no_multipliers, &
-    & set_multipliers
+  use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multiplier, multipliers_type, &
+    & no_multipliers, set_multipliers
   use gestell_floquet_periodic_solution, only: periodic_solution_type, resonance, solve_periodic
   use gestell_floquet_reduction, only: reduction_type
   use gestell_floquet_sampled, only: complex_system, real_system, sampled_system
@@ -195,10 +195,7 @@ contains
         call append(multipliers, one)
       end associate
     end do
-    multipliers%error = max(multipliers%error, reduced%reduction%residual)
-    multipliers%bound = disc_bounds(multipliers%rho, max(multipliers%bound, multipliers%error * abs(multipliers%rho)))
-    multipliers%error = max(multipliers%error, multipliers%bound / max(abs(multipliers%rho), 1.0e-300_dp * multipliers%bound, &
-      & tiny(1.0_dp)))
+    multipliers%error = disc_bounds(multipliers%exponent, max(multipliers%error, reduced%reduction%residual))
     multipliers%exponent = multipliers%exponent / reduced%period
     call arrange(multipliers)
   end subroutine reduced_multipliers
@@ -212,8 +209,7 @@ contains
     multipliers%arg = multipliers%arg + aimag(shift)
     multipliers%arg = multipliers%arg - 2 * pi * anint(multipliers%arg / (2 * pi))
     multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp)
-    multipliers%rho = exp(multipliers%exponent)
-    multipliers%bound = multipliers%error * abs(multipliers%rho)
+    multipliers%rho = multiplier(multipliers%exponent)
   end subroutine multiply
 
   pure subroutine mirror(multipliers)
@@ -240,7 +236,7 @@ contains
     complex(dp), allocatable :: start(:)
     complex(dp), allocatable :: inverted(:, :), a(:, :)
     real(dp), allocatable :: within(:)
-    real(dp) :: amplification, disturbance, resonant, slowest
+    real(dp) :: amplification, disturbance, growing, resonant, slowest
     integer :: g, i, n
 
     n = size(reduced%scale)
@@ -259,14 +255,16 @@ contains
             solution%condition = max(solution%condition, slow%condition)
             cycle
           end if
-          a = -exp(group%shift) * group%phi
+          ! E - exp(shift) Phi in units of the greater one of the two.
+          growing = max(real(group%shift), 0.0_dp)
+          a = -exp(group%shift - growing) * group%phi
           do i = 1, size(group%columns)
-            a(i, i) = 1 + a(i, i)
+            a(i, i) = exp(-growing) + a(i, i)
           end do
           call inverse(a, inverted, error)
           amplification = 0
           if (.not. allocated(error)) amplification = norm2(abs(inverted))
-          if (allocated(error) .or. amplification * abs(exp(group%shift)) * group%error >= 0.5_dp) then
+          if (allocated(error) .or. amplification * group%error * exp(real(group%shift) - growing) >= 0.5_dp) then
             call fatal_error(error, resonance, failed_computation)
             return
           end if
@@ -275,9 +273,10 @@ contains
             & + log(min(max(disturbance, tiny(1.0_dp)) / max(r%effort, tiny(1.0_dp)), 1.0_dp)) &
             & * max(slowest / (pi * r%angles) - 1, 0.0_dp))
           within(group%columns) = disturbance / max(slowest - pi * r%angles, 1.0_dp) &
-            & + 2 * amplification * resonant
+            & + 2 * amplification * exp(-growing) * resonant
           within(group%conjugates) = within(group%columns)
-          solution%condition = max(solution%condition, amplification * (1 + abs(exp(group%shift)) * norm2(abs(group%phi))))
+          solution%condition = max(solution%condition, amplification * (exp(-growing) &
+            & + exp(real(group%shift) - growing) * norm2(abs(group%phi))))
         end associate
       end do
       solution%x0 = real(start) * reduced%scale

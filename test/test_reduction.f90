@@ -1,0 +1,245 @@
+!> Fast free vibrations without integration: multipliers and periodic motion against closed forms and a second method.
+module test_reduction
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
+    & solve_periodic
+  use systems, only: constant_type, meissner_type
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use turning_system, only: turning_type
+  implicit none (type, external)
+  private
+
+  public :: collect_reduction
+
+contains
+
+  subroutine collect_reduction(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("turning modes, all fast", test_fast), &
+      & new_unittest("fast modes with close frequencies", test_close), &
+      & new_unittest("fast and slow modes together", test_mixed), &
+      & new_unittest("violent damping: logarithms where multipliers underflow", test_damped), &
+      & new_unittest("violent growth: logarithms where multipliers overflow", test_growing), &
+      & new_unittest("the cost does not grow with the frequency", test_cost), &
+      & new_unittest("a resonance is an error, a damped one of high order is not", test_resonance), &
+      & new_unittest("constant coefficients: the transfer function", test_transfer), &
+      & new_unittest("where it does not apply it says so", test_refused)]
+  end subroutine collect_reduction
+
+  !> Solves `system` and compares all with its closed form;
+  subroutine compare(error, system, method, name)
+    type(error_type), allocatable, intent(out) :: error
+    type(turning_type), intent(in) :: system
+    character(len=*), intent(in) :: method, name
+    integer, parameter :: points = 8
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    complex(dp) :: exact(6), difference
+    real(dp), allocatable :: x(:, :)
+    real(dp) :: nearest, own
+    integer :: i, k
+
+    call solve_floquet(system, accuracy_type(tolerance=1.0e-9_dp, method=method), .true., floquet, failure)
+    if (.not. allocated(failure)) call solve_multipliers(floquet, .true., multipliers, failure)
+    if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
+    if (.not. allocated(failure)) call follow(system, floquet, solution, [(real(k, dp) / points, k = 0, points)], x, failure)
+    if (allocated(failure)) then
+      call test_failed(error, name // ": " // failure%message)
+      return
+    end if
+
+    exact = system%logarithms()
+    do i = 1, 6
+      nearest = huge(nearest)
+      do k = 1, 6
+        difference = cmplx(multipliers%log_abs(i) - real(exact(k)), multipliers%arg(i) - aimag(exact(k)), dp)
+        difference = cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)
+        nearest = min(nearest, abs(difference))
+      end do
+      ! The closed form's own arguments and the coefficients are rounded.
+      own = 4 * epsilon(1.0_dp) * maxval(abs(exact))
+      call check(error, nearest <= multipliers%error(i) + own, more=name // ": a multiplier's bound")
+      if (allocated(error)) return
+      call check(error, multipliers%error(i) <= 2.0e-8_dp + 1.0e4_dp * own, more=name // ": the bound is too wide")
+      if (allocated(error)) return
+    end do
+    do k = 2, 6
+      call check(error, multipliers%log_abs(k) <= multipliers%log_abs(k - 1), more=name // ": order")
+      if (allocated(error)) return
+    end do
+    call check(error, all(abs(solution%x0 - system%motion(0.0_dp)) <= solution%error), more=name // ": bound of x0")
+    if (allocated(error)) return
+    ! What was ordered is 1e-9; the motion's size is 2, the greatest condition of E - Phi in these cases about 10, and the
+    ! forcing is rounded as the coefficients are.
+    call check(error, maxval(solution%error) < 1.0e-6_dp + 1.0e2_dp * own, more=name // ": the bound of x0 is too wide")
+    if (allocated(error)) return
+    do k = 0, points
+      call check(error, maxval(abs(x(:, k + 1) - system%motion(2 * pi * k / points))) < 1.0e-7_dp + own, &
+        & more=name // ": motion")
+      if (allocated(error)) return
+    end do
+    call check(error, abs(floquet%parts(1)%reduced%liouville_defect) <= 1.0e-12_dp * sum(abs(exact)) + 1.0e-8_dp, &
+      & more=name // ": Liouville")
+  end subroutine compare
+
+  subroutine test_fast(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[-0.1_dp, -0.02_dp, 0.05_dp], &
+      & frequency=[100.3_dp, 250.2_dp, 900.1_dp]), "auto", "auto")
+    if (allocated(error)) return
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[0.0_dp, 0.0_dp, 0.0_dp], &
+      & frequency=[1.0030e4_dp, 2.5020e6_dp, 9.0010e7_dp] + 0.3_dp), "reduced", "undamped")
+    if (allocated(error)) return
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[-3.0_dp, -1.0_dp, -0.5_dp], &
+      & frequency=[100.3_dp, 250.2_dp, 900.1_dp], swing=0.8_dp), "reduced", "wide swing")
+  end subroutine test_fast
+
+  subroutine test_close(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[-0.1_dp, -0.02_dp, -0.05_dp], &
+      & frequency=[300.3_dp, 302.1_dp, 900.1_dp]), "reduced", "two close ones")
+    if (allocated(error)) return
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[-0.1_dp, -0.1_dp, -0.1_dp], &
+      & frequency=[5000.3_dp, 5000.3_dp, 5002.7_dp]), "reduced", "a double one, and a close one")
+  end subroutine test_close
+
+  subroutine test_mixed(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[-0.1_dp, -0.2_dp, -0.05_dp], &
+      & frequency=[0.3_dp, 302.1_dp, 900.1_dp]), "reduced", "one slow")
+    if (allocated(error)) return
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[-0.1_dp, -0.2_dp, -0.05_dp], &
+      & frequency=[0.3_dp, 2.1_dp, 1.0e9_dp]), "auto", "two slow, one very fast")
+  end subroutine test_mixed
+
+  subroutine test_damped(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[-0.1_dp, -600.0_dp, -20.0_dp], &
+      & frequency=[0.3_dp, 0.0_dp, 900.1_dp], real_block=[.false., .true., .false.]), "auto", "overdamped")
+    if (allocated(error)) return
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[-300.0_dp, -1.0e4_dp, -2.0e6_dp], &
+      & real_block=[.true., .true., .true.]), "auto", "everything overdamped")
+  end subroutine test_damped
+
+  subroutine test_growing(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[300.0_dp, -250.0_dp, 20.0_dp], &
+      & frequency=[200.0_dp, 0.0_dp, 900.1_dp], real_block=[.false., .true., .false.]), "auto", "growing")
+  end subroutine test_growing
+
+  !> As many evaluations at a frequency of 1e9 as at 1e3.
+  subroutine test_cost(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(floquet_type) :: floquet
+    type(evidence_type) :: found(2)
+    type(gestell_error), allocatable :: failure
+    integer :: k
+
+    do k = 1, 2
+      call solve_floquet(turning_type(states=6, period=2 * pi, rate=[-0.1_dp, -0.02_dp, 0.05_dp], &
+        & frequency=[1.003_dp, 2.502_dp, 9.001_dp] * 1.0e3_dp**(2 * k - 1)), accuracy_type(), .false., floquet, failure)
+      if (allocated(failure)) call test_failed(error, failure%message)
+      if (allocated(error)) return
+      call evidence(floquet, found(k))
+    end do
+    call check(error, found(2)%evaluations <= found(1)%evaluations)
+  end subroutine test_cost
+
+  !> A frequency that is a whole multiple of the crank's, without damping: rho = 1 and no periodic motion; with damping one
+  !> that is as exact as elsewhere, since its forcing has no harmonic of that order.
+  subroutine test_resonance(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(floquet_type) :: floquet
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+
+    call solve_floquet(turning_type(states=6, period=2 * pi, rate=[0.0_dp, -0.02_dp, -0.05_dp], &
+      & frequency=[200.0_dp, 450.2_dp, 900.1_dp]), accuracy_type(method="reduced"), .true., floquet, failure)
+    if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
+    call check(error, allocated(failure))
+    if (allocated(error)) return
+    call check(error, index(failure%message, "resonance") > 0)
+    if (allocated(error)) return
+    call compare(error, turning_type(states=6, period=2 * pi, rate=[-1.0e-3_dp, -0.02_dp, -0.05_dp], &
+      & frequency=[200.0_dp, 450.2_dp, 900.1_dp]), "reduced", "damped resonance")
+  end subroutine test_resonance
+
+  !> q = Re [(C - W^2 M + i W B)^-1 h exp(i W t)].
+  subroutine test_transfer(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(constant_type) :: system
+    type(floquet_type) :: floquet
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    complex(dp) :: z(2, 2), q(2)
+    real(dp) :: w
+
+    system = constant_type(states=4, period=40.0_dp, m=reshape([2.0_dp, 0.3_dp, 0.3_dp, 1.0_dp], [2, 2]), &
+      & b=reshape([0.2_dp, 0.1_dp, -0.1_dp, 0.3_dp], [2, 2]), c=reshape([9.0e3_dp, -2.0e3_dp, -2.0e3_dp, 5.0e3_dp], [2, 2]), &
+      & amplitude=[3.0_dp, -1.0_dp])
+    call solve_floquet(system, accuracy_type(), .true., floquet, failure)
+    if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, allocated(floquet%parts(1)%reduced), more="not reduced")
+    if (allocated(error)) return
+    w = 2 * pi / system%period
+    z = cmplx(system%c - w**2 * system%m, w * system%b, dp)
+    q = [z(2, 2) * system%amplitude(1) - z(1, 2) * system%amplitude(2), &
+      & z(1, 1) * system%amplitude(2) - z(2, 1) * system%amplitude(1)] / (z(1, 1) * z(2, 2) - z(1, 2) * z(2, 1))
+    call check(error, all(abs(solution%x0 - [real(q), real(cmplx(0, w, dp) * q)]) <= solution%error), more="bound")
+    if (allocated(error)) return
+    ! Of what has the size 1e-3 in displacement.
+    call check(error, maxval(solution%error(:2)) < 1.0e-14_dp, more="the bound is too wide")
+  end subroutine test_transfer
+
+  subroutine test_refused(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call expect(turning_type(states=6, period=2 * pi, rate=-0.1_dp, frequency=[1.0_dp, 2.0_dp, 3.0_dp]), "too slow")
+    call expect(meissner_type(states=2, period=pi, breaks=[pi / 3], a=1.0e6_dp), "jump")
+    call expect(turning_type(states=6, period=2 * pi, rate=-0.1_dp, frequency=[200.0_dp, 450.0_dp, 900.0_dp], &
+      & swing=2.0_dp), "does not apply")
+    call expect(turning_type(states=6, period=2 * pi, rate=-0.1_dp, frequency=[200.0_dp, 450.0_dp, 900.0_dp], &
+      & least_steps=10000), "too suddenly")
+
+  contains
+
+    subroutine expect(system, words)
+      use gestell_system_periodic, only: periodic_system
+      class(periodic_system), intent(in) :: system
+      character(len=*), intent(in) :: words
+      type(floquet_type) :: floquet
+      type(gestell_error), allocatable :: failure
+
+      if (allocated(error)) return
+      call solve_floquet(system, accuracy_type(method="reduced"), .false., floquet, failure)
+      if (.not. allocated(failure)) then
+        call test_failed(error, words // ": no refusal")
+        return
+      end if
+      call check(error, index(failure%message, words) > 0, more=failure%message)
+      if (allocated(error)) return
+      ! The same system goes through by integration.
+      call solve_floquet(system, accuracy_type(), .false., floquet, failure)
+      call check(error, .not. allocated(failure), more=words // ": integration")
+    end subroutine expect
+
+  end subroutine test_refused
+
+end module test_reduction
