@@ -19,6 +19,7 @@ program main
   use test_periodic, only: collect_periodic
   use test_reach, only: collect_reach
   use test_reduction, only: collect_reduction
+  use test_resonance, only: collect_resonance
   use test_rows, only: collect_rows
   use test_set, only: collect_set
   use test_trade, only: collect_trade
@@ -54,6 +55,7 @@ program main
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("rows", collect_rows), &
+    & new_testsuite("resonance", collect_resonance), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &

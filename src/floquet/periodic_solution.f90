@@ -12,9 +12,8 @@ module gestell_floquet_periodic_solution
   public :: follow, resonance, solve_periodic
 
   !> What a failure means.
-  character(len=*), parameter :: resonance = "the periodic vibration cannot be told: within the error of Phi(T) a " // &
-    & "multiplier may equal 1 (resonance), or free vibrations grow too fast; more damping, another speed or a smaller " // &
-    & "tolerance may help"
+  character(len=*), parameter :: resonance = "the periodic vibration cannot be told: within the error of the free ones a " &
+    & // "multiplier may equal 1 (resonance); more damping, another speed or a smaller tolerance may help"
 
   !> Where the periodic motion starts, with the evidence.
   type, public :: periodic_solution_type

@@ -12,6 +12,7 @@ module gestell_io_report
   use gestell_model_frame, only: frame_type, freedom_names
   use gestell_model_linkage, only: linkage_type
   use gestell_study_analysis, only: analysis_type
+  use gestell_study_resonance, only: describe_resonance, resonance_type
   use gestell_study_vibration, only: vibration_type
   implicit none (type, external)
   private
@@ -21,6 +22,8 @@ module gestell_io_report
   character, parameter :: newline = new_line("a")
   !> Speeds closer than this, relative, are called near.
   real(dp), parameter :: near = 0.03_dp
+  !> Orders above this hardly shake: nearness to them is not worth a word.
+  real(dp), parameter :: highest_order = 50
 
 contains
 
@@ -68,6 +71,7 @@ contains
       report = report // frequency_lines(frequencies, abs(frame%speed))
       if (allocated(analysis%vibration)) then
         report = report // vibration_lines(analysis%vibration, frame)
+        if (allocated(analysis%resonance)) report = report // resonance_lines(analysis%resonance)
         if (allocated(analysis%multipliers)) then
           if (analysis%multipliers%verdict() /= "stable") report = report // newline // &
             & "  This vibration is not reached from rest unless the free vibrations die out." // newline
@@ -207,7 +211,9 @@ contains
       lines = lines // text(k) // repeat(" ", 2 - len(text(k))) // padded(concise(frequencies(k)), 12) &
         & // padded(concise(frequencies(k) / (2 * pi)), 11) // padded(concise(ratio, 5), 16) // "   order " &
         & // concise(nearest, 9) // " at " // concise(frequencies(k) / nearest * 30 / pi, 5) // " rpm" &
-        & // away(frequencies(k) / (nearest * speed) - 1) // newline
+        & // away(frequencies(k) / (nearest * speed) - 1)
+      if (abs(ratio / nearest - 1) < near .and. nearest <= highest_order) lines = lines // "  <- near"
+      lines = lines // newline
     end do
     lines = lines // parametric_lines(frequencies, speed)
   end function frequency_lines
@@ -245,8 +251,16 @@ contains
     character(len=:), allocatable :: words
 
     words = ", " // concise(100 * abs(relative), 2) // " % " // trim(merge("above", "below", relative > 0))
-    if (abs(relative) < near) words = words // "  <- near"
   end function away
+
+  !> What the vibration resonates with.
+  pure function resonance_lines(resonance) result(lines)
+    type(resonance_type), intent(in) :: resonance
+    character(len=:), allocatable :: lines
+
+    call describe_resonance(resonance, lines)
+    lines = "  near resonance: " // lines // newline
+  end function resonance_lines
 
   pure function vibration_lines(vibration, frame) result(lines)
     type(vibration_type), intent(in) :: vibration

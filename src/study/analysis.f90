@@ -1,10 +1,12 @@
 !> One machine at one speed: what was asked for, and nothing else.
 module gestell_study_analysis
   use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
+  use gestell_study_resonance, only: describe_resonance, find_resonance, resonance_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
   implicit none (type, external)
   private
@@ -24,11 +26,17 @@ module gestell_study_analysis
     type(floquet_type) :: floquet
     type(multipliers_type), allocatable :: multipliers
     type(vibration_type), allocatable :: vibration
+    !> Where a resonance costs the periodic vibration a digit or more.
+    type(resonance_type), allocatable :: resonance
   end type analysis_type
+
+  !> Condition of the periodic vibration that is called near resonance.
+  real(dp), parameter :: one_digit = 10
 
 contains
 
-  !> Verdict and vibration of a frame. Errors: those of the parts; where the vibration fails, the multipliers are there.
+  !> Verdict and vibration of a frame. Errors: those of the parts; where the vibration fails, the multipliers are there,
+  !> and the message names what it resonates with.
   subroutine analyse(frame, tasks, accuracy, analysis, error)
     type(frame_type), intent(in) :: frame
     type(tasks_type), intent(in) :: tasks
@@ -43,11 +51,34 @@ contains
       call solve_multipliers(analysis%floquet, tasks%modes, analysis%multipliers, error)
       if (allocated(error)) return
     end if
-    if (tasks%response) then
-      allocate(analysis%vibration)
-      call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
-      if (allocated(error)) deallocate(analysis%vibration)
+    if (.not. tasks%response) return
+    allocate(analysis%vibration)
+    call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
+    if (allocated(error)) then
+      deallocate(analysis%vibration)
+      call name_resonance(frame, analysis, error)
+    else if (analysis%vibration%start%condition > one_digit) then
+      call name_resonance(frame, analysis)
     end if
   end subroutine analyse
+
+  !> Finds the resonance; a `failure` for it gets its name.
+  subroutine name_resonance(frame, analysis, failure)
+    type(frame_type), intent(in) :: frame
+    type(analysis_type), intent(inout) :: analysis
+    type(error_type), intent(inout), optional :: failure
+    type(multipliers_type) :: multipliers
+    type(resonance_type) :: resonance
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: sentence
+
+    call solve_multipliers(analysis%floquet, .false., multipliers, error)
+    if (.not. allocated(error)) call find_resonance(frame, multipliers, resonance, error)
+    if (allocated(error)) return
+    analysis%resonance = resonance
+    if (.not. present(failure)) return
+    call describe_resonance(resonance, sentence)
+    failure%message = failure%message // "; " // sentence
+  end subroutine name_resonance
 
 end module gestell_study_analysis
