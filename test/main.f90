@@ -3,20 +3,24 @@ program main
   use test_assembly, only: collect_assembly
   use test_base, only: collect_base
   use test_bounds, only: collect_bounds
+  use test_cheapest, only: collect_cheapest
   use test_data, only: collect_data
   use test_equivalence, only: collect_equivalence
+  use test_factors, only: collect_factors
   use test_floquet, only: collect_floquet
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
   use test_masses, only: collect_masses
   use test_mesh, only: collect_mesh
   use test_method, only: collect_method
+  use test_methods, only: collect_methods
   use test_model, only: collect_model
   use test_namelist, only: collect_namelist
   use test_namelist_errors, only: collect_namelist_errors
   use test_namelist_fuzz, only: collect_namelist_fuzz
   use test_orders, only: collect_orders
   use test_periodic, only: collect_periodic
+  use test_periodic_schur, only: collect_periodic_schur
   use test_reach, only: collect_reach
   use test_reduction, only: collect_reduction
   use test_resonance, only: collect_resonance
@@ -39,10 +43,14 @@ program main
     & new_testsuite("base", collect_base), &
     & new_testsuite("mesh", collect_mesh), &
     & new_testsuite("method", collect_method), &
+    & new_testsuite("methods", collect_methods), &
+    & new_testsuite("cheapest", collect_cheapest), &
     & new_testsuite("bounds", collect_bounds), &
     & new_testsuite("floquet", collect_floquet), &
     & new_testsuite("periodic", collect_periodic), &
     & new_testsuite("orders", collect_orders), &
+    & new_testsuite("factors", collect_factors), &
+    & new_testsuite("schur", collect_periodic_schur), &
     & new_testsuite("reduction", collect_reduction), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("masses", collect_masses), &

@@ -3,7 +3,7 @@ module test_method
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_flow, only: period_map, trajectory
-  use gestell_floquet_method, only: method_type
+  use gestell_floquet_method, only: method_type, name_length
   use gestell_floquet_methods, only: method_names, new_method
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
@@ -135,7 +135,7 @@ contains
   subroutine test_ordered(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=6), parameter :: methods(4) = [character(len=6) :: "rk4", "gauss2", "gauss3", "gauss6"]
-    integer, parameter :: order(4) = [4, 4, 6, 12], stages(4) = [3, 2, 3, 6], points = 4000
+    integer, parameter :: order(4) = [4, 4, 6, 12], stages(4) = [2, 2, 3, 6], points = 4000
     type(monodromy_type) :: monodromy
     type(gestell_error), allocatable :: failure
     real(dp) :: tolerance, sum_of_samples, f(1)
@@ -312,11 +312,11 @@ contains
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
     type(accuracy_type) :: accuracy
-    character(len=6), allocatable :: names(:)
+    character(len=name_length), allocatable :: names(:)
     integer :: i
 
     allocate(names, source=method_names())
-    call check(error, size(names), 9)
+    call check(error, size(names), 12)
     if (allocated(error)) return
     do i = 1, size(names)
       call new_method(trim(names(i)), method, failure)

@@ -13,6 +13,8 @@ module gestell_floquet_flow
 
   !> Steps whose maps are held at a time: memory does not grow with the number of steps.
   integer, parameter :: block_length = 256
+  !> Beyond this the squares within a norm overflow.
+  real(dp), parameter :: greatest = 1.0e150_dp
 
 contains
 
@@ -51,13 +53,15 @@ contains
         if (allocated(error)) return
         do k = 1, size(from)
           phi = matmul(a(:, :, k), phi)
+          if (.not. maxval(abs(phi)) < greatest) then
+            call overflow(error)
+            return
+          end if
           if (.not. present(xp)) cycle
           xp = matmul(a(:, :, k), xp) + b(:, k)
           reach = max(reach, norm2(xp / scale))
         end do
       end associate
-      call check_finite(phi, error)
-      if (allocated(error)) return
     end do
   end subroutine period_map
 
@@ -109,8 +113,13 @@ contains
     real(dp), intent(in) :: values(:, :)
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. all(ieee_is_finite(values))) call fatal_error(error, &
-      & "the free vibration leaves the range of the numbers within one period", failed_computation)
+    if (.not. all(ieee_is_finite(values))) call overflow(error)
   end subroutine check_finite
+
+  pure subroutine overflow(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, "the free vibration leaves the range of the numbers within one period", failed_computation)
+  end subroutine overflow
 
 end module gestell_floquet_flow

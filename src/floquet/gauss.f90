@@ -3,7 +3,7 @@ module gestell_floquet_gauss
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: factorise, solve_factored
-  use gestell_floquet_method, only: method_type
+  use gestell_floquet_method, only: evaluation_work, method_type
   use gestell_floquet_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
@@ -16,7 +16,9 @@ module gestell_floquet_gauss
     private
     type(tableau_type) :: tableau
   contains
+    procedure :: prepare
     procedure :: maps
+    procedure :: work
   end type gauss_method
 
 contains
@@ -29,8 +31,28 @@ contains
     method%name = "gauss" // achar(iachar("0") + stages)
     method%order = 2 * stages
     method%stages = stages
-    method%tableau = gauss_tableau(stages)
+    ! (s!)^2 / ((2 s)! (2 s + 1)!), the first term by which the Pade approximation departs from exp
+    method%error_constant = gamma(stages + 1.0_dp)**2 / (gamma(2 * stages + 1.0_dp) * gamma(2 * stages + 2.0_dp))
   end function gauss
+
+  pure subroutine prepare(self)
+    class(gauss_method), intent(inout) :: self
+
+    self%tableau = gauss_tableau(self%stages)
+  end subroutine prepare
+
+  pure function work(self, states, second_order)
+    class(gauss_method), intent(in) :: self
+    integer, intent(in) :: states
+    logical, intent(in) :: second_order
+    real(dp) :: work
+
+    integer :: unknowns
+
+    unknowns = self%stages * merge(states / 2, states, second_order)
+    work = self%stages * (evaluation_work(second_order) + 80 + 8 * states**2) &
+      & + 0.28_dp * (2 * unknowns**3 / 3.0_dp + 2 * unknowns**2 * (states + 1))
+  end function work
 
   subroutine maps(self, system, from, to, a, error, b)
     class(gauss_method), intent(in) :: self
@@ -64,7 +86,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: b(:, :)
     real(dp), allocatable :: p(:, :, :), f(:, :), left(:, :), right(:, :)
-    integer :: pivots(size(tableau%c) * system%states), n, s, i, j, k, at
+    integer :: pivots(size(tableau%c) * system%states), n, s, i, j, k, at, row, column
 
     n = system%states
     s = size(tableau%c)
@@ -78,11 +100,13 @@ contains
     do k = 1, size(h)
       do i = 1, s
         at = s * (k - 1) + i
+        row = n * (i - 1)
         do j = 1, s
-          left(rows(i), rows(j)) = -h(k) * tableau%a(i, j) * p(:, :, at)
+          column = n * (j - 1)
+          left(row + 1:row + n, column + 1:column + n) = -h(k) * tableau%a(i, j) * p(:, :, at)
         end do
-        right(rows(i), :n) = p(:, :, at)
-        if (present(b)) right(rows(i), n + 1) = f(:, at)
+        right(row + 1:row + n, :n) = p(:, :, at)
+        if (present(b)) right(row + 1:row + n, n + 1) = f(:, at)
       end do
       call add_unit_matrix(left)
       call factorise(left, pivots, error)
@@ -92,23 +116,12 @@ contains
       a(:, :, k) = 0
       if (present(b)) b(:, k) = 0
       do j = 1, s
-        a(:, :, k) = a(:, :, k) + h(k) * tableau%b(j) * right(rows(j), :n)
-        if (present(b)) b(:, k) = b(:, k) + h(k) * tableau%b(j) * right(rows(j), n + 1)
+        row = n * (j - 1)
+        a(:, :, k) = a(:, :, k) + h(k) * tableau%b(j) * right(row + 1:row + n, :n)
+        if (present(b)) b(:, k) = b(:, k) + h(k) * tableau%b(j) * right(row + 1:row + n, n + 1)
       end do
       call add_unit_matrix(a(:, :, k))
     end do
-
-  contains
-
-    !> The places of the unknowns of stage i.
-    pure function rows(i) result(places)
-      integer, intent(in) :: i
-      integer :: places(n)
-      integer :: l
-
-      places = [(n * (i - 1) + l, l = 1, n)]
-    end function rows
-
   end subroutine first_order_maps
 
   !> M q'' + B q' + C q = h, eliminated to the accelerations v_i at the nodes: with the start (q, p) of the step

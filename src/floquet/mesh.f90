@@ -10,10 +10,12 @@ module gestell_floquet_mesh
 contains
 
   !> The ends of about `steps` steps over the period of `system`: equal ones between two breaks of the coefficients,
-  !> each break the end of a step. Shape (0:number of steps), from 0 to 1.
-  pure function mesh(system, steps) result(nodes)
+  !> each break the end of a step, and each phase of the ascending sequence `marks` too. Shape (0:number of steps), from 0
+  !> to 1.
+  pure function mesh(system, steps, marks) result(nodes)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
+    real(dp), intent(in), optional :: marks(:)
     real(dp), allocatable :: nodes(:)
     real(dp), allocatable :: ends(:)
     integer, allocatable :: first(:)
@@ -24,6 +26,8 @@ contains
     else
       allocate(ends, source=[0.0_dp, 1.0_dp])
     end if
+
+    if (present(marks)) ends = merged(ends, marks)
 
     ! The first step of every segment; a segment has one step at least.
     allocate(first(size(ends)), source=0)

@@ -4,17 +4,18 @@ module gestell_floquet_monodromy
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: balancing, log_abs_determinant
   use gestell_base_text, only: text
+  use gestell_floquet_convergence, only: most_steps, next_steps, remaining, safety, too_many_steps
   use gestell_floquet_flow, only: period_map
   use gestell_floquet_mesh, only: mesh
   use gestell_floquet_method, only: method_type
-  use gestell_floquet_methods, only: new_method
+  use gestell_floquet_methods, only: cheapest_method, new_method
   use gestell_floquet_trace, only: trace_integral
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: solve_monodromy, survey
+  public :: choose_method, solve_monodromy, survey
 
   !> What the user orders.
   type, public :: accuracy_type
@@ -49,11 +50,6 @@ module gestell_floquet_monodromy
     class(method_type), allocatable :: method
   end type monodromy_type
 
-  !> More steps than this are not tried.
-  integer, parameter :: most_steps = 2**21
-  !> The estimate of an error, times this, is called a bound.
-  real(dp), parameter :: safety = 4
-
   !> The period's map with a number of steps.
   type :: level_type
     real(dp), allocatable :: nodes(:), phi(:, :), xp(:)
@@ -87,15 +83,9 @@ contains
       call fatal_error(error, "steps must lie between 0 and " // text(most_steps / 2), invalid_input)
       return
     end if
-    if (allocated(accuracy%method)) then
-      call new_method(accuracy%method, monodromy%method, error)
-    else
-      call new_method("auto", monodromy%method, error)
-    end if
-    if (allocated(error)) return
-
     monodromy%period = system%period
     call survey(system, monodromy%scale, turns, error)
+    if (.not. allocated(error)) call choose_method(system, accuracy, turns, monodromy%method, error)
     if (allocated(error)) return
     if (accuracy%steps > 0) then
       call with_given_steps(system, accuracy%steps, forced, turns, monodromy, error)
@@ -106,6 +96,25 @@ contains
 
     call check_liouville(system, monodromy, error)
   end subroutine solve_monodromy
+
+  !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
+  !> name.
+  subroutine choose_method(system, accuracy, turns, method, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: turns
+    class(method_type), allocatable, intent(out) :: method
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: name
+
+    name = "auto"
+    if (allocated(accuracy%method)) name = accuracy%method
+    if (name == "auto" .and. accuracy%steps == 0) then
+      call cheapest_method(system, turns, accuracy%tolerance, method)
+    else
+      call new_method(name, method, error)
+    end if
+  end subroutine choose_method
 
   !> The units that balance the states, from the size of P over the period, and how far the fastest motion turns
   !> within the period, w_max T in radians.
@@ -198,60 +207,6 @@ contains
     end do
     call accept(system, fine, safety * left, turns, monodromy)
   end subroutine with_tolerance
-
-  subroutine too_many_steps(error)
-    type(error_type), allocatable, intent(out) :: error
-
-    call fatal_error(error, "more than " // text(most_steps) // " steps per turn would be needed: the fastest free " // &
-      & "vibration is too fast for the crank speed (allow a greater tolerance, or check stiffness, damping and mass)", &
-      & failed_computation)
-  end subroutine too_many_steps
-
-  !> How many steps are to be tried after `n1` and `n2`, whose solutions differ by `d12`: twice as many as long as the
-  !> method has not begun to converge, then what its order promises, with a margin, for the error allowed.
-  pure integer function next_steps(n1, n2, d12, order, allowed) result(steps)
-    integer, intent(in) :: n1, n2, order
-    real(dp), intent(in) :: d12, allowed
-    real(dp) :: error, factor
-
-    factor = 2
-    if (d12 < 0.01_dp) then
-      error = d12 * (real(n1, dp) / n2)**order
-      factor = 1.1_dp * (2 * safety * error / allowed)**(1.0_dp / order)
-      factor = min(max(factor, 1.25_dp), 16.0_dp)
-    end if
-    steps = ceiling(n2 * factor)
-  end function next_steps
-
-  !> The error left in the finest of three solutions, see `solve_monodromy`. Errors change their sign now and then, and a
-  !> difference is small by chance: so at least what the first difference and the method's order leave.
-  elemental real(dp) function remaining(d12, d23, n1, n2, n3, order) result(left)
-    real(dp), intent(in) :: d12, d23
-    integer, intent(in) :: n1, n2, n3, order
-    real(dp) :: contraction
-
-    contraction = (real(n2, dp) / n3)**measured_order(d12, d23, n1, n2, n3, order)
-    left = max(d23 * contraction / (1 - contraction), d12 * (real(n1, dp) / n3)**order)
-  end function remaining
-
-  !> p of (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23 by bisection, between 1/2 and the method's order.
-  elemental real(dp) function measured_order(d12, d23, n1, n2, n3, order) result(p)
-    real(dp), intent(in) :: d12, d23
-    integer, intent(in) :: n1, n2, n3, order
-    real(dp) :: low, high
-    integer :: halving
-
-    low = 0.5_dp
-    high = order
-    do halving = 1, 30
-      p = (low + high) / 2
-      if (d12 * (1 - (real(n2, dp) / n3)**p) > d23 * ((real(n2, dp) / n1)**p - 1)) then
-        low = p
-      else
-        high = p
-      end if
-    end do
-  end function measured_order
 
   subroutine solve_level(system, steps, forced, monodromy, level, error)
     class(periodic_system), intent(in) :: system

@@ -3,6 +3,9 @@
 module gestell_floquet_solution
   use gestell_base_error, only: error_type, invalid_input, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_base_lapack, only: inverse
+  use gestell_floquet_factored, only: factored_multipliers, factored_periodic, follow_factored
+  use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
@@ -32,12 +35,13 @@ module gestell_floquet_solution
     procedure follow_monodromy, follow_floquet
   end interface follow
 
-  !> A part of the system: its map over the period, or its reduction.
+  !> A part of the system: its map over the period, its reduction, or the factors of its map.
   type, public :: part_type
     !> Places of its states in those of the system.
     integer, allocatable :: states(:)
     type(monodromy_type), allocatable :: monodromy
     type(reduced_type), allocatable :: reduced
+    type(factors_type), allocatable :: factors
     !> The part as a system; unallocated where it is the whole.
     class(periodic_system), allocatable :: system
   end type part_type
@@ -61,11 +65,14 @@ module gestell_floquet_solution
 
   !> Reduction is tried where the fastest vibration turns by more radians than this within the period.
   real(dp), parameter :: many_turns = 1000
+  !> Where |Phi| |Phi^-1| is larger, its factors are used.
+  real(dp), parameter :: most_spread = 1.0e4_dp
 
 contains
 
   !> Solves `system` over its period to `accuracy`; with `forced` also what the periodic motion needs. Method `auto` without
-  !> given steps may reduce; `reduced` does nothing else.
+  !> given steps may reduce; `reduced` does nothing else. Where multipliers differ by so much that Phi(T) loses the small
+  !> ones, its factors are kept, unless steps are given.
   !> Errors: those of `solve_monodromy`; reduction was asked for and does not apply.
   subroutine solve_floquet(system, accuracy, forced, floquet, error)
     class(periodic_system), intent(in) :: system
@@ -103,34 +110,77 @@ contains
     logical, intent(in) :: forced
     type(part_type), intent(inout) :: part
     type(error_type), allocatable, intent(out) :: error
-    type(reduction_type) :: reduction
     type(error_type), allocatable :: unfit
+    type(accuracy_type) :: order
     real(dp), allocatable :: scale(:)
     real(dp) :: turns
-    character(len=:), allocatable :: method
 
-    method = "auto"
-    if (allocated(accuracy%method)) method = accuracy%method
-    if (method == "reduced" .or. (method == "auto" .and. accuracy%steps == 0)) then
-      call survey(system, scale, turns, error)
-      if (allocated(error)) return
-      if (method == "reduced" .or. turns > many_turns) then
-        call reduce(system, scale, forced, accuracy%tolerance, reduction, unfit)
-        if (.not. allocated(unfit)) then
-          allocate(part%reduced)
-          call solve_reduced(system, reduction, scale, accuracy_type(tolerance=accuracy%tolerance), part%reduced, unfit)
-          if (.not. allocated(unfit)) return
-          deallocate(part%reduced)
-        end if
-        if (method == "reduced") then
-          call fatal_error(error, "method 'reduced' does not apply: " // unfit%message, invalid_input)
-          return
-        end if
+    order = accuracy
+    if (.not. allocated(order%method)) order%method = "auto"
+    call survey(system, scale, turns, error)
+    if (allocated(error)) return
+    if (order%method == "reduced" .or. (order%method == "auto" .and. order%steps == 0 .and. turns > many_turns)) then
+      call try_reduction(system, order, forced, scale, part, unfit)
+      if (.not. allocated(unfit)) return
+      if (order%method == "reduced") then
+        call fatal_error(error, "method 'reduced' does not apply: " // unfit%message, invalid_input)
+        return
       end if
     end if
+
     allocate(part%monodromy)
-    call solve_monodromy(system, accuracy, forced, part%monodromy, error)
+    call solve_monodromy(system, order, forced, part%monodromy, error)
+    if (order%steps > 0) return
+    if (.not. allocated(error)) then
+      if (spread_of(part%monodromy) < most_spread) return
+    end if
+    ! Some modes are lost in rounding beside others, or the numbers overflow.
+    if (order%method == "auto" .and. turns <= many_turns) then
+      call try_reduction(system, order, forced, scale, part, unfit)
+      if (.not. allocated(unfit)) then
+        deallocate(part%monodromy)
+        if (allocated(error)) deallocate(error)
+        return
+      end if
+    end if
+    allocate(part%factors)
+    call solve_factors(system, order, forced, part%factors, unfit)
+    if (allocated(unfit)) then
+      deallocate(part%factors)
+    else
+      deallocate(part%monodromy)
+      if (allocated(error)) deallocate(error)
+    end if
   end subroutine solve_part
+
+  subroutine try_reduction(system, accuracy, forced, scale, part, unfit)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    real(dp), intent(in) :: scale(:)
+    type(part_type), intent(inout) :: part
+    type(error_type), allocatable, intent(out) :: unfit
+    type(reduction_type) :: reduction
+
+    call reduce(system, scale, forced, accuracy%tolerance, reduction, unfit)
+    if (allocated(unfit)) return
+    allocate(part%reduced)
+    call solve_reduced(system, reduction, scale, accuracy_type(tolerance=accuracy%tolerance), part%reduced, unfit)
+    if (allocated(unfit)) deallocate(part%reduced)
+  end subroutine try_reduction
+
+  !> |Phi| |Phi^-1|: how much smaller the smallest multipliers may be than Phi(T), whose error they share.
+  real(dp) function spread_of(monodromy)
+    type(monodromy_type), intent(in) :: monodromy
+    real(dp), allocatable :: inverted(:, :)
+    type(error_type), allocatable :: singular
+
+    spread_of = huge(spread_of)
+    associate (d => monodromy%scale, n => size(monodromy%scale))
+      call inverse(monodromy%phi * spread(d, 1, n) / spread(d, 2, n), inverted, singular)
+    end associate
+    if (.not. allocated(singular)) spread_of = monodromy%norm * norm2(inverted)
+  end function spread_of
 
   pure function scale_of(part) result(scale)
     type(part_type), intent(in) :: part
@@ -138,6 +188,8 @@ contains
 
     if (allocated(part%reduced)) then
       scale = part%reduced%scale
+    else if (allocated(part%factors)) then
+      scale = part%factors%scale
     else
       scale = part%monodromy%scale
     end if
@@ -157,6 +209,11 @@ contains
           found%steps = found%steps + part%reduced%reduction%angles
           found%evaluations = found%evaluations + part%reduced%reduction%evaluations
           found%error = max(found%error, part%reduced%reduction%residual)
+        else if (allocated(part%factors)) then
+          call add(part%factors%method%name, part%factors%liouville_defect, found)
+          found%steps = found%steps + part%factors%steps
+          found%evaluations = found%evaluations + part%factors%evaluations
+          found%error = max(found%error, part%factors%relative_error)
         else
           call add(part%monodromy%method%name, part%monodromy%liouville_defect, found)
           found%steps = found%steps + part%monodromy%steps
@@ -194,6 +251,8 @@ contains
       associate (part => floquet%parts(k))
         if (allocated(part%reduced)) then
           call reduced_multipliers(part%reduced, vectors, own, error)
+        else if (allocated(part%factors)) then
+          call factored_multipliers(part%factors, vectors, own, error)
         else
           call multipliers_of_monodromy(part%monodromy, vectors, own, error)
         end if
@@ -222,6 +281,8 @@ contains
       associate (part => floquet%parts(k))
         if (allocated(part%reduced)) then
           call reduced_periodic(part%reduced, own, error)
+        else if (allocated(part%factors)) then
+          call factored_periodic(part%factors, own, error)
         else
           call periodic_of_monodromy(part%monodromy, own, error)
         end if
@@ -249,13 +310,10 @@ contains
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
         own%x0 = solution%x0(part%states)
-        if (allocated(part%reduced)) then
-          allocate(y(size(part%states), size(phases)))
-          call follow_reduced(part%reduced, own%x0, phases, y, error)
-        else if (allocated(part%system)) then
-          call follow_monodromy(part%system, part%monodromy, own, phases, y, error)
+        if (allocated(part%system)) then
+          call follow_part(part%system, part, own, phases, y, error)
         else
-          call follow_monodromy(system, part%monodromy, own, phases, y, error)
+          call follow_part(system, part, own, phases, y, error)
         end if
         if (allocated(error)) return
         x(part%states, :) = y
@@ -263,5 +321,25 @@ contains
       end associate
     end do
   end subroutine follow_floquet
+
+  subroutine follow_part(system, part, solution, phases, x, error)
+    class(periodic_system), intent(in) :: system
+    type(part_type), intent(in) :: part
+    type(periodic_solution_type), intent(in) :: solution
+    real(dp), intent(in) :: phases(:)
+    real(dp), allocatable, intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+
+    if (allocated(part%monodromy)) then
+      call follow_monodromy(system, part%monodromy, solution, phases, x, error)
+      return
+    end if
+    allocate(x(system%states, size(phases)))
+    if (allocated(part%reduced)) then
+      call follow_reduced(part%reduced, solution%x0, phases, x, error)
+    else
+      call follow_factored(system, part%factors, phases, x, error)
+    end if
+  end subroutine follow_part
 
 end module gestell_floquet_solution

@@ -4,7 +4,7 @@ module gestell_study_trade
   use gestell_base_kinds, only: dp
   use gestell_floquet_flow, only: period_map
   use gestell_floquet_mesh, only: mesh
-  use gestell_floquet_method, only: method_type
+  use gestell_floquet_method, only: method_type, name_length
   use gestell_floquet_methods, only: method_names, new_method
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
@@ -19,7 +19,7 @@ module gestell_study_trade
   !> One method with one number of steps. Errors are against the converged solution: of Phi(T) and x0 relative to their
   !> norms in balanced units, of the multipliers the greatest relative one.
   type, public :: trade_row_type
-    character(len=6) :: method = ""
+    character(len=name_length) :: method = ""
     integer :: order = 0, steps = 0, evaluations = 0
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
     !> Median time of one solution for Phi(T) and x_p(T).
@@ -56,7 +56,7 @@ contains
     type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: solution
     class(method_type), allocatable :: method
-    character(len=6), allocatable :: names(:)
+    character(len=name_length), allocatable :: names(:)
     integer :: i
 
     call solve_monodromy(frame, accuracy_type(tolerance=1.0e-14_dp, method="gauss8"), .true., converged, error)

@@ -1,0 +1,75 @@
+!> What the differences between solutions with several numbers of steps tell about their errors.
+module gestell_floquet_convergence
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  implicit none (type, external)
+  private
+
+  public :: next_steps, remaining, too_many_steps
+
+  !> More steps than this are not tried.
+  integer, parameter, public :: most_steps = 2**21
+  !> The estimate of an error, times this, is called a bound.
+  real(dp), parameter, public :: safety = 4
+
+contains
+
+  pure subroutine too_many_steps(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, "more than " // text(most_steps) // " steps per turn would be needed: the fastest free " // &
+      & "vibration is too fast for the crank speed (allow a greater tolerance, or check stiffness, damping and mass)", &
+      & failed_computation)
+  end subroutine too_many_steps
+
+  !> How many steps are to be tried after `n1` and `n2`, whose solutions differ by `d12`: twice as many as long as the
+  !> method has not begun to converge, then what its order promises, with a margin, for the error allowed.
+  pure integer function next_steps(n1, n2, d12, order, allowed) result(steps)
+    integer, intent(in) :: n1, n2, order
+    real(dp), intent(in) :: d12, allowed
+    real(dp) :: error, factor
+
+    factor = 2
+    if (d12 < 0.01_dp) then
+      error = d12 * (real(n1, dp) / n2)**order
+      factor = 1.1_dp * (2 * safety * error / allowed)**(1.0_dp / order)
+      factor = min(max(factor, 1.25_dp), 16.0_dp)
+    end if
+    steps = ceiling(n2 * factor)
+  end function next_steps
+
+  !> The error left in the finest of three solutions:
+  !> d12 and d23 are the differences between solutions with n1 < n2 < n3 steps; they give the order p that the convergence
+  !> really has, (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23, never taken above the method's, and the error
+  !> d23 c / (1 - c) with c = (n2 / n3)^p. Errors change their sign now and then, and a
+  !> difference is small by chance: so at least what the first difference and the method's order leave.
+  elemental real(dp) function remaining(d12, d23, n1, n2, n3, order) result(left)
+    real(dp), intent(in) :: d12, d23
+    integer, intent(in) :: n1, n2, n3, order
+    real(dp) :: contraction
+
+    contraction = (real(n2, dp) / n3)**measured_order(d12, d23, n1, n2, n3, order)
+    left = max(d23 * contraction / (1 - contraction), d12 * (real(n1, dp) / n3)**order)
+  end function remaining
+
+  !> p of (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23 by bisection, between 1/2 and the method's order.
+  elemental real(dp) function measured_order(d12, d23, n1, n2, n3, order) result(p)
+    real(dp), intent(in) :: d12, d23
+    integer, intent(in) :: n1, n2, n3, order
+    real(dp) :: low, high
+    integer :: halving
+
+    low = 0.5_dp
+    high = order
+    do halving = 1, 30
+      p = (low + high) / 2
+      if (d12 * (1 - (real(n2, dp) / n3)**p) > d23 * ((real(n2, dp) / n1)**p - 1)) then
+        low = p
+      else
+        high = p
+      end if
+    end do
+  end function measured_order
+
+end module gestell_floquet_convergence

@@ -1,0 +1,238 @@
+!> Multipliers and periodic motion from the factors of a monodromy matrix.
+module gestell_floquet_factored
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_factors, only: factors_type
+  use gestell_floquet_flow, only: trajectory
+  use gestell_floquet_multipliers, only: arrange, multiplier, multipliers_type
+  use gestell_floquet_periodic_bounds, only: periodic_bounds
+  use gestell_floquet_periodic_frames, only: periodic_frames
+  use gestell_floquet_periodic_schur, only: periodic_multipliers, periodic_schur
+  use gestell_floquet_periodic_solution, only: periodic_solution_type, resonance
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: factored_multipliers, factored_periodic, follow_factored
+
+  !> Eigenvectors along the period, see gestell_floquet_periodic_frames, and the multipliers with their bounds.
+  type :: frames_type
+    complex(dp), allocatable :: x(:, :, :), y(:, :, :), lambda(:, :), z(:)
+    real(dp), allocatable :: bound(:), most(:), condition(:)
+  end type frames_type
+
+contains
+
+  !> All multipliers; with `vectors` the eigenvectors too. Error: no convergence.
+  subroutine factored_multipliers(factors, vectors, multipliers, error)
+    type(factors_type), intent(in) :: factors
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    type(frames_type) :: frames
+    integer :: n, k, partner
+
+    call solve_frames(factors, frames, error)
+    if (allocated(error)) return
+    n = size(factors%scale)
+    multipliers%exponent = frames%z
+    multipliers%error = frames%bound
+    multipliers%condition = frames%condition
+    if (vectors) multipliers%vectors = frames%x(:, :, 1) * spread(factors%scale, 2, n)
+    do k = 1, n
+      partner = partner_of(frames, k)
+      if (partner < k) cycle
+      associate (z => multipliers%exponent(k))
+        if (partner == k) then
+          z = cmplx(real(z), pi * anint(aimag(z) / pi), dp)
+        else
+          multipliers%exponent(partner) = conjg(z)
+          if (vectors) multipliers%vectors(:, partner) = conjg(multipliers%vectors(:, k))
+        end if
+      end associate
+    end do
+    multipliers%log_abs = real(multipliers%exponent)
+    multipliers%arg = aimag(multipliers%exponent)
+    multipliers%rho = multiplier(multipliers%exponent)
+    multipliers%exponent = multipliers%exponent / factors%period
+    call arrange(multipliers)
+  end subroutine factored_multipliers
+
+  subroutine solve_frames(factors, frames, error)
+    type(factors_type), intent(in) :: factors
+    type(frames_type), intent(out) :: frames
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable, dimension(:, :, :) :: a, q, r
+    real(dp), allocatable :: log_abs(:), arg(:)
+    integer :: n
+
+    n = size(factors%scale)
+    allocate(a, source=cmplx(factors%a, 0, dp))
+    allocate(q, r, frames%x, frames%y, mold=a)
+    allocate(frames%lambda(n, size(a, 3)), frames%z(n))
+    allocate(log_abs(n), arg(n), frames%bound(n), frames%most(n), frames%condition(n))
+    call periodic_schur(a, q, r, error)
+    if (allocated(error)) return
+    call periodic_multipliers(r, log_abs, arg)
+    frames%z = cmplx(log_abs, arg, dp)
+    call periodic_frames(q, r, frames%x, frames%y, frames%lambda)
+    call periodic_bounds(a, log_abs, arg, frames%x, frames%y, frames%lambda, factors%error, frames%bound, &
+      & frames%most, frames%condition)
+  end subroutine solve_frames
+
+  !> The multiplier that is nearest to the conjugate of the k-th: k itself for a real one.
+  pure integer function partner_of(frames, k) result(partner)
+    type(frames_type), intent(in) :: frames
+    integer, intent(in) :: k
+    complex(dp) :: difference(size(frames%z))
+
+    difference = frames%z - conjg(frames%z(k))
+    difference = cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)
+    partner = minloc(abs(difference), dim=1)
+    ! Partners must choose each other.
+    difference = frames%z - conjg(frames%z(partner))
+    difference = cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)
+    if (minloc(abs(difference), dim=1) /= k) partner = k
+  end function partner_of
+
+  !> x(0) of the periodic motion. Error: resonance within the errors.
+  subroutine factored_periodic(factors, solution, error)
+    type(factors_type), intent(in) :: factors
+    type(periodic_solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: x(:, :)
+
+    call periodic_states(factors, x, solution, error)
+  end subroutine factored_periodic
+
+  !> The periodic motion at the starts of the segments, shape (n, K), in balanced units. In the coordinates z = Y x
+  !>
+  !>     z_{k+1} = lambda_k z_k + Y_{k+1} b_k
+  !>
+  !> for each multiplier: followed forward where |rho| <= 1 and backward where |rho| > 1, nothing grows. Errors e_k of A_k
+  !> and b_k are followed in the same way, with |lambda_k|, from |y_{k+1}| (|e_k| |x_k| + |error of b_k|).
+  subroutine periodic_states(factors, x, solution, error)
+    type(factors_type), intent(in) :: factors
+    real(dp), allocatable, intent(out) :: x(:, :)
+    type(periodic_solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    type(frames_type) :: frames
+    complex(dp), allocatable :: z(:, :), g(:, :), rate(:, :)
+    real(dp), allocatable :: doubt(:, :), distances(:)
+    integer :: n, count, i, k, next
+
+    call solve_frames(factors, frames, error)
+    if (allocated(error)) return
+    n = size(factors%scale)
+    count = size(factors%a, 3)
+    allocate(distances, source=[(distance_from_one(frames, i), i = 1, n)])
+    if (any(distances <= 0)) then
+      call fatal_error(error, resonance, failed_computation)
+      return
+    end if
+
+    allocate(g(n, count), z(n, count), x(n, count), doubt(n, count))
+    do k = 1, count
+      next = modulo(k, count) + 1
+      g(:, k) = matmul(frames%y(:, :, next), factors%b(:, k))
+    end do
+    call cycle_through(frames%z, frames%lambda, g, z)
+    do k = 1, count
+      x(:, k) = real(matmul(frames%x(:, :, k), z(:, k)))
+    end do
+    do k = 1, count
+      next = modulo(k, count) + 1
+      doubt(:, k) = norm2(abs(frames%y(:, :, next)), dim=2) * (factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
+        & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k))))
+    end do
+    allocate(rate, source=cmplx(abs(frames%lambda), 0, dp))
+    call cycle_through(cmplx(real(frames%z), 0, dp), rate, cmplx(doubt, 0, dp), z, distances)
+    solution%x0 = x(:, 1) * factors%scale
+    solution%error = 2 * matmul(abs(frames%x(:, :, 1)), abs(z(:, 1))) * factors%scale
+    solution%condition = maxval(frames%condition / distances)
+  end subroutine periodic_states
+
+  !> |1 - rho| over the greater one of 1 and |rho|, at the least: not positive where the bound reaches 1.
+  pure real(dp) function distance_from_one(frames, i)
+    type(frames_type), intent(in) :: frames
+    integer, intent(in) :: i
+
+    associate (z => frames%z(i), bound => frames%bound(i))
+      if (frames%most(i) < -0.5_dp) then
+        distance_from_one = 1 - exp(frames%most(i))
+      else
+        distance_from_one = (abs(1 - exp(merge(z, -z, real(z) <= 0))) - bound * exp(min(real(z), 0.0_dp))) / (1 + bound)
+      end if
+    end associate
+  end function distance_from_one
+
+  !> The periodic solution of z_{k+1} = lambda_k z_k + g_k, shapes (n, K), prod lambda_k = exp(logarithm). Where `distances`
+  !> are given they stand for |1 - rho|, and for a g that is positive: the greatest that z can be with such sizes.
+  pure subroutine cycle_through(logarithm, lambda, g, z, distances)
+    complex(dp), intent(in) :: logarithm(:), lambda(:, :), g(:, :)
+    complex(dp), intent(out) :: z(:, :)
+    real(dp), intent(in), optional :: distances(:)
+    complex(dp) :: sum, denominator
+    real(dp) :: sign
+    integer :: i, k, count
+
+    count = size(g, 2)
+    ! Sizes add up, whichever way they are followed.
+    sign = merge(1.0_dp, -1.0_dp, present(distances))
+    do i = 1, size(g, 1)
+      denominator = 1 - exp(merge(logarithm(i), -logarithm(i), real(logarithm(i)) <= 0))
+      if (present(distances)) denominator = distances(i)
+      sum = 0
+      if (real(logarithm(i)) <= 0) then
+        do k = 1, count
+          sum = lambda(i, k) * sum + g(i, k)
+        end do
+        z(i, 1) = sum / denominator
+        do k = 1, count - 1
+          z(i, k + 1) = lambda(i, k) * z(i, k) + g(i, k)
+        end do
+      else
+        do k = count, 1, -1
+          sum = (sum + sign * g(i, k)) / lambda(i, k)
+        end do
+        z(i, 1) = sum / denominator
+        do k = count, 2, -1
+          z(i, k) = (z(i, modulo(k, count) + 1) + sign * g(i, k)) / lambda(i, k)
+        end do
+      end if
+    end do
+  end subroutine cycle_through
+
+  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points): anew from its own start in each segment.
+  subroutine follow_factored(system, factors, phases, x, error)
+    class(periodic_system), intent(in) :: system
+    type(factors_type), intent(in) :: factors
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(periodic_solution_type) :: solution
+    real(dp), allocatable :: starts(:, :)
+    integer :: k, first, last, begin, finish
+
+    call periodic_states(factors, starts, solution, error)
+    if (allocated(error)) return
+    last = 0
+    begin = 1
+    do k = 1, size(starts, 2)
+      first = last + 1
+      do while (last < size(phases))
+        if (phases(last + 1) >= factors%ends(k + 1) .and. k < size(starts, 2)) exit
+        last = last + 1
+      end do
+      finish = begin
+      do while (factors%nodes(finish) < factors%ends(k + 1))
+        finish = finish + 1
+      end do
+      call trajectory(system, factors%method, factors%nodes(begin:finish), starts(:, k) * factors%scale, phases(first:last), &
+        & x(:, first:last), error)
+      if (allocated(error)) return
+      begin = finish
+    end do
+  end subroutine follow_factored
+
+end module gestell_floquet_factored

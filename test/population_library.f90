@@ -1,0 +1,114 @@
+!> The library's answer for a machine of the population: the one place that knows how it is asked.
+module population_library
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_methods, only: method_names
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers, solve_periodic
+  use gestell_model_frame, only: frame_type
+  use machines, only: frame_of_machine
+  use reference_machine, only: machine_data
+  implicit none (type, external)
+  private
+
+  public :: all_methods, largest_log_abs, solve_by_library
+
+  integer, parameter, public :: name_length = 12
+
+  !> What the library says of a machine; all shapes (n) or (n, n).
+  type, public :: claim_type
+    !> Why it says nothing, or nothing of the vibration; empty where it does.
+    character(len=:), allocatable :: refusal, x0_refusal
+    !> Multipliers, bounds on their errors, absolute and relative, and ln |rho|.
+    complex(dp), allocatable :: rho(:)
+    real(dp), allocatable :: bound(:), error(:), log_abs(:)
+    character(len=9) :: verdict = ""
+    !> Start of the periodic vibration and the bounds on its errors; units that make the states comparable.
+    real(dp), allocatable :: x0(:), x0_error(:), scale(:)
+    !> Phi(T), its norm and the bound on the norm of its error, in those units; unallocated where it was not needed.
+    real(dp), allocatable :: phi(:, :)
+    real(dp) :: norm = 0, phi_error = 0
+    !> ln |det Phi(T)| - integral of tr P.
+    real(dp) :: liouville_defect = 0
+  end type claim_type
+
+contains
+
+  !> The names of all methods.
+  function all_methods() result(names)
+    character(len=name_length), allocatable :: names(:)
+
+    names = method_names()
+  end function all_methods
+
+  subroutine solve_by_library(machine, tolerance, method, claim)
+    type(machine_data), intent(in) :: machine
+    real(dp), intent(in) :: tolerance
+    character(len=*), intent(in) :: method
+    type(claim_type), intent(out) :: claim
+    type(frame_type) :: frame
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: periodic
+    type(error_type), allocatable :: error
+
+    claim%refusal = ""
+    claim%x0_refusal = ""
+    call frame_of_machine(machine, frame, error)
+    if (.not. allocated(error)) call solve_floquet(frame, accuracy_type(tolerance, trim(method)), .true., floquet, error)
+    if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
+    if (allocated(error)) then
+      claim%refusal = error%message
+      return
+    end if
+    claim%rho = multipliers%rho
+    claim%error = multipliers%error
+    claim%bound = multipliers%error * abs(multipliers%rho)
+    claim%log_abs = multipliers%log_abs
+    claim%verdict = multipliers%verdict()
+    claim%scale = floquet%scale
+    call assemble(floquet, claim)
+    call solve_periodic(floquet, periodic, error)
+    if (allocated(error)) then
+      claim%x0_refusal = error%message
+    else
+      claim%x0 = periodic%x0
+      claim%x0_error = periodic%error
+    end if
+  end subroutine solve_by_library
+
+  !> Phi(T) from its parts, if all of them have been integrated.
+  subroutine assemble(floquet, claim)
+    type(floquet_type), intent(in) :: floquet
+    type(claim_type), intent(inout) :: claim
+    integer :: n, k
+
+    n = size(floquet%scale)
+    if (.not. all([(allocated(floquet%parts(k)%monodromy), k = 1, size(floquet%parts))])) return
+    allocate(claim%phi(n, n), source=0.0_dp)
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k)%monodromy, states => floquet%parts(k)%states)
+        claim%phi(states, states) = part%phi
+        claim%norm = hypot(claim%norm, part%norm)
+        claim%phi_error = hypot(claim%phi_error, part%error)
+        claim%liouville_defect = claim%liouville_defect + part%liouville_defect
+      end associate
+    end do
+  end subroutine assemble
+
+  !> ln rho_max at the least tolerance; `failed` where the library declines.
+  subroutine largest_log_abs(machine, value, failed)
+    type(machine_data), intent(in) :: machine
+    real(dp), intent(out) :: value
+    logical, intent(out) :: failed
+    type(claim_type) :: claim
+
+    call solve_by_library(machine, 1.0e-13_dp, "auto", claim)
+    failed = len(claim%refusal) > 0
+    value = 0
+    if (.not. failed) value = maxval(claim%log_abs)
+  end subroutine largest_log_abs
+
+end module population_library

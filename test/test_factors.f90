@@ -1,0 +1,194 @@
+!> Multipliers and periodic motion where the product of the period's maps would lose them.
+module test_factors
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
+    & solve_periodic
+  use gestell_system_periodic, only: periodic_system
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use turning_system, only: turning_type
+  implicit none (type, external)
+  private
+
+  public :: collect_factors
+
+  !> x' = [0 1; -10 cos t, -24 - 10 sin t] x (Colaneri): exponents 0 and -24, T = 2 pi.
+  type, extends(periodic_system) :: colaneri_type
+  contains
+    procedure :: matrix => colaneri_matrix
+  end type colaneri_type
+
+  !> x' = Q diag(d) Q^T x with a rotation Q and d = low until `breaks(1)`, high afterwards; f = -P v for the motion x = v.
+  type, extends(periodic_system) :: jumping_type
+    real(dp) :: low(2) = 0, high(2) = 0, v(2) = [1.0_dp, -2.0_dp]
+  contains
+    procedure :: matrix => jumping_matrix
+    procedure :: forcing => jumping_forcing
+  end type jumping_type
+
+contains
+
+  subroutine collect_factors(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("Colaneri's system: exponents 0 and -24", test_colaneri), &
+      & new_unittest("growth and decay together: multipliers and motion", test_turning), &
+      & new_unittest("jumps, multipliers from 1e-600 to 1e400", test_jumping), &
+      & new_unittest("given steps stay what they are", test_given)]
+  end subroutine collect_factors
+
+  subroutine test_colaneri(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: tolerances(3) = [1.0e-6_dp, 1.0e-9_dp, 1.0e-12_dp]
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    do i = 1, size(tolerances)
+      call solve_floquet(colaneri_type(states=2, period=2 * pi), accuracy_type(tolerance=tolerances(i)), .false., floquet, failure)
+      if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      associate (found => multipliers%log_abs, exact => 2 * pi * [0.0_dp, -24.0_dp])
+        call check(error, all(abs(found - exact) <= multipliers%error), more="bound")
+        if (allocated(error)) return
+        ! What a mode of the segment's size may lose against the greatest, 30, and a factor for its condition.
+        call check(error, all(multipliers%error <= 3.0e3_dp * tolerances(i)), more="the bound is too wide")
+        if (allocated(error)) return
+      end associate
+    end do
+    call check(error, maxval(abs(real(multipliers%exponent) - [0.0_dp, -24.0_dp])) < 1.0e-10_dp, more="to 1e-10")
+    if (allocated(error)) return
+    call check(error, abs(real(multipliers%rho(2)) / 3.2355e-66_dp - 1) < 1.0e-4_dp, more="multiplier")
+  end subroutine test_colaneri
+
+  !> By integration, not by reduction: the method is named.
+  subroutine test_turning(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 40
+    type(turning_type) :: system
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    complex(dp) :: exact(6), difference
+    real(dp), allocatable :: x(:, :)
+    real(dp) :: nearest
+    integer :: i, k
+
+    system = turning_type(states=6, period=2 * pi, rate=[9.0_dp, -8.0_dp, -0.2_dp], frequency=[3.3_dp, 0.0_dp, 7.1_dp], &
+      & real_block=[.false., .true., .false.])
+    call solve_floquet(system, accuracy_type(method="gauss8"), .true., floquet, failure)
+    if (.not. allocated(failure)) call solve_multipliers(floquet, .true., multipliers, failure)
+    if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
+    if (.not. allocated(failure)) call follow(system, floquet, solution, [(real(k, dp) / points, k = 0, points)], x, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, allocated(floquet%parts(1)%factors), more="no factors")
+    if (allocated(error)) return
+    exact = system%logarithms()
+    do i = 1, 6
+      nearest = huge(nearest)
+      do k = 1, 6
+        difference = cmplx(multipliers%log_abs(i) - real(exact(k)), multipliers%arg(i) - aimag(exact(k)), dp)
+        nearest = min(nearest, abs(cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)))
+      end do
+      call check(error, nearest <= multipliers%error(i), more="a multiplier's bound")
+      if (allocated(error)) return
+      call check(error, multipliers%error(i) < 1.0e-6_dp, more="the bound is too wide")
+      if (allocated(error)) return
+    end do
+    call check(error, all(abs(solution%x0 - system%motion(0.0_dp)) <= solution%error), more="bound of x0")
+    if (allocated(error)) return
+    call check(error, maxval(solution%error) < 1.0e-6_dp, more="the bound of x0 is too wide")
+    if (allocated(error)) return
+    ! Followed from its start to the end it would be amplified by exp(18 pi).
+    call check(error, maxval([(abs(x(:, k + 1) - system%motion(2 * pi * k / points)), k = 0, points)]) < 1.0e-7_dp, more="motion")
+    if (allocated(error)) return
+    call check(error, maxval(abs(multipliers%rho(::2) - conjg(multipliers%rho(2::2))), mask=abs(aimag(multipliers%rho(::2))) &
+      & > 0) <= 0, more="conjugate pairs")
+  end subroutine test_turning
+
+  subroutine test_jumping(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(jumping_type) :: system
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+
+    system = jumping_type(states=2, period=1.0_dp, breaks=[0.25_dp], low=[-2000.0_dp, 100.0_dp], high=[-1175.0_dp, 1195.0_dp])
+    call solve_floquet(system, accuracy_type(), .true., floquet, failure)
+    if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
+    if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    associate (exact => 0.25_dp * [100.0_dp, -2000.0_dp] + 0.75_dp * [1195.0_dp, -1175.0_dp])
+      call check(error, all(abs(multipliers%log_abs - exact) <= multipliers%error), more="bound")
+      if (allocated(error)) return
+      call check(error, all(multipliers%error < 1.0e-6_dp), more="the bound is too wide")
+      if (allocated(error)) return
+    end associate
+    call check(error, multipliers%verdict(), "unstable")
+    if (allocated(error)) return
+    call check(error, all(abs(solution%x0 - system%v) <= solution%error), more="bound of x0")
+    if (allocated(error)) return
+    call check(error, all(solution%error < 1.0e-6_dp), more="the bound of x0 is too wide")
+  end subroutine test_jumping
+
+  subroutine test_given(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(floquet_type) :: floquet
+    type(evidence_type) :: found
+    type(gestell_error), allocatable :: failure
+
+    call solve_floquet(colaneri_type(states=2, period=2 * pi), accuracy_type(steps=300), .false., floquet, failure)
+    call check(error, .not. allocated(failure))
+    if (allocated(error)) return
+    call evidence(floquet, found)
+    call check(error, found%steps, 300)
+  end subroutine test_given
+
+  subroutine colaneri_matrix(self, t, p)
+    class(colaneri_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    associate (unused => self)
+    end associate
+    p = reshape([0.0_dp, -10 * cos(t), 1.0_dp, -24 - 10 * sin(t)], [2, 2])
+  end subroutine colaneri_matrix
+
+  subroutine jumping_matrix(self, t, p)
+    class(jumping_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+    real(dp), parameter :: q(2, 2) = reshape([0.6_dp, 0.8_dp, -0.8_dp, 0.6_dp], [2, 2])
+    real(dp) :: d(2)
+
+    d = merge(self%low, self%high, t < self%breaks(1))
+    p = matmul(q, matmul(reshape([d(1), 0.0_dp, 0.0_dp, d(2)], [2, 2]), transpose(q)))
+  end subroutine jumping_matrix
+
+  subroutine jumping_forcing(self, t, f)
+    class(jumping_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+    real(dp) :: p(2, 2)
+
+    call self%matrix(t, p)
+    f = -matmul(p, self%v)
+  end subroutine jumping_forcing
+
+end module test_factors

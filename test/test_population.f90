@@ -1,0 +1,135 @@
+!> Claims over a population of random machines, against quadruple precision; the program validation/population examines
+!> thousands of them.
+module test_population
+  use gestell_base_kinds, only: dp
+  use population_check, only: comparison_type, compare, disagreement, liouville_bound, partners, truth_of, truth_type, &
+    & unpaired
+  use population_library, only: claim_type, solve_by_library
+  use population_tally, only: examine, quantile, tally_type
+  use reference_machine, only: khang_machine, machine_data
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_population
+
+contains
+
+  subroutine collect_population(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("bounds, verdicts, theorems, two methods over random machines", test_machines), &
+      & new_unittest("what the checks must notice", test_noticed), &
+      & new_unittest("pairing within bounds", test_partners), &
+      & new_unittest("quantiles", test_quantile)]
+  end subroutine collect_population
+
+  subroutine test_machines(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: machines = 80
+    ! Short periods: the reference takes most of the time.
+    real(dp), parameter :: most_turns = 20, most_median = 1000
+    type(tally_type) :: tally
+    integer :: i
+
+    do i = 1, machines
+      call examine(i, most_turns, tally)
+      if (size(tally%failures) == 0) cycle
+      call check(error, .false., more=trim(tally%failures(1)))
+      return
+    end do
+    call check(error, quantile(tally%rho%ratio, 0.5_dp) <= most_median, more="median bound of rho")
+    if (allocated(error)) return
+    call check(error, quantile(tally%x0%ratio, 0.5_dp) <= most_median, more="median bound of x0")
+    if (allocated(error)) return
+    call check(error, quantile(tally%phi%ratio, 0.5_dp) <= most_median, more="median bound of Phi")
+    if (allocated(error)) return
+    ! The population holds machines of all kinds: a fifth or more of all claims could be tested in each way.
+    call check(error, min(tally%stable, tally%undecided, tally%reciprocal, tally%agreement, tally%liouville) > machines / 5 &
+      & .and. tally%unstable > 0 .and. size(tally%rho%ratio) > machines, more="what was tested")
+    if (allocated(error)) return
+    ! Who is undecided sits on the border or needs a smaller tolerance, but for a few set within 1e-11 of it on purpose.
+    call check(error, tally%near_border <= machines / 20 .and. tally%undecided == tally%decided_later + tally%on_border &
+      & + tally%near_border, more="undecided")
+  end subroutine test_machines
+
+  !> Claims on the paper's machine made false by a little.
+  subroutine test_noticed(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(claim_type) :: claim, other
+    type(truth_type) :: truth
+    type(comparison_type) :: c
+    integer :: i
+
+    machine = khang_machine(1300.0_dp)
+    truth = truth_of(machine)
+    call solve_by_library(machine, 1.0e-6_dp, "auto", claim)
+    call compare(claim, truth, .false., c)
+    call check(error, max(c%rho_used, c%log_used, c%x0_used, c%phi_used) < 1 .and. .not. c%verdict_wrong, more="as claimed")
+    if (allocated(error)) return
+    call check(error, min(c%rho_used, c%log_used, c%x0_used, c%phi_used) > 0, more="with errors")
+    if (allocated(error)) return
+    call compare(claim, truth, .true., c)
+    call check(error, c%verdict_wrong, more="stable without damping")
+    if (allocated(error)) return
+
+    other = claim
+    call check(error, disagreement(claim, other), 0.0_dp, more="one claim twice")
+    if (allocated(error)) return
+    other%x0(2) = other%x0(2) + 2.1_dp * claim%x0_error(2)
+    call compare(other, truth, .false., c)
+    call check(error, c%x0_used > 1, more="x0")
+    if (allocated(error)) return
+    call check(error, disagreement(claim, other), 1.05_dp, thr=1.0e-6_dp, more="other x0")
+    if (allocated(error)) return
+    other = claim
+    other%rho(3) = other%rho(3) + 2.1_dp * claim%bound(3)
+    other%log_abs(5) = other%log_abs(5) + 1.1_dp * claim%error(5)
+    other%phi(1, 1) = other%phi(1, 1) + 2.1_dp * claim%phi_error
+    other%verdict = "unstable"
+    call compare(other, truth, .false., c)
+    call check(error, min(c%rho_used, c%log_used, c%phi_used) > 1 .and. c%verdict_wrong, more="rho, ln |rho|, Phi, verdict")
+    if (allocated(error)) return
+    call check(error, disagreement(claim, other) > 1, more="other rho")
+    if (allocated(error)) return
+
+    ! Damped as little as the paper's machine is, it is no Hamiltonian system: ln |rho| = -0.001.
+    call check(error, unpaired(claim) > 1, more="no reciprocal pairs")
+    if (allocated(error)) return
+    do i = 1, size(machine%supports)
+      machine%supports(i)%damping = 0
+    end do
+    machine%foundation_damping = 0
+    call solve_by_library(machine, 1.0e-6_dp, "auto", claim)
+    call check(error, unpaired(claim) < 1, more="reciprocal pairs")
+    if (allocated(error)) return
+    call check(error, abs(claim%liouville_defect) < liouville_bound(claim), more="Liouville")
+  end subroutine test_noticed
+
+  !> The cheapest pairing can lie outside a bound where another lies within all.
+  subroutine test_partners(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: cost(3, 3)
+
+    cost(1, :) = [0.0_dp, 0.9_dp, 5.0_dp]
+    cost(2, :) = [0.9_dp, 1.1_dp, 5.0_dp]
+    cost(3, :) = [5.0_dp, 5.0_dp, 0.1_dp]
+    call check(error, all(partners(cost) == [2, 1, 3]), more="within all bounds")
+    if (allocated(error)) return
+    cost(2, 2) = 0.5_dp
+    call check(error, all(partners(cost) == [1, 2, 3]), more="cheapest")
+    if (allocated(error)) return
+    call check(error, all(partners(cshift(cost, 1, dim=2)) == [3, 1, 2]), more="permuted")
+  end subroutine test_partners
+
+  subroutine test_quantile(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: values(5) = [3.0_dp, 1.0_dp, 5.0_dp, 1.0_dp, 4.0_dp]
+
+    call check(error, all(abs([quantile(values, 0.5_dp), quantile(values, 0.99_dp), quantile(values, 0.2_dp)] &
+      & - [3.0_dp, 5.0_dp, 1.0_dp]) <= 0))
+  end subroutine test_quantile
+
+end module test_population
