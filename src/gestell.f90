@@ -12,7 +12,7 @@ module gestell
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
-    & solve_periodic
+    & solve_periodic, ways
   use gestell_model_bodies, only: link_type
   use gestell_model_diagnosis, only: diagnose, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type, freedom_names, new_frame

@@ -8,6 +8,7 @@ program main
   use test_equivalence, only: collect_equivalence
   use test_factors, only: collect_factors
   use test_floquet, only: collect_floquet
+  use test_hill, only: collect_hill
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
   use test_masses, only: collect_masses
@@ -59,6 +60,7 @@ program main
     & new_testsuite("reach", collect_reach), &
     & new_testsuite("equivalence", collect_equivalence), &
     & new_testsuite("data", collect_data), &
+    & new_testsuite("hill", collect_hill), &
     & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("trade", collect_trade), &

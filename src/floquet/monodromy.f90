@@ -21,7 +21,7 @@ module gestell_floquet_monodromy
   type, public :: accuracy_type
     !> Relative error allowed to Phi(T) and x_p(T).
     real(dp) :: tolerance = 1.0e-9_dp
-    !> One of `method_names()`; unallocated: auto.
+    !> One of `method_names()`; unallocated: auto. `solve_floquet` knows `reduced` too.
     character(len=:), allocatable :: method
     !> Steps per period; 0: as many as the tolerance needs.
     integer :: steps = 0

@@ -27,6 +27,8 @@ module gestell_floquet_reduction
   integer, parameter :: fewest = 33, most = 1025
   !> What counts as roundoff: this many times epsilon |S| |S^-1|, relative to the terms of a residual.
   real(dp), parameter :: rounding = 32
+  !> A greater one says nothing about a multiplier.
+  real(dp), parameter :: most_residual = 0.1_dp
 
 contains
 
@@ -55,6 +57,11 @@ contains
         call coefficients(system, scale, forced, equidistant(n), a, f, error)
         if (allocated(error)) return
         turns = maxval(abs(a))
+        if (least_residual(reduction) * turns > most_residual) then
+          call fatal_error(error, "the free vibrations turn so often within the period that rounding loses their phase", &
+            & failed_computation)
+          return
+        end if
         ! What N phases resolve then varies more slowly than groups vibrate against each other.
         call follow_modes(a, pi * n, reduction%modes, error)
         if (allocated(error)) return

@@ -1,11 +1,13 @@
 !> Floquet's solution of a periodic system by the cheapest way: parts that do not act on each other apart, vibrations that
 !> are fast against the period by reduction, the others by integration over the period.
 module gestell_floquet_solution
-  use gestell_base_error, only: error_type, invalid_input, fatal_error
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: inverse
   use gestell_floquet_factored, only: factored_multipliers, factored_periodic, follow_factored
   use gestell_floquet_factors, only: factors_type, solve_factors
+  use gestell_floquet_method, only: name_length
+  use gestell_floquet_methods, only: method_names
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
@@ -18,7 +20,7 @@ module gestell_floquet_solution
   implicit none (type, external)
   private
 
-  public :: evidence, follow, solve_floquet, solve_multipliers, solve_periodic
+  public :: evidence, follow, solve_floquet, solve_multipliers, solve_periodic, ways
 
   !> All multipliers of a monodromy matrix or of a Floquet solution.
   interface solve_multipliers
@@ -70,6 +72,13 @@ module gestell_floquet_solution
 
 contains
 
+  !> All names that `accuracy%method` may have: those of the integration methods, and the reduction.
+  pure function ways() result(names)
+    character(len=name_length), allocatable :: names(:)
+
+    allocate(names, source=[character(len=name_length) :: method_names(), "reduced"])
+  end function ways
+
   !> Solves `system` over its period to `accuracy`; with `forced` also what the periodic motion needs. Method `auto` without
   !> given steps may reduce; `reduced` does nothing else. Where multipliers differ by so much that Phi(T) loses the small
   !> ones, its factors are kept, unless steps are given.
@@ -110,7 +119,7 @@ contains
     logical, intent(in) :: forced
     type(part_type), intent(inout) :: part
     type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: unfit
+    type(error_type), allocatable :: unfit, why
     type(accuracy_type) :: order
     real(dp), allocatable :: scale(:)
     real(dp) :: turns
@@ -120,10 +129,10 @@ contains
     call survey(system, scale, turns, error)
     if (allocated(error)) return
     if (order%method == "reduced" .or. (order%method == "auto" .and. order%steps == 0 .and. turns > many_turns)) then
-      call try_reduction(system, order, forced, scale, part, unfit)
-      if (.not. allocated(unfit)) return
+      call try_reduction(system, order, forced, scale, part, why)
+      if (.not. allocated(why)) return
       if (order%method == "reduced") then
-        call fatal_error(error, "method 'reduced' does not apply: " // unfit%message, invalid_input)
+        call fatal_error(error, "method 'reduced' does not apply: " // why%message, failed_computation)
         return
       end if
     end if
@@ -147,6 +156,7 @@ contains
     call solve_factors(system, order, forced, part%factors, unfit)
     if (allocated(unfit)) then
       deallocate(part%factors)
+      if (allocated(error) .and. allocated(why)) error%message = error%message // "; reduction does not apply: " // why%message
     else
       deallocate(part%monodromy)
       if (allocated(error)) deallocate(error)

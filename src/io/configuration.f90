@@ -3,8 +3,8 @@ module gestell_io_configuration
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_floquet_methods, only: method_names
   use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_solution, only: ways
   use gestell_io_document, only: document_type, group_type, the_group, word_length
   use gestell_io_frame, only: read_frame
   use gestell_io_get, only: at_least, get, positive
@@ -87,11 +87,13 @@ contains
         call input_error(group, "tolerance", "must lie between 1e-15 and 0.1", error)
         return
       end if
-      call get(group, "method", accuracy%method, error, default="auto", allowed=method_names())
+      call get(group, "method", accuracy%method, error, default="auto", allowed=ways())
       if (allocated(error)) return
       call get(group, "steps", accuracy%steps, error, default=0, must=at_least(0))
       if (allocated(error)) return
       call at_most(group, "steps", accuracy%steps, 1048576, error)
+      if (.not. allocated(error) .and. accuracy%steps > 0 .and. accuracy%method == "reduced") &
+        & call input_error(group, "steps", "method 'reduced' has no steps", error)
     end associate
   end subroutine read_orders
 

@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Tables of doc/extremes.md as Markdown: ./bootstrap bash validation/extremes.sh [FAMILY]
+# `reference [FAMILY]` in its place computes anew what the tables are measured against, validation/extremes/references.dat.
+
+set -eu
+cd -- "$(dirname -- "${BASH_SOURCE[0]}")/extremes"
+export LC_ALL=C OPENBLAS_NUM_THREADS=1
+exec fpm run --profile release -- "$@"
