@@ -21,7 +21,9 @@ program main
   use test_namelist_fuzz, only: collect_namelist_fuzz
   use test_orders, only: collect_orders
   use test_periodic, only: collect_periodic
+  use test_periodic_bounds, only: collect_periodic_bounds
   use test_periodic_schur, only: collect_periodic_schur
+  use test_population, only: collect_population
   use test_reach, only: collect_reach
   use test_reduction, only: collect_reduction
   use test_resonance, only: collect_resonance
@@ -52,6 +54,7 @@ program main
     & new_testsuite("orders", collect_orders), &
     & new_testsuite("factors", collect_factors), &
     & new_testsuite("schur", collect_periodic_schur), &
+    & new_testsuite("schur-bounds", collect_periodic_bounds), &
     & new_testsuite("reduction", collect_reduction), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("masses", collect_masses), &
@@ -62,6 +65,7 @@ program main
     & new_testsuite("data", collect_data), &
     & new_testsuite("hill", collect_hill), &
     & new_testsuite("invariants", collect_invariants), &
+    & new_testsuite("population", collect_population), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("rows", collect_rows), &

@@ -15,9 +15,9 @@ module gestell_floquet_factored
 
   public :: factored_multipliers, factored_periodic, follow_factored
 
-  !> Eigenvectors along the period, see gestell_floquet_periodic_frames, and the multipliers with their bounds.
+  !> Periodic Schur form, eigenvectors at t = 0, logarithms of the multipliers, and their bounds.
   type :: frames_type
-    complex(dp), allocatable :: x(:, :, :), y(:, :, :), lambda(:, :), z(:)
+    complex(dp), allocatable :: q(:, :, :), r(:, :, :), vectors(:, :), z(:)
     real(dp), allocatable :: bound(:), most(:), condition(:)
   end type frames_type
 
@@ -38,7 +38,7 @@ contains
     multipliers%exponent = frames%z
     multipliers%error = frames%bound
     multipliers%condition = frames%condition
-    if (vectors) multipliers%vectors = frames%x(:, :, 1) * spread(factors%scale, 2, n)
+    if (vectors) multipliers%vectors = frames%vectors * spread(factors%scale, 2, n)
     do k = 1, n
       partner = partner_of(frames, k)
       if (partner < k) cycle
@@ -62,22 +62,23 @@ contains
     type(factors_type), intent(in) :: factors
     type(frames_type), intent(out) :: frames
     type(error_type), allocatable, intent(out) :: error
-    complex(dp), allocatable, dimension(:, :, :) :: a, q, r
+    complex(dp), allocatable, dimension(:, :, :) :: a, x, y
+    complex(dp), allocatable :: lambda(:, :)
     real(dp), allocatable :: log_abs(:), arg(:)
     integer :: n
 
     n = size(factors%scale)
     allocate(a, source=cmplx(factors%a, 0, dp))
-    allocate(q, r, frames%x, frames%y, mold=a)
-    allocate(frames%lambda(n, size(a, 3)), frames%z(n))
+    allocate(frames%q, frames%r, x, y, mold=a)
+    allocate(lambda(n, size(a, 3)), frames%z(n))
     allocate(log_abs(n), arg(n), frames%bound(n), frames%most(n), frames%condition(n))
-    call periodic_schur(a, q, r, error)
+    call periodic_schur(a, frames%q, frames%r, error)
     if (allocated(error)) return
-    call periodic_multipliers(r, log_abs, arg)
+    call periodic_multipliers(frames%r, log_abs, arg)
     frames%z = cmplx(log_abs, arg, dp)
-    call periodic_frames(q, r, frames%x, frames%y, frames%lambda)
-    call periodic_bounds(a, log_abs, arg, frames%x, frames%y, frames%lambda, factors%error, frames%bound, &
-      & frames%most, frames%condition)
+    call periodic_frames(frames%q, frames%r, x, y, lambda)
+    frames%vectors = x(:, :, 1)
+    call periodic_bounds(a, log_abs, arg, x, y, lambda, factors%error, frames%bound, frames%most, frames%condition)
   end subroutine solve_frames
 
   !> The multiplier that is nearest to the conjugate of the k-th: k itself for a real one.
@@ -105,20 +106,21 @@ contains
     call periodic_states(factors, x, solution, error)
   end subroutine factored_periodic
 
-  !> The periodic motion at the starts of the segments, shape (n, K), in balanced units. In the coordinates z = Y x
+  !> The periodic motion at the starts of the segments, shape (n, K), in balanced units. In the coordinates z = Q^H x of the
+  !> periodic Schur form
   !>
-  !>     z_{k+1} = lambda_k z_k + Y_{k+1} b_k
+  !>     z_{k+1} = R_k z_k + Q_{k+1}^H b_k
   !>
-  !> for each multiplier: followed forward where |rho| <= 1 and backward where |rho| > 1, nothing grows. Errors e_k of A_k
-  !> and b_k are followed in the same way, with |lambda_k|, from |y_{k+1}| (|e_k| |x_k| + |error of b_k|).
+  !> one component after the other, from the last, where |rho_i| <= 1 forward and where |rho_i| > 1 backward: nothing grows.
+  !> Errors e_k of A_k and b_k are followed in the same way, by sizes, from |e_k| |x_k| + |error of b_k|.
   subroutine periodic_states(factors, x, solution, error)
     type(factors_type), intent(in) :: factors
     real(dp), allocatable, intent(out) :: x(:, :)
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
     type(frames_type) :: frames
-    complex(dp), allocatable :: z(:, :), g(:, :), rate(:, :)
-    real(dp), allocatable :: doubt(:, :), distances(:)
+    complex(dp), allocatable :: z(:, :), b(:, :)
+    real(dp), allocatable :: doubt(:, :), distances(:), sizes(:, :, :)
     integer :: n, count, i, k, next
 
     call solve_frames(factors, frames, error)
@@ -131,24 +133,24 @@ contains
       return
     end if
 
-    allocate(g(n, count), z(n, count), x(n, count), doubt(n, count))
+    allocate(b(n, count), z(n, count), x(n, count), doubt(n, count))
     do k = 1, count
       next = modulo(k, count) + 1
-      g(:, k) = matmul(frames%y(:, :, next), factors%b(:, k))
+      b(:, k) = matmul(conjg(transpose(frames%q(:, :, next))), factors%b(:, k))
     end do
-    call cycle_through(frames%z, frames%lambda, g, z)
+    call cycle_through(frames%z, frames%r, b, z)
     do k = 1, count
-      x(:, k) = real(matmul(frames%x(:, :, k), z(:, k)))
+      x(:, k) = real(matmul(frames%q(:, :, k), z(:, k)))
     end do
     do k = 1, count
       next = modulo(k, count) + 1
-      doubt(:, k) = norm2(abs(frames%y(:, :, next)), dim=2) * (factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
-        & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k))))
+      doubt(:, k) = factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
+        & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
     end do
-    allocate(rate, source=cmplx(abs(frames%lambda), 0, dp))
-    call cycle_through(cmplx(real(frames%z), 0, dp), rate, cmplx(doubt, 0, dp), z, distances)
+    allocate(sizes, source=abs(frames%r))
+    call cycle_through(cmplx(real(frames%z), 0, dp), cmplx(sizes, 0, dp), cmplx(doubt, 0, dp), z, distances)
     solution%x0 = x(:, 1) * factors%scale
-    solution%error = 2 * matmul(abs(frames%x(:, :, 1)), abs(z(:, 1))) * factors%scale
+    solution%error = 2 * matmul(abs(frames%q(:, :, 1)), abs(z(:, 1))) * factors%scale
     solution%condition = maxval(frames%condition / distances)
   end subroutine periodic_states
 
@@ -166,38 +168,40 @@ contains
     end associate
   end function distance_from_one
 
-  !> The periodic solution of z_{k+1} = lambda_k z_k + g_k, shapes (n, K), prod lambda_k = exp(logarithm). Where `distances`
-  !> are given they stand for |1 - rho|, and for a g that is positive: the greatest that z can be with such sizes.
-  pure subroutine cycle_through(logarithm, lambda, g, z, distances)
-    complex(dp), intent(in) :: logarithm(:), lambda(:, :), g(:, :)
+  !> The periodic solution of z_{k+1} = R_k z_k + b_k, shapes (n, K), R_k triangular, prod R_k(i, i) = exp(logarithm(i)). Where
+  !> `distances` are given they stand for |1 - rho|, and for positive R and b: the greatest that z can be with such sizes.
+  pure subroutine cycle_through(logarithm, r, b, z, distances)
+    complex(dp), intent(in) :: logarithm(:), r(:, :, :), b(:, :)
     complex(dp), intent(out) :: z(:, :)
     real(dp), intent(in), optional :: distances(:)
-    complex(dp) :: sum, denominator
+    complex(dp) :: g(size(b, 2)), particular, denominator
     real(dp) :: sign
-    integer :: i, k, count
+    integer :: i, k, n, count
 
-    count = size(g, 2)
+    n = size(b, 1)
+    count = size(b, 2)
     ! Sizes add up, whichever way they are followed.
     sign = merge(1.0_dp, -1.0_dp, present(distances))
-    do i = 1, size(g, 1)
+    do i = n, 1, -1
+      g = [(b(i, k) + sum(r(i, i + 1:, k) * z(i + 1:, k)), k = 1, count)]
       denominator = 1 - exp(merge(logarithm(i), -logarithm(i), real(logarithm(i)) <= 0))
       if (present(distances)) denominator = distances(i)
-      sum = 0
+      particular = 0
       if (real(logarithm(i)) <= 0) then
         do k = 1, count
-          sum = lambda(i, k) * sum + g(i, k)
+          particular = r(i, i, k) * particular + g(k)
         end do
-        z(i, 1) = sum / denominator
+        z(i, 1) = particular / denominator
         do k = 1, count - 1
-          z(i, k + 1) = lambda(i, k) * z(i, k) + g(i, k)
+          z(i, k + 1) = r(i, i, k) * z(i, k) + g(k)
         end do
       else
         do k = count, 1, -1
-          sum = (sum + sign * g(i, k)) / lambda(i, k)
+          particular = (particular + sign * g(k)) / r(i, i, k)
         end do
-        z(i, 1) = sum / denominator
+        z(i, 1) = particular / denominator
         do k = count, 2, -1
-          z(i, k) = (z(i, modulo(k, count) + 1) + sign * g(i, k)) / lambda(i, k)
+          z(i, k) = (z(i, modulo(k, count) + 1) + sign * g(k)) / r(i, i, k)
         end do
       end if
     end do

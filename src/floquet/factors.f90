@@ -231,8 +231,7 @@ contains
     integer :: count
 
     count = size(level%size_a)
-    allocate(part(count), source=epsilon(1.0_dp) * size(level%a, 1) * sqrt(real(level%steps, dp) / count) &
-      & + (epsilon(1.0_dp) * turns + system%rounding) / count)
+    allocate(part(count), source=(epsilon(1.0_dp) * (size(level%a, 1) * level%steps + 2 * turns) + system%rounding) / count)
   end function roundoff
 
   subroutine check_liouville(system, factors, error)
@@ -242,7 +241,7 @@ contains
     real(dp) :: integral, log_det
     integer :: k
 
-    call trace_integral(system, factors%nodes, integral, error)
+    call trace_integral(system, mesh(system, max(system%least_steps, factors%steps / 4)), integral, error)
     if (allocated(error)) return
     factors%liouville_defect = -integral
     do k = 1, size(factors%a, 3)

@@ -6,7 +6,7 @@ module gestell_floquet_gauss
   use gestell_floquet_method, only: evaluation_work, method_type
   use gestell_floquet_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
-  use gestell_system_second_order, only: second_order_system
+  use gestell_system_second_order, only: sample_in_units, second_order_system
   implicit none (type, external)
   private
 
@@ -139,6 +139,7 @@ contains
     real(dp), intent(out), optional :: b(:, :)
     real(dp), allocatable, dimension(:, :, :) :: mass, damping, stiffness
     real(dp), allocatable :: load(:, :), left(:, :), right(:, :)
+    real(dp) :: units(system%states)
     integer :: pivots(size(tableau%c) * system%states / 2), n, s, i, j, k, at, row, column
 
     n = system%states / 2
@@ -146,10 +147,11 @@ contains
     allocate(mass(n, n, size(phases)), damping(n, n, size(phases)), stiffness(n, n, size(phases)))
     allocate(load(n, size(phases)), left(n * s, n * s), right(n * s, merge(2 * n + 1, 2 * n, present(b))))
     if (present(b)) then
-      call system%sample_second_order(phases, mass, damping, stiffness, load)
+      call sample_in_units(system, phases, mass, damping, stiffness, units(:n), load)
     else
-      call system%sample_second_order(phases, mass, damping, stiffness)
+      call sample_in_units(system, phases, mass, damping, stiffness, units(:n))
     end if
+    units(n + 1:) = units(:n)
 
     do k = 1, size(h)
       do i = 1, s
@@ -186,6 +188,8 @@ contains
           end if
         end associate
       end do
+      a(:, :, k) = a(:, :, k) * spread(units, 2, 2 * n) / spread(units, 1, 2 * n)
+      if (present(b)) b(:, k) = b(:, k) * units
     end do
   end subroutine second_order_maps
 

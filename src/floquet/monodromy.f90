@@ -2,7 +2,7 @@
 module gestell_floquet_monodromy
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_base_lapack, only: balancing, log_abs_determinant
+  use gestell_base_lapack, only: balancing, inverse, log_abs_determinant
   use gestell_base_text, only: text
   use gestell_floquet_convergence, only: most_steps, next_steps, remaining, safety, too_many_steps
   use gestell_floquet_flow, only: period_map
@@ -39,8 +39,11 @@ module gestell_floquet_monodromy
     real(dp), allocatable :: scale(:)
     !> Norm of Phi(T), bound on the norm of its error, bound on the norm of the error of x_p(T).
     real(dp) :: norm = 0, error = 0, xp_error = 0
-    !> The part of `error` that is the estimate for roundoff.
-    real(dp) :: roundoff = 0
+    !> The parts of `error` and `xp_error` that are the estimates for roundoff.
+    real(dp) :: roundoff = 0, xp_roundoff = 0
+    !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by two estimates; shapes (n, n, 2)
+    !> and (n, 2). Unallocated: the norms are all that is known.
+    real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
     !> ln |det Phi(T)| - integral of tr P, zero by Liouville's theorem.
     real(dp) :: liouville_defect = 0
     !> Steps of the result, evaluations of the coefficients in all.
@@ -48,6 +51,8 @@ module gestell_floquet_monodromy
     !> Ends of the steps, as phases.
     real(dp), allocatable :: nodes(:)
     class(method_type), allocatable :: method
+  contains
+    procedure :: loses_modes
   end type monodromy_type
 
   !> The period's map with a number of steps.
@@ -162,6 +167,8 @@ contains
     before = distance(coarser, level, monodromy%scale)
     change = distance(finer, level, monodromy%scale)
     where (change > small .and. 2 * change > before) change = nothing_known
+    if (maxval(change) < nothing_known) call estimate_changes(monodromy, level, finer, safety, coarser, &
+      & safety * (real(coarser%steps, dp) / level%steps)**monodromy%method%order)
     call accept(system, level, safety * change, turns, monodromy)
   end subroutine with_given_steps
 
@@ -205,8 +212,27 @@ contains
       call move_level(fine, middle)
       d12 = d23
     end do
+    call estimate_changes(monodromy, fine, middle, safety * maxval(left / max(d23, tiny(1.0_dp)), mask=d23 > 0), coarse, &
+      & safety * (real(coarse%steps, dp) / fine%steps)**monodromy%method%order)
     call accept(system, fine, safety * left, turns, monodromy)
   end subroutine with_tolerance
+
+  !> The errors of Phi(T) and x_p(T) at `level` from how two others differ from it, times a factor each. In which
+  !> directions they lie tells more than their norms: slow modes and the periodic motion are more exact than the fastest
+  !> mode.
+  pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
+    type(monodromy_type), intent(inout) :: monodromy
+    type(level_type), intent(in) :: level, first, second
+    real(dp), intent(in) :: first_factor, second_factor
+
+    allocate(monodromy%phi_change(size(level%phi, 1), size(level%phi, 2), 2))
+    monodromy%phi_change(:, :, 1) = max(first_factor, 0.0_dp) * (first%phi - level%phi)
+    monodromy%phi_change(:, :, 2) = second_factor * (second%phi - level%phi)
+    if (.not. allocated(level%xp)) return
+    allocate(monodromy%xp_change(size(level%xp), 2))
+    monodromy%xp_change(:, 1) = max(first_factor, 0.0_dp) * (first%xp - level%xp)
+    monodromy%xp_change(:, 2) = second_factor * (second%xp - level%xp)
+  end subroutine estimate_changes
 
   subroutine solve_level(system, steps, forced, monodromy, level, error)
     class(periodic_system), intent(in) :: system
@@ -256,14 +282,15 @@ contains
     end if
   end function distance
 
-  !> What the arithmetic leaves uncertain, relative to Phi(T): the roundings of n numbers in every step add up like a
-  !> random walk, those of the coefficients shift the phase of the fastest motion; the model's own come on top.
+  !> What the arithmetic leaves uncertain, relative to Phi(T): the roundings of n numbers in every step add up, for nearly
+  !> constant coefficients all with the same sign, those of the coefficients shift the phase of the fastest motion; the
+  !> model's own come on top.
   pure real(dp) function roundoff(system, level, turns)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(in) :: level
     real(dp), intent(in) :: turns
 
-    roundoff = epsilon(1.0_dp) * (size(level%phi, 1) * sqrt(real(level%steps, dp)) + turns) + system%rounding
+    roundoff = epsilon(1.0_dp) * (size(level%phi, 1) * level%steps + 2 * turns) + system%rounding
   end function roundoff
 
   !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, the result.
@@ -277,7 +304,8 @@ contains
     monodromy%roundoff = roundoff(system, level, turns) * level%norm + sqrt(tiny(1.0_dp))
     monodromy%norm = level%norm
     monodromy%error = errors(1) * level%norm + monodromy%roundoff
-    monodromy%xp_error = (errors(2) + roundoff(system, level, turns)) * level%reach
+    monodromy%xp_roundoff = roundoff(system, level, turns) * level%reach
+    monodromy%xp_error = errors(2) * level%reach + monodromy%xp_roundoff
     monodromy%steps = level%steps
     call move_alloc(level%nodes, monodromy%nodes)
     call move_alloc(level%phi, monodromy%phi)
@@ -293,11 +321,26 @@ contains
     type(error_type), allocatable :: singular
     real(dp) :: log_det, integral
 
-    call trace_integral(system, monodromy%nodes, integral, error)
+    call trace_integral(system, mesh(system, max(system%least_steps, monodromy%steps / 4)), integral, error)
     if (allocated(error)) return
     call log_abs_determinant(monodromy%phi, log_det, singular)
     monodromy%liouville_defect = log_det - integral
   end subroutine check_liouville
+
+  !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are
+  !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|.
+  logical function loses_modes(self)
+    class(monodromy_type), intent(in) :: self
+    real(dp), parameter :: most_spread = 1.0e4_dp
+    real(dp), allocatable :: inverted(:, :)
+    type(error_type), allocatable :: singular
+
+    associate (d => self%scale, n => size(self%scale))
+      call inverse(self%phi * spread(d, 1, n) / spread(d, 2, n), inverted, singular)
+    end associate
+    loses_modes = .true.
+    if (.not. allocated(singular)) loses_modes = self%norm * norm2(inverted) >= most_spread
+  end function loses_modes
 
   !> Frobenius' norm of D^-1 A D, D = diag(scale).
   pure real(dp) function scaled_norm(a, scale)

@@ -50,22 +50,32 @@ contains
     end associate
     if (allocated(error)) return
     ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
-    call set_multipliers(rho, right, left, monodromy%error + n * epsilon(1.0_dp) * monodromy%norm, multipliers)
+    associate (d => monodromy%scale, rounding => n * epsilon(1.0_dp) * monodromy%norm)
+      if (allocated(monodromy%phi_change)) then
+        call set_multipliers(rho, right, left, monodromy%roundoff + rounding, multipliers, &
+          & monodromy%phi_change * spread(spread(d, 1, n) / spread(d, 2, n), 3, 2))
+      else
+        call set_multipliers(rho, right, left, monodromy%error + rounding, multipliers)
+      end if
+    end associate
     multipliers%exponent = multipliers%exponent / monodromy%period
     if (vectors) multipliers%vectors = right * spread(monodromy%scale, 2, n)
     call arrange(multipliers)
   end subroutine solve_multipliers
 
-  !> Multipliers, for the period 1, from the eigenvalues `rho` of a matrix whose error is at most `perturbation`, and its
-  !> right and left eigenvectors, unit columns.
+  !> Multipliers, for the period 1, from the eigenvalues `rho` of a matrix whose error is at most `perturbation` in norm, plus
+  !> one of the matrices `changes`, and its right and left eigenvectors, unit columns.
   !>
   !> Error bounds: with eigenvectors x_j and left ones y_k, |y_k| = |x_j| = 1, the eigenvalues of Phi + E lie in the
-  !> union of the discs |mu - rho_k| <= n |E| / |y_k* x_k| (Gershgorin's theorem for X^-1 (Phi + E) X). Discs that touch
+  !> union of the discs |mu - rho_k| <= sum over j of |y_k* E x_j| / |y_k* x_k| (Gershgorin's theorem for X^-1 (Phi + E) X),
+  !> where the part of E that is known in norm only gives n |E| / |y_k* x_k| at most. Discs that touch
   !> share their eigenvalues, so a bound then reaches across all of them: it holds for close and defective ones.
-  pure subroutine set_multipliers(rho, right, left, perturbation, multipliers)
+  pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
     complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
     real(dp), intent(in) :: perturbation
     type(multipliers_type), intent(out) :: multipliers
+    real(dp), intent(in), optional :: changes(:, :, :)
+    real(dp) :: radius(size(rho)), coupling(size(rho), size(rho))
     integer :: n, k
 
     n = size(rho)
@@ -74,9 +84,18 @@ contains
     multipliers%log_abs = log(max(abs(rho), tiny(1.0_dp)))
     multipliers%arg = atan2(aimag(rho), real(rho))
     multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp)
+    radius = n * perturbation
+    if (present(changes)) then
+      coupling = 0
+      do k = 1, size(changes, 3)
+        coupling = max(coupling, abs(matmul(conjg(transpose(left)), matmul(changes(:, :, k), right))))
+      end do
+      radius = radius + sum(coupling, dim=2)
+    end if
+    radius = radius * multipliers%condition
     associate (modulus => max(abs(rho), tiny(1.0_dp)))
       multipliers%error = disc_bounds(multipliers%exponent, &
-        & exp(min(log(max(n * multipliers%condition * perturbation, tiny(1.0_dp))) - log(modulus), most)))
+        & exp(min(log(max(radius, tiny(1.0_dp))) - log(modulus), most)))
     end associate
   end subroutine set_multipliers
 

@@ -28,8 +28,8 @@ contains
     allocate(regular, source=r)
     do k = 1, size(r, 3)
       do i = 1, n
-        ! Zeros, moved by roundoff, differ from each other and can be told apart.
-        if (abs(r(i, i, k)) < tiny(1.0_dp)) regular(i, i, k) = i * epsilon(1.0_dp) * norm(r(:, :, k))
+        ! Zeros, moved by roundoff, have eigenvectors of their own.
+        if (abs(r(i, i, k)) < tiny(1.0_dp)) regular(i, i, k) = epsilon(1.0_dp) * norm(r(:, :, k))
       end do
     end do
     do i = 1, n

@@ -9,9 +9,6 @@ module gestell_floquet_periodic_schur
 
   public :: periodic_schur, periodic_multipliers, schur_residuals
 
-  !> Binary orders of magnitude between numbers of very different size.
-  integer, parameter :: far = 26
-
 contains
 
   !> Unitary Q_1, ..., Q_K with Q_{k+1}^H A_k Q_k = R_k upper triangular, Q_{K+1} = Q_1, for the product A_K ... A_1.
@@ -173,13 +170,10 @@ contains
   pure integer function block_start(h, high)
     complex(dp), intent(in) :: h(:, :)
     integer, intent(in) :: high
-    real(dp) :: near
 
     do block_start = high, 2, -1
       associate (i => block_start)
-        near = abs(h(i - 1, i - 1)) + abs(h(i, i))
-        if (near < tiny(1.0_dp)) near = norm(h(:high, :high))
-        if (abs(h(i, i - 1)) <= epsilon(1.0_dp) * near) return
+        if (abs(h(i, i - 1)) <= epsilon(1.0_dp) * (abs(h(i - 1, i - 1)) + abs(h(i, i)))) return
       end associate
     end do
     block_start = 1
@@ -197,7 +191,7 @@ contains
     last = size(r, 3)
     v = unit(r(low:low + 1, low, last))
     if (modulo(sweeps, 10) == 0) v = [(0.6_dp, 0.0_dp), (0.48_dp, 0.64_dp)]
-    if (modulo(sweeps, 10) == 0 .or. without_shift(r(low:high, low:high, :last - 1), sweeps)) return
+    if (modulo(sweeps, 10) == 0 .or. singular(r(low:high, low:high, :last - 1))) return
 
     first = max(low, high - 2)
     t = 0
@@ -214,39 +208,21 @@ contains
       call normalise(corner, exponents(2))
     end do
     shift = shift_of(matmul(r(high - 1:high, first:high, last), t(:, high - 1:high)))
-    ! A shift that exceeds the column by far would not leave a trace of it.
-    if (exponents(1) - exponents(2) + exponent(abs(shift)) > far) return
     v = r(low:low + 1, low, last)
     v(1) = v(1) - shift * scale(1.0_dp, min(exponents(1) - exponents(2), 1000)) / corner(1)
     v = unit(v)
   end function first_direction
 
-  !> Whether the next sweep has no shift, as those separate multipliers of very different size, zeros among them: where
-  !> a triangular factor is singular to roundoff, where the diagonal of their product grows by far, and now and then.
-  pure logical function without_shift(t, sweeps)
+  !> Whether a triangular factor (of a norm of about 1) is singular to roundoff: sweeps without shift separate zeros.
+  pure logical function singular(t)
     complex(dp), intent(in) :: t(:, :, :)
-    integer, intent(in) :: sweeps
-    complex(dp) :: diagonal(1)
-    integer :: i, k, exponents(size(t, 1))
+    integer :: i
 
-    without_shift = modulo(sweeps, 10) >= 8
-    exponents = 0
-    do i = 1, size(t, 1)
-      diagonal = 1
-      do k = 1, size(t, 3)
-        if (abs(t(i, i, k)) < epsilon(1.0_dp)) then
-          without_shift = .true.
-          return
-        end if
-        diagonal = diagonal * t(i, i, k)
-        call normalise(diagonal, exponents(i))
-      end do
-      if (i > 1) without_shift = without_shift .or. exponents(i) > minval(exponents(:i - 1)) + far
-    end do
-  end function without_shift
+    singular = any([(any(abs(t(i, i, :)) < epsilon(1.0_dp)), i = 1, size(t, 1))])
+  end function singular
 
-  !> The eigenvalue of t (2, 2) that is nearer to t(2, 2), unless the other is much smaller: sweeps without shift bring
-  !> that one to the end, and those with shift must not undo it.
+  !> Wilkinson's shift, the eigenvalue of t (2, 2) that is nearer to t(2, 2), unless the other is much smaller: that one
+  !> settles at the end of a product of graded factors, where sweeps towards the larger one can turn in circles.
   pure function shift_of(t) result(shift)
     complex(dp), intent(in) :: t(2, 2)
     complex(dp) :: shift, mean, root

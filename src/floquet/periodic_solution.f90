@@ -29,35 +29,76 @@ contains
   !>
   !>     |(E - Phi)^-1| (e |x0| + e_p) / (1 - |(E - Phi)^-1| e).
   !>
+  !> That holds for rounding. The errors of integration are known in direction too: they leave (E - Phi)^-1 (E x0 + e_p) with
+  !> the matrices E and vectors e_p that belong together, in which most of them cancels: the periodic motion is slower than
+  !> the free vibrations.
   !> Error: an error of Phi as large as e can make E - Phi singular, so that nothing is known of x0.
   subroutine solve_periodic(monodromy, solution, error)
     type(monodromy_type), intent(in) :: monodromy
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: a(:, :), inverted(:, :)
-    real(dp) :: x(size(monodromy%scale)), amplification
-    integer :: n, i
+    real(dp), allocatable :: inverted(:, :)
+    real(dp) :: x(size(monodromy%scale)), disturbance(size(monodromy%scale)), change(size(monodromy%scale))
+    real(dp) :: phi_error, xp_error, amplification, lost
+    integer :: n, k
 
     n = size(monodromy%scale)
-    associate (d => monodromy%scale, phi_error => monodromy%error + n * epsilon(1.0_dp) * (n + monodromy%norm))
-      a = -monodromy%phi * spread(d, 1, n) / spread(d, 2, n)
-      do i = 1, n
-        a(i, i) = 1 + a(i, i)
-      end do
-      call inverse(a, inverted, error)
-      amplification = 0
-      if (.not. allocated(error)) amplification = norm2(inverted)
-      if (allocated(error) .or. amplification * phi_error >= 1) then
+    phi_error = n * epsilon(1.0_dp) * (n + monodromy%norm)
+    associate (d => monodromy%scale, known => allocated(monodromy%phi_change) .and. allocated(monodromy%xp_change))
+      if (known) then
+        phi_error = phi_error + monodromy%roundoff
+        xp_error = monodromy%xp_roundoff
+      else
+        phi_error = phi_error + monodromy%error
+        xp_error = monodromy%xp_error
+      end if
+      call inverse(unit_matrix(n) - balanced(monodromy%phi, d), inverted, error)
+      if (allocated(error)) then
+        call fatal_error(error, resonance, failed_computation)
+        return
+      end if
+      amplification = norm2(inverted)
+      x = matmul(inverted, monodromy%xp / d)
+      lost = amplification * phi_error
+      change = 0
+      if (known) then
+        do k = 1, size(monodromy%phi_change, 3)
+          associate (e => balanced(monodromy%phi_change(:, :, k), d))
+            lost = max(lost, amplification * phi_error + norm2(matmul(inverted, e)))
+            disturbance = matmul(inverted, matmul(e, x) + monodromy%xp_change(:, k) / d)
+          end associate
+          ! A component can be small by chance.
+          change = max(change, abs(disturbance), 0.5_dp * norm2(disturbance))
+        end do
+      end if
+      if (.not. lost < 1) then
         call fatal_error(error, resonance, failed_computation)
         return
       end if
       solution%condition = amplification * (1 + monodromy%norm)
-      x = matmul(inverted, monodromy%xp / d)
       solution%x0 = x * d
-      solution%error = norm2(inverted, dim=2) * d * (norm2(x) * phi_error + monodromy%xp_error) &
-        & / (1 - amplification * phi_error)
+      solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + change) / (1 - lost) * d
     end associate
   end subroutine solve_periodic
+
+  !> D^-1 A D, D = diag(d).
+  pure function balanced(a, d)
+    real(dp), intent(in) :: a(:, :), d(:)
+    real(dp) :: balanced(size(d), size(d))
+
+    balanced = a * spread(d, 1, size(d)) / spread(d, 2, size(d))
+  end function balanced
+
+  pure function unit_matrix(n) result(e)
+    integer, intent(in) :: n
+    real(dp) :: e(n, n)
+    integer :: i
+
+    e = 0
+    do i = 1, n
+      e(i, i) = 1
+    end do
+  end function unit_matrix
 
   !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points).
   subroutine follow(system, monodromy, solution, phases, x, error)

@@ -3,6 +3,9 @@ module gestell_floquet_reduced
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: eigensystem, inverse
+  use gestell_floquet_convergence, only: safety
+  use gestell_floquet_factored, only: factored_multipliers, factored_periodic, follow_factored
+  use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_flow, only: trajectory
   use gestell_floquet_modes, only: columns_of, modes_type
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -27,9 +30,10 @@ module gestell_floquet_reduced
     complex(dp) :: shift = 0
     complex(dp), allocatable :: phi(:, :)
     real(dp) :: error = 0
-    !> Only for more than one mode: the rest as a system of its own, and its map.
+    !> Only for more than one mode: the rest as a system of its own, its map, and where that loses modes its factors.
     type(sampled_system), allocatable :: system
     type(monodromy_type), allocatable :: monodromy
+    type(factors_type), allocatable :: factors
   end type group_type
 
   type, public :: reduced_type
@@ -142,27 +146,26 @@ contains
       end if
       group%error = group%monodromy%error
     end associate
+    if (.not. group%monodromy%loses_modes()) return
+    if (any(group%conjugates /= group%columns)) then
+      call fatal_error(error, "the modes of a group differ too much", failed_computation)
+    else
+      allocate(group%factors)
+      call solve_factors(group%system, accuracy, forced, group%factors, error)
+    end if
   end subroutine solve_group
 
   subroutine check_liouville(system, reduced, error)
     class(periodic_system), intent(in) :: system
     type(reduced_type), intent(inout) :: reduced
     type(error_type), allocatable, intent(out) :: error
-    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+    type(multipliers_type) :: multipliers
     real(dp) :: integral
-    integer :: g, k
+    integer :: k
 
     call trace_integral(system, [(real(k, dp) / reduced%reduction%angles, k = 0, reduced%reduction%angles)], integral, error)
-    if (allocated(error)) return
-    reduced%liouville_defect = -integral
-    do g = 1, size(reduced%groups)
-      associate (group => reduced%groups(g))
-        call eigensystem(group%phi, rho, right, left, error)
-        if (allocated(error)) return
-        reduced%liouville_defect = reduced%liouville_defect + merge(1, 2, all(group%conjugates == group%columns)) &
-          & * sum(real(group%shift) + log(max(abs(rho), tiny(1.0_dp))))
-      end associate
-    end do
+    if (.not. allocated(error)) call reduced_multipliers(reduced, .false., multipliers, error)
+    if (.not. allocated(error)) reduced%liouville_defect = sum(multipliers%log_abs) - integral
   end subroutine check_liouville
 
   !> All multipliers; what the groups still do to each other is within the bounds.
@@ -173,22 +176,16 @@ contains
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     type(multipliers_type) :: one
-    complex(dp), allocatable :: rho(:), right(:, :), left(:, :), shapes(:, :)
-    integer :: g, n, m
+    integer :: g, n
 
     n = size(reduced%scale)
     multipliers = no_multipliers(merge(n, 0, vectors))
     do g = 1, size(reduced%groups)
       associate (group => reduced%groups(g), start => reduced%reduction%basis(:, :, 1))
-        m = size(group%columns)
-        call eigensystem(group%phi, rho, right, left, error)
+        call group_multipliers(group, vectors, one, error)
         if (allocated(error)) return
-        call set_multipliers(rho, right, left, group%error + m * epsilon(1.0_dp) * norm2(abs(group%phi)), one)
-        call multiply(one, group%shift)
-        if (vectors) then
-          shapes = matmul(start(:, group%columns), right)
-          one%vectors = shapes * spread(reduced%scale, 2, m)
-        end if
+        if (vectors) one%vectors = matmul(start(:, group%columns), one%vectors) &
+          & * spread(reduced%scale, 2, size(group%columns))
         call append(multipliers, one)
         if (all(group%conjugates == group%columns)) cycle
         call mirror(one)
@@ -199,6 +196,26 @@ contains
     multipliers%exponent = multipliers%exponent / reduced%period
     call arrange(multipliers)
   end subroutine reduced_multipliers
+
+  !> The multipliers of one group, for the period 1; with `vectors` the eigenvectors in the group's columns too.
+  subroutine group_multipliers(group, vectors, multipliers, error)
+    type(group_type), intent(in) :: group
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+
+    if (allocated(group%factors)) then
+      call factored_multipliers(group%factors, vectors, multipliers, error)
+      if (allocated(error)) return
+    else
+      call eigensystem(group%phi, rho, right, left, error)
+      if (allocated(error)) return
+      call set_multipliers(rho, right, left, group%error + size(rho) * epsilon(1.0_dp) * norm2(abs(group%phi)), multipliers)
+      if (vectors) multipliers%vectors = right
+    end if
+    call multiply(multipliers, group%shift)
+  end subroutine group_multipliers
 
   !> The multipliers times exp(shift).
   pure subroutine multiply(multipliers, shift)
@@ -234,10 +251,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(periodic_solution_type) :: slow
     complex(dp), allocatable :: start(:)
-    complex(dp), allocatable :: inverted(:, :), a(:, :)
     real(dp), allocatable :: within(:)
-    real(dp) :: amplification, disturbance, growing, resonant, slowest
-    integer :: g, i, n
+    real(dp) :: amplification, disturbance, resonant, slowest
+    integer :: g, n
 
     n = size(reduced%scale)
     allocate(within(n), source=0.0_dp)
@@ -247,7 +263,11 @@ contains
       do g = 1, size(reduced%groups)
         associate (group => reduced%groups(g))
           if (g == 1 .and. reduced%has_slow) then
-            call solve_periodic(group%monodromy, slow, error)
+            if (allocated(group%factors)) then
+              call factored_periodic(group%factors, slow, error)
+            else
+              call solve_periodic(group%monodromy, slow, error)
+            end if
             if (allocated(error)) return
             start = start + matmul(r%basis(:, group%columns, 1), slow%x0)
             within(group%columns) = slow%error
@@ -255,28 +275,15 @@ contains
             solution%condition = max(solution%condition, slow%condition)
             cycle
           end if
-          ! E - exp(shift) Phi in units of the greater one of the two.
-          growing = max(real(group%shift), 0.0_dp)
-          a = -exp(group%shift - growing) * group%phi
-          do i = 1, size(group%columns)
-            a(i, i) = exp(-growing) + a(i, i)
-          end do
-          call inverse(a, inverted, error)
-          amplification = 0
-          if (.not. allocated(error)) amplification = norm2(abs(inverted))
-          if (allocated(error) .or. amplification * group%error * exp(real(group%shift) - growing) >= 0.5_dp) then
-            call fatal_error(error, resonance, failed_computation)
-            return
-          end if
+          call group_amplification(group, amplification, error)
+          if (allocated(error)) return
           slowest = least_size(r%generator(group%columns, group%columns, :))
           resonant = disturbance * exp(log_growth(r%generator(group%columns, group%columns, :)) &
             & + log(min(max(disturbance, tiny(1.0_dp)) / max(r%effort, tiny(1.0_dp)), 1.0_dp)) &
             & * max(slowest / (pi * r%angles) - 1, 0.0_dp))
-          within(group%columns) = disturbance / max(slowest - pi * r%angles, 1.0_dp) &
-            & + 2 * amplification * exp(-growing) * resonant
+          within(group%columns) = safety * (disturbance / max(slowest - pi * r%angles, 1.0_dp) + amplification * resonant)
           within(group%conjugates) = within(group%columns)
-          solution%condition = max(solution%condition, amplification * (exp(-growing) &
-            & + exp(real(group%shift) - growing) * norm2(abs(group%phi))))
+          solution%condition = max(solution%condition, amplification)
         end associate
       end do
       solution%x0 = real(start) * reduced%scale
@@ -284,6 +291,38 @@ contains
         & * reduced%scale
     end associate
   end subroutine reduced_periodic
+
+  !> A bound on |(E - Phi)^-1| of a group, by its multipliers. Error: resonance within their errors.
+  subroutine group_amplification(group, amplification, error)
+    type(group_type), intent(in) :: group
+    real(dp), intent(out) :: amplification
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: multipliers
+    real(dp), allocatable :: distance(:)
+    integer :: k
+
+    amplification = 0
+    call group_multipliers(group, .false., multipliers, error)
+    if (allocated(error)) return
+    ! |1 - rho|, at the least. Where rho is lost, |rho| is small.
+    allocate(distance(size(multipliers%rho)))
+    do k = 1, size(distance)
+      associate (z => multipliers%log_abs(k), e => multipliers%error(k))
+        if (z + log(1 + e) <= -1) then
+          distance(k) = 1 - exp(-1.0_dp)
+        else if (z > 1 .and. e < 0.5_dp) then
+          distance(k) = 0.5_dp * exp(1.0_dp) - 1
+        else
+          distance(k) = abs(1 - multipliers%rho(k)) - e * abs(multipliers%rho(k))
+        end if
+      end associate
+    end do
+    if (any(distance <= 0)) then
+      call fatal_error(error, resonance, failed_computation)
+      return
+    end if
+    amplification = size(distance) * maxval(multipliers%condition / distance)
+  end subroutine group_amplification
 
   !> The least |D y| / |y| at any phase.
   real(dp) function least_size(d)
@@ -336,7 +375,11 @@ contains
         if (allocated(error)) return
         y0 = real(matmul(inverted(group%columns, :), x0 / reduced%scale - r%response(:, 1)))
         allocate(y(m, size(phases)))
-        call trajectory(group%system, group%monodromy%method, group%monodromy%nodes, y0, phases, y, error)
+        if (allocated(group%factors)) then
+          call follow_factored(group%system, group%factors, phases, y, error)
+        else
+          call trajectory(group%system, group%monodromy%method, group%monodromy%nodes, y0, phases, y, error)
+        end if
         if (allocated(error)) return
         shapes = reshape(matmul(reshape(r%basis(:, group%columns, :), [n * m, r%angles]), weights), [n, m, size(phases)])
         do k = 1, size(phases)

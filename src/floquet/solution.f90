@@ -3,7 +3,6 @@
 module gestell_floquet_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_base_lapack, only: inverse
   use gestell_floquet_factored, only: factored_multipliers, factored_periodic, follow_factored
   use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_method, only: name_length
@@ -67,8 +66,6 @@ module gestell_floquet_solution
 
   !> Reduction is tried where the fastest vibration turns by more radians than this within the period.
   real(dp), parameter :: many_turns = 1000
-  !> Where |Phi| |Phi^-1| is larger, its factors are used.
-  real(dp), parameter :: most_spread = 1.0e4_dp
 
 contains
 
@@ -141,7 +138,7 @@ contains
     call solve_monodromy(system, order, forced, part%monodromy, error)
     if (order%steps > 0) return
     if (.not. allocated(error)) then
-      if (spread_of(part%monodromy) < most_spread) return
+      if (.not. part%monodromy%loses_modes()) return
     end if
     ! Some modes are lost in rounding beside others, or the numbers overflow.
     if (order%method == "auto" .and. turns <= many_turns) then
@@ -178,19 +175,6 @@ contains
     call solve_reduced(system, reduction, scale, accuracy_type(tolerance=accuracy%tolerance), part%reduced, unfit)
     if (allocated(unfit)) deallocate(part%reduced)
   end subroutine try_reduction
-
-  !> |Phi| |Phi^-1|: how much smaller the smallest multipliers may be than Phi(T), whose error they share.
-  real(dp) function spread_of(monodromy)
-    type(monodromy_type), intent(in) :: monodromy
-    real(dp), allocatable :: inverted(:, :)
-    type(error_type), allocatable :: singular
-
-    spread_of = huge(spread_of)
-    associate (d => monodromy%scale, n => size(monodromy%scale))
-      call inverse(monodromy%phi * spread(d, 1, n) / spread(d, 2, n), inverted, singular)
-    end associate
-    if (.not. allocated(singular)) spread_of = monodromy%norm * norm2(inverted)
-  end function spread_of
 
   pure function scale_of(part) result(scale)
     type(part_type), intent(in) :: part

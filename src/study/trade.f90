@@ -129,6 +129,7 @@ contains
 
     n = frame%states
     coarse = converged
+    if (allocated(coarse%phi_change)) deallocate(coarse%phi_change)
     coarse%nodes = mesh(frame, steps)
     spent = 0
     do runs = 1, most

@@ -13,6 +13,8 @@ module gestell_system_second_order
   implicit none (type, external)
   private
 
+  public :: sample_in_units
+
   !> Extend this, set `states` = 2 f and `period`, give `matrices` (and `load` if there is one).
   type, abstract, extends(periodic_system), public :: second_order_system
   contains
@@ -63,6 +65,42 @@ contains
     end do
   end subroutine sample_second_order
 
+  !> U M U, U B U, U C U and U h at many phases, U = diag(units) with powers of two that make the diagonal of M about 1: in
+  !> the coordinates U^-1 q, elimination with pivots does not confuse a small number of kilograms with a small one of
+  !> kilogram square metres.
+  subroutine sample_in_units(system, phases, m, b, c, units, h)
+    class(second_order_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :), units(:)
+    real(dp), intent(out), optional :: h(:, :)
+    integer :: i, j
+
+    if (present(h)) then
+      call system%sample_second_order(phases, m, b, c, h)
+    else
+      call system%sample_second_order(phases, m, b, c)
+    end if
+    do i = 1, size(units)
+      units(i) = unit_of(maxval(abs(m(i, i, :))))
+    end do
+    do j = 1, size(units)
+      do i = 1, size(units)
+        m(i, j, :) = units(i) * units(j) * m(i, j, :)
+        b(i, j, :) = units(i) * units(j) * b(i, j, :)
+        c(i, j, :) = units(i) * units(j) * c(i, j, :)
+      end do
+      if (present(h)) h(j, :) = units(j) * h(j, :)
+    end do
+  end subroutine sample_in_units
+
+  !> A power of two near 1 / sqrt(mass).
+  pure real(dp) function unit_of(mass)
+    real(dp), intent(in) :: mass
+
+    unit_of = 1
+    if (mass > 0 .and. mass <= huge(mass)) unit_of = scale(1.0_dp, -exponent(mass) / 2)
+  end function unit_of
+
   !> P(t) of (22).
   subroutine first_order_matrix(self, t, p)
     class(second_order_system), intent(in) :: self
@@ -93,14 +131,15 @@ contains
     real(dp), intent(out), optional :: f(:, :)
     real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), right(:, :)
     type(error_type), allocatable :: error
+    real(dp) :: units(self%states / 2)
     integer :: pivots(self%states / 2), n, i, k
 
     n = self%states / 2
     allocate(m(n, n, size(phases)), b(n, n, size(phases)), c(n, n, size(phases)), h(n, size(phases)))
     if (present(f)) then
-      call self%sample_second_order(phases, m, b, c, h)
+      call sample_in_units(self, phases, m, b, c, units, h)
     else
-      call self%sample_second_order(phases, m, b, c)
+      call sample_in_units(self, phases, m, b, c, units)
       h = 0
     end if
 
@@ -119,6 +158,9 @@ contains
       else
         call solve_factored(m(:, :, k), pivots, right)
       end if
+      ! From U^-1 q and U^-1 q' to q and q'.
+      right = right * spread(units, 2, 2 * n + 1)
+      right(:, :2 * n) = right(:, :2 * n) / spread([units, units], 1, n)
       p(n + 1:, :, k) = right(:, :2 * n)
       if (present(f)) f(:, k) = [spread(0.0_dp, 1, n), right(:, 2 * n + 1)]
     end do

@@ -1,0 +1,259 @@
+!> Frames, and bounds on the errors of multipliers, from factors whose product is never formed.
+module test_periodic_bounds
+  use factor_sequences, only: distances, hidden, outcome_type, random_matrix, solve
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_periodic_bounds, only: periodic_bounds
+  use gestell_floquet_periodic_schur, only: periodic_multipliers
+  use reference_random, only: random_type
+  use systems, only: diagonal
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_periodic_bounds
+
+contains
+
+  subroutine collect_periodic_bounds(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("frames: eigenvectors of every factor", test_frames), &
+      & new_unittest("singular and zero factors", test_singular), &
+      & new_unittest("bounds: perturbed factors stay within", test_bounds), &
+      & new_unittest("bounds: defective multipliers", test_defective)]
+  end subroutine collect_periodic_bounds
+
+  subroutine test_frames(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 5, counts(3) = [1, 4, 50]
+    type(random_type) :: random
+    type(outcome_type) :: o
+    complex(dp), allocatable :: factors(:, :, :)
+    complex(dp) :: product(n, n)
+    integer :: i, j, k, next
+
+    call random%start(1, 46)
+    do i = 1, size(counts)
+      allocate(factors(n, n, counts(i)))
+      do k = 1, counts(i)
+        factors(:, :, k) = random_matrix(random, n, n)
+      end do
+      call solve(factors, o, error)
+      if (allocated(error)) return
+      do k = 1, counts(i)
+        next = modulo(k, counts(i)) + 1
+        ! Roundoff of factors of norm 4; swaps cost some times that.
+        call check(error, maxval(abs(matmul(factors(:, :, k), o%x(:, :, k)) - o%x(:, :, next) * spread(o%lambda(:, k), 1, n))) &
+          & < 1.0e-13_dp, more="right")
+        if (allocated(error)) return
+        call check(error, maxval(abs(matmul(o%y(:, :, next), factors(:, :, k)) - spread(o%lambda(:, k), 2, n) * o%y(:, :, k))) &
+          & < 1.0e-12_dp * maxval(o%condition), more="left")
+        if (allocated(error)) return
+        product = matmul(o%y(:, :, k), o%x(:, :, k)) - diagonal([(1.0_dp, j = 1, n)])
+        call check(error, maxval(abs(product)) < 1.0e-12_dp * maxval(o%condition), more="Y = X^-1")
+        if (allocated(error)) return
+        call check(error, maxval(abs(norm2(abs(o%x(:, :, k)), dim=1) - 1)) < 1.0e-13_dp, more="unit columns")
+        if (allocated(error)) return
+      end do
+      call check(error, maxval(abs(sum(log(abs(o%lambda)), dim=2) - o%log_abs)) < 1.0e-11_dp, more="growth over the period")
+      if (allocated(error)) return
+      ! Frames that are wrong by 1e-3 somewhere.
+      o%x(:, 2, 1) = o%x(:, 2, 1) + 1.0e-3_dp * o%x(:, 1, 1)
+      call periodic_bounds(factors, o%log_abs, o%arg, o%x, o%y, o%lambda, [(0.0_dp, j = 1, counts(i))], o%bound, o%most, &
+        & o%condition)
+      call check(error, o%bound(2) > 1.0e-4_dp, more="poor frames")
+      if (allocated(error)) return
+      deallocate(factors)
+    end do
+  end subroutine test_frames
+
+  !> Products of rank 3, 2 and 0, where the other multipliers are known, and of factors as small as 2^-700.
+  subroutine test_singular(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 4, length = 5
+    type(random_type) :: random
+    type(outcome_type) :: o, small
+    complex(dp), dimension(n, n, length) :: t, factors
+    real(dp) :: log_abs(n), arg(n)
+    integer :: i, j, k
+
+    call random%start(1, 45)
+    do i = 0, (n * length)**2 - 1
+      do k = 1, length
+        t(:, :, k) = random_matrix(random, n, n)
+        do j = 1, n
+          t(j + 1:, j, k) = 0
+          t(j, j, k) = 0.5_dp + 0.2_dp * j
+          ! Zeros at any two places of any factors.
+          associate (place => j + n * (k - 1) - 1)
+            if (any(place == [modulo(i, n * length), i / (n * length)])) t(j, j, k) = 0
+          end associate
+        end do
+      end do
+      call periodic_multipliers(t, log_abs, arg)
+      factors = hidden(random, t)
+      call solve(factors, o, error)
+      if (allocated(error)) return
+      do j = 1, n
+        if (log_abs(j) < -100) cycle
+        call check(error, all(distances(log_abs(j:j), arg(j:j), o%log_abs, o%arg) < 1.0e-9_dp), more="the others")
+        if (allocated(error)) return
+      end do
+      j = count(log_abs < -100)
+      ! Two of them are defective: the root of roundoff.
+      call check(error, all(o%log_abs(n - j + 1:) < log(1.0e-6_dp)), more="zeros")
+      if (allocated(error)) return
+      call check(error, all(o%bound(n - j + 1:) > 0.5_dp) .and. all(o%bound(:n - j) < 1.0e-6_dp), more="zeros are lost")
+      if (allocated(error)) return
+      do k = 1, length
+        associate (moved => o%x(:, :, modulo(k, length) + 1) * spread(o%lambda(:, k), 1, n))
+          ! Two zeros are brought apart by roundoff only.
+          call check(error, maxval(abs(matmul(factors(:, :, k), o%x(:, :, k)) - moved)) < 1.0e-12_dp, more="frames")
+          if (allocated(error)) return
+        end associate
+      end do
+    end do
+
+    t(:, :, 3) = 0
+    call solve(t, o, error, spread(1.0e-3_dp, 1, length))
+    if (allocated(error)) return
+    call check(error, all(o%log_abs < -700), more="zero factor")
+    if (allocated(error)) return
+    ! An error of 1e-3 there can bring multipliers of about as much.
+    call check(error, all(o%most > log(1.0e-3_dp)) .and. all(o%bound > 1.0e250_dp), more="bounds of zero")
+    if (allocated(error)) return
+
+    do k = 1, length
+      t(:, :, k) = 2.0_dp**(-700) * random_matrix(random, n, n)
+    end do
+    call solve(t, small, error)
+    if (allocated(error)) return
+    call solve(2.0_dp**700 * t, o, error)
+    if (allocated(error)) return
+    call check(error, maxval(abs(small%log_abs - o%log_abs + length * 700 * log(2.0_dp))) < 1.0e-11_dp, more="small factors")
+    if (allocated(error)) return
+    ! The residuals are roundoff, which moduli of very small numbers may change.
+    call check(error, all(small%bound < 10 * o%bound .and. o%bound < 10 * small%bound), more="bounds of small factors")
+  end subroutine test_singular
+
+  !> Factors with errors as large as claimed, in random directions and along y x^H, which moves one multiplier most; e is
+  !> spread evenly or all in one factor. Of triangular ones with gaps down to 1e-6, moduli over 40 decades, and all mixed.
+  subroutine test_bounds(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 4, length = 10, samples = 150, tries = 12
+    type(random_type) :: random
+    type(outcome_type) :: o, moved
+    complex(dp) :: factors(n, n, length), e(n, n, length)
+    real(dp) :: errors(length), ratio(samples)
+    integer :: i, j, k, m
+
+    call random%start(1, 47)
+    do i = 1, samples
+      do k = 1, length
+        factors(:, :, k) = random_matrix(random, n, n)
+        if (modulo(i, 3) == 0) cycle
+        do j = 1, n
+          factors(j + 1:, j, k) = 0
+          factors(j, j, k) = merge(1 + 10.0_dp**(-modulo(i, 7)) * factors(j, j, k), &
+            & 10.0_dp**(2 - j) * factors(j, j, k), modulo(i, 3) == 1)
+        end do
+      end do
+      factors = hidden(random, factors)
+      errors = 10.0_dp**(-4 - modulo(i, 8)) / length
+      if (modulo(i, 4) == 0) errors(2:) = 0
+      call solve(factors, o, error, errors)
+      if (allocated(error)) return
+      ratio(i) = 0
+      do j = 1, tries
+        m = random%pick(n)
+        do k = 1, length
+          if (j <= tries / 3) then
+            e(:, :, k) = random_matrix(random, n, n)
+          else
+            ! Each factor's part turned so that all push alike.
+            associate (y => o%y(m, :, modulo(k, length) + 1), x => o%x(:, m, k))
+              e(:, :, k) = spread(conjg(y), 2, n) * spread(conjg(x), 1, n) * o%lambda(m, k) / abs(o%lambda(m, k))
+            end associate
+          end if
+          e(:, :, k) = e(:, :, k) * errors(k) / norm2(abs(e(:, :, k)))
+        end do
+        call solve(factors + e, moved, error)
+        if (allocated(error)) return
+        call check(error, all(distances(o%log_abs, o%arg, moved%log_abs, moved%arg) <= o%bound + moved%bound), more="each disc")
+        if (allocated(error)) return
+        call check(error, moved%log_abs(1) <= maxval(o%most), more="most")
+        if (allocated(error)) return
+        do k = 1, n
+          call check(error, any(distances(o%log_abs, o%arg, moved%log_abs(k:k), moved%arg(k:k)) <= o%bound + moved%bound), &
+            & more="each one")
+          if (allocated(error)) return
+        end do
+        ratio(i) = max(ratio(i), maxval(distances(o%log_abs, o%arg, moved%log_abs, moved%arg) / o%bound))
+      end do
+    end do
+    ! Gershgorin's theorem gives away n = 4, and the direction is that of first order.
+    call check(error, maxval(ratio) > 0.2_dp, more="sharp for one")
+    if (allocated(error)) return
+    call check(error, count(ratio > 0.01_dp) > samples / 2, more="median")
+    if (allocated(error)) return
+    call solve(reshape([((1.0_dp, 0.0_dp), j = 1, length)], [1, 1, length]), o, error, [(0.05_dp, j = 1, length)])
+    if (allocated(error)) return
+    call check(error, abs(o%bound(1) / (1.05_dp**length - 1) - 1) < 1.0e-12_dp, more="large errors multiply")
+  end subroutine test_bounds
+
+  !> Jordan blocks of 2 to 4 multipliers 1, hidden and not, and exactly double ones: errors e along the corner move them
+  !> by e^(1/m); the bound is of that size, and that of the single ones is of size e.
+  subroutine test_defective(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 5, length = 6
+    type(random_type) :: random
+    type(outcome_type) :: o, moved
+    complex(dp), dimension(n, n, length) :: t, factors, corner
+    real(dp) :: e, change
+    integer :: i, j, m
+
+    call random%start(1, 48)
+    do m = 2, 4
+      t = 0
+      do j = 1, n
+        t(j, j, :) = merge((1.0_dp, 0.0_dp), 0.5_dp**(1.0_dp / length) * exp(cmplx(0, real(j, dp) / length, dp)), j <= m)
+        if (j < m) t(j, j + 1, :) = 1.0_dp / length
+      end do
+      do i = -13, -4
+        e = 10.0_dp**i
+        corner = t
+        corner(m, 1, 1) = e
+        if (modulo(i, 2) == 0) then
+          factors = t
+        else
+          call random%start(1, 48)
+          factors = hidden(random, t)
+          call random%start(1, 48)
+          corner = hidden(random, corner)
+        end if
+        call solve(factors, o, error, [e, (0.0_dp, j = 2, length)])
+        if (allocated(error)) return
+        call solve(corner, moved, error)
+        if (allocated(error)) return
+        call check(error, all(distances(o%log_abs, o%arg, moved%log_abs, moved%arg) <= o%bound), more="within the bound")
+        if (allocated(error)) return
+        change = maxval(hypot(moved%log_abs(:m), moved%arg(:m)))
+        call check(error, change > 0.3_dp * e**(1.0_dp / m), more="they do move")
+        if (allocated(error)) return
+        call check(error, all(o%bound(:m) < 100 * change), more="bound is of use")
+        if (allocated(error)) return
+        ! Unless the discs of the others are reached, 0.5 away.
+        call check(error, all(o%bound(m + 1:) < 100 * e) .or. o%bound(1) > 0.3_dp, more="the others are not touched")
+        if (allocated(error)) return
+      end do
+    end do
+    do i = 1, length
+      factors(:, :, i) = diagonal([(1.0_dp, j = 1, n)])
+    end do
+    call solve(factors, o, error, [(1.0e-6_dp, j = 1, length)])
+    if (allocated(error)) return
+    call check(error, all(abs(o%bound - 3.0e-5_dp) < 1.0e-8_dp), more="five the same, any vectors: n sum e")
+  end subroutine test_defective
+
+end module test_periodic_bounds
