@@ -12,11 +12,12 @@ module driver
   use gestell_io_path, only: set_value
   use gestell_io_report, only: report_machine, report_results
   use gestell_io_report_mechanism, only: report_mechanism, report_transmission
-  use gestell_io_report_trade, only: report_trade
+  use gestell_io_report_trade, only: report_model, report_trade
   use gestell_io_results, only: write_results, write_trade
   use gestell_io_schema, only: input_schema, schema_type
   use terminal, only: show_progress
   use gestell_study_analysis, only: analyse, analysis_type
+  use gestell_study_model_trade, only: measure_model, model_trade_type
   use gestell_study_trade, only: measure_trade, trade_type
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none (type, external)
@@ -40,6 +41,7 @@ contains
     type(configuration_type) :: configuration
     type(analysis_type) :: analysis
     type(trade_type) :: trade
+    type(model_trade_type) :: model_trade
     type(error_type), allocatable :: failure
     real(dp), allocatable :: frequencies(:)
     character(len=:), allocatable :: folder
@@ -60,6 +62,7 @@ contains
 
     if (configuration%trade) then
       call measure_trade(configuration%frame, trade_budget, trade, error, show_progress)
+      if (.not. allocated(error)) call measure_model(configuration%frame, configuration%accuracy, model_trade, error)
       if (allocated(error)) return
     end if
     call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, failure)
@@ -72,7 +75,7 @@ contains
       if (allocated(error)) return
       write (output_unit, "(a)", advance="no") report_transmission(configuration%frame) &
         & // report_results(configuration, analysis, frequencies)
-      if (configuration%trade) write (output_unit, "(a)", advance="no") report_trade(trade)
+      if (configuration%trade) write (output_unit, "(a)", advance="no") report_trade(trade) // report_model(model_trade)
     end if
 
     folder = folder_name(options)
@@ -80,7 +83,7 @@ contains
     if (allocated(error)) return
     call write_results(folder, preamble(options, configuration), configuration%frame, configuration%tasks, analysis, error)
     if (allocated(error)) return
-    if (configuration%trade) call write_trade(folder, preamble(options, configuration), trade, error)
+    if (configuration%trade) call write_trade(folder, preamble(options, configuration), trade, model_trade, error)
     if (allocated(error)) return
     if (.not. options%quiet) write (output_unit, "(/, a)") "files in " // folder // "/"
 

@@ -1,6 +1,7 @@
 !> All tests: `fpm test`, or `fpm test -- SUITE [TEST]` for one suite or one test of it.
 program main
   use test_assembly, only: collect_assembly
+  use test_averaged, only: collect_averaged
   use test_base, only: collect_base
   use test_bounds, only: collect_bounds
   use test_cheapest, only: collect_cheapest
@@ -16,6 +17,7 @@ program main
   use test_method, only: collect_method
   use test_methods, only: collect_methods
   use test_model, only: collect_model
+  use test_model_trade, only: collect_model_trade
   use test_namelist, only: collect_namelist
   use test_namelist_errors, only: collect_namelist_errors
   use test_namelist_fuzz, only: collect_namelist_fuzz
@@ -68,6 +70,8 @@ program main
     & new_testsuite("population", collect_population), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("trade", collect_trade), &
+    & new_testsuite("averaged", collect_averaged), &
+    & new_testsuite("model-trade", collect_model_trade), &
     & new_testsuite("rows", collect_rows), &
     & new_testsuite("resonance", collect_resonance), &
     & new_testsuite("version", collect_version), &

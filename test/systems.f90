@@ -45,6 +45,14 @@ module systems
     procedure :: load => constant_load
   end type constant_type
 
+  !> q'' + q'/10 + c q = h with c = 5 + step, h = 1 up to the phase `edge`, then c = 5, h = 0.
+  type, extends(second_order_system), public :: jumping_type
+    real(dp) :: edge = 0.5_dp, step = 2
+  contains
+    procedure :: matrices => jumping_matrices
+    procedure :: load => jumping_load
+  end type jumping_type
+
   !> Another second-order system over `turns` of its periods (set `period` to match), from the time `start` on.
   type, extends(second_order_system), public :: again_type
     class(second_order_system), allocatable :: system
@@ -155,6 +163,24 @@ contains
 
     h = self%amplitude * cos(2 * pi * t / self%period)
   end subroutine constant_load
+
+  subroutine jumping_matrices(self, t, m, b, c)
+    class(jumping_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    m = 1
+    b = 0.1_dp
+    c = 5 + merge(self%step, 0.0_dp, t < self%edge * self%period)
+  end subroutine jumping_matrices
+
+  subroutine jumping_load(self, t, h)
+    class(jumping_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    h = merge(1, 0, t < self%edge * self%period)
+  end subroutine jumping_load
 
   subroutine again_matrices(self, t, m, b, c)
     class(again_type), intent(in) :: self

@@ -3,6 +3,7 @@
 module gestell_floquet_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_floquet_constant, only: constant_multipliers, constant_periodic, constant_type, solve_constant
   use gestell_floquet_factored, only: factored_multipliers, factored_periodic, follow_factored
   use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_method, only: name_length
@@ -14,6 +15,7 @@ module gestell_floquet_solution
   use gestell_floquet_periodic_solution, only: periodic_of_monodromy => solve_periodic
   use gestell_floquet_reduced, only: follow_reduced, reduced_multipliers, reduced_periodic, reduced_type, solve_reduced
   use gestell_floquet_reduction, only: reduce, reduction_type
+  use gestell_system_averaged, only: averaged_system
   use gestell_system_part, only: independent_parts, part_of
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -43,6 +45,7 @@ module gestell_floquet_solution
     type(monodromy_type), allocatable :: monodromy
     type(reduced_type), allocatable :: reduced
     type(factors_type), allocatable :: factors
+    type(constant_type), allocatable :: constant
     !> The part as a system; unallocated where it is the whole.
     class(periodic_system), allocatable :: system
   end type part_type
@@ -121,6 +124,13 @@ contains
     real(dp), allocatable :: scale(:)
     real(dp) :: turns
 
+    select type (system)
+    type is (averaged_system)
+      allocate(part%constant)
+      call solve_constant(system, forced, part%constant, error)
+      return
+    end select
+
     order = accuracy
     if (.not. allocated(order%method)) order%method = "auto"
     call survey(system, scale, turns, error)
@@ -180,7 +190,9 @@ contains
     type(part_type), intent(in) :: part
     real(dp) :: scale(size(part%states))
 
-    if (allocated(part%reduced)) then
+    if (allocated(part%constant)) then
+      scale = part%constant%scale
+    else if (allocated(part%reduced)) then
       scale = part%reduced%scale
     else if (allocated(part%factors)) then
       scale = part%factors%scale
@@ -198,7 +210,11 @@ contains
     found%methods = ""
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
-        if (allocated(part%reduced)) then
+        if (allocated(part%constant)) then
+          call add("averaged", part%constant%liouville_defect, found)
+          found%evaluations = found%evaluations + part%constant%evaluations
+          found%error = max(found%error, part%constant%error)
+        else if (allocated(part%reduced)) then
           call add("reduced", part%reduced%liouville_defect, found)
           found%steps = found%steps + part%reduced%reduction%angles
           found%evaluations = found%evaluations + part%reduced%reduction%evaluations
@@ -243,7 +259,9 @@ contains
     multipliers = no_multipliers(merge(size(floquet%scale), 0, vectors))
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
-        if (allocated(part%reduced)) then
+        if (allocated(part%constant)) then
+          call constant_multipliers(part%constant, vectors, own)
+        else if (allocated(part%reduced)) then
           call reduced_multipliers(part%reduced, vectors, own, error)
         else if (allocated(part%factors)) then
           call factored_multipliers(part%factors, vectors, own, error)
@@ -273,7 +291,9 @@ contains
     allocate(solution%x0(size(floquet%scale)), solution%error(size(floquet%scale)), source=0.0_dp)
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
-        if (allocated(part%reduced)) then
+        if (allocated(part%constant)) then
+          call constant_periodic(part%constant, own, error)
+        else if (allocated(part%reduced)) then
           call reduced_periodic(part%reduced, own, error)
         else if (allocated(part%factors)) then
           call factored_periodic(part%factors, own, error)
@@ -304,7 +324,10 @@ contains
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
         own%x0 = solution%x0(part%states)
-        if (allocated(part%system)) then
+        if (allocated(part%constant)) then
+          allocate(y(size(part%states), size(phases)))
+          call part%constant%spectrum%motion(phases, y)
+        else if (allocated(part%system)) then
           call follow_part(part%system, part, own, phases, y, error)
         else
           call follow_part(system, part, own, phases, y, error)

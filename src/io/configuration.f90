@@ -30,6 +30,7 @@ module gestell_io_configuration
   end type configuration_type
 
   character(len=*), parameter :: task_names(*) = [character(len=9) :: "stability", "modes", "response", "trade"]
+  character(len=*), parameter :: coefficient_names(*) = [character(len=8) :: "periodic", "averaged"]
 
 contains
 
@@ -51,13 +52,14 @@ contains
     call read_frame(doc, units, mechanism, configuration%frame, error)
   end subroutine read_configuration
 
-  !> Title, tasks and accuracy.
+  !> Title, tasks, model and accuracy.
   subroutine read_orders(doc, configuration, error)
     type(document_type), intent(in) :: doc
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
     character(len=word_length), allocatable :: tasks(:)
+    character(len=:), allocatable :: coefficients
 
     group = the_group(doc, "case")
     call get(group, "title", configuration%title, error, default="")
@@ -78,6 +80,11 @@ contains
     if (allocated(error)) return
     call at_most(group, "harmonics", configuration%tasks%harmonics, 8000, error)
     if (allocated(error)) return
+
+    group = the_group(doc, "model")
+    call get(group, "coefficients", coefficients, error, default="periodic", allowed=coefficient_names)
+    if (allocated(error)) return
+    configuration%tasks%averaged = coefficients == "averaged"
 
     group = the_group(doc, "accuracy")
     associate (accuracy => configuration%accuracy)

@@ -53,6 +53,8 @@ contains
       report = report // newline // "  drive      " // concise(abs(frame%speed) * 30 / pi) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
         & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline
+      if (configuration%tasks%averaged) report = report // "  model      averaged: M, B, C constant, their means over " // &
+        & "the turn; the full load h(t)" // newline
     end associate
   end function report_machine
 
@@ -70,7 +72,7 @@ contains
       if (allocated(analysis%multipliers)) report = report // multiplier_lines(analysis%multipliers)
       report = report // frequency_lines(frequencies, abs(frame%speed))
       if (allocated(analysis%vibration)) then
-        report = report // vibration_lines(analysis%vibration, frame)
+        report = report // vibration_lines(analysis%vibration, frame, configuration%tasks%averaged)
         if (allocated(analysis%resonance)) report = report // resonance_lines(analysis%resonance)
         if (allocated(analysis%multipliers)) then
           if (analysis%multipliers%verdict() /= "stable") report = report // newline // &
@@ -157,6 +159,12 @@ contains
 
     call evidence(analysis%floquet, found)
     lines = ""
+    if (found%methods == "averaged") then
+      lines = "  rests on            the AVERAGED model in closed form, nothing integrated; its matrix to " &
+        & // concise(found%error, 1) // " of its size," // newline // "                      " // text(found%evaluations) &
+        & // " evaluations in all; trace's defect " // concise(abs(found%liouville_defect), 1) // newline
+      return
+    end if
     if (.not. allocated(analysis%multipliers)) lines = newline
     lines = lines // "  rests on            Phi(T) to " // concise(found%error, 1) &
       & // " of its size"
@@ -262,9 +270,10 @@ contains
     lines = "  near resonance: " // lines // newline
   end function resonance_lines
 
-  pure function vibration_lines(vibration, frame) result(lines)
+  pure function vibration_lines(vibration, frame, averaged) result(lines)
     type(vibration_type), intent(in) :: vibration
     type(frame_type), intent(in) :: frame
+    logical, intent(in) :: averaged
     character(len=:), allocatable :: lines
     character(len=*), parameter :: names(9) = [character(len=22) :: "xi of F", "eta of F", "psi", "xi velocity", &
       & "eta velocity", "psi velocity", "force on ground, x", "force on ground, y", "moment on ground"]
@@ -289,6 +298,11 @@ contains
         lines = lines // newline
       end associate
     end do
+    if (averaged) then
+      lines = lines // "  harmonic by harmonic: condition at worst " // concise(vibration%start%condition, 2) // ", costs " &
+        & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits" // newline
+      return
+    end if
     lines = lines // "  start x0 from (E - Phi) x0 = x_p(T): condition " // concise(vibration%start%condition, 2) // ", costs " &
       & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits; motion closes after a turn to " &
       & // concise(vibration%closing_defect, 1) // newline

@@ -7,6 +7,7 @@ module gestell_io_results
   use gestell_io_csv, only: write_table
   use gestell_model_frame, only: frame_type
   use gestell_study_analysis, only: analysis_type, tasks_type
+  use gestell_study_model_trade, only: model_trade_type
   use gestell_study_trade, only: trade_type
   use gestell_study_vibration, only: quantities, vibration_type
   implicit none (type, external)
@@ -125,27 +126,36 @@ contains
     call write_table(folder, "harmonics.csv", preamble, header, values, error, first_index=0)
   end subroutine write_harmonics
 
-  !> The measured trade of speed for accuracy. The preamble also says what the converged solution claims for itself.
-  subroutine write_trade(folder, preamble, trade, error)
+  !> The measured trade of speed for accuracy, and as last row the averaged model, where it has a periodic vibration. The
+  !> preamble also says what the converged solution claims for itself.
+  subroutine write_trade(folder, preamble, trade, model, error)
     character(len=*), intent(in) :: folder, preamble(:)
     type(trade_type), intent(in) :: trade
+    type(model_trade_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
     character(len=max(len(preamble), 120)) :: lines(size(preamble) + 1)
-    character(len=48) :: labels(size(trade%rows))
-    integer :: i
+    character(len=48), allocatable :: labels(:)
+    real(dp), allocatable :: values(:, :)
+    integer :: i, n
 
     lines(:size(preamble)) = preamble
     lines(size(lines)) = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
       & // " x0 " // exact(trade%floor_x0)
-    do i = 1, size(trade%rows)
+    n = size(trade%rows)
+    allocate(labels(n + 1), values(4, n + 1))
+    do i = 1, n
       associate (row => trade%rows(i))
+        values(:, i) = [row%error_phi, row%error_rho, row%error_x0, row%seconds]
         labels(i) = trim(row%method) // "," // text(row%order) // "," // text(row%steps) // "," // text(row%evaluations)
       end associate
     end do
+    if (.not. allocated(model%resonance)) then
+      n = n + 1
+      values(:, n) = [model%error_phi, model%error_rho, model%error_x0, model%averaged%seconds]
+      labels(n) = "averaged,0,0," // text(model%evaluations)
+    end if
     call write_table(folder, "trade.csv", lines, &
-      & "method,order,steps,evaluations,error_phi,error_rho,error_x0,seconds", &
-      & transpose(reshape([trade%rows%error_phi, trade%rows%error_rho, trade%rows%error_x0, trade%rows%seconds], &
-      & [size(trade%rows), 4])), error, labels=labels)
+      & "method,order,steps,evaluations,error_phi,error_rho,error_x0,seconds", values(:, :n), error, labels=labels(:n))
   end subroutine write_trade
 
 end module gestell_io_results

@@ -53,6 +53,7 @@ module gestell_io_schema
       group_rule("frame",      required=.true.,  repeatable=.false.), &
       group_rule("support",    required=.false., repeatable=.true.), &
       group_rule("foundation", required=.false., repeatable=.false.), &
+      group_rule("model",      required=.false., repeatable=.false.), &
       group_rule("accuracy",   required=.false., repeatable=.false.), &
       group_rule("response",   required=.false., repeatable=.false.)]
 
@@ -108,6 +109,7 @@ module gestell_io_schema
       key_rule("support", "angle", real_key), &
       key_rule("foundation", "stiffness", real_key, 2, 9, 9, rows=3), &
       key_rule("foundation", "damping", real_key, 1, 3, 3), &
+      key_rule("model", "coefficients", text_key), &
       key_rule("accuracy", "tolerance", real_key), &
       key_rule("accuracy", "method", text_key), &
       key_rule("accuracy", "steps", integer_key), &

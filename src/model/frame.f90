@@ -5,6 +5,7 @@ module gestell_model_frame
   use gestell_base_lapack, only: symmetric_pencil
   use gestell_base_text, only: concise
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use gestell_system_averaged, only: average, averaged_system, term_size
   use gestell_system_second_order, only: second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -34,6 +35,7 @@ module gestell_model_frame
     procedure :: load
     procedure :: sample_second_order
     procedure :: coupled
+    procedure :: averaged
     procedure :: natural_frequencies
     procedure :: ground_forces
   end type frame_type
@@ -186,6 +188,28 @@ contains
     end do
     coupled = all(self%free, self%free) .or. transpose(all(self%free, self%free))
   end function coupled
+
+  !> The model with M, B, C averaged over the turn. The periodic parts of B and C are derivatives of a1, a2, a3 with
+  !> respect to the crank angle, (10), (11), and have no mean: what is left is the mounting's own.
+  subroutine averaged(self, model)
+    class(frame_type), intent(in) :: self
+    type(averaged_system), intent(out) :: model
+    real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
+    real(dp) :: moved(3, 3)
+
+    call average(self, model)
+    moved = 0
+    moved(self%free, self%free) = model%m
+    moved(1, 1) = moved(1, 1) - self%mass
+    moved(2, 2) = moved(2, 2) - self%mass
+    moved(3, 3) = moved(3, 3) - self%inertia
+    moved = term_size(moved)
+    model%m_error = model%m_error + rounding * moved(self%free, self%free)
+    model%b = self%damping(self%free, self%free)
+    model%c = self%stiffness(self%free, self%free)
+    model%b_error = rounding * term_size(model%b)
+    model%c_error = rounding * term_size(model%c)
+  end subroutine averaged
 
   !> Natural angular frequencies (rad/s), ascending, of the undamped frame whose M is averaged over the turn (the
   !> periodic part of C has no average). An unstable spring gives a negative value: minus the growth rate.

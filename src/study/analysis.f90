@@ -8,6 +8,7 @@ module gestell_study_analysis
   use gestell_model_frame, only: frame_type
   use gestell_study_resonance, only: describe_resonance, find_resonance, resonance_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
+  use gestell_system_averaged, only: averaged_system
   implicit none (type, external)
   private
 
@@ -19,6 +20,8 @@ module gestell_study_analysis
     logical :: stability = .true., modes = .false., response = .true.
     !> Rows of the history over one period, harmonics wanted at least.
     integer :: points = 360, harmonics = 20
+    !> Whether M, B, C are averaged over the turn.
+    logical :: averaged = .false.
   end type tasks_type
 
   !> What was asked for; the rest stays unallocated.
@@ -43,8 +46,14 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(analysis_type), intent(out) :: analysis
     type(error_type), allocatable, intent(out) :: error
+    type(averaged_system) :: model
 
-    call solve_floquet(frame, accuracy, tasks%response, analysis%floquet, error)
+    if (tasks%averaged) then
+      call frame%averaged(model)
+      call solve_floquet(model, accuracy, tasks%response, analysis%floquet, error)
+    else
+      call solve_floquet(frame, accuracy, tasks%response, analysis%floquet, error)
+    end if
     if (allocated(error)) return
     if (tasks%stability .or. tasks%modes) then
       allocate(analysis%multipliers)
@@ -56,7 +65,7 @@ contains
     call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
     if (allocated(error)) then
       deallocate(analysis%vibration)
-      call name_resonance(frame, analysis, error)
+      if (.not. tasks%averaged) call name_resonance(frame, analysis, error)
     else if (analysis%vibration%start%condition > one_digit) then
       call name_resonance(frame, analysis)
     end if

@@ -14,7 +14,7 @@ module gestell_study_trade
   implicit none (type, external)
   private
 
-  public :: cheapest, measure_trade
+  public :: cheapest, measure_trade, median
 
   !> One method with one number of steps. Errors are against the converged solution: of Phi(T) and x0 relative to their
   !> norms in balanced units, of the multipliers the greatest relative one.
@@ -169,6 +169,7 @@ contains
     cheapest = minloc(rows%seconds, dim=1, mask=rows%error_phi <= allowed .and. rows%error_x0 <= allowed)
   end function cheapest
 
+  !> The middle one of the values.
   pure real(dp) function median(values)
     real(dp), intent(in) :: values(:)
     real(dp) :: sorted(size(values)), least

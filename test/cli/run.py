@@ -21,6 +21,7 @@ sys.dont_write_bytecode = True
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
+from averaged import AVERAGED_TESTS, write_averaged_golden  # noqa: E402
 from broken_inputs import INPUTS, OPTIONS, SOUND  # noqa: E402
 from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
@@ -577,9 +578,10 @@ def main():
         Run.program = os.path.abspath(arguments[0]) if arguments else build(folder)
         if "--write-golden" in sys.argv:
             write_golden()
+            write_averaged_golden()
         for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
-                     test_unwritable, test_broken, test_extremes, *MECHANISM_TESTS):
+                     test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

@@ -1,0 +1,149 @@
+!> The averaged model of a mechanical system with periodic coefficients: the means of M, B, C over the period in their
+!> place, the load h(t) as it is,
+!>
+!>     <M> q'' + <B> q' + <C> q = h(t).
+module gestell_system_averaged
+  use gestell_base_kinds, only: dp
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: average, term_size
+
+  type, extends(second_order_system), public :: averaged_system
+    !> The means, and bounds on the errors of their elements, shape (f, f).
+    real(dp), allocatable, dimension(:, :) :: m, b, c, m_error, b_error, c_error
+    !> Samples of the coefficients that were taken.
+    integer :: evaluations = 0
+    !> Where the load comes from.
+    class(second_order_system), allocatable :: whole
+  contains
+    procedure :: matrices
+    procedure :: load
+    procedure :: sample_second_order
+  end type averaged_system
+
+  !> The estimate of an error, times this, is called a bound.
+  real(dp), parameter :: safety = 4
+  !> More samples than this are not taken; and so many at a time.
+  integer, parameter :: most_points = 2**18, block_length = 1024
+
+contains
+
+  !> The averaged model of `system`. Means by the trapezoidal rule, its points doubled until two doublings in a row have
+  !> changed nothing but roundings: for smooth coefficients the error falls faster than any power of their number. With N
+  !> points a jump costs up to its height / N, and there is one at every break and where one period meets the next at most.
+  subroutine average(system, averaged)
+    class(second_order_system), intent(in) :: system
+    type(averaged_system), intent(out) :: averaged
+    real(dp), allocatable, dimension(:, :, :) :: mean, magnitude, range, before, change, change_before
+    integer :: f, points
+
+    f = system%states / 2
+    averaged%states = system%states
+    averaged%period = system%period
+    averaged%least_steps = system%least_steps
+    averaged%rounding = system%rounding
+    if (allocated(system%breaks)) averaged%breaks = system%breaks
+    allocate(averaged%whole, source=system)
+
+    points = max(16, 2 * system%least_steps)
+    allocate(mean(f, f, 3), magnitude(f, f, 3), range(f, f, 3))
+    call means(system, points, 0.0_dp, mean, magnitude, range)
+    averaged%evaluations = points
+    allocate(change(f, f, 3), source=magnitude)
+    do
+      change_before = change
+      before = mean
+      call means(system, points, 0.5_dp, mean, magnitude, range)
+      mean = (mean + before) / 2
+      change = abs(mean - before)
+      points = 2 * points
+      averaged%evaluations = points
+      if (allocated(system%breaks)) change = max(change, (size(system%breaks) + 1) * range / points)
+      if (all(max(change, change_before) <= 4 * system%rounding * magnitude) .or. 2 * points > most_points) exit
+    end do
+    change = safety * max(change, change_before / 2) + (system%rounding + epsilon(1.0_dp)) * magnitude
+    averaged%m = mean(:, :, 1)
+    averaged%b = mean(:, :, 2)
+    averaged%c = mean(:, :, 3)
+    averaged%m_error = change(:, :, 1)
+    averaged%b_error = change(:, :, 2)
+    averaged%c_error = change(:, :, 3)
+  end subroutine average
+
+  !> How large the terms may be that an element is the sum of: |a_ik|, or sqrt(a_ii a_kk), which those of masses and
+  !> springs do not exceed even where they cancel.
+  pure function term_size(a) result(size_of)
+    real(dp), intent(in) :: a(:, :)
+    real(dp) :: size_of(size(a, 1), size(a, 2))
+    real(dp) :: root(size(a, 1))
+    integer :: i
+
+    root = [(sqrt(abs(a(i, i))), i = 1, size(a, 1))]
+    size_of = max(abs(a), spread(root, 1, size(root)) * spread(root, 2, size(root)))
+  end function term_size
+
+  !> Means of M, B, C over equidistant points, the first at `shift` of their distance, and of the elements' moduli; more
+  !> than greatest less least element; shapes (f, f, 3).
+  subroutine means(system, points, shift, mean, magnitude, range)
+    class(second_order_system), intent(in) :: system
+    integer, intent(in) :: points
+    real(dp), intent(in) :: shift
+    real(dp), intent(out) :: mean(:, :, :), magnitude(:, :, :), range(:, :, :)
+    real(dp), allocatable :: samples(:, :, :, :), start(:, :, :)
+    integer :: first, last, k
+
+    allocate(samples(size(mean, 1), size(mean, 2), block_length, 3))
+    mean = 0
+    magnitude = 0
+    range = 0
+    do first = 1, points, block_length
+      last = min(first + block_length - 1, points)
+      associate (s => samples(:, :, :last - first + 1, :))
+        call system%sample_second_order([((k - 1 + shift) / points, k = first, last)], s(:, :, :, 1), s(:, :, :, 2), s(:, :, :, 3))
+        ! Differences are summed: equal samples, one upon the other, would be rounded in the same direction.
+        if (first == 1) start = s(:, :, 1, :)
+        magnitude = magnitude + sum(abs(s), dim=3)
+        s = s - spread(start, 3, size(s, 3))
+        mean = mean + sum(s, dim=3)
+        range = max(range, 2 * maxval(abs(s), dim=3))
+      end associate
+    end do
+    mean = start + mean / points
+    magnitude = magnitude / points
+  end subroutine means
+
+  subroutine matrices(self, t, m, b, c)
+    class(averaged_system), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    associate (unused_time => t)
+    end associate
+    m = self%m
+    b = self%b
+    c = self%c
+  end subroutine matrices
+
+  subroutine load(self, t, h)
+    class(averaged_system), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    call self%whole%load(t, h)
+  end subroutine load
+
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(averaged_system), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), intent(out), optional :: h(:, :)
+
+    if (present(h)) call self%whole%sample_second_order(phases, m, b, c, h)
+    m = spread(self%m, 3, size(phases))
+    b = spread(self%b, 3, size(phases))
+    c = spread(self%c, 3, size(phases))
+  end subroutine sample_second_order
+
+end module gestell_system_averaged

@@ -1,0 +1,149 @@
+!> The averaged model against the periodic one: where they agree, how the miss grows, how it is told.
+module test_model_trade
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_model_frame, only: frame_type
+  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_model_trade, only: measure_model, model_trade_type
+  use machines, only: frame_of_machine
+  use reference_machine, only: khang_machine, machine_data
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_model_trade
+
+contains
+
+  subroutine collect_model_trade(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("where nothing is periodic but the load both models agree", test_agreement), &
+      & new_unittest("the miss falls in proportion to the mechanism's masses", test_light), &
+      & new_unittest("signs, errors, resonance", test_trade)]
+  end subroutine collect_model_trade
+
+  !> xi and eta alone: M, B, C of (9) to (11) are constant there, the load is not.
+  subroutine test_agreement(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: periodic, averaged
+    type(model_trade_type) :: trade
+    type(gestell_error), allocatable :: failure
+    integer :: k
+
+    machine = khang_machine(300.0_dp, 5.0_dp)
+    machine%free = [.true., .true., .false.]
+    call frame_of_machine(machine, frame, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(), accuracy_type(tolerance=1.0e-12_dp), periodic, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(averaged=.true.), accuracy_type(), averaged, failure)
+    if (failed(failure, error)) return
+    associate (p => periodic%vibration, a => averaged%vibration)
+      call check(error, all(abs(a%start%x0 - p%start%x0) <= a%start%error + p%start%error), more="x0")
+      if (allocated(error)) return
+      call check(error, all(abs(a%peak - p%peak) <= a%peak_error + p%peak_error), more="peaks")
+      if (allocated(error)) return
+      call check(error, all(a%peak([1, 2, 4, 5, 7, 8]) > 1.0e3_dp * a%peak_error([1, 2, 4, 5, 7, 8])), more="there are peaks")
+      if (allocated(error)) return
+      ! Both start with the same rows.
+      call check(error, maxval(abs(a%history - p%history)) < 1.0e-9_dp * maxval(abs(p%history)), more="history")
+      if (allocated(error)) return
+    end associate
+    do k = 1, 4
+      call check(error, minval(abs(averaged%multipliers%rho - periodic%multipliers%rho(k))) &
+        & <= periodic%multipliers%error(k) + maxval(averaged%multipliers%error), more="multipliers")
+      if (allocated(error)) return
+    end do
+    call measure_model(frame, accuracy_type(), trade, failure)
+    if (failed(failure, error)) return
+    call check(error, trade%worst_miss() <= 0 .and. abs(trade%rho_miss()) <= 0, more="nothing is missed")
+    if (allocated(error)) return
+    call check(error, trade%error_phi < 1.0e-8_dp .and. trade%error_rho < 1.0e-8_dp .and. trade%error_x0 < 1.0e-7_dp, &
+      & more="errors of the row")
+  end subroutine test_agreement
+
+  !> The periodic parts of M, B, C are in proportion to the mechanism's masses, and so, to first order, is what the
+  !> averaged model misses, relative to Phi(T) and to x0 (which is in proportion itself).
+  subroutine test_light(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(model_trade_type) :: trade(2)
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    do i = 1, 2
+      call frame_of_machine(khang_machine(360.0_dp, 10.0_dp**(-1 - i)), frame, failure)
+      if (.not. allocated(failure)) call measure_model(frame, accuracy_type(tolerance=1.0e-12_dp), trade(i), failure)
+      if (failed(failure, error)) return
+    end do
+    ! The second order is a hundredth of the first, times the nearness to a resonance (5 %).
+    call check(error, trade(1)%error_phi / trade(2)%error_phi, 10.0_dp, thr=0.5_dp, more="Phi")
+    if (allocated(error)) return
+    call check(error, trade(1)%error_x0 / trade(2)%error_x0, 10.0_dp, thr=1.0_dp, more="x0")
+    if (allocated(error)) return
+    call check(error, abs(trade(1)%peak_miss(1)) > 5 * abs(trade(2)%peak_miss(1)), more="peak")
+  end subroutine test_light
+
+  subroutine test_trade(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(model_trade_type) :: trade
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: frequencies(:)
+    integer :: i
+
+    trade%periodic%log_rho = -0.5_dp
+    trade%averaged%log_rho = -0.4_dp
+    trade%periodic%peak = [1.0_dp, 2.0_dp, 0.0_dp, (1.0_dp, i = 4, 9)]
+    trade%averaged%peak = [1.1_dp, 1.5_dp, 0.0_dp, (1.0_dp, i = 4, 9)]
+    trade%periodic%peak_error = [0.1_dp, 0.1_dp, (0.0_dp, i = 3, 9)]
+    trade%averaged%peak_error = trade%periodic%peak_error
+    ! 0.1 of 1 is within 0.1 + 0.1; -0.5 of 2 is not within 0.2.
+    call check(error, maxval(abs([(trade%peak_miss(i), i = 1, 9)] - [0.0_dp, -0.25_dp, (0.0_dp, i = 3, 9)])) < 1.0e-15_dp)
+    if (allocated(error)) return
+    call check(error, trade%log_rho_miss(), 0.2_dp, thr=1.0e-15_dp)
+    if (allocated(error)) return
+    call check(error, trade%rho_miss(), exp(0.1_dp) - 1, thr=1.0e-15_dp)
+    if (allocated(error)) return
+    call check(error, trade%worst_miss(), 0.25_dp, thr=1.0e-15_dp)
+    if (allocated(error)) return
+    trade%averaged%log_rho_error = 0.11_dp
+    call check(error, abs(trade%log_rho_miss()) + abs(trade%rho_miss()) <= 0, more="within the errors")
+    if (allocated(error)) return
+
+    machine = khang_machine(360.0_dp)
+    call frame_of_machine(machine, frame, failure)
+    call measure_model(frame, accuracy_type(), trade, failure)
+    if (failed(failure, error)) return
+    call check(error, trade%periodic%verdict == "stable" .and. trade%averaged%verdict == "stable")
+    if (allocated(error)) return
+    call check(error, .not. allocated(trade%resonance) .and. trade%evaluations > 0 .and. trade%averaged%seconds > 0)
+    if (allocated(error)) return
+
+    ! Without damping, at a fifth of the lowest natural frequency, which the periodic coefficients shift a little.
+    call frame%natural_frequencies(frequencies, failure)
+    machine%foundation_damping = 0
+    machine%speed_rpm = frequencies(1) / 5 * 30 / pi
+    call frame_of_machine(machine, frame, failure)
+    call measure_model(frame, accuracy_type(), trade, failure)
+    if (failed(failure, error)) return
+    call check(error, allocated(trade%resonance) .and. .not. allocated(trade%averaged%peak), more="resonance")
+    if (allocated(error)) return
+    call check(error, index(trade%resonance, "harmonic 5") > 0 .and. allocated(trade%periodic%peak), more=trade%resonance)
+    if (allocated(error)) return
+    call check(error, abs(trade%peak_miss(1)) <= 0, more="no peaks to compare")
+  end subroutine test_trade
+
+  logical function failed(failure, error)
+    type(gestell_error), allocatable, intent(in) :: failure
+    type(error_type), allocatable, intent(out) :: error
+
+    failed = allocated(failure)
+    if (failed) call test_failed(error, failure%message)
+  end function failed
+
+end module test_model_trade
