@@ -2,13 +2,15 @@
 module gestell_study_trade
   use gestell_base_error, only: error_type, fatal_error, failed_computation
   use gestell_base_kinds, only: dp
+  use gestell_base_lapack, only: inverse
   use gestell_floquet_flow, only: period_map
   use gestell_floquet_mesh, only: mesh
   use gestell_floquet_method, only: method_type, name_length
   use gestell_floquet_methods, only: method_names, new_method
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
-  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -44,7 +46,7 @@ module gestell_study_trade
 contains
 
   !> Runs every method over a ladder of steps, each 1.5 times the one before, until its errors reach the converged
-  !> solution's own or the method's share of `budget` (s) is spent.
+  !> solution's own or the method's share of `budget` (s) is spent; and the reduction, if it applies.
   !> Errors: no converged solution; resonance.
   subroutine measure_trade(frame, budget, trade, error, progress)
     type(frame_type), intent(in) :: frame
@@ -76,6 +78,7 @@ contains
       deallocate(method)
       if (present(progress)) call progress(real(i, dp) / size(names))
     end do
+    call measure_reduction(frame, converged, multipliers, solution, trade)
     if (size(trade%rows) == 0) call fatal_error(error, "no method came to an end within the time allowed", failed_computation)
   end subroutine measure_trade
 
@@ -90,10 +93,14 @@ contains
     type(trade_type), intent(inout) :: trade
     type(trade_row_type) :: row
     type(error_type), allocatable :: error
-    real(dp) :: spent, wanted
+    real(dp), allocatable :: scale(:)
+    real(dp) :: spent, wanted, turns
     integer :: steps
 
-    steps = frame%least_steps
+    call survey(frame, scale, turns, error)
+    if (allocated(error)) return
+    ! Before the fastest vibration turns by less than `order` radians in a step nothing converges.
+    steps = max(frame%least_steps, nint(turns / method%order))
     spent = 0
     do
       call measure(frame, method, steps, converged, multipliers, solution, row, wanted, error)
@@ -125,9 +132,8 @@ contains
     type(periodic_solution_type) :: its_solution
     real(dp) :: times(most), reach
     integer(int64) :: begin, finish, rate
-    integer :: n, runs, k
+    integer :: runs
 
-    n = frame%states
     coarse = converged
     if (allocated(coarse%phi_change)) deallocate(coarse%phi_change)
     coarse%nodes = mesh(frame, steps)
@@ -148,18 +154,71 @@ contains
     row%steps = size(coarse%nodes) - 1
     row%evaluations = row%steps * method%stages
     row%seconds = median(times(:runs))
+    coarse%error = 0
+    call solve_multipliers(coarse, .false., its_multipliers, error)
+    if (.not. allocated(error)) call solve_periodic(coarse, its_solution, error)
+    if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, multipliers, solution, row)
+  end subroutine measure
+
+  !> The row of the reduction, if it applies: Phi(T) from its eigenvectors.
+  subroutine measure_reduction(frame, converged, multipliers, solution, trade)
+    type(frame_type), intent(in) :: frame
+    type(monodromy_type), intent(in) :: converged
+    type(multipliers_type), intent(in) :: multipliers
+    type(periodic_solution_type), intent(in) :: solution
+    type(trade_type), intent(inout) :: trade
+    integer, parameter :: runs = 3
+    type(trade_row_type) :: row
+    type(floquet_type) :: floquet
+    type(evidence_type) :: found
+    type(multipliers_type) :: its_multipliers
+    type(periodic_solution_type) :: its_solution
+    type(error_type), allocatable :: error
+    complex(dp), allocatable :: inverted(:, :)
+    real(dp) :: times(runs)
+    integer(int64) :: begin, finish, rate
+    integer :: k
+
+    do k = 1, runs
+      call system_clock(begin, rate)
+      call solve_floquet(frame, accuracy_type(tolerance=1.0e-12_dp, method="reduced"), .true., floquet, error)
+      call system_clock(finish)
+      times(k) = real(finish - begin, dp) / rate
+      if (allocated(error)) return
+    end do
+    call solve_multipliers(floquet, .true., its_multipliers, error)
+    if (.not. allocated(error)) call solve_periodic(floquet, its_solution, error)
+    if (.not. allocated(error)) call inverse(its_multipliers%vectors, inverted, error)
+    if (allocated(error)) return
+    call evidence(floquet, found)
+    row%method = "reduced"
+    row%steps = found%steps
+    row%evaluations = found%evaluations
+    row%seconds = median(times)
+    associate (v => its_multipliers%vectors, rho => its_multipliers%rho)
+      call compare(real(matmul(v * spread(rho, 1, size(rho)), inverted)), its_multipliers, its_solution, converged, multipliers, &
+        & solution, row)
+    end associate
+    trade%rows = [trade%rows, row]
+  end subroutine measure_reduction
+
+  !> The errors of a row. Multipliers that the converged solution has lost do not count.
+  subroutine compare(phi, its_multipliers, its_solution, converged, multipliers, solution, row)
+    real(dp), intent(in) :: phi(:, :)
+    type(multipliers_type), intent(in) :: its_multipliers, multipliers
+    type(periodic_solution_type), intent(in) :: its_solution, solution
+    type(monodromy_type), intent(in) :: converged
+    type(trade_row_type), intent(inout) :: row
+    integer :: n, k
+
+    n = size(phi, 1)
     associate (d => converged%scale)
-      row%error_phi = norm2((coarse%phi - converged%phi) * spread(d, 1, n) / spread(d, 2, n)) / converged%norm
-      coarse%error = row%error_phi * converged%norm
-      call solve_multipliers(coarse, .false., its_multipliers, error)
-      if (allocated(error)) return
-      row%error_rho = maxval([(minval(abs(its_multipliers%rho - multipliers%rho(k))) / abs(multipliers%rho(k)), k = 1, n)])
-      coarse%error = 0
-      call solve_periodic(coarse, its_solution, error)
-      if (allocated(error)) return
+      row%error_phi = norm2((phi - converged%phi) * spread(d, 1, n) / spread(d, 2, n)) / converged%norm
       row%error_x0 = norm2((its_solution%x0 - solution%x0) / d) / norm2(solution%x0 / d)
     end associate
-  end subroutine measure
+    row%error_rho = maxval([(minval(abs(its_multipliers%rho - multipliers%rho(k))) / max(abs(multipliers%rho(k)), tiny(1.0_dp)), &
+      & k = 1, n)], mask=multipliers%error < 0.5_dp)
+  end subroutine compare
 
   !> The quickest row whose errors of Phi(T) and x0 are at most `allowed`; 0 if there is none.
   pure integer function cheapest(rows, allowed)
