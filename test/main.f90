@@ -22,6 +22,7 @@ program main
   use test_namelist_errors, only: collect_namelist_errors
   use test_namelist_fuzz, only: collect_namelist_fuzz
   use test_orders, only: collect_orders
+  use test_parts, only: collect_parts
   use test_periodic, only: collect_periodic
   use test_periodic_bounds, only: collect_periodic_bounds
   use test_periodic_schur, only: collect_periodic_schur
@@ -54,6 +55,7 @@ program main
     & new_testsuite("floquet", collect_floquet), &
     & new_testsuite("periodic", collect_periodic), &
     & new_testsuite("orders", collect_orders), &
+    & new_testsuite("parts", collect_parts), &
     & new_testsuite("factors", collect_factors), &
     & new_testsuite("schur", collect_periodic_schur), &
     & new_testsuite("schur-bounds", collect_periodic_bounds), &

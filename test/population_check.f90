@@ -105,7 +105,8 @@ contains
       comparison%phi_used = used(comparison%phi_error, comparison%phi_bound)
     end if
 
-    if (allocated(claim%x0) .and. .not. allocated(truth%x0)) comparison%x0_used = hopeless
+    ! Of machines whose free vibrations grow by far the truth is a product that has lost the small multipliers.
+    if (allocated(claim%x0) .and. .not. allocated(truth%x0) .and. norm2(truth%phi) < 1.0e6_qp) comparison%x0_used = hopeless
     if (allocated(claim%x0) .and. allocated(truth%x0)) then
       associate (size_of_x0 => real(norm2(truth%x0 / claim%scale), dp), error => real(abs(claim%x0 - truth%x0), dp))
         comparison%x0_used = maxval(used(error, claim%x0_error))

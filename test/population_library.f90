@@ -21,6 +21,8 @@ module population_library
   type, public :: claim_type
     !> Why it says nothing, or nothing of the vibration; empty where it does.
     character(len=:), allocatable :: refusal, x0_refusal
+    !> The mechanism cannot turn.
+    logical :: impossible = .false.
     !> Multipliers, bounds on their errors, absolute and relative, and ln |rho|.
     complex(dp), allocatable :: rho(:)
     real(dp), allocatable :: bound(:), error(:), log_abs(:)
@@ -57,6 +59,7 @@ contains
     claim%refusal = ""
     claim%x0_refusal = ""
     call frame_of_machine(machine, frame, error)
+    claim%impossible = allocated(error)
     if (.not. allocated(error)) call solve_floquet(frame, accuracy_type(tolerance, trim(method)), .true., floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
     if (allocated(error)) then

@@ -59,10 +59,16 @@ contains
 
     if (tally%machines == 0) allocate(tally%failures(0), tally%wide(0), tally%times(0), tally%declined(0))
     one = specimen(number, most_turns)
-    truth = truth_of(one%machine)
     tally%machines = tally%machines + 1
     do i = 1, 2
       call solve_by_library(one%machine, one%tolerance, one%methods(i), claims(i))
+      if (claims(i)%impossible) then
+        call note(tally%declined, line(one, one%methods(i), claims(i)%refusal))
+        return
+      end if
+    end do
+    truth = truth_of(one%machine)
+    do i = 1, 2
       call hold_against(truth, one, one%methods(i), claims(i), tally)
     end do
     if (len(claims(1)%refusal) == 0) call count_verdict(truth, one, claims(1), tally)

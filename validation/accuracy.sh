@@ -65,16 +65,35 @@ done
 
 [ -n "$picture" ] || exit 0
 command -v gnuplot >/dev/null || { echo 'accuracy.sh: no gnuplot, no picture' >&2; exit 0; }
+# Colours that colour-blind readers tell apart (M. Okabe, K. Ito), and a sign for each method.
+style() {
+  case $1 in
+    rk4) echo "lc rgb '#000000' pt 2 ps 0.6" ;;
+    explicit8) echo "lc rgb '#999999' pt 1 ps 0.6" ;;
+    magnus4) echo "lc rgb '#E69F00' pt 4 ps 0.6" ;;
+    magnus6) echo "lc rgb '#D55E00' pt 5 ps 0.6" ;;
+    gauss2) echo "lc rgb '#56B4E9' pt 6 ps 0.6" ;;
+    gauss4) echo "lc rgb '#009E73' pt 8 ps 0.6" ;;
+    gauss6) echo "lc rgb '#0072B2' pt 9 ps 0.6" ;;
+    gauss8) echo "lc rgb '#CC79A7' pt 7 ps 0.6" ;;
+    reduced) echo "lc rgb '#D00000' pt 3 ps 1.2" ;;
+  esac
+}
+
 {
   echo "set terminal svg size 900,760 font 'sans-serif,12' background rgb 'white'"
   echo "set output '$picture'; set datafile separator ','; set logscale xy; set format '10^{%T}'; set grid lc rgb '#dddddd'"
-  echo "set xlabel 'seconds'; set ylabel 'error of Phi(T)'; set key bottom left samplen 1 font ',10'; set multiplot layout 2,2"
+  echo "set xlabel 'seconds'; set ylabel 'error of Phi(T)'; set yrange [1e-15:1]; set multiplot layout 2,2"
+  key='set key bottom right samplen 2'
   for speed in $measured; do
-    echo "set title '$speed rpm'"
+    echo "set title '$speed rpm'; $key"
+    key='unset key'
     separator='plot '
-    for method in $(rows "$speed" | cut -d, -f1 | uniq); do
-      rows "$speed" | grep "^$method," | awk -F, '$5 > 0' >"$temporary/$speed/$method.csv"
-      printf "%s'%s' using 8:5 with linespoints pointsize 0.4 title '%s'" "$separator" "$temporary/$speed/$method.csv" "$method"
+    for method in rk4 explicit8 magnus4 magnus6 gauss2 gauss4 gauss6 gauss8 reduced; do
+      rows "$speed" | grep "^$method," | awk -F, '$5 > 0' >"$temporary/$speed/$method.csv" || true
+      [ -s "$temporary/$speed/$method.csv" ] || echo ',,,,NaN,,,NaN' >"$temporary/$speed/$method.csv"
+      printf "%s'%s' using 8:5 with linespoints %s title '%s'" "$separator" "$temporary/$speed/$method.csv" \
+        "$(style $method)" "$method"
       separator=', '
     done
     echo

@@ -8,8 +8,8 @@ module gestell_floquet_convergence
 
   public :: next_steps, remaining, too_many_steps
 
-  !> More steps than this are not tried.
-  integer, parameter, public :: most_steps = 2**21
+  !> More steps than this are not tried: they would take a minute.
+  integer, parameter, public :: most_steps = 2**19
   !> The estimate of an error, times this, is called a bound.
   real(dp), parameter, public :: safety = 4
 

@@ -48,12 +48,17 @@ module gestell_floquet_monodromy
     real(dp) :: liouville_defect = 0
     !> Steps of the result, evaluations of the coefficients in all.
     integer :: steps = 0, evaluations = 0
+    !> Where there is no result: a step or the product failed, as by overflow.
+    logical :: broken = .false.
     !> Ends of the steps, as phases.
     real(dp), allocatable :: nodes(:)
     class(method_type), allocatable :: method
   contains
     procedure :: loses_modes
   end type monodromy_type
+
+  !> Steps that can be ordered.
+  integer, parameter :: most_given = 2**20
 
   !> The period's map with a number of steps.
   type :: level_type
@@ -84,8 +89,8 @@ contains
       call fatal_error(error, "the tolerance must lie between 0 and 1", invalid_input)
       return
     end if
-    if (accuracy%steps < 0 .or. accuracy%steps > most_steps / 2) then
-      call fatal_error(error, "steps must lie between 0 and " // text(most_steps / 2), invalid_input)
+    if (accuracy%steps < 0 .or. accuracy%steps > most_given) then
+      call fatal_error(error, "steps must lie between 0 and " // text(most_given), invalid_input)
       return
     end if
     monodromy%period = system%period
@@ -251,6 +256,7 @@ contains
     else
       call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error)
     end if
+    monodromy%broken = allocated(error)
     if (allocated(error)) return
     level%norm = scaled_norm(level%phi, monodromy%scale)
     monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages

@@ -147,6 +147,10 @@ contains
     allocate(part%monodromy)
     call solve_monodromy(system, order, forced, part%monodromy, error)
     if (order%steps > 0) return
+    if (allocated(error) .and. .not. part%monodromy%broken) then
+      if (allocated(why)) error%message = error%message // "; reduction does not apply: " // why%message
+      return
+    end if
     if (.not. allocated(error)) then
       if (.not. part%monodromy%loses_modes()) return
     end if

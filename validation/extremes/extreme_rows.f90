@@ -149,7 +149,7 @@ contains
       line = line // 'declined: ' // answer%message // ' |||||||||'
       return
     end if
-    line = line // trim(answer%verdict) // merge(' WRONG', '      ', row%wrong) // ' | ' // plain(exp(answer%log_abs(1))) &
+    line = line // trim(trim(answer%verdict) // merge(' WRONG', '      ', row%wrong)) // ' | ' // plain(exp(answer%log_abs(1))) &
       & // ' | ' // short(minval(answer%log_abs), 4) // ' | '
     if (allocated(answer%x0)) line = line // short(norm2(answer%x0), 4)
     line = line // ' | ' // short(row%claimed_rho, 1) // ' | ' // short(row%true_rho, 1) // ' | ' // short(row%true_log, 1) &
@@ -179,7 +179,7 @@ contains
 
     write (buffer, '(f24.12)') value
     word = trim(adjustl(buffer))
-    if (value > 1000) word = short(value, 6)
+    if (value > 1000 .or. value < 1.0e-3_dp) word = short(value, 6)
   end function plain
 
   !> 1.0E-0009 as 1.0e-9.

@@ -1,0 +1,203 @@
+!> What does not couple is found and solved apart, and comes together in the right places.
+module test_parts
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
+  use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_mounting, only: stiffness_matrix, support_type
+  use gestell_system_part, only: independent_parts
+  use gestell_system_periodic, only: periodic_system
+  use machines, only: frame_of_machine
+  use reference_machine, only: khang_machine
+  use systems, only: diagonal
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_parts
+
+  !> Three states: x1' = -x1 / 2 + cos t and, woven around it as states 1 and 3, Vinograd's system with the period pi / 3
+  !> repeated six times: exponents 2 and -13.
+  type, extends(periodic_system) :: woven_type
+  contains
+    procedure :: matrix => woven_matrix
+    procedure :: forcing => woven_forcing
+    procedure :: coupled => woven_coupled
+  end type woven_type
+
+contains
+
+  subroutine collect_parts(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("which degrees of freedom of a frame couple", test_frames), &
+      & new_unittest("a frame apart is the frame as a whole", test_same), &
+      & new_unittest("states of a first-order system, woven", test_woven)]
+  end subroutine collect_parts
+
+  subroutine test_frames(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    type(support_type) :: turned(2)
+
+    call frame_of_machine(khang_machine(240.0_dp), frame, failure)
+    call expect(frame, [1, 1, 1], "the paper's frame")
+    call loosen(frame, [1, 2])
+    call expect(frame, [1, 2], "translations only")
+    call loosen(frame, [2, 3])
+    call expect(frame, [1, 1], "eta and psi")
+    turned = [support_type([-0.3_dp, -0.2_dp], [4.0e5_dp, 1.0e5_dp], [50.0_dp, 50.0_dp], 0.3_dp), &
+      & support_type([0.3_dp, -0.2_dp], [4.0e5_dp, 1.0e5_dp], [50.0_dp, 50.0_dp], -0.1_dp)]
+    frame%stiffness = stiffness_matrix(turned)
+    call loosen(frame, [1, 2])
+    call expect(frame, [1, 1], "translations on turned supports")
+    frame%stiffness = diagonal([1.0e5_dp, 2.0e5_dp, 3.0e4_dp])
+    frame%damping = reshape([0.0_dp, 1.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], [3, 3])
+    call loosen(frame, [1, 2])
+    call expect(frame, [1, 1], "translations with a damper between them")
+
+  contains
+
+    !> The same frame with other degrees of freedom free.
+    subroutine loosen(frame, free)
+      type(frame_type), intent(inout) :: frame
+      integer, intent(in) :: free(:)
+      type(frame_type) :: other
+
+      call new_frame(other, frame%mechanism, frame%mass, frame%inertia, frame%origin, frame%stiffness, frame%damping, &
+        & frame%speed, failure, free=free)
+      frame%free = other%free
+      frame%states = other%states
+    end subroutine loosen
+
+    subroutine expect(frame, parts, name)
+      type(frame_type), intent(in) :: frame
+      integer, intent(in) :: parts(:)
+      character(len=*), intent(in) :: name
+
+      if (allocated(error)) return
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      call check(error, all(independent_parts(frame) == parts), more=name)
+    end subroutine expect
+
+  end subroutine test_frames
+
+  !> Multipliers, eigenvectors, start and motion of the translations against one monodromy matrix of both.
+  subroutine test_same(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 5
+    type(frame_type) :: whole, frame
+    type(floquet_type) :: floquet
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: apart, together
+    type(periodic_solution_type) :: start, expected
+    type(gestell_error), allocatable :: failure
+    complex(dp) :: defect(4)
+    real(dp), allocatable :: x(:, :), y(:, :)
+    integer :: i, k
+
+    call frame_of_machine(khang_machine(300.0_dp), whole, failure)
+    if (.not. allocated(failure)) call new_frame(frame, whole%mechanism, whole%mass, whole%inertia, whole%origin, &
+      & diagonal([5.0e5_dp, 9.0e5_dp, 1.0_dp]), diagonal([20.0_dp, 30.0_dp, 1.0_dp]), whole%speed, failure, free=[2, 1])
+    associate (phases => [(real(k, dp) / points, k = 0, points)])
+      if (.not. allocated(failure)) call solve_floquet(frame, accuracy_type(tolerance=1.0e-12_dp), .true., floquet, failure)
+      if (.not. allocated(failure)) call solve_multipliers(floquet, .true., apart, failure)
+      if (.not. allocated(failure)) call solve_periodic(floquet, start, failure)
+      if (.not. allocated(failure)) call follow(frame, floquet, start, phases, x, failure)
+      if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(tolerance=1.0e-12_dp), .true., monodromy, failure)
+      if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., together, failure)
+      if (.not. allocated(failure)) call solve_periodic(monodromy, expected, failure)
+      if (.not. allocated(failure)) call follow(frame, monodromy, expected, phases, y, failure)
+    end associate
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, size(floquet%parts), 2)
+    if (allocated(error)) return
+    ! Each claims 1e-12 of Phi; the condition is below 100.
+    do i = 1, 4
+      call check(error, minval(abs(apart%rho(i) - together%rho)) < 1.0e-11_dp, more="multipliers")
+      if (allocated(error)) return
+      defect = matmul(monodromy%phi, apart%vectors(:, i)) - apart%rho(i) * apart%vectors(:, i)
+      call check(error, norm2(abs(defect)) < 1.0e-10_dp, more="eigenvectors")
+      if (allocated(error)) return
+    end do
+    call check(error, all(abs(start%x0 - expected%x0) <= start%error + expected%error), more="start")
+    if (allocated(error)) return
+    call check(error, maxval(abs(x - y) / spread(floquet%scale, 2, points + 1)) < 1.0e-9_dp &
+      & * maxval(abs(y) / spread(floquet%scale, 2, points + 1)), more="motion")
+  end subroutine test_same
+
+  subroutine test_woven(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(woven_type) :: system
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: start
+    type(gestell_error), allocatable :: failure
+
+    system = woven_type(states=3, period=2 * pi)
+    call solve_floquet(system, accuracy_type(), .true., floquet, failure)
+    if (.not. allocated(failure)) call solve_multipliers(floquet, .true., multipliers, failure)
+    if (.not. allocated(failure)) call solve_periodic(floquet, start, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, size(floquet%parts), 2)
+    if (allocated(error)) return
+    call check(error, maxval(abs(real(multipliers%exponent) - [2.0_dp, -0.5_dp, -13.0_dp])) < 1.0e-8_dp, more="exponents")
+    if (allocated(error)) return
+    call check(error, maxval(abs(multipliers%vectors([1, 3], 2))) + maxval(abs(multipliers%vectors(2, [1, 3]))) <= 0, &
+      & more="eigenvectors")
+    if (allocated(error)) return
+    ! y' = -y / 2 + cos t: y = (2 cos t + 4 sin t) / 5.
+    call check(error, maxval(abs(start%x0 - [0.0_dp, 0.4_dp, 0.0_dp])) < 1.0e-8_dp, more="start")
+  end subroutine test_woven
+
+  subroutine woven_matrix(self, t, p)
+    class(woven_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    associate (unused => self)
+    end associate
+    associate (c => cos(6 * t), s => sin(6 * t))
+      p = 0
+      p(2, 2) = -0.5_dp
+      p(1, 1) = -1 - 9 * c**2 + 12 * s * c
+      p(1, 3) = 12 * c**2 + 9 * s * c
+      p(3, 1) = -12 * s**2 + 9 * s * c
+      p(3, 3) = -1 - 9 * s**2 - 12 * s * c
+    end associate
+  end subroutine woven_matrix
+
+  subroutine woven_forcing(self, t, f)
+    class(woven_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    associate (unused => self)
+    end associate
+    f = [0.0_dp, cos(t), 0.0_dp]
+  end subroutine woven_forcing
+
+  function woven_coupled(self) result(coupled)
+    class(woven_type), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+
+    allocate(coupled(self%states, self%states), source=.true.)
+    coupled(2, [1, 3]) = .false.
+    coupled([1, 3], 2) = .false.
+  end function woven_coupled
+
+end module test_parts
