@@ -45,6 +45,17 @@ module systems
     procedure :: load => constant_load
   end type constant_type
 
+  !> Oscillators that do not act on each other, and do not tell: q_i'' + damping(i) q_i' + square(i) q_i = h_i with
+  !> h_i = amplitude(i) cos(w t), w = 2 pi / T, for the last one amplitude / (1 + sharpness - cos(w t)) if sharpness > 0.
+  type, extends(second_order_system), public :: oscillators_type
+    real(dp), allocatable :: square(:), damping(:), amplitude(:)
+    real(dp) :: sharpness = 0
+  contains
+    procedure :: matrices => oscillators_matrices
+    procedure :: load => oscillators_load
+    procedure :: start => oscillators_start
+  end type oscillators_type
+
   !> q'' + q'/10 + c q = h with c = 5 + step, h = 1 up to the phase `edge`, then c = 5, h = 0.
   type, extends(second_order_system), public :: jumping_type
     real(dp) :: edge = 0.5_dp, step = 2
@@ -163,6 +174,55 @@ contains
 
     h = self%amplitude * cos(2 * pi * t / self%period)
   end subroutine constant_load
+
+  subroutine oscillators_matrices(self, t, m, b, c)
+    class(oscillators_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    associate (unused => t)
+    end associate
+    m = diagonal(spread(1.0_dp, 1, size(self%square)))
+    b = diagonal(self%damping)
+    c = diagonal(self%square)
+  end subroutine oscillators_matrices
+
+  subroutine oscillators_load(self, t, h)
+    class(oscillators_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    associate (n => size(h), c => cos(2 * pi * t / self%period))
+      h = self%amplitude * c
+      if (self%sharpness > 0) h(n) = self%amplitude(n) / (1 + self%sharpness - c)
+    end associate
+  end subroutine oscillators_load
+
+  !> The periodic motion's state at t = 0: 1 / (a - cos u) = (1 + 2 sum of r^k cos k u) / s, s^2 = a^2 - 1, r = a - s.
+  pure function oscillators_start(self) result(x)
+    class(oscillators_type), intent(in) :: self
+    real(dp) :: x(self%states), r, s, w
+    complex(dp) :: q
+    integer :: n, i, k
+
+    n = size(self%square)
+    w = 2 * pi / self%period
+    s = sqrt((1 + self%sharpness)**2 - 1)
+    r = 1 + self%sharpness - s
+    x = 0
+    do i = 1, n
+      do k = 0, 2000
+        q = self%amplitude(i) / cmplx(self%square(i) - (k * w)**2, k * w * self%damping(i), dp)
+        if (i == n .and. self%sharpness > 0) then
+          q = q * merge(1, 2, k == 0) * r**k / s
+        else if (k /= 1) then
+          cycle
+        end if
+        x(i) = x(i) + real(q)
+        x(n + i) = x(n + i) - k * w * aimag(q)
+      end do
+    end do
+  end function oscillators_start
 
   subroutine jumping_matrices(self, t, m, b, c)
     class(jumping_type), intent(in) :: self

@@ -8,6 +8,7 @@ module test_factors
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
     & solve_periodic
   use gestell_system_periodic, only: periodic_system
+  use systems, only: oscillators_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use turning_system, only: turning_type
   implicit none (type, external)
@@ -20,6 +21,14 @@ module test_factors
   contains
     procedure :: matrix => colaneri_matrix
   end type colaneri_type
+
+  !> x' = rate (1 + share cos(2 pi t / T)) x + 1; jumps where it is said to, by nothing.
+  type, extends(periodic_system) :: single_type
+    real(dp) :: rate = 0, share = 0
+  contains
+    procedure :: matrix => single_matrix
+    procedure :: forcing => single_forcing
+  end type single_type
 
   !> x' = Q diag(d) Q^T x with a rotation Q and d = low until `breaks(1)`, high afterwards; f = -P v for the motion x = v.
   type, extends(periodic_system) :: jumping_type
@@ -38,8 +47,106 @@ contains
       & new_unittest("Colaneri's system: exponents 0 and -24", test_colaneri), &
       & new_unittest("growth and decay together: multipliers and motion", test_turning), &
       & new_unittest("jumps, multipliers from 1e-600 to 1e400", test_jumping), &
+      & new_unittest("two equal vibrations beside a fast decay", test_equal), &
+      & new_unittest("one state, multipliers from 1e-650 to 1e650", test_single), &
+      & new_unittest("nothing moves", test_still), &
       & new_unittest("given steps stay what they are", test_given)]
   end subroutine collect_factors
+
+  !> Pairs of conjugates that are equal, or nearly.
+  subroutine test_equal(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: apart(3) = [0.0_dp, 1.0e-15_dp, 1.0e-9_dp]
+    type(oscillators_type) :: system
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    integer :: i, k
+
+    do i = 1, size(apart)
+      system = oscillators_type(states=6, period=1.0_dp, square=[1.0_dp, 1 + apart(i), 1.0_dp], &
+        & damping=[0.1_dp, 0.1_dp, 30.0_dp], amplitude=[1.0_dp, 1.0_dp, 1.0_dp])
+      call solve_floquet(system, accuracy_type(), .true., floquet, failure)
+      if (.not. allocated(failure)) call solve_multipliers(floquet, .true., multipliers, failure)
+      if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      call check(error, allocated(floquet%parts(1)%factors), more="no factors")
+      if (allocated(error)) return
+      ! The moduli: -15 + sqrt(224), four times -0.05, -15 - sqrt(224).
+      do k = 2, 5
+        call check(error, abs(multipliers%log_abs(k) + 0.05_dp) <= multipliers%error(k), more="modulus")
+        if (allocated(error)) return
+        call check(error, abs(abs(multipliers%arg(k)) - sqrt(1 - 0.05_dp**2)) <= multipliers%error(k) + apart(i), more="argument")
+        if (allocated(error)) return
+      end do
+      call check(error, count(multipliers%arg > 0.5_dp) == 2 .and. count(multipliers%arg < -0.5_dp) == 2, more="pairs")
+      if (allocated(error)) return
+      call check(error, all(abs(solution%x0 - system%start()) <= solution%error), more="x0")
+      if (allocated(error)) return
+    end do
+  end subroutine test_equal
+
+  !> ln rho = rate, whether it is reduced or not, however slow the slowest phase is.
+  subroutine test_single(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: rates(7) = [-1500.0_dp, -1000.0_dp, -800.0_dp, -600.0_dp, 600.0_dp, 800.0_dp, 1500.0_dp]
+    type(single_type) :: system
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(gestell_error), allocatable :: failure
+    integer :: i, k
+
+    do i = 1, size(rates)
+      do k = 1, 3
+        system = single_type(states=1, period=1.0_dp, rate=rates(i), share=merge(0.95_dp, 0.0_dp, k == 2))
+        if (k == 3) system%breaks = [0.5_dp]
+        call solve_floquet(system, accuracy_type(), .true., floquet, failure)
+        if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
+        if (allocated(failure)) then
+          call test_failed(error, failure%message)
+          return
+        end if
+        call check(error, abs(multipliers%log_abs(1) - rates(i)) <= multipliers%error(1) .and. multipliers%error(1) < 1.0e-6_dp)
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_single
+
+  !> P = 0: the solutions with all numbers of steps are the same.
+  subroutine test_still(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(gestell_error), allocatable :: failure
+
+    call solve_floquet(single_type(states=1, period=1.0_dp), accuracy_type(), .true., floquet, failure)
+    if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
+    call check(error, .not. allocated(failure))
+    if (allocated(error)) return
+    call check(error, abs(multipliers%rho(1) - 1) <= multipliers%error(1) .and. multipliers%error(1) < 1.0e-12_dp)
+  end subroutine test_still
+
+  subroutine single_matrix(self, t, p)
+    class(single_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    p = self%rate * (1 + self%share * cos(2 * pi * t / self%period))
+  end subroutine single_matrix
+
+  subroutine single_forcing(self, t, f)
+    class(single_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    associate (unused_system => self, unused_time => t)
+    end associate
+    f = 1
+  end subroutine single_forcing
 
   subroutine test_colaneri(error)
     type(error_type), allocatable, intent(out) :: error

@@ -7,11 +7,21 @@ module test_reduction
   use gestell_floquet_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
     & solve_periodic
-  use systems, only: constant_type, meissner_type
+  use gestell_system_periodic, only: periodic_system
+  use systems, only: constant_type, meissner_type, oscillators_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use turning_system, only: turning_type
   implicit none (type, external)
   private
+
+  !> x' = S B S (x - v) with a reflection S and a constant B of one fast vibration and two slow decays that act on each
+  !> other very unequally: x = v.
+  type, extends(periodic_system) :: unequal_type
+    real(dp) :: v(4) = [1.0_dp, -2.0_dp, 0.5_dp, 3.0_dp]
+  contains
+    procedure :: matrix => unequal_matrix
+    procedure :: forcing => unequal_forcing
+  end type unequal_type
 
   public :: collect_reduction
 
@@ -29,6 +39,10 @@ contains
       & new_unittest("the cost does not grow with the frequency", test_cost), &
       & new_unittest("a resonance is an error, a damped one of high order is not", test_resonance), &
       & new_unittest("constant coefficients: the transfer function", test_transfer), &
+      & new_unittest("a weak load with many harmonics beside a strong one", test_weak_load), &
+      & new_unittest("a loose body beside a fast vibration", test_loose), &
+      & new_unittest("slow motions of unequal size", test_unequal), &
+      & new_unittest("accuracy out of range is an error", test_accuracy), &
       & new_unittest("where it does not apply it says so", test_refused)]
   end subroutine collect_reduction
 
@@ -208,6 +222,147 @@ contains
     call check(error, maxval(solution%error(:2)) < 1.0e-14_dp, more="the bound is too wide")
   end subroutine test_transfer
 
+  !> The load of the slow vibration needs more phases than the strong one of the fast vibration, and its bound is its own.
+  subroutine test_weak_load(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: amplitudes(4) = [1.0_dp, 1.0e6_dp, 1.0e8_dp, 1.0e10_dp], sharpness(3) = [0.2_dp, 0.05_dp, 0.02_dp]
+    type(oscillators_type) :: system
+    type(floquet_type) :: floquet
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    integer :: i, k
+
+    do k = 1, size(sharpness)
+      do i = 1, size(amplitudes) + 1
+        if (i > size(amplitudes)) then
+          ! Here it is the fast vibration that has the many harmonics.
+          system = oscillators_type(states=4, period=1.0_dp, square=[1.7_dp, 4.0e6_dp], damping=[0.5_dp, 0.1_dp], &
+            & amplitude=[1.0_dp, 1.0_dp], sharpness=sharpness(k))
+        else
+          system = oscillators_type(states=4, period=1.0_dp, square=[4.0e6_dp, 1.7_dp], damping=[0.1_dp, 0.5_dp], &
+            & amplitude=[amplitudes(min(i, size(amplitudes))), 1.0_dp], sharpness=sharpness(k))
+        end if
+        call solve_floquet(system, accuracy_type(), .true., floquet, failure)
+        if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
+        if (allocated(failure)) then
+          call test_failed(error, failure%message)
+          return
+        end if
+        call check(error, all(abs(solution%x0 - system%start()) <= solution%error), more="bound")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_weak_load
+
+  !> A double multiplier 1 with one eigenvector: no periodic motion, and the fast vibration as exact as elsewhere.
+  subroutine test_loose(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    integer :: k
+
+    call solve_floquet(oscillators_type(states=4, period=1.0_dp, square=[4.0e6_dp, 0.0_dp], damping=[0.1_dp, 0.0_dp], &
+      & amplitude=[1.0_dp, 1.0_dp]), accuracy_type(), .true., floquet, failure)
+    if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    do k = 1, 4
+      call check(error, min(abs(multipliers%log_abs(k)), abs(multipliers%log_abs(k) + 0.05_dp)) <= multipliers%error(k), &
+        & more="bound")
+      if (allocated(error)) return
+    end do
+    call check(error, multipliers%verdict() == "undecided", more="verdict")
+    if (allocated(error)) return
+    call solve_periodic(floquet, solution, failure)
+    call check(error, allocated(failure), more="a periodic motion")
+  end subroutine test_loose
+
+  subroutine test_unequal(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(unequal_type) :: system
+    type(floquet_type) :: floquet
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+
+    system = unequal_type(states=4, period=1.0_dp)
+    call solve_floquet(system, accuracy_type(method="reduced"), .true., floquet, failure)
+    if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, all(abs(solution%x0 - system%v) <= solution%error), more="bound")
+    if (allocated(error)) return
+    ! 1e-9 was ordered, |(E - Phi)^-1| is about 1e2.
+    call check(error, maxval(solution%error) < 1.0e-5_dp, more="the bound is too wide")
+  end subroutine test_unequal
+
+  subroutine unequal_matrix(self, t, p)
+    class(unequal_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+    real(dp), parameter :: u(4) = [1.0_dp, 2.0_dp, 3.0_dp, 4.0_dp]
+    real(dp) :: b(4, 4), s(4, 4)
+    integer :: k
+
+    associate (unused_system => self, unused_time => t)
+    end associate
+    b = 0
+    b(1, 2) = 3000
+    b(2, 1) = -3000
+    b(3, 3) = -1
+    b(4, 4) = -2
+    b(3, 4) = 50
+    b(4, 3) = 0.01_dp
+    s = -2 * spread(u, 2, 4) * spread(u, 1, 4) / sum(u**2)
+    do k = 1, 4
+      s(k, k) = s(k, k) + 1
+    end do
+    p = matmul(s, matmul(b, s))
+  end subroutine unequal_matrix
+
+  subroutine unequal_forcing(self, t, f)
+    class(unequal_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+    real(dp) :: p(4, 4)
+
+    call self%matrix(t, p)
+    f = -matmul(p, self%v)
+  end subroutine unequal_forcing
+
+  subroutine test_accuracy(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call expect(accuracy_type(tolerance=0.0_dp))
+    call expect(accuracy_type(tolerance=-1.0_dp))
+    call expect(accuracy_type(tolerance=2.0_dp))
+    call expect(accuracy_type(steps=-5))
+
+  contains
+
+    !> Slow vibrations, and fast ones, which go another way.
+    subroutine expect(accuracy)
+      type(accuracy_type), intent(in) :: accuracy
+      real(dp), parameter :: squares(2) = [1.0_dp, 1.0e8_dp]
+      type(floquet_type) :: floquet
+      type(gestell_error), allocatable :: failure
+      integer :: k
+
+      do k = 1, 2
+        if (allocated(error)) return
+        call solve_floquet(oscillators_type(states=2, period=1.0_dp, square=squares(k:k), damping=[0.1_dp], amplitude=[1.0_dp]), &
+          & accuracy, .false., floquet, failure)
+        call check(error, allocated(failure))
+      end do
+    end subroutine expect
+
+  end subroutine test_accuracy
+
   subroutine test_refused(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -221,7 +376,6 @@ contains
   contains
 
     subroutine expect(system, words)
-      use gestell_system_periodic, only: periodic_system
       class(periodic_system), intent(in) :: system
       character(len=*), intent(in) :: words
       type(floquet_type) :: floquet

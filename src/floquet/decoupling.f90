@@ -24,6 +24,8 @@ module gestell_floquet_decoupling
     !> What D has between groups and how far it is from its interpolation: the greatest sum over a row, integrated over
     !> the period by the phases and those in the middle between them. The same of g.
     real(dp) :: residual = 0, forcing_residual = 0
+    !> How far the slow group's g is from its interpolation, in the same way, and its greatest size.
+    real(dp) :: slow_residual = 0, slow_effort = 0
     !> Greatest |S| |S^-1|, and greatest size of the terms of which g consists.
     real(dp) :: condition = 1, effort = 0
     !> Evaluations of the coefficients.

@@ -30,18 +30,21 @@ contains
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     type(frames_type) :: frames
+    logical, allocatable :: paired(:)
     integer :: n, k, partner
 
     call solve_frames(factors, frames, error)
     if (allocated(error)) return
     n = size(factors%scale)
+    allocate(paired(n), source=.false.)
     multipliers%exponent = frames%z
     multipliers%error = frames%bound
     multipliers%condition = frames%condition
     if (vectors) multipliers%vectors = frames%vectors * spread(factors%scale, 2, n)
     do k = 1, n
-      partner = partner_of(frames, k)
-      if (partner < k) cycle
+      if (paired(k)) cycle
+      partner = partner_of(frames, paired, k)
+      paired([k, partner]) = .true.
       associate (z => multipliers%exponent(k))
         if (partner == k) then
           z = cmplx(real(z), pi * anint(aimag(z) / pi), dp)
@@ -81,19 +84,16 @@ contains
     call periodic_bounds(a, log_abs, arg, x, y, lambda, factors%error, frames%bound, frames%most, frames%condition)
   end subroutine solve_frames
 
-  !> The multiplier that is nearest to the conjugate of the k-th: k itself for a real one.
-  pure integer function partner_of(frames, k) result(partner)
+  !> Of those that have no partner yet the multiplier that is nearest to the conjugate of the k-th: k itself for a real one.
+  pure integer function partner_of(frames, paired, k) result(partner)
     type(frames_type), intent(in) :: frames
+    logical, intent(in) :: paired(:)
     integer, intent(in) :: k
     complex(dp) :: difference(size(frames%z))
 
     difference = frames%z - conjg(frames%z(k))
     difference = cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)
-    partner = minloc(abs(difference), dim=1)
-    ! Partners must choose each other.
-    difference = frames%z - conjg(frames%z(partner))
-    difference = cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)
-    if (minloc(abs(difference), dim=1) /= k) partner = k
+    partner = minloc(abs(difference), dim=1, mask=.not. paired)
   end function partner_of
 
   !> x(0) of the periodic motion. Error: resonance within the errors.

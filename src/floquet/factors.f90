@@ -40,6 +40,8 @@ module gestell_floquet_factors
 
   !> |A| |A^-1| of a segment, about.
   real(dp), parameter :: most_spread = 30
+  !> ln |A| of a segment, at the most but for its last step: far from where squares under- or overflow.
+  real(dp), parameter :: most_growth = 100
   !> Finer steps are not tried to get there.
   integer, parameter :: most_segments = 2**14
 
@@ -131,7 +133,7 @@ contains
         call factors%method%maps(system, nodes(k:k), nodes(k + 1:k + 1), a, error)
         if (allocated(error)) return
         product = matmul(balanced(a(:, :, 1), factors%scale), product)
-        if (spread_of(product) < most_spread) cycle
+        if (spread_of(product) < most_spread .and. abs(log(max(norm2(product), tiny(1.0_dp)))) < most_growth) cycle
         too_long = too_long .or. spread_of(balanced(a(:, :, 1), factors%scale)) >= most_spread
         if (nodes(k + 1) < 1) factors%ends = [factors%ends, nodes(k + 1)]
         product = unit_matrix(system%states)

@@ -108,7 +108,7 @@ contains
     coarse = max(real(least_steps, dp), 1.5_dp * turns / method%order)
     angle = 0.8_dp * turns + method%order * least_steps / 8.0_dp
     constant = method%error_constant
-    if (method%exact_if_constant) constant = constant * changing * min(1.0_dp, least_steps / turns)**3
+    if (method%exact_if_constant) constant = constant * changing * (least_steps / max(turns, real(least_steps, dp)))**3
     ! The estimate of the error is four times the error, and half the tolerance is aimed at; rounding sets a floor.
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * turns) / 8
     last = 1.1_dp * angle * (constant * max(turns, 1.0_dp) / allowed)**(1.0_dp / method%order)

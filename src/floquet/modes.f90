@@ -185,7 +185,9 @@ contains
         do i = 1, k - 1
           basis(:, k) = basis(:, k) - dot_product(basis(:, i), basis(:, k)) * basis(:, i)
         end do
-        basis(:, k) = basis(:, k) / norm2(abs(basis(:, k)))
+        ! What a defective eigenvalue leaves of its second vector can be so small that its square vanishes.
+        basis(:, k) = basis(:, k) / max(maxval(abs(basis(:, k))), tiny(1.0_dp))
+        basis(:, k) = basis(:, k) / max(norm2(abs(basis(:, k))), tiny(1.0_dp))
       end do
     end do
   end function orthonormal

@@ -15,7 +15,7 @@ module gestell_floquet_monodromy
   implicit none (type, external)
   private
 
-  public :: choose_method, solve_monodromy, survey
+  public :: check_accuracy, choose_method, solve_monodromy, survey
 
   !> What the user orders.
   type, public :: accuracy_type
@@ -85,14 +85,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: turns
 
-    if (.not. (accuracy%tolerance > 0 .and. accuracy%tolerance < 1)) then
-      call fatal_error(error, "the tolerance must lie between 0 and 1", invalid_input)
-      return
-    end if
-    if (accuracy%steps < 0 .or. accuracy%steps > most_given) then
-      call fatal_error(error, "steps must lie between 0 and " // text(most_given), invalid_input)
-      return
-    end if
+    call check_accuracy(accuracy, error)
+    if (allocated(error)) return
     monodromy%period = system%period
     call survey(system, monodromy%scale, turns, error)
     if (.not. allocated(error)) call choose_method(system, accuracy, turns, monodromy%method, error)
@@ -106,6 +100,18 @@ contains
 
     call check_liouville(system, monodromy, error)
   end subroutine solve_monodromy
+
+  !> Error: tolerance or steps are out of range.
+  pure subroutine check_accuracy(accuracy, error)
+    type(accuracy_type), intent(in) :: accuracy
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. (accuracy%tolerance > 0 .and. accuracy%tolerance < 1)) then
+      call fatal_error(error, "the tolerance must lie between 0 and 1", invalid_input)
+    else if (accuracy%steps < 0 .or. accuracy%steps > most_given) then
+      call fatal_error(error, "steps must lie between 0 and " // text(most_given), invalid_input)
+    end if
+  end subroutine check_accuracy
 
   !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
   !> name.
@@ -217,7 +223,7 @@ contains
       call move_level(fine, middle)
       d12 = d23
     end do
-    call estimate_changes(monodromy, fine, middle, safety * maxval(left / max(d23, tiny(1.0_dp)), mask=d23 > 0), coarse, &
+    call estimate_changes(monodromy, fine, middle, safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), coarse, &
       & safety * (real(coarse%steps, dp) / fine%steps)**monodromy%method%order)
     call accept(system, fine, safety * left, turns, monodromy)
   end subroutine with_tolerance
@@ -341,11 +347,14 @@ contains
     real(dp), allocatable :: inverted(:, :)
     type(error_type), allocatable :: singular
 
+    loses_modes = .true.
+    ! The squares within a norm vanish below sqrt(tiny).
+    if (self%norm < sqrt(tiny(1.0_dp)) / epsilon(1.0_dp)) return
     associate (d => self%scale, n => size(self%scale))
       call inverse(self%phi * spread(d, 1, n) / spread(d, 2, n), inverted, singular)
     end associate
-    loses_modes = .true.
-    if (.not. allocated(singular)) loses_modes = self%norm * norm2(inverted) >= most_spread
+    if (allocated(singular)) return
+    loses_modes = self%norm * norm2(inverted) >= most_spread
   end function loses_modes
 
   !> Frobenius' norm of D^-1 A D, D = diag(scale).

@@ -270,7 +270,7 @@ contains
             end if
             if (allocated(error)) return
             start = start + matmul(r%basis(:, group%columns, 1), slow%x0)
-            within(group%columns) = slow%error
+            within(group%columns) = slow%error + safety * size(group%columns) * slow%condition * r%slow_residual
             disturbance = disturbance + r%residual * maxval(abs(slow%x0))
             solution%condition = max(solution%condition, slow%condition)
             cycle

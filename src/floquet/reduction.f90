@@ -74,7 +74,9 @@ contains
         call measure(system, scale, forced, reduction, error)
         if (allocated(error)) return
         if (reduction%residual <= max(tolerance, least_residual(reduction) * turns) &
-          & .and. reduction%forcing_residual <= max(tolerance, least_residual(reduction)) * reduction%effort) then
+          & .and. reduction%forcing_residual <= max(tolerance, least_residual(reduction)) * reduction%effort &
+          & .and. reduction%slow_residual <= max(tolerance * reduction%slow_effort, &
+          & least_residual(reduction) * reduction%effort)) then
           reduction%evaluations = evaluations
           return
         end if
@@ -152,11 +154,17 @@ contains
         & + maxval(sum(abs(d(:, :, k) - interpolated(:, :, k)), dim=2))) / m
     end do
     reduction%forcing_residual = 0
+    reduction%slow_residual = 0
+    reduction%slow_effort = 0
     if (forced) then
       slow = matmul(reduction%forcing, between)
       where (spread(reduction%modes%group, 2, m) /= 0) slow = 0
       reduction%forcing_residual = sum([(fast_size(reduction%forcing(:, k), reduction%modes%group) &
         & + maxval(abs(g(:, k) - slow(:, k))), k = 1, m)]) / m
+      if (any(reduction%modes%group == 0)) then
+        reduction%slow_residual = sum([(maxval(abs(g(:, k) - slow(:, k)), mask=reduction%modes%group == 0), k = 1, m)]) / m
+        reduction%slow_effort = maxval(abs(slow))
+      end if
     end if
 
     reduction%condition = 1

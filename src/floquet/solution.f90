@@ -8,7 +8,7 @@ module gestell_floquet_solution
   use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_method, only: name_length
   use gestell_floquet_methods, only: method_names
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
+  use gestell_floquet_monodromy, only: accuracy_type, check_accuracy, monodromy_type, solve_monodromy, survey
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
   use gestell_floquet_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
@@ -92,6 +92,8 @@ contains
     integer, allocatable :: numbers(:)
     integer :: k, i
 
+    call check_accuracy(accuracy, error)
+    if (allocated(error)) return
     floquet%period = system%period
     allocate(floquet%scale(system%states))
     allocate(numbers, source=independent_parts(system))

@@ -67,7 +67,7 @@ contains
     if (allocated(error)) return
     trade%floor_phi = converged%error / converged%norm
     trade%floor_rho = maxval(multipliers%error)
-    trade%floor_x0 = norm2(solution%error / converged%scale) / norm2(solution%x0 / converged%scale)
+    trade%floor_x0 = norm2(solution%error / converged%scale) / max(norm2(solution%x0 / converged%scale), tiny(1.0_dp))
 
     allocate(trade%rows(0))
     allocate(names, source=pack(method_names(), method_names() /= "auto"))
@@ -214,7 +214,7 @@ contains
     n = size(phi, 1)
     associate (d => converged%scale)
       row%error_phi = norm2((phi - converged%phi) * spread(d, 1, n) / spread(d, 2, n)) / converged%norm
-      row%error_x0 = norm2((its_solution%x0 - solution%x0) / d) / norm2(solution%x0 / d)
+      row%error_x0 = norm2((its_solution%x0 - solution%x0) / d) / max(norm2(solution%x0 / d), tiny(1.0_dp))
     end associate
     row%error_rho = maxval([(minval(abs(its_multipliers%rho - multipliers%rho(k))) / max(abs(multipliers%rho(k)), tiny(1.0_dp)), &
       & k = 1, n)], mask=multipliers%error < 0.5_dp)
