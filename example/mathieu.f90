@@ -27,8 +27,7 @@ end module mathieu_equation
 
 !> Multipliers, exponents and verdict of Mathieu's equation, and which a make it unstable.
 program mathieu
-  use gestell, only: accuracy_type, dp, error_type, monodromy_type, multipliers_type, pi, solve_monodromy, &
-    & solve_multipliers
+  use gestell, only: accuracy_type, dp, error_type, floquet_type, multipliers_type, pi, solve_floquet, solve_multipliers
   use mathieu_equation, only: mathieu_type
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none (type, external)
@@ -68,12 +67,12 @@ contains
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     type(mathieu_type) :: system
-    type(monodromy_type) :: monodromy
+    type(floquet_type) :: floquet
 
     system = mathieu_type(states=2, period=pi, a=a, q=q)
-    call solve_monodromy(system, accuracy_type(tolerance=1.0e-12_dp), .false., monodromy, error)
+    call solve_floquet(system, accuracy_type(tolerance=1.0e-12_dp), .false., floquet, error)
     if (allocated(error)) return
-    call solve_multipliers(monodromy, .false., multipliers, error)
+    call solve_multipliers(floquet, .false., multipliers, error)
   end subroutine solve
 
   subroutine give_up(error)

@@ -3,6 +3,7 @@ module gestell_floquet_modes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: eigensystem, inverse
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -119,7 +120,7 @@ contains
     type(modes_type), intent(inout) :: modes
     integer, intent(out) :: clash(2)
     type(error_type), allocatable, intent(out) :: error
-    complex(dp), allocatable :: dual(:, :), inverted(:, :), within(:, :), basis(:, :)
+    complex(dp), allocatable :: dual(:, :), inverted(:, :), within(:, :), basis(:, :), coordinates(:, :)
     integer :: group(size(values, 1)), j, g
     integer, allocatable :: columns(:), own(:)
 
@@ -129,7 +130,13 @@ contains
     if (allocated(error)) return
     inverted = dual
     do j = 2, size(values, 2)
-      call assign_groups(matmul(inverted, vectors(:, :, j)), modes%group, group, clash)
+      coordinates = matmul(inverted, vectors(:, :, j))
+      ! Else groups could clash for ever.
+      if (.not. all(ieee_is_finite(abs(coordinates)))) then
+        call fatal_error(error, "modes cannot be told from each other", failed_computation)
+        return
+      end if
+      call assign_groups(coordinates, modes%group, group, clash)
       if (clash(1) == clash(2)) call find_clash(values(:, j), group, gap, clash)
       if (clash(1) /= clash(2)) return
       do g = 0, size(modes%group)

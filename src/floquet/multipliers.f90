@@ -10,7 +10,7 @@ module gestell_floquet_multipliers
 
   public :: append, arrange, disc_bounds, multiplier, no_multipliers, set_multipliers, solve_multipliers
 
-  !> Of all multipliers, largest modulus first, conjugate pairs adjacent. All shapes (n).
+  !> Of all multipliers, largest modulus first, conjugate pairs adjacent, +im first. All shapes (n).
   type, public :: multipliers_type
     complex(dp), allocatable :: rho(:)
     !> ln |rho|, also where rho over- or underflows.
@@ -129,7 +129,7 @@ contains
     type(multipliers_type), intent(inout) :: multipliers
     integer :: order(size(multipliers%rho)), k
 
-    order = by_modulus(multipliers%log_abs)
+    order = by_modulus(multipliers%log_abs, multipliers%arg)
     multipliers%rho = multipliers%rho(order)
     multipliers%condition = multipliers%condition(order)
     multipliers%log_abs = multipliers%log_abs(order)
@@ -189,21 +189,34 @@ contains
     end if
   end function multiplier
 
-  !> Places of the values, largest first; equal ones, as those of a conjugate pair, keep their order.
-  pure function by_modulus(values) result(order)
-    real(dp), intent(in) :: values(:)
-    integer :: order(size(values))
+  !> Places of the values, largest modulus first; conjugate pairs adjacent, that above the real axis first.
+  pure function by_modulus(log_abs, arg) result(order)
+    real(dp), intent(in) :: log_abs(:), arg(:)
+    integer :: order(size(log_abs))
     integer :: i, k
 
-    do k = 1, size(values)
+    do k = 1, size(order)
       i = k
       do while (i > 1)
-        if (.not. values(k) > values(order(i - 1))) exit
+        if (.not. precedes(k, order(i - 1))) exit
         order(i) = order(i - 1)
         i = i - 1
       end do
       order(i) = k
     end do
+
+  contains
+
+    pure logical function precedes(one, other)
+      integer, intent(in) :: one, other
+
+      precedes = log_abs(one) > log_abs(other)
+      if (precedes .or. log_abs(one) < log_abs(other)) return
+      precedes = abs(arg(one)) > abs(arg(other))
+      if (precedes .or. abs(arg(one)) < abs(arg(other))) return
+      precedes = arg(one) > arg(other)
+    end function precedes
+
   end function by_modulus
 
   !> The vector with unit norm whose largest component is real and positive.

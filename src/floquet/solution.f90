@@ -59,10 +59,11 @@ module gestell_floquet_solution
 
   !> What a solution rests on, over all parts.
   type, public :: evidence_type
-    !> Methods that were used, separated by commas.
+    !> Methods that integrated, separated by commas; 'averaged': closed form. Empty where all was reduced.
     character(len=:), allocatable :: methods
-    !> Steps over the period (phases of a reduction), evaluations of the coefficients in all.
-    integer :: steps = 0, evaluations = 0
+    !> Parts that do not act on each other; steps of the integrations over the period; factors of Phi(T) that were kept in
+    !> place of their product; angles of the reductions; evaluations of the coefficients in all.
+    integer :: parts = 0, steps = 0, factors = 0, angles = 0, evaluations = 0
     !> Greatest relative error of a part's map, and greatest defect of Liouville's theorem.
     real(dp) :: error = 0, liouville_defect = 0
   end type evidence_type
@@ -214,6 +215,7 @@ contains
     integer :: k
 
     found%methods = ""
+    found%parts = size(floquet%parts)
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
         if (allocated(part%constant)) then
@@ -221,13 +223,14 @@ contains
           found%evaluations = found%evaluations + part%constant%evaluations
           found%error = max(found%error, part%constant%error)
         else if (allocated(part%reduced)) then
-          call add("reduced", part%reduced%liouville_defect, found)
-          found%steps = found%steps + part%reduced%reduction%angles
+          call add("", part%reduced%liouville_defect, found)
+          found%angles = found%angles + part%reduced%reduction%angles
           found%evaluations = found%evaluations + part%reduced%reduction%evaluations
           found%error = max(found%error, part%reduced%reduction%residual)
         else if (allocated(part%factors)) then
           call add(part%factors%method%name, part%factors%liouville_defect, found)
           found%steps = found%steps + part%factors%steps
+          found%factors = found%factors + size(part%factors%a, 3)
           found%evaluations = found%evaluations + part%factors%evaluations
           found%error = max(found%error, part%factors%relative_error)
         else
@@ -240,14 +243,14 @@ contains
     end do
   end subroutine evidence
 
-  !> A method, unless it is named already, and a defect, if it is the greatest.
+  !> A method, if there is one that is not named already, and a defect, if it is the greatest.
   pure subroutine add(method, liouville_defect, found)
     character(len=*), intent(in) :: method
     real(dp), intent(in) :: liouville_defect
     type(evidence_type), intent(inout) :: found
 
     if (abs(liouville_defect) > abs(found%liouville_defect)) found%liouville_defect = liouville_defect
-    if (index(", " // found%methods // ",", ", " // method // ",") > 0) return
+    if (len(method) == 0 .or. index(", " // found%methods // ",", ", " // method // ",") > 0) return
     if (len(found%methods) > 0) found%methods = found%methods // ", "
     found%methods = found%methods // method
   end subroutine add

@@ -173,15 +173,29 @@ contains
     else
       lines = lines // " (with the steps that were ordered)"
     end if
-    lines = lines // ", by " // found%methods // " with " // text(found%steps) // " steps," // newline &
+    lines = lines // ", by " // ways_taken(found) // "," // newline &
       & // "                      " // text(found%evaluations) // " evaluations in all; Liouville's defect " &
       & // concise(abs(found%liouville_defect), 1)
     if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
       & // concise(maxval(analysis%multipliers%condition), 2)
+    if (found%parts > 1) lines = lines // newline // "                      " // text(found%parts) // &
+      & " parts that do not act on each other were solved apart"
     if (accuracy%steps == 0 .and. found%error > accuracy%tolerance) lines = lines // newline // &
       & "                      the tolerance lies below what double precision can give here"
     lines = lines // newline
   end function evidence_lines
+
+  !> The methods with their effort.
+  pure function ways_taken(found) result(words)
+    type(evidence_type), intent(in) :: found
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (found%steps > 0) words = found%methods // " with " // counted(found%steps, "step")
+    if (found%factors > 0) words = words // " in " // counted(found%factors, "factor")
+    if (found%steps > 0 .and. found%angles > 0) words = words // " and "
+    if (found%angles > 0) words = words // "reduction on " // counted(found%angles, "angle")
+  end function ways_taken
 
   pure function multiplier_lines(multipliers) result(lines)
     type(multipliers_type), intent(in) :: multipliers

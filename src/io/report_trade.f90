@@ -35,8 +35,10 @@ contains
           & // padded(concise(1000 * row%seconds, 3), 15) // newline
       end associate
     end do
-    if (all(best([1, 3]) > 0)) lines = lines // "  from 1e-3 to 1e-9 one more digit costs " // concise(100 * &
-      & ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) // " % more time" // newline
+    ! Where one row serves both, more digits cost nothing.
+    if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  from 1e-3 to 1e-9 one more digit costs " &
+      & // concise(100 * ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) &
+      & // " % more time" // newline
     lines = lines // "  errors are against a converged solution that claims " // concise(trade%floor_phi, 1) &
       & // " for Phi(T) and " // concise(trade%floor_x0, 1) // " for x0" // newline
   end function report_trade

@@ -192,7 +192,7 @@ contains
     if (allocated(error)) return
     call evidence(floquet, found)
     row%method = "reduced"
-    row%steps = found%steps
+    row%steps = found%angles
     row%evaluations = found%evaluations
     row%seconds = median(times)
     associate (v => its_multipliers%vectors, rho => its_multipliers%rho)

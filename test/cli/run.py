@@ -27,6 +27,7 @@ from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
                      Table, body, check, equal, files, near, printed, series, tables)
 from mechanisms import MECHANISM_TESTS  # noqa: E402
+from ways import WAYS_TESTS  # noqa: E402
 
 CHECKOUT = HERE.parents[1]
 FOUR_BAR = CHECKOUT / "data" / "khang_four_bar.nml"
@@ -581,7 +582,8 @@ def main():
             write_averaged_golden()
         for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
-                     test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS):
+                     test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS,
+                     *WAYS_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

@@ -1,0 +1,184 @@
+"""The ways to a solution as a user meets them: reduction, factors, methods by name, parts apart, resonance, the trade."""
+
+import math
+import re
+import time
+from pathlib import Path
+
+from broken_inputs import SOUND
+from harness import QUANTITIES, Folder, Run, Table, check, equal, files, near, tables
+
+GOLDEN = Path(__file__).resolve().parent / "golden"
+
+# ln rho of the upper half plane and the real axis (modulus, argument) and x0, in quadruple precision: the rows
+# 'speed: 0.01 rpm', 'speed: 1 rpm', 'stiffness: springs 1e15', 'damping: dampers times 20000' and
+# 'damping: dampers times 5000' of validation/extremes/references.dat, and the way that the report tells.
+REFERENCES = {
+    "drive.speed_rpm=0.01": (
+        r"by reduction on \d+ angles",
+        [(-77.519379844963640591, 0.40161015338120034), (-95.604132266545486101, 2.9217277279251417),
+         (-148.75590309082193241, 1.8001623831988270)],
+        [3.0542272927798483876e-13, 3.0577650056273955459e-15, -1.0211207949867980022e-12, 1.6685854920333602422e-16,
+         1.9380489330284702374e-17, -6.5469378242272547439e-16]),
+    "drive.speed_rpm=1": (
+        r"by reduction on \d+ angles",
+        [(-0.77519379868979362966, 1.1978207115797571), (-0.95604132240613794318, 1.4743505850304958),
+         (-1.4875590309273790852, 2.2171162218180149)],
+        [3.0542313950952512113e-09, 3.0577487141463443525e-11, -1.0211219992755572839e-08, 1.6685908205853865747e-10,
+         1.9380404284869403188e-11, -6.5469548403508691560e-10]),
+    "support.stiffness=1.96133e20": (
+        r"by reduction on \d+ angles",
+        [(-3.2299741602067183500e-3, 0.78354196089481806), (-3.9835055053666620188e-3, 2.3876647363819404),
+         (-6.1981626345237473729e-3, 2.1888460584601393)],
+        [1.7592349224483502934e-19, 1.7612726512239542803e-21, -5.8816557856152400984e-19, 2.3066525642564901218e-18,
+         2.6791588514098110574e-19, -9.0504867800061818112e-18]),
+    "foundation.damping=1e4,1e4,1e3": (
+        r"by reduction on \d+ angles",
+        [(-6.4349816917650764960, 0.0), (-24.113992384698872769, 0.0), (-40.432924981069546259, 0.0),
+         (-102.78148641861116622, 0.0), (-105.07362689865040459, 0.0), (-257.62867962909002795, 0.0)],
+        [4.3117490908749488304e-05, -1.9147593347091487067e-06, -1.2574616407761311080e-04, 3.1927500996459354824e-03,
+         3.0108893489859617430e-04, -1.1846993677631300606e-02]),
+    "foundation.damping=2.5e3,2.5e3,250": (
+        r"by \w+ with \d+ steps in \d+ factors",
+        [(-16.150028228023281615, 2.5874762246895579), (-20.796956303213827569, 0.034085885376222128),
+         (-30.111226969248527601, 0.72312532368287418)],
+        [1.3907515356809650669e-04, 1.0853900808943679954e-06, -4.5705035559932889899e-04, 4.2850786228358958819e-03,
+         1.4487688233320944593e-04, -1.5493044298117088290e-02]),
+}
+
+
+def upper_half(table):
+    """The multipliers on and above the real axis; those below have to follow theirs."""
+    chosen = []
+    for k in range(len(table.rows)):
+        if table["im"][k] < 0:
+            pair = k > 0 and table["im"][k - 1] == -table["im"][k] and table["log_abs"][k - 1] == table["log_abs"][k]
+            check(f"multiplier {k + 1}: its conjugate stands before it", pair, "a pair, +im first", table.rows[k])
+        else:
+            chosen.append(k)
+    return chosen
+
+
+def test_references():
+    for setting, (way, logarithms, start) in REFERENCES.items():
+        with Folder() as folder:
+            begin = time.monotonic()
+            run = Run(folder, "input.nml", "-s", setting)
+            seconds = time.monotonic() - begin
+            if not run.done(setting):
+                continue
+            # tenths of a second; by steps over the whole period some of these would take hours
+            check(f"{setting}, seconds", seconds < 5, "less than 5", seconds)
+            check(f"{setting}, verdict", "VERDICT  stable" in run.out, "stable", run.out)
+            check(f"{setting}, way", re.search(way, run.out), way, run.out)
+            table = Table(folder / "input" / "multipliers.csv")
+            chosen = upper_half(table)
+            equal(f"{setting}, multipliers", len(chosen), len(logarithms))
+            for k, (log_abs, arg) in zip(chosen, logarithms):
+                bound = table["error"][k]
+                # what 1e15 times stiffer springs leave of a phase of 1e9 rad: 1e-5
+                check(f"{setting}, multiplier {k + 1}, error", 0 < bound < 2e-5, "0 < error < 2e-5", bound)
+                # the bound that is claimed; the modulus is far better than the phase
+                near(f"{setting}, multiplier {k + 1}, log_abs", table["log_abs"][k], log_abs, min(bound, 1e-10 * abs(log_abs)))
+                near(f"{setting}, multiplier {k + 1}, arg", math.remainder(table["arg_rad"][k] - arg, 2 * math.pi), 0, bound)
+            response = Table(folder / "input" / "response.csv")
+            for part in (slice(0, 3), slice(3, 6)):
+                greatest = max(map(abs, start[part]))
+                for name, expected in zip(QUANTITIES[part], start[part]):
+                    # the tolerance, with a digit for the velocities
+                    near(f"{setting}, x0, {name}", response[name][0], expected, 1e-8 * greatest)
+
+
+def test_methods():
+    """Every method by name against numbers of a finer tolerance, within the bounds that it claims."""
+    golden = Table(GOLDEN / "240" / "multipliers.csv")
+    for method in ("explicit8", "magnus4", "magnus6", "gauss2", "gauss8"):
+        with Folder() as folder:
+            run = Run(folder, "input.nml", "-s", f"accuracy.method={method}")
+            if not run.done(method):
+                continue
+            check(f"{method}, report", re.search(rf"\(1e-9 was ordered\), by {method} with \d+ steps,", run.out), method, run.out)
+            table = Table(folder / "input" / "multipliers.csv")
+            for k, bound in enumerate(table["error"]):
+                check(f"{method}, multiplier {k + 1}, error", 0 < bound < 1e-8, "0 < error < 1e-8", bound)
+                # 1e-11 for what the golden numbers lack
+                for name in ("re", "im"):
+                    near(f"{method}, multiplier {k + 1}, {name}", table[name][k], golden[name][k], bound + 1e-11)
+
+
+def test_reduced_by_name():
+    with Folder() as folder:
+        options = ("-s", "accuracy.method=reduced")
+        Run(folder, "-q", "input.nml", *options).refused(
+            "reduced at 240 rpm", 4, "method 'reduced' does not apply: the free vibrations are too slow against the crank")
+        equal("reduced at 240 rpm, files", files(folder), ["input.nml"])
+        Run(folder, "-q", "input.nml", *options, "-s", "drive.speed_rpm=1", "-o", "named").done("reduced at 1 rpm")
+        Run(folder, "-q", "input.nml", "-s", "drive.speed_rpm=1", "-o", "auto").done("auto at 1 rpm")
+        named, auto = tables(folder / "named"), tables(folder / "auto")
+        equal("reduced at 1 rpm is what auto takes", {k: t.rows for k, t in named.items()}, {k: t.rows for k, t in auto.items()})
+
+
+def test_parts():
+    """xi and eta alone do not act on each other: two oscillators whose multipliers exp(lambda T) everybody knows, the second
+    so strongly damped that it is reduced while the first is integrated."""
+    mass, period, stiffness = 18.0 + 1.35, 0.25, 4 * 196133.0
+    light, heavy = 5.0, 5e5
+    with Folder() as folder:
+        run = Run(folder, "input.nml", "-s", "frame.dof='xi','eta'", "-s", f"foundation.damping={light},{heavy},0")
+        if not run.done("xi and eta"):
+            return
+        check("xi and eta, way", re.search(r"by gauss\d with \d+ steps and reduction on \d+ angles", run.out), "both", run.out)
+        check("xi and eta, parts", "2 parts that do not act on each other were solved apart" in run.out, "2 parts", run.out)
+        table = Table(folder / "input" / "multipliers.csv")
+        root = math.sqrt((heavy / (2 * mass)) ** 2 - stiffness / mass)
+        fast = -(heavy / (2 * mass) + root)
+        expected = sorted([-light / (2 * mass) * period] * 2 + [stiffness / mass / fast * period, fast * period], reverse=True)
+        equal("xi and eta, multipliers", len(table.rows), 4)
+        for k, log_abs in enumerate(expected):
+            # relative rounding of an exponent of -6459, and the bound
+            near(f"xi and eta, log_abs {k + 1}", table["log_abs"][k], log_abs, table["error"][k] + 1e-14 * abs(log_abs))
+            check(f"xi and eta, error {k + 1}", table["error"][k] < 1e-9, "< 1e-9", table["error"][k])
+        run = Run(folder, "input.nml", "-s", "frame.dof='xi','psi'")
+        check("xi and psi act on each other", "solved apart" not in run.out, "no parts", run.out)
+
+
+def test_resonance():
+    """xi alone with a frequency of five times the crank's."""
+    stiffness = (18.0 + 1.35) * (5 * 2 * math.pi * 4) ** 2 / 4
+    settings = ("-s", "frame.dof='xi'", "-s", f"support.stiffness={stiffness!r}")
+    sentence = r"multiplier \d lies \S+ from 1: the free vibration of 20 Hz swings 5 times in a turn of the crank: order 5"
+    with Folder() as folder:
+        run = Run(folder, "-q", "input.nml", *settings, "-s", "foundation.damping=0,0,0")
+        run.refused("resonance", 4, re.compile(rf"the periodic vibration cannot be told: .*\(resonance\).*; {sentence}"))
+        equal("resonance, files", files(folder / "input"), ["multipliers.csv"])
+        run = Run(folder, "input.nml", *settings, "-s", "foundation.damping=50,0,0")
+        if run.done("near resonance"):
+            check("near resonance, report", re.search(rf"near resonance: {sentence}\n", run.out), sentence, run.out)
+        # 50 times the damping: no digit is lost
+        run = Run(folder, "input.nml", *settings, "-s", "foundation.damping=2500,0,0")
+        if run.done("damped well"):
+            check("damped well, report", "near resonance" not in run.out, "no resonance", run.out)
+
+
+def test_trade():
+    with Folder() as folder:
+        for speed, expected in (("1", 1), ("240", 0)):
+            run = Run(folder, "input.nml", "-s", "case.tasks=trade", "-s", f"drive.speed_rpm={speed}", "-o", speed)
+            if not run.done(f"trade at {speed} rpm"):
+                continue
+            lines = [line for line in (folder / speed / "trade.csv").read_text().splitlines() if line[0] != "#"]
+            names = lines[0].split(",")
+            rows = [dict(zip(names, line.split(","))) for line in lines[1:]]
+            reduced = [row for row in rows if row["method"] == "reduced"]
+            equal(f"trade at {speed} rpm, reduced", len(reduced), expected)
+            for row in reduced:
+                # claimed: 1e-10 of Phi(T); the converged solution that it is held against claims less than 1e-9
+                check("trade, reduced, errors", all(float(row[f"error_{name}"]) < 1e-9 for name in ("phi", "rho", "x0")),
+                      "< 1e-9", row)
+                check("trade, reduced, angles", row["order"] == "0" and 0 < int(row["steps"]) < 200, "order 0, < 200", row)
+                check("trade, the report takes it", re.search(r" 1e-9 +reduced ", run.out), "reduced for 1e-9", run.out)
+            equal(f"trade at {speed} rpm, integrated", {"rk4", "explicit8", "magnus4", "magnus6", "gauss8"}
+                  - {row["method"] for row in rows}, set())
+
+
+WAYS_TESTS = (test_references, test_methods, test_reduced_by_name, test_parts, test_resonance, test_trade)
