@@ -47,6 +47,7 @@ contains
       & new_unittest("Colaneri's system: exponents 0 and -24", test_colaneri), &
       & new_unittest("growth and decay together: multipliers and motion", test_turning), &
       & new_unittest("jumps, multipliers from 1e-600 to 1e400", test_jumping), &
+      & new_unittest("the start's bound where errors are not tiny", test_loose_tolerances), &
       & new_unittest("two equal vibrations beside a fast decay", test_equal), &
       & new_unittest("one state, multipliers from 1e-650 to 1e650", test_single), &
       & new_unittest("nothing moves", test_still), &
@@ -175,6 +176,41 @@ contains
     if (allocated(error)) return
     call check(error, abs(real(multipliers%rho(2)) / 3.2355e-66_dp - 1) < 1.0e-4_dp, more="multiplier")
   end subroutine test_colaneri
+
+  !> The bound of x0 where the errors are not tiny: tolerances from 1e-2 to 1e-8, methods of low and high order.
+  subroutine test_loose_tolerances(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: methods(4) = [character(len=7) :: "gauss2", "gauss3", "magnus4", "gauss6"]
+    real(dp), parameter :: tolerances(3) = [1.0e-2_dp, 1.0e-5_dp, 1.0e-8_dp]
+    type(turning_type) :: system
+    type(floquet_type) :: floquet
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    real(dp) :: ratio, least
+    integer :: i, k
+
+    system = turning_type(states=6, period=2 * pi, rate=[3.0_dp, -2.5_dp, -0.2_dp], frequency=[3.3_dp, 0.0_dp, 7.1_dp], &
+      & real_block=[.false., .true., .false.])
+    least = huge(least)
+    do i = 1, size(methods)
+      do k = 1, size(tolerances)
+        call solve_floquet(system, accuracy_type(tolerance=tolerances(k), method=trim(methods(i))), .true., floquet, failure)
+        if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
+        if (allocated(failure)) then
+          call test_failed(error, failure%message)
+          return
+        end if
+        call check(error, allocated(floquet%parts(1)%factors), more="no factors")
+        if (allocated(error)) return
+        ratio = minval(solution%error / max(abs(solution%x0 - system%motion(0.0_dp)), tiny(1.0_dp)))
+        least = min(least, ratio)
+        call check(error, ratio >= 1, more=trim(methods(i)) // ": bound of x0")
+        if (allocated(error)) return
+      end do
+    end do
+    ! Of some use: the narrowest of all is not more than this too wide.
+    call check(error, least < 1.0e3_dp, more="bounds too wide")
+  end subroutine test_loose_tolerances
 
   !> By integration, not by reduction: the method is named.
   subroutine test_turning(error)

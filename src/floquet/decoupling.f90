@@ -1,7 +1,7 @@
 !> The groups of modes of y' = D y + g, made as independent of each other as they can be: the numerics of
 !> gestell_floquet_reduction, whose terms are used here.
 module gestell_floquet_decoupling
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: balancing, inverse
   use gestell_floquet_modes, only: columns_of, modes_type
@@ -82,7 +82,11 @@ contains
         if (allocated(error)) return
       end do
     end do
-    call balance(reduction)
+    if (allocated(reduction%generator)) then
+      call balance(reduction)
+    else
+      call fatal_error(error, "the coefficients or the forcing leave the range of the numbers", failed_computation)
+    end if
   end subroutine decouple
 
   !> Units of the columns of S that make the rows and columns of D within the groups comparable.

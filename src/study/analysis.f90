@@ -4,6 +4,7 @@ module gestell_study_analysis
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_periodic_solution, only: resonance
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_study_resonance, only: describe_resonance, find_resonance, resonance_type
@@ -65,7 +66,7 @@ contains
     call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
     if (allocated(error)) then
       deallocate(analysis%vibration)
-      if (.not. tasks%averaged) call name_resonance(frame, analysis, error)
+      if (error%message == resonance) call name_resonance(frame, analysis, error)
     else if (analysis%vibration%start%condition > one_digit) then
       call name_resonance(frame, analysis)
     end if
@@ -77,16 +78,16 @@ contains
     type(analysis_type), intent(inout) :: analysis
     type(error_type), intent(inout), optional :: failure
     type(multipliers_type) :: multipliers
-    type(resonance_type) :: resonance
+    type(resonance_type) :: found
     type(error_type), allocatable :: error
     character(len=:), allocatable :: sentence
 
     call solve_multipliers(analysis%floquet, .false., multipliers, error)
-    if (.not. allocated(error)) call find_resonance(frame, multipliers, resonance, error)
+    if (.not. allocated(error)) call find_resonance(frame, multipliers, found, error)
     if (allocated(error)) return
-    analysis%resonance = resonance
+    analysis%resonance = found
     if (.not. present(failure)) return
-    call describe_resonance(resonance, sentence)
+    call describe_resonance(found, sentence)
     failure%message = failure%message // "; " // sentence
   end subroutine name_resonance
 

@@ -76,6 +76,9 @@ contains
     character(len=40) :: cells
     real(dp), allocatable :: chosen(:)
 
+    allocate(chosen(0))
+    cells = " | | | 0"
+    if (.not. allocated(ratios%ratio)) return
     chosen = ratios%ratio
     if (present(decade)) chosen = pack(chosen, floor(-log10(ratios%tolerance)) == decade)
     write (cells, "(2(' |', es8.1), ' | ', i0)") quantile(chosen, 0.5_dp), quantile(chosen, 0.99_dp), size(chosen)
