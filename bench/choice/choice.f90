@@ -54,7 +54,7 @@ contains
   subroutine compare(frame, tolerance, cell)
     type(frame_type), intent(in) :: frame
     real(dp), intent(in) :: tolerance
-    character(len=*), intent(out) :: cell
+    character(len=24), intent(out) :: cell
     integer, parameter :: runs = 7
     real(dp), allocatable :: times(:, :), medians(:)
     character(len=:), allocatable :: chosen

@@ -156,8 +156,8 @@ contains
       do k = 1, size(z)
         ! In units of the greater one of the two.
         if (real(z(i)) > real(z(k)) .or. cluster(i) == cluster(k)) cycle
-        if (distance(z(i), z(k)) <= radius(i) * exp(real(z(i) - z(k))) + radius(k)) &
-          & where (cluster == cluster(i)) cluster = cluster(k)
+        if (distance(z(i), z(k)) > radius(i) * exp(real(z(i) - z(k))) + radius(k)) cycle
+        where (cluster == cluster(i)) cluster = cluster(k)
       end do
     end do
     bound = radius

@@ -109,8 +109,8 @@ contains
       a(:, :, k) = system%period * a(:, :, k) * spread(scale, 1, n) / spread(scale, 2, n)
       f(:, k) = system%period * f(:, k) / scale
     end do
-    if (.not. (all(ieee_is_finite(a)) .and. all(ieee_is_finite(f)))) &
-      & call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
+    if (all(ieee_is_finite(a)) .and. all(ieee_is_finite(f))) return
+    call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
   end subroutine coefficients
 
   !> What roundoff makes of a residual at the least, relative to the terms of which it consists.

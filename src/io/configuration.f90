@@ -99,8 +99,10 @@ contains
       call get(group, "steps", accuracy%steps, error, default=0, must=at_least(0))
       if (allocated(error)) return
       call at_most(group, "steps", accuracy%steps, 1048576, error)
-      if (.not. allocated(error) .and. accuracy%steps > 0 .and. accuracy%method == "reduced") &
-        & call input_error(group, "steps", "method 'reduced' has no steps", error)
+      if (allocated(error)) return
+      if (accuracy%steps > 0 .and. accuracy%method == "reduced") then
+        call input_error(group, "steps", "method 'reduced' has no steps", error)
+      end if
     end associate
   end subroutine read_orders
 
