@@ -7,6 +7,7 @@ module gestell_floquet_factors
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: inverse, log_abs_determinant
+  use gestell_base_matrix, only: balanced, unit_matrix
   use gestell_floquet_convergence, only: most_steps, next_steps, remaining, safety, too_many_steps
   use gestell_floquet_mesh, only: mesh
   use gestell_floquet_method, only: method_type
@@ -252,24 +253,5 @@ contains
       factors%liouville_defect = factors%liouville_defect + log_det
     end do
   end subroutine check_liouville
-
-  !> D^-1 A D, D = diag(scale).
-  pure function balanced(a, scale)
-    real(dp), intent(in) :: a(:, :), scale(:)
-    real(dp) :: balanced(size(scale), size(scale))
-
-    balanced = a * spread(scale, 1, size(scale)) / spread(scale, 2, size(scale))
-  end function balanced
-
-  pure function unit_matrix(n) result(e)
-    integer, intent(in) :: n
-    real(dp) :: e(n, n)
-    integer :: i
-
-    e = 0
-    do i = 1, n
-      e(i, i) = 1
-    end do
-  end function unit_matrix
 
 end module gestell_floquet_factors

@@ -2,6 +2,7 @@
 module gestell_floquet_flow
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_base_matrix, only: unit_matrix
   use gestell_floquet_mesh, only: merged
   use gestell_floquet_method, only: method_type
   use gestell_system_periodic, only: periodic_system
@@ -29,14 +30,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: xp(:), reach
     real(dp), allocatable :: a(:, :, :), b(:, :)
-    integer :: n, i, k, first, last
+    integer :: n, k, first, last
 
     n = system%states
     allocate(a(n, n, block_length), b(n, block_length))
-    phi = 0
-    do i = 1, n
-      phi(i, i) = 1
-    end do
+    phi = unit_matrix(n)
     if (present(xp)) then
       xp = 0
       reach = 0

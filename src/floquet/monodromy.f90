@@ -3,6 +3,7 @@ module gestell_floquet_monodromy
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: balancing, inverse, log_abs_determinant
+  use gestell_base_matrix, only: balanced
   use gestell_base_text, only: text
   use gestell_floquet_convergence, only: most_steps, next_steps, remaining, safety, too_many_steps
   use gestell_floquet_flow, only: period_map
@@ -350,9 +351,7 @@ contains
     loses_modes = .true.
     ! The squares within a norm vanish below sqrt(tiny).
     if (self%norm < sqrt(tiny(1.0_dp)) / epsilon(1.0_dp)) return
-    associate (d => self%scale, n => size(self%scale))
-      call inverse(self%phi * spread(d, 1, n) / spread(d, 2, n), inverted, singular)
-    end associate
+    call inverse(balanced(self%phi, self%scale), inverted, singular)
     if (allocated(singular)) return
     loses_modes = self%norm * norm2(inverted) >= most_spread
   end function loses_modes
@@ -360,10 +359,8 @@ contains
   !> Frobenius' norm of D^-1 A D, D = diag(scale).
   pure real(dp) function scaled_norm(a, scale)
     real(dp), intent(in) :: a(:, :), scale(:)
-    integer :: n
 
-    n = size(scale)
-    scaled_norm = norm2(a * spread(scale, 1, n) / spread(scale, 2, n))
+    scaled_norm = norm2(balanced(a, scale))
   end function scaled_norm
 
 end module gestell_floquet_monodromy

@@ -3,6 +3,7 @@ module gestell_floquet_multipliers
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: eigensystem
+  use gestell_base_matrix, only: balanced
   use gestell_floquet_monodromy, only: monodromy_type
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   implicit none (type, external)
@@ -45,9 +46,7 @@ contains
     integer :: n
 
     n = size(monodromy%scale)
-    associate (d => monodromy%scale)
-      call eigensystem(monodromy%phi * spread(d, 1, n) / spread(d, 2, n), rho, right, left, error)
-    end associate
+    call eigensystem(balanced(monodromy%phi, monodromy%scale), rho, right, left, error)
     if (allocated(error)) return
     ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
     associate (d => monodromy%scale, rounding => n * epsilon(1.0_dp) * monodromy%norm)

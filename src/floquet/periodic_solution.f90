@@ -3,6 +3,7 @@ module gestell_floquet_periodic_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: inverse
+  use gestell_base_matrix, only: balanced, unit_matrix
   use gestell_floquet_flow, only: trajectory
   use gestell_floquet_monodromy, only: monodromy_type
   use gestell_system_periodic, only: periodic_system
@@ -80,25 +81,6 @@ contains
       solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + change) / (1 - lost) * d
     end associate
   end subroutine solve_periodic
-
-  !> D^-1 A D, D = diag(d).
-  pure function balanced(a, d)
-    real(dp), intent(in) :: a(:, :), d(:)
-    real(dp) :: balanced(size(d), size(d))
-
-    balanced = a * spread(d, 1, size(d)) / spread(d, 2, size(d))
-  end function balanced
-
-  pure function unit_matrix(n) result(e)
-    integer, intent(in) :: n
-    real(dp) :: e(n, n)
-    integer :: i
-
-    e = 0
-    do i = 1, n
-      e(i, i) = 1
-    end do
-  end function unit_matrix
 
   !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points).
   subroutine follow(system, monodromy, solution, phases, x, error)

@@ -3,6 +3,7 @@ module gestell_study_trade
   use gestell_base_error, only: error_type, fatal_error, failed_computation
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: inverse
+  use gestell_base_matrix, only: balanced
   use gestell_floquet_flow, only: period_map
   use gestell_floquet_mesh, only: mesh
   use gestell_floquet_method, only: method_type, name_length
@@ -213,7 +214,7 @@ contains
 
     n = size(phi, 1)
     associate (d => converged%scale)
-      row%error_phi = norm2((phi - converged%phi) * spread(d, 1, n) / spread(d, 2, n)) / converged%norm
+      row%error_phi = norm2(balanced(phi - converged%phi, d)) / converged%norm
       row%error_x0 = norm2((its_solution%x0 - solution%x0) / d) / max(norm2(solution%x0 / d), tiny(1.0_dp))
     end associate
     row%error_rho = maxval([(minval(abs(its_multipliers%rho - multipliers%rho(k))) / max(abs(multipliers%rho(k)), tiny(1.0_dp)), &
