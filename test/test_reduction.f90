@@ -80,6 +80,12 @@ contains
       end do
       ! The closed form's own arguments and the coefficients are rounded.
       own = 4 * epsilon(1.0_dp) * maxval(abs(exact))
+      ! Two numbers for the same: exp of a logarithm of up to 700 is rounded as that is.
+      if (multipliers%log_abs(i) < 700) then
+        difference = exp(cmplx(multipliers%log_abs(i), multipliers%arg(i), dp))
+        call check(error, abs(multipliers%rho(i) - difference) <= 1.0e-12_dp * abs(difference), more=name // ": rho")
+        if (allocated(error)) return
+      end if
       call check(error, nearest <= multipliers%error(i) + own, more=name // ": a multiplier's bound")
       if (allocated(error)) return
       call check(error, multipliers%error(i) <= 2.0e-8_dp + 1.0e4_dp * own, more=name // ": the bound is too wide")

@@ -310,8 +310,8 @@ contains
       associate (z => multipliers%log_abs(k), e => multipliers%error(k))
         if (z + log(1 + e) <= -1) then
           distance(k) = 1 - exp(-1.0_dp)
-        else if (z > 1 .and. e < 0.5_dp) then
-          distance(k) = 0.5_dp * exp(1.0_dp) - 1
+        else if (z > 1) then
+          distance(k) = merge(0.5_dp * exp(1.0_dp) - 1, 0.0_dp, e < 0.5_dp)
         else
           distance(k) = abs(1 - multipliers%rho(k)) - e * abs(multipliers%rho(k))
         end if
