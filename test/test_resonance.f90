@@ -52,7 +52,7 @@ contains
     type(frame_type) :: frame
     type(analysis_type) :: analysis
     type(gestell_error), allocatable :: failure
-    real(dp) :: stiffness, mass, load(1, samples), m(1, 1, samples), b(1, 1, samples), c(1, 1, samples), exact, oracle
+    real(dp) :: stiffness, mass, load(samples, 1), m(samples, 1, 1), b(samples, 1, 1), c(samples, 1, 1), exact, oracle
     complex(dp) :: harmonic
     integer :: i, k, l
 
@@ -67,7 +67,7 @@ contains
       mass = m(1, 1, 1)
       exact = sum(load) / samples / stiffness
       do l = 1, samples / 2 - 1
-        harmonic = 2 * sum([(load(1, k) * exp(cmplx(0, -2 * pi * l * (k - 1) / samples, dp)), k = 1, samples)]) / samples
+        harmonic = 2 * sum([(load(k, 1) * exp(cmplx(0, -2 * pi * l * (k - 1) / samples, dp)), k = 1, samples)]) / samples
         exact = exact + real(harmonic) / (stiffness - (l * frame%speed)**2 * mass)
       end do
       ! C - 25 W^2 M is what rounding leaves of two numbers that agree to twice the detuning.

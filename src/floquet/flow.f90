@@ -5,6 +5,7 @@ module gestell_floquet_flow
   use gestell_base_matrix, only: unit_matrix
   use gestell_floquet_mesh, only: merged
   use gestell_floquet_method, only: method_type
+  use gestell_floquet_product, only: multiply_maps
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -13,9 +14,7 @@ module gestell_floquet_flow
   public :: period_map, trajectory
 
   !> Steps whose maps are held at a time: memory does not grow with the number of steps.
-  integer, parameter :: block_length = 256
-  !> Beyond this the squares within a norm overflow.
-  real(dp), parameter :: greatest = 1.0e150_dp
+  integer, parameter :: block_length = 32
 
 contains
 
@@ -30,10 +29,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: xp(:), reach
     real(dp), allocatable :: a(:, :, :), b(:, :)
-    integer :: n, k, first, last
+    integer :: n, steps, first, last
+    logical :: fits
 
     n = system%states
-    allocate(a(n, n, block_length), b(n, block_length))
+    allocate(a(n, n, min(block_length, size(nodes) - 1)), b(n, min(block_length, size(nodes) - 1)))
     phi = unit_matrix(n)
     if (present(xp)) then
       xp = 0
@@ -42,24 +42,19 @@ contains
 
     do first = 1, size(nodes) - 1, block_length
       last = min(first + block_length, size(nodes)) - 1
-      associate (from => nodes(first:last), to => nodes(first + 1:last + 1))
-        if (present(xp)) then
-          call method%maps(system, from, to, a(:, :, :size(from)), error, b(:, :size(from)))
-        else
-          call method%maps(system, from, to, a(:, :, :size(from)), error)
-        end if
-        if (allocated(error)) return
-        do k = 1, size(from)
-          phi = matmul(a(:, :, k), phi)
-          if (.not. maxval(abs(phi)) < greatest) then
-            call overflow(error)
-            return
-          end if
-          if (.not. present(xp)) cycle
-          xp = matmul(a(:, :, k), xp) + b(:, k)
-          reach = max(reach, norm2(xp / scale))
-        end do
-      end associate
+      steps = last - first + 1
+      if (present(xp)) then
+        call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error, b(:, :steps))
+        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, reach)
+      else
+        call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error)
+        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits)
+      end if
+      if (allocated(error)) return
+      if (.not. fits) then
+        call overflow(error)
+        return
+      end if
     end do
   end subroutine period_map
 

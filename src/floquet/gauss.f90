@@ -3,10 +3,11 @@ module gestell_floquet_gauss
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: factorise, solve_factored
+  use gestell_floquet_gauss_accelerations, only: acceleration_maps
   use gestell_floquet_method, only: evaluation_work, method_type
   use gestell_floquet_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
-  use gestell_system_second_order, only: sample_in_units, second_order_system
+  use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private
 
@@ -61,15 +62,12 @@ contains
     real(dp), intent(out) :: a(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: b(:, :)
-    real(dp) :: phases(self%stages * size(from))
-    integer :: i, k
 
-    phases = [((from(k) + self%tableau%c(i) * (to(k) - from(k)), i = 1, self%stages), k = 1, size(from))]
     select type (system)
     class is (second_order_system)
-      call second_order_maps(self%tableau, system, phases, (to - from) * system%period, a, error, b)
+      call acceleration_maps(self%tableau, system, from, to, a, error, b)
     class default
-      call first_order_maps(self%tableau, system, phases, (to - from) * system%period, a, error, b)
+      call slope_maps(self%tableau, system, from, to, a, error, b)
     end select
   end subroutine maps
 
@@ -78,18 +76,21 @@ contains
   !>     k_i - h P_i sum_j A_ij k_j = P_i x + f_i,
   !>
   !> for all x at once: their columns are those of the n states and of the forcing. Then x + h sum_j b_j k_j.
-  subroutine first_order_maps(tableau, system, phases, h, a, error, b)
+  subroutine slope_maps(tableau, system, from, to, a, error, b)
     type(tableau_type), intent(in) :: tableau
     class(periodic_system), intent(in) :: system
-    real(dp), intent(in) :: phases(:), h(:)
+    real(dp), intent(in) :: from(:), to(:)
     real(dp), intent(out) :: a(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: b(:, :)
+    real(dp) :: phases(size(tableau%c) * size(from)), h(size(from))
     real(dp), allocatable :: p(:, :, :), f(:, :), left(:, :), right(:, :)
     integer :: pivots(size(tableau%c) * system%states), n, s, i, j, k, at, row, column
 
     n = system%states
     s = size(tableau%c)
+    phases = [((from(k) + tableau%c(i) * (to(k) - from(k)), i = 1, s), k = 1, size(from))]
+    h = (to - from) * system%period
     allocate(p(n, n, size(phases)), f(n, size(phases)), left(n * s, n * s), right(n * s, merge(n + 1, n, present(b))))
     if (present(b)) then
       call system%sample(phases, p, f)
@@ -122,76 +123,7 @@ contains
       end do
       call add_unit_matrix(a(:, :, k))
     end do
-  end subroutine first_order_maps
-
-  !> M q'' + B q' + C q = h, eliminated to the accelerations v_i at the nodes: with the start (q, p) of the step
-  !>
-  !>     q'_i = p + h sum_j A_ij v_j,   q_i = q + h c_i p + h^2 sum_j (A A)_ij v_j,
-  !>     M_i v_i + h B_i sum_j A_ij v_j + h^2 C_i sum_j (A A)_ij v_j = h_i - B_i p - C_i (q + h c_i p),
-  !>
-  !> a system of half the size in which M is never inverted. At the end q + h p + h^2 sum_j (b A)_j v_j, p + h sum_j b_j v_j.
-  subroutine second_order_maps(tableau, system, phases, h, a, error, b)
-    type(tableau_type), intent(in) :: tableau
-    class(second_order_system), intent(in) :: system
-    real(dp), intent(in) :: phases(:), h(:)
-    real(dp), intent(out) :: a(:, :, :)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(out), optional :: b(:, :)
-    real(dp), allocatable, dimension(:, :, :) :: mass, damping, stiffness
-    real(dp), allocatable :: load(:, :), left(:, :), right(:, :)
-    real(dp) :: units(system%states)
-    integer :: pivots(size(tableau%c) * system%states / 2), n, s, i, j, k, at, row, column
-
-    n = system%states / 2
-    s = size(tableau%c)
-    allocate(mass(n, n, size(phases)), damping(n, n, size(phases)), stiffness(n, n, size(phases)))
-    allocate(load(n, size(phases)), left(n * s, n * s), right(n * s, merge(2 * n + 1, 2 * n, present(b))))
-    if (present(b)) then
-      call sample_in_units(system, phases, mass, damping, stiffness, units(:n), load)
-    else
-      call sample_in_units(system, phases, mass, damping, stiffness, units(:n))
-    end if
-    units(n + 1:) = units(:n)
-
-    do k = 1, size(h)
-      do i = 1, s
-        at = s * (k - 1) + i
-        row = n * (i - 1)
-        do j = 1, s
-          column = n * (j - 1)
-          left(row + 1:row + n, column + 1:column + n) = &
-            & h(k) * tableau%a(i, j) * damping(:, :, at) + h(k)**2 * tableau%aa(i, j) * stiffness(:, :, at)
-        end do
-        left(row + 1:row + n, row + 1:row + n) = left(row + 1:row + n, row + 1:row + n) + mass(:, :, at)
-        right(row + 1:row + n, :n) = -stiffness(:, :, at)
-        right(row + 1:row + n, n + 1:2 * n) = -damping(:, :, at) - h(k) * tableau%c(i) * stiffness(:, :, at)
-        if (present(b)) right(row + 1:row + n, 2 * n + 1) = load(:, at)
-      end do
-      call factorise(left, pivots, error)
-      if (allocated(error)) return
-      call solve_factored(left, pivots, right)
-
-      a(:, :, k) = 0
-      do i = 1, n
-        a(i, n + i, k) = h(k)
-      end do
-      call add_unit_matrix(a(:, :, k))
-      if (present(b)) b(:, k) = 0
-      do j = 1, s
-        row = n * (j - 1)
-        associate (v => right(row + 1:row + n, :))
-          a(:n, :, k) = a(:n, :, k) + h(k)**2 * tableau%ba(j) * v(:, :2 * n)
-          a(n + 1:, :, k) = a(n + 1:, :, k) + h(k) * tableau%b(j) * v(:, :2 * n)
-          if (present(b)) then
-            b(:n, k) = b(:n, k) + h(k)**2 * tableau%ba(j) * v(:, 2 * n + 1)
-            b(n + 1:, k) = b(n + 1:, k) + h(k) * tableau%b(j) * v(:, 2 * n + 1)
-          end if
-        end associate
-      end do
-      a(:, :, k) = a(:, :, k) * spread(units, 2, 2 * n) / spread(units, 1, 2 * n)
-      if (present(b)) b(:, k) = b(:, k) * units
-    end do
-  end subroutine second_order_maps
+  end subroutine slope_maps
 
   pure subroutine add_unit_matrix(matrix)
     real(dp), intent(inout) :: matrix(:, :)

@@ -123,10 +123,10 @@ contains
     integer :: f, k, i
 
     f = size(scale)
-    allocate(samples(f, 0:points - 1), turn(0:points - 1))
-    allocate(m(f, f, points), b(f, f, points), c(f, f, points))
+    allocate(samples(points, f), turn(0:points - 1))
+    allocate(m(points, f, f), b(points, f, f), c(points, f, f))
     call system%sample_second_order([(real(i, dp) / points, i = 0, points - 1)], m, b, c, samples)
-    samples = samples * spread(scale, 2, points)
+    samples = transpose(samples * spread(scale, 1, points))
     turn = [(exp(cmplx(0, -2 * pi * i / points, dp)), i = 0, points - 1)]
     allocate(h(f, 0:points / 2 - 1))
     places = [(i, i = 0, points - 1)]

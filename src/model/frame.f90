@@ -4,7 +4,8 @@ module gestell_model_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: symmetric_pencil
   use gestell_base_text, only: concise
-  use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, a4_v, mass_functions_type, &
+    & mechanism_type, table_columns
   use gestell_system_averaged, only: average, averaged_system, term_size
   use gestell_system_second_order, only: second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -15,6 +16,9 @@ module gestell_model_frame
 
   !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices.
   character(len=3), parameter, public :: freedom_names(3) = [character(len=3) :: "xi", "eta", "psi"]
+
+  !> Crank angles that are tabulated at a time.
+  integer, parameter :: block_length = 64
 
   !> A mechanism whose motion changes within less of the crank angle (rad) is refused.
   real(dp), parameter :: shortest_feature = 1.0e-4_dp
@@ -95,12 +99,12 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
-    real(dp), dimension(size(self%free), size(self%free), 1) :: m1, b1, c1
+    real(dp), dimension(1, size(self%free), size(self%free)) :: m1, b1, c1
 
     call self%sample_second_order([t / self%period], m1, b1, c1)
-    m = m1(:, :, 1)
-    b = b1(:, :, 1)
-    c = c1(:, :, 1)
+    m = m1(1, :, :)
+    b = b1(1, :, :)
+    c = c1(1, :, :)
   end subroutine matrices
 
   !> h at a time (s), of the free degrees of freedom.
@@ -108,47 +112,92 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: h(:)
-    real(dp), dimension(size(self%free), size(self%free), 1) :: m1, b1, c1
-    real(dp) :: h1(size(self%free), 1)
+    real(dp), dimension(1, size(self%free), size(self%free)) :: m1, b1, c1
+    real(dp) :: h1(1, size(self%free))
 
     call self%sample_second_order([t / self%period], m1, b1, c1, h1)
-    h = h1(:, 1)
+    h = h1(1, :)
   end subroutine load
 
-  !> (9) to (12) at many phases of the turn. The mass functions depend on the crank angle alone; the speed enters by
-  !> d/dt = Omega d/dphi.
+  !> M, B, C, h at many phases of the turn, some at a time: the table of the mass functions between them stays small.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(frame_type), intent(in) :: self
-    real(dp), intent(in) :: phases(:)
-    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp), intent(out), optional :: h(:, :)
-    type(mass_functions_type) :: a
-    real(dp) :: full_m(3, 3), full_b(3, 3), full_c(3, 3), full_h(3)
-    integer :: k
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp) :: table(block_length, table_columns), angles(block_length)
+    integer :: first, last, points
 
-    associate (free => self%free, omega => self%speed, xi0 => self%origin(1), eta0 => self%origin(2))
-      do k = 1, size(phases)
-        call self%mechanism%mass_functions(2 * pi * sign(phases(k), omega), a)
-        full_m = mass_matrix(self, a)
+    do first = 1, size(phases), block_length
+      last = min(first + block_length - 1, size(phases))
+      points = last - first + 1
+      angles(:points) = 2 * pi * sign(1.0_dp, self%speed) * phases(first:last)
+      call self%mechanism%tabulate(angles(:points), table(:points, :))
+      call set_matrices(self, table(:points, :), m(first:last, :, :), b(first:last, :, :), c(first:last, :, :))
+      if (present(h)) call set_load(self, table(:points, :), h(first:last, :))
+    end do
+  end subroutine sample_second_order
 
-        full_b = self%damping                                                                               ! (10)
-        full_b(1, 3) = full_b(1, 3) - 2 * omega * a%a2%d
-        full_b(2, 3) = full_b(2, 3) + 2 * omega * a%a1%d
-        full_b(3, 3) = full_b(3, 3) + omega * (a%a3%d + 2 * xi0 * a%a1%d + 2 * eta0 * a%a2%d)
+  !> (9) to (11) from a table of the mass functions. These depend on the crank angle alone; the speed enters by
+  !> d/dt = Omega d/dphi.
+  pure subroutine set_matrices(self, table, m, b, c)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: table(:, :)
+    real(dp), intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp) :: constant(3, 3)
+    integer :: i, j, x, y, psi
 
-        full_c = self%stiffness                                                                             ! (11)
-        full_c(1, 3) = full_c(1, 3) - omega**2 * a%a2%dd
-        full_c(2, 3) = full_c(2, 3) + omega**2 * a%a1%dd
+    constant = mass_matrix(self, mass_functions_type())
+    do j = 1, size(self%free)
+      do i = 1, size(self%free)
+        m(:, i, j) = constant(self%free(i), self%free(j))                                                   ! (9)
+        b(:, i, j) = self%damping(self%free(i), self%free(j))                                               ! (10)
+        c(:, i, j) = self%stiffness(self%free(i), self%free(j))                                             ! (11)
+      end do
+    end do
 
-        m(:, :, k) = full_m(free, free)
-        b(:, :, k) = full_b(free, free)
-        c(:, :, k) = full_c(free, free)
-        if (.not. present(h)) cycle
-        full_h = -omega**2 * [a%a1%dd, a%a2%dd, xi0 * a%a2%dd - eta0 * a%a1%dd + a%a4]                      ! (12)
-        h(:, k) = full_h(free)
+    x = findloc(self%free, 1, dim=1)
+    y = findloc(self%free, 2, dim=1)
+    psi = findloc(self%free, 3, dim=1)
+    if (psi == 0) return
+    associate (omega => self%speed, xi0 => self%origin(1), eta0 => self%origin(2))
+      if (x > 0) then
+        m(:, x, psi) = m(:, x, psi) - table(:, a2_v)
+        m(:, psi, x) = m(:, x, psi)
+        b(:, x, psi) = b(:, x, psi) - 2 * omega * table(:, a2_d)
+        c(:, x, psi) = c(:, x, psi) - omega**2 * table(:, a2_dd)
+      end if
+      if (y > 0) then
+        m(:, y, psi) = m(:, y, psi) + table(:, a1_v)
+        m(:, psi, y) = m(:, y, psi)
+        b(:, y, psi) = b(:, y, psi) + 2 * omega * table(:, a1_d)
+        c(:, y, psi) = c(:, y, psi) + omega**2 * table(:, a1_dd)
+      end if
+      m(:, psi, psi) = m(:, psi, psi) + table(:, a3_v) + 2 * xi0 * table(:, a1_v) + 2 * eta0 * table(:, a2_v)
+      b(:, psi, psi) = b(:, psi, psi) + omega * (table(:, a3_d) + 2 * xi0 * table(:, a1_d) + 2 * eta0 * table(:, a2_d))
+    end associate
+  end subroutine set_matrices
+
+  !> (12), in the same way.
+  pure subroutine set_load(self, table, h)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: table(:, :)
+    real(dp), intent(inout) :: h(:, :)
+    integer :: i
+
+    associate (omega => self%speed, xi0 => self%origin(1), eta0 => self%origin(2))
+      do i = 1, size(self%free)
+        select case (self%free(i))
+        case (1)
+          h(:, i) = -omega**2 * table(:, a1_dd)
+        case (2)
+          h(:, i) = -omega**2 * table(:, a2_dd)
+        case (3)
+          h(:, i) = -omega**2 * (xi0 * table(:, a2_dd) - eta0 * table(:, a1_dd) + table(:, a4_v))
+        end select
       end do
     end associate
-  end subroutine sample_second_order
+  end subroutine set_load
 
   !> M of (9), all three degrees of freedom.
   pure function mass_matrix(self, a) result(m)

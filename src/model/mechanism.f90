@@ -14,6 +14,10 @@ module gestell_model_mechanism
     real(dp) :: a4 = 0
   end type mass_functions_type
 
+  !> Columns of a table of the mass functions over crank angles, shape (angles, table_columns).
+  integer, parameter, public :: a1_v = 1, a1_d = 2, a1_dd = 3, a2_v = 4, a2_d = 5, a2_dd = 6, a3_v = 7, a3_d = 8, &
+    & a3_dd = 9, a4_v = 10, table_columns = 10
+
   !> A mechanism that one crank drives. Extend it for what is no linkage.
   type, abstract, public :: mechanism_type
     !> Total mass m_G (kg) and sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
@@ -22,6 +26,7 @@ module gestell_model_mechanism
     real(dp) :: feature = 1
   contains
     procedure(mass_functions_at), deferred :: mass_functions
+    procedure :: tabulate => tabulate_one_by_one
     procedure :: prepare => nothing_to_prepare
   end type mechanism_type
 
@@ -37,6 +42,23 @@ module gestell_model_mechanism
   end interface
 
 contains
+
+  !> The mass functions at many crank angles (rad). Override it where they are cheaper in bulk.
+  subroutine tabulate_one_by_one(self, angles, table)
+    class(mechanism_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: table(:, :)
+    type(mass_functions_type) :: a
+    integer :: k
+
+    do k = 1, size(angles)
+      call self%mass_functions(angles(k), a)
+      table(k, a1_v:a1_dd) = [a%a1%v, a%a1%d, a%a1%dd]
+      table(k, a2_v:a2_dd) = [a%a2%v, a%a2%d, a%a2%dd]
+      table(k, a3_v:a3_dd) = [a%a3%v, a%a3%d, a%a3%dd]
+      table(k, a4_v) = a%a4
+    end do
+  end subroutine tabulate_one_by_one
 
   !> Makes the mechanism ready: a frame does so once with its own copy. Error: it cannot turn.
   subroutine nothing_to_prepare(self, error)

@@ -92,23 +92,26 @@ contains
     real(dp), intent(in) :: shift
     real(dp), intent(out) :: mean(:, :, :), magnitude(:, :, :), range(:, :, :)
     real(dp), allocatable :: samples(:, :, :, :), start(:, :, :)
-    integer :: first, last, k
+    integer :: count, done, f, k
 
-    allocate(samples(size(mean, 1), size(mean, 2), block_length, 3))
+    f = size(mean, 1)
     mean = 0
     magnitude = 0
     range = 0
-    do first = 1, points, block_length
-      last = min(first + block_length - 1, points)
-      associate (s => samples(:, :, :last - first + 1, :))
-        call system%sample_second_order([((k - 1 + shift) / points, k = first, last)], s(:, :, :, 1), s(:, :, :, 2), s(:, :, :, 3))
-        ! Differences are summed: equal samples, one upon the other, would be rounded in the same direction.
-        if (first == 1) start = s(:, :, 1, :)
-        magnitude = magnitude + sum(abs(s), dim=3)
-        s = s - spread(start, 3, size(s, 3))
-        mean = mean + sum(s, dim=3)
-        range = max(range, 2 * maxval(abs(s), dim=3))
-      end associate
+    done = 0
+    do while (done < points)
+      count = min(block_length, points - done)
+      if (allocated(samples)) deallocate(samples)
+      allocate(samples(count, f, f, 3))
+      call system%sample_second_order([((done + k - 1 + shift) / points, k = 1, count)], &
+        & samples(:, :, :, 1), samples(:, :, :, 2), samples(:, :, :, 3))
+      ! Differences are summed: equal samples, one upon the other, would be rounded in the same direction.
+      if (done == 0) start = samples(1, :, :, :)
+      magnitude = magnitude + sum(abs(samples), dim=1)
+      samples = samples - spread(start, 1, count)
+      mean = mean + sum(samples, dim=1)
+      range = max(range, 2 * maxval(abs(samples), dim=1))
+      done = done + count
     end do
     mean = start + mean / points
     magnitude = magnitude / points
@@ -136,14 +139,14 @@ contains
 
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(averaged_system), intent(in) :: self
-    real(dp), intent(in) :: phases(:)
-    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp), intent(out), optional :: h(:, :)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
 
     if (present(h)) call self%whole%sample_second_order(phases, m, b, c, h)
-    m = spread(self%m, 3, size(phases))
-    b = spread(self%b, 3, size(phases))
-    c = spread(self%c, 3, size(phases))
+    m = spread(self%m, 1, size(phases))
+    b = spread(self%b, 1, size(phases))
+    c = spread(self%c, 1, size(phases))
   end subroutine sample_second_order
 
 end module gestell_system_averaged

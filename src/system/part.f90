@@ -147,24 +147,24 @@ contains
 
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(second_order_part), intent(in) :: self
-    real(dp), intent(in) :: phases(:)
-    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp), intent(out), optional :: h(:, :)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
     real(dp), allocatable, dimension(:, :, :) :: full_m, full_b, full_c
     real(dp), allocatable :: full_h(:, :)
 
     associate (n => self%whole%states / 2)
-      allocate(full_m(n, n, size(phases)), full_b(n, n, size(phases)), full_c(n, n, size(phases)), full_h(n, size(phases)))
+      allocate(full_m(size(phases), n, n), full_b(size(phases), n, n), full_c(size(phases), n, n), full_h(size(phases), n))
     end associate
     if (present(h)) then
       call self%whole%sample_second_order(phases, full_m, full_b, full_c, full_h)
-      h = full_h(self%chosen, :)
+      h = full_h(:, self%chosen)
     else
       call self%whole%sample_second_order(phases, full_m, full_b, full_c)
     end if
-    m = full_m(self%chosen, self%chosen, :)
-    b = full_b(self%chosen, self%chosen, :)
-    c = full_c(self%chosen, self%chosen, :)
+    m = full_m(:, self%chosen, self%chosen)
+    b = full_b(:, self%chosen, self%chosen)
+    c = full_c(:, self%chosen, self%chosen)
   end subroutine sample_second_order
 
 end module gestell_system_part

@@ -5,11 +5,9 @@
 !> as periodic systems with n = 2 f states for f degrees of freedom. Integrators that know the structure take
 !> M, B, C, h as they are; the others get P and f of (21), (22).
 module gestell_system_second_order
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_lapack, only: factorise, solve_factored
+  use gestell_system_mass, only: solve_mass
   use gestell_system_periodic, only: periodic_system
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
@@ -50,18 +48,26 @@ contains
     h = 0
   end subroutine no_load
 
-  !> M, B, C, each of shape (f, f, points), and where asked for h, shape (f, points), at many phases t / T at once.
-  !> Override it where coefficients are cheaper in bulk.
+  !> M, B, C, each of shape (points, f, f), and where asked for h, shape (points, f), at many phases t / T at once: each
+  !> coefficient over the phases lies in a row, so loops over the phases run in vectors. Integrators come through here
+  !> only: override it where coefficients are cheaper in bulk.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(second_order_system), intent(in) :: self
-    real(dp), intent(in) :: phases(:)
-    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp), intent(out), optional :: h(:, :)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp), dimension(size(m, 2), size(m, 2)) :: m1, b1, c1
+    real(dp) :: h1(size(m, 2))
     integer :: k
 
     do k = 1, size(phases)
-      call self%matrices(phases(k) * self%period, m(:, :, k), b(:, :, k), c(:, :, k))
-      if (present(h)) call self%load(phases(k) * self%period, h(:, k))
+      call self%matrices(phases(k) * self%period, m1, b1, c1)
+      m(k, :, :) = m1
+      b(k, :, :) = b1
+      c(k, :, :) = c1
+      if (.not. present(h)) cycle
+      call self%load(phases(k) * self%period, h1)
+      h(k, :) = h1
     end do
   end subroutine sample_second_order
 
@@ -70,9 +76,9 @@ contains
   !> kilogram square metres.
   subroutine sample_in_units(system, phases, m, b, c, units, h)
     class(second_order_system), intent(in) :: system
-    real(dp), intent(in) :: phases(:)
-    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :), units(:)
-    real(dp), intent(out), optional :: h(:, :)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :), units(:)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
     integer :: i, j
 
     if (present(h)) then
@@ -81,15 +87,15 @@ contains
       call system%sample_second_order(phases, m, b, c)
     end if
     do i = 1, size(units)
-      units(i) = unit_of(maxval(abs(m(i, i, :))))
+      units(i) = unit_of(maxval(abs(m(:, i, i))))
     end do
     do j = 1, size(units)
       do i = 1, size(units)
-        m(i, j, :) = units(i) * units(j) * m(i, j, :)
-        b(i, j, :) = units(i) * units(j) * b(i, j, :)
-        c(i, j, :) = units(i) * units(j) * c(i, j, :)
+        m(:, i, j) = units(i) * units(j) * m(:, i, j)
+        b(:, i, j) = units(i) * units(j) * b(:, i, j)
+        c(:, i, j) = units(i) * units(j) * c(:, i, j)
       end do
-      if (present(h)) h(j, :) = units(j) * h(j, :)
+      if (present(h)) h(:, j) = units(j) * h(:, j)
     end do
   end subroutine sample_in_units
 
@@ -129,40 +135,37 @@ contains
     real(dp), intent(in) :: phases(:)
     real(dp), intent(out) :: p(:, :, :)
     real(dp), intent(out), optional :: f(:, :)
-    real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), right(:, :)
-    type(error_type), allocatable :: error
+    real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), right(:, :, :)
     real(dp) :: units(self%states / 2)
-    integer :: pivots(self%states / 2), n, i, k
+    integer :: n, i, j, k
 
     n = self%states / 2
-    allocate(m(n, n, size(phases)), b(n, n, size(phases)), c(n, n, size(phases)), h(n, size(phases)))
+    allocate(m(size(phases), n, n), b(size(phases), n, n), c(size(phases), n, n))
+    allocate(right(size(phases), n, merge(2 * n + 1, 2 * n, present(f))))
     if (present(f)) then
+      allocate(h(size(phases), n))
       call sample_in_units(self, phases, m, b, c, units, h)
+      right(:, :, 2 * n + 1) = h
     else
       call sample_in_units(self, phases, m, b, c, units)
-      h = 0
     end if
+    right(:, :, :n) = -c
+    right(:, :, n + 1:2 * n) = -b
+    call solve_mass(m, right)
 
-    allocate(right(n, 2 * n + 1))
     p(:n, :, :) = 0
-    do i = 1, n
-      p(i, n + i, :) = 1
-    end do
     do k = 1, size(phases)
-      right(:, :n) = -c(:, :, k)
-      right(:, n + 1:2 * n) = -b(:, :, k)
-      right(:, 2 * n + 1) = h(:, k)
-      call factorise(m(:, :, k), pivots, error)
-      if (allocated(error)) then
-        right = ieee_value(1.0_dp, ieee_quiet_nan)
-      else
-        call solve_factored(m(:, :, k), pivots, right)
-      end if
-      ! From U^-1 q and U^-1 q' to q and q'.
-      right = right * spread(units, 2, 2 * n + 1)
-      right(:, :2 * n) = right(:, :2 * n) / spread([units, units], 1, n)
-      p(n + 1:, :, k) = right(:, :2 * n)
-      if (present(f)) f(:, k) = [spread(0.0_dp, 1, n), right(:, 2 * n + 1)]
+      do i = 1, n
+        p(i, n + i, k) = 1
+        ! From U^-1 q and U^-1 q' to q and q'.
+        do j = 1, n
+          p(n + i, j, k) = units(i) * right(k, i, j) / units(j)
+          p(n + i, n + j, k) = units(i) * right(k, i, n + j) / units(j)
+        end do
+        if (.not. present(f)) cycle
+        f(i, k) = 0
+        f(n + i, k) = units(i) * right(k, i, 2 * n + 1)
+      end do
     end do
   end subroutine sample_first_order
 

@@ -1,0 +1,91 @@
+!> The accelerations from M a = r at many phases at once.
+module gestell_system_mass
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_lanes, only: lanes, most_rows, padded, safe_multiplier, schur_complement
+  use gestell_base_lapack, only: factorise, solve_factored
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: solve_mass
+
+  !> For as many degrees of freedom as rows allow, with their 2 f + 1 right-hand sides.
+  integer, parameter :: most_columns = 2 * most_rows
+
+contains
+
+  !> M^-1 R in place of R, shapes (points, f, f) and (points, f, columns); the diagonal of M is about 1. NaN where M is
+  !> singular.
+  subroutine solve_mass(m, r)
+    real(dp), contiguous, intent(in) :: m(:, :, :)
+    real(dp), contiguous, intent(inout) :: r(:, :, :)
+    logical :: safe(lanes)
+    integer :: first, points, k
+
+    points = size(m, 1)
+    first = 1
+    if (2 * padded(size(m, 2)) <= most_rows .and. padded(size(m, 2)) + padded(size(r, 3)) <= most_columns) then
+      do first = 1, points - lanes + 1, lanes
+        call solve_lanes(first, m, r, safe)
+        do k = 1, lanes
+          if (.not. safe(k)) call solve_point(first + k - 1, m, r)
+        end do
+      end do
+    end if
+    do k = first, points
+      call solve_point(k, m, r)
+    end do
+  end subroutine solve_mass
+
+  !> The points from `first` on, side by side: 0 + E M^-1 R is a Schur complement. What is not `safe` stays as it was.
+  !> (Recursive: gfortran makes large arrays of other procedures static, and threads share those.)
+  recursive subroutine solve_lanes(first, m, r, safe)
+    integer, intent(in) :: first
+    real(dp), contiguous, intent(in) :: m(:, :, :)
+    real(dp), contiguous, intent(inout) :: r(:, :, :)
+    logical, intent(out) :: safe(lanes)
+    real(dp) :: w(lanes, most_rows, most_columns), multiplier(lanes)
+    integer :: f, n, columns, last, i, k
+
+    f = size(m, 2)
+    n = padded(f)
+    last = first + lanes - 1
+    columns = n + padded(size(r, 3))
+    w(:, :2 * n, :columns) = 0
+    do i = f + 1, n
+      w(:, i, i) = 1
+    end do
+    w(:, :f, :f) = m(first:last, :, :)
+    w(:, :f, n + 1:n + size(r, 3)) = r(first:last, :, :)
+    do i = 1, f
+      w(:, n + i, i) = -1
+    end do
+    call schur_complement(w, n, 2 * n, columns, multiplier)
+    safe = multiplier < safe_multiplier
+    do k = 1, lanes
+      if (safe(k)) r(first + k - 1, :, :) = w(k, n + 1:n + f, n + 1:n + size(r, 3))
+    end do
+  end subroutine solve_lanes
+
+  !> One point, with exchanges of rows.
+  subroutine solve_point(k, m, r)
+    integer, intent(in) :: k
+    real(dp), contiguous, intent(in) :: m(:, :, :)
+    real(dp), contiguous, intent(inout) :: r(:, :, :)
+    real(dp) :: left(size(m, 2), size(m, 2)), right(size(r, 2), size(r, 3))
+    type(error_type), allocatable :: error
+    integer :: pivots(size(m, 2))
+
+    left = m(k, :, :)
+    right = r(k, :, :)
+    call factorise(left, pivots, error)
+    if (allocated(error)) then
+      right = ieee_value(1.0_dp, ieee_quiet_nan)
+    else
+      call solve_factored(left, pivots, right)
+    end if
+    r(k, :, :) = right
+  end subroutine solve_point
+
+end module gestell_system_mass
