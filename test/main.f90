@@ -12,6 +12,7 @@ program main
   use test_hill, only: collect_hill
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
+  use test_lanes, only: collect_lanes
   use test_masses, only: collect_masses
   use test_mesh, only: collect_mesh
   use test_method, only: collect_method
@@ -61,6 +62,7 @@ program main
     & new_testsuite("schur-bounds", collect_periodic_bounds), &
     & new_testsuite("reduction", collect_reduction), &
     & new_testsuite("model", collect_model), &
+    & new_testsuite("lanes", collect_lanes), &
     & new_testsuite("masses", collect_masses), &
     & new_testsuite("assembly", collect_assembly), &
     & new_testsuite("joints", collect_joints), &

@@ -96,8 +96,8 @@ contains
     real(dp), contiguous, intent(out) :: map(:, :, :)
     logical, intent(out) :: safe(lanes)
     real(dp) :: w(lanes, most_rows, most_rows + block)
-    real(dp), dimension(lanes) :: h, hb, hhc, multiplier
-    integer :: f, s, n, rows, columns, i, j, r, c, row, from, to
+    real(dp), dimension(lanes) :: h, mass, damping, stiffness, multiplier
+    integer :: f, s, n, rows, columns, i, j, r, c, row, from
 
     f = size(at%m, 2)
     s = size(tableau%c)
@@ -111,20 +111,20 @@ contains
 
     do i = 1, s
       from = size(at%lengths) * (i - 1) + first
-      to = from + lanes - 1
       do r = 1, f
         row = f * (i - 1) + r
         do c = 1, f
-          hb = h * at%b(from:to, r, c)
-          hhc = h**2 * at%c(from:to, r, c)
+          mass = at%m(from:from + lanes - 1, r, c)
+          damping = at%b(from:from + lanes - 1, r, c)
+          stiffness = at%c(from:from + lanes - 1, r, c)
           do j = 1, s
-            w(:, row, f * (j - 1) + c) = tableau%a(i, j) * hb + tableau%aa(i, j) * hhc
+            w(:, row, f * (j - 1) + c) = tableau%a(i, j) * (h * damping) + tableau%aa(i, j) * (h**2 * stiffness)
           end do
-          w(:, row, f * (i - 1) + c) = w(:, row, f * (i - 1) + c) + at%m(from:to, r, c)
-          w(:, row, n + c) = -at%c(from:to, r, c)
-          w(:, row, n + f + c) = -at%b(from:to, r, c) - tableau%c(i) * h * at%c(from:to, r, c)
+          w(:, row, f * (i - 1) + c) = mass + tableau%a(i, i) * (h * damping) + tableau%aa(i, i) * (h**2 * stiffness)
+          w(:, row, n + c) = -stiffness
+          w(:, row, n + f + c) = -damping - tableau%c(i) * (h * stiffness)
         end do
-        if (allocated(at%h)) w(:, row, n + 2 * f + 1) = at%h(from:to, r)
+        if (allocated(at%h)) w(:, row, n + 2 * f + 1) = at%h(from:from + lanes - 1, r)
         w(:, n + r, row) = -h**2 * tableau%ba(i)
         w(:, n + f + r, row) = -h * tableau%b(i)
       end do

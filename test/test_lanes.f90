@@ -1,0 +1,359 @@
+!> Elimination and products in lanes, against the plain algorithms in quadruple precision.
+module test_lanes
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_lanes, only: lanes, most_rows, padded, schur_complement
+  use gestell_floquet_method, only: method_type
+  use gestell_floquet_methods, only: new_method
+  use gestell_floquet_product, only: multiply_maps
+  use gestell_system_mass, only: solve_mass
+  use gestell_system_second_order, only: second_order_system
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use, intrinsic :: iso_fortran_env, only: qp => real128
+  implicit none (type, external)
+  private
+
+  public :: collect_lanes
+
+  !> M q'' + C q = load with constant coefficients, period 1.
+  type, extends(second_order_system) :: oscillators_type
+    real(dp), allocatable :: m(:, :), c(:, :), h(:)
+  contains
+    procedure :: matrices
+    procedure :: load
+  end type oscillators_type
+
+contains
+
+  subroutine collect_lanes(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("Schur complement against elimination with exchanges", test_schur), &
+      & new_unittest("vanished pivots and large multipliers are told", test_multipliers), &
+      & new_unittest("accelerations at many points", test_mass), &
+      & new_unittest("products of maps", test_products), &
+      & new_unittest("products beyond the range", test_range), &
+      & new_unittest("steps in lanes, singly, and with exchanges", test_steps)]
+  end subroutine collect_lanes
+
+  subroutine test_schur(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: unknowns(4) = [3, 6, 18, 24], borders(4) = [3, 3, 6, 9], right(4) = [3, 12, 9, 12]
+    real(dp) :: w(lanes, most_rows, 2 * most_rows), before(lanes, most_rows, 2 * most_rows), multiplier(lanes)
+    real(qp), allocatable :: exact(:, :)
+    integer :: i, k, lane, rows, columns
+
+    do i = 1, size(unknowns)
+      rows = unknowns(i) + borders(i)
+      columns = unknowns(i) + right(i)
+      call random_number(w)
+      w = w - 0.5_dp
+      do k = 1, unknowns(i)
+        w(:, k, k) = w(:, k, k) + 3
+      end do
+      before = w
+      call schur_complement(w(:, :, :columns), unknowns(i), rows, columns, multiplier)
+      do lane = 1, lanes
+        exact = schur_of(before(lane, :rows, :columns), unknowns(i))
+        ! Elements up to 3, multipliers below 1: a few roundings in each of 24 unknowns.
+        call check(error, maxval(abs(w(lane, unknowns(i) + 1:rows, unknowns(i) + 1:columns) - exact)) < 1.0e-13_qp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(multiplier - 1)) < 1, more="multipliers")
+        if (allocated(error)) return
+      end do
+    end do
+    call check(error, all([padded(1), padded(3), padded(4), padded(24), padded(25)] == [3, 3, 6, 24, 27]), more="padded")
+  end subroutine test_schur
+
+  !> S - G A^-1 R with exchanges of rows.
+  function schur_of(matrix, n) result(s)
+    real(dp), intent(in) :: matrix(:, :)
+    integer, intent(in) :: n
+    real(qp), allocatable :: s(:, :)
+    real(qp) :: w(size(matrix, 1), size(matrix, 2)), row(size(matrix, 2))
+    integer :: i, k, pivot
+
+    w = real(matrix, qp)
+    do k = 1, n
+      pivot = k - 1 + maxloc(abs(w(k:n, k)), dim=1)
+      row = w(k, :)
+      w(k, :) = w(pivot, :)
+      w(pivot, :) = row
+      do i = k + 1, size(w, 1)
+        w(i, :) = w(i, :) - w(i, k) / w(k, k) * w(k, :)
+      end do
+    end do
+    allocate(s, source=w(n + 1:, n + 1:))
+  end function schur_of
+
+  !> A lane tells of its own pivots and does not disturb the others.
+  subroutine test_multipliers(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: sound(lanes, most_rows, 9), w(lanes, most_rows, 9), multiplier(lanes)
+    integer :: k
+
+    sound = 0
+    call random_number(sound(:, :9, :))
+    do k = 1, 6
+      sound(:, k, k) = sound(:, k, k) + 6
+    end do
+    w = sound
+    ! Columns of the first block: 100 below a 2; of the second: 0 on the diagonal; in lane 7 a row twice.
+    w(2, 5, 1) = 100
+    w(2, 1, 1) = 2
+    w(4, 1:3, 4) = 0
+    w(4, 4:6, 1:3) = 0
+    w(4, 4, 4) = 0
+    w(7, 2, :) = w(7, 1, :)
+    call schur_complement(w, 6, 9, 9, multiplier)
+    call check(error, abs(multiplier(2) - 50) < 1.0e-12_dp, more="multiplier")
+    if (allocated(error)) return
+    call check(error, multiplier(4) > 1.0e300_dp .and. multiplier(7) > 1.0e300_dp, more="vanished pivots")
+    if (allocated(error)) return
+    call check(error, all(multiplier([1, 3, 5, 6, 8]) < 1), more="the other lanes")
+    if (allocated(error)) return
+    do k = 1, lanes
+      if (any(k == [2, 4, 7])) cycle
+      call check(error, maxval(abs(w(k, 7:9, 7:9) - schur_of(sound(k, :9, :), 6))) < 1.0e-14_qp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_multipliers
+
+  !> M^-1 R at 1 to 20 points for 1 to 18 degrees of freedom; some M are indefinite with zeros on the diagonal, some singular.
+  subroutine test_mass(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: freedoms(6) = [1, 2, 3, 7, 15, 18]
+    real(dp), allocatable :: m(:, :, :), r(:, :, :), before(:, :, :)
+    integer :: i, points, k, j
+
+    do i = 1, size(freedoms)
+      do points = 1, 20
+        if (allocated(m)) deallocate(m, r)
+        allocate(m(points, freedoms(i), freedoms(i)), r(points, freedoms(i), 2 * freedoms(i) + 1))
+        call random_number(m)
+        call random_number(r)
+        do j = 1, freedoms(i)
+          m(:, j, j) = m(:, j, j) + freedoms(i)
+        end do
+        ! An exchange of rows makes M indefinite, a row of zeros singular.
+        if (freedoms(i) > 1) then
+          if (points >= 3) m(3, [1, 2], :) = m(3, [2, 1], :)
+          if (points >= 3) m(3, 1, 1) = 0
+          if (points >= 11) m(11, 1, :) = 0
+        end if
+        before = r
+        call solve_mass(m, r)
+        do k = 1, points
+          if (k == 11 .and. freedoms(i) > 1) then
+            call check(error, all(ieee_is_nan(r(k, :, :))), more="a singular M is told")
+          else
+            ! Diagonally dominant: residuals of a few roundings of 18 terms of size 1 to 20.
+            call check(error, maxval(abs(matmul(m(k, :, :), r(k, :, :)) - before(k, :, :))) < 1.0e-13_dp, more="M X = R")
+          end if
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_mass
+
+  !> 1 to 70 random maps, against their product in quadruple precision.
+  subroutine test_products(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: orders(3) = [1, 2, 6]
+    real(dp), parameter :: scale(6) = [1.0_dp, 2.0_dp, 0.5_dp, 4.0_dp, 1.0_dp, 8.0_dp]
+    real(dp), allocatable :: a(:, :, :), b(:, :), phi(:, :), xp(:), free(:, :)
+    real(qp), allocatable :: exact(:, :), forced(:)
+    real(qp) :: farthest
+    real(dp) :: reach
+    logical :: fits
+    integer :: i, steps, k, j
+
+    do i = 1, size(orders)
+      associate (n => orders(i))
+        do steps = 1, 70
+          if (allocated(a)) deallocate(a, b, phi, xp)
+          allocate(a(n, n, steps), b(n, steps), phi(n, n), xp(n))
+          call random_number(a)
+          call random_number(b)
+          call random_number(phi)
+          call random_number(xp)
+          a = 0.2_dp * (a - 0.5_dp)
+          do j = 1, n
+            a(j, j, :) = a(j, j, :) + 1
+          end do
+          exact = real(phi, qp)
+          free = phi
+          forced = real(xp, qp)
+          farthest = 0.7_qp
+          reach = 0.7_dp
+          do k = 1, steps
+            exact = matmul(real(a(:, :, k), qp), exact)
+            forced = matmul(real(a(:, :, k), qp), forced) + b(:, k)
+            farthest = max(farthest, norm2(forced / scale(:n)))
+          end do
+          call multiply_maps(a, scale(:n), phi, fits, b, xp, reach)
+          call check(error, fits)
+          if (allocated(error)) return
+          ! 70 products of at most 6 terms: their roundings.
+          call check(error, maxval(abs(phi - exact)) < 1.0e-13_qp * maxval(abs(exact)), more="Phi")
+          if (allocated(error)) return
+          call check(error, maxval(abs(xp - forced)) < 1.0e-13_qp * maxval(abs(forced)), more="x_p")
+          if (allocated(error)) return
+          call check(error, abs(reach - farthest) < 1.0e-13_qp * farthest, more="reach")
+          if (allocated(error)) return
+          call multiply_maps(a, scale(:n), free, fits)
+          call check(error, maxval(abs(free - phi)) < 1.0e-13_dp * maxval(abs(phi)), more="unforced")
+          if (allocated(error)) return
+        end do
+      end associate
+    end do
+  end subroutine test_products
+
+  !> A segment whose own product overflows though that of all steps does not; products that do; what is no number.
+  subroutine test_range(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: steps = 64
+    real(dp) :: a(2, 2, steps), phi(2, 2)
+    logical :: fits
+    integer :: k
+
+    a = 0
+    do k = 1, steps
+      a(1, 1, k) = merge(1.0e-20_dp, 1.0e20_dp, k <= 8)
+      if (k > 16) a(1, 1, k) = 1
+      a(2, 2, k) = 1
+    end do
+    phi = a(:, :, steps)
+    call multiply_maps(a, [1.0_dp, 1.0_dp], phi, fits)
+    call check(error, fits)
+    if (allocated(error)) return
+    call check(error, maxval(abs(phi - a(:, :, steps))) < 1.0e-14_dp, more="down and up again")
+    if (allocated(error)) return
+
+    a(1, 1, 17) = 1.0e151_dp
+    call multiply_maps(a, [1.0_dp, 1.0_dp], phi, fits)
+    call check(error, .not. fits, more="too large")
+    if (allocated(error)) return
+    call multiply_maps(a(:, :, :17), [1.0_dp, 1.0_dp], phi, fits)
+    call check(error, .not. fits, more="too large in few steps")
+  end subroutine test_range
+
+  !> A step of gauss8 for M q'' + C q = h with constant coefficients is the same map by all ways: in lanes (eight steps and
+  !> more), singly (fewer), with exchanges (M with zeros on its diagonal; frequencies so high that elimination without is
+  !> not safe) and where there are too many unknowns for the lanes. Oracle: each oscillator by itself, whose step is known.
+  subroutine test_steps(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: frequencies(3) = [1.0_dp, 40.0_dp, 4000.0_dp]
+    integer :: counts(5), i, k, f
+
+    counts = [1, 7, 8, 9, 21]
+    do f = 1, 5
+      do i = 1, size(counts)
+        call check_oscillators(counts(i), [(frequencies(1 + modulo(k, 3)), k = 1, f)], .false., error)
+        if (.not. allocated(error) .and. f > 1) &
+          & call check_oscillators(counts(i), [(frequencies(1 + modulo(k, 3)), k = 1, f)], .true., error)
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_steps
+
+  !> Oscillators of these angular frequencies, in rotated coordinates; `crossed`: with their equations in another order,
+  !> so that the diagonal of M vanishes.
+  subroutine check_oscillators(steps, frequencies, crossed, error)
+    integer, intent(in) :: steps
+    real(dp), intent(in) :: frequencies(:)
+    logical, intent(in) :: crossed
+    type(error_type), allocatable, intent(out) :: error
+    type(oscillators_type) :: system
+    class(method_type), allocatable :: method
+    type(gestell_error), allocatable :: failure
+    real(dp) :: a(2 * size(frequencies), 2 * size(frequencies), steps), b(2 * size(frequencies), steps), from(steps), to(steps)
+    real(dp) :: cosine, sine, turn, shift
+    integer :: f, i, k, place
+
+    f = size(frequencies)
+    system%states = 2 * f
+    system%period = 1
+    allocate(system%m(f, f), system%c(f, f), source=0.0_dp)
+    allocate(system%h(f), source=1.0_dp)
+    do i = 1, f
+      place = i
+      if (crossed) place = 1 + modulo(i, f)
+      system%m(place, i) = 1
+      system%c(place, i) = frequencies(i)**2
+    end do
+    from = [((k - 1) / 21.0_dp, k = 1, steps)]
+    to = [(k / 21.0_dp, k = 1, steps)]
+    call new_method("gauss8", method, failure)
+    call method%maps(system, from, to, a, failure, b)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    do k = 1, steps
+      do i = 1, f
+        associate (w => frequencies(i), h => to(k) - from(k))
+          call gauss_turn(8, w * h, cosine, sine)
+          turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
+          call check(error, abs(a(i, i, k) - cosine) < turn .and. abs(a(f + i, f + i, k) - cosine) < turn &
+            & .and. abs(a(i, f + i, k) * w - sine) < turn .and. abs(a(f + i, i, k) / w + sine) < turn, more="turn")
+          if (allocated(error)) return
+          ! The load 1 shifts the middle of the oscillation to 1 / w^2.
+          shift = 1 / w**2
+          call check(error, abs(b(i, k) - shift * (1 - cosine)) < turn * shift &
+            & .and. abs(b(f + i, k) / w - shift * sine) < turn * shift, more="load")
+          if (allocated(error)) return
+        end associate
+      end do
+      call check(error, count(abs(a(:, :, k)) > 0) <= 4 * f, more="oscillators act on each other")
+      if (allocated(error)) return
+    end do
+  end subroutine check_oscillators
+
+  !> cosine + i sine = R(i z) with the diagonal Pade approximation R of exp, the stability function of Gauss' methods.
+  subroutine gauss_turn(s, z, cosine, sine)
+    integer, intent(in) :: s
+    real(dp), intent(in) :: z
+    real(dp), intent(out) :: cosine, sine
+    complex(qp) :: numerator, power
+    real(qp) :: coefficient
+    integer :: k
+
+    coefficient = 1
+    power = 1
+    numerator = 0
+    do k = 0, s
+      numerator = numerator + coefficient * power
+      coefficient = coefficient * (s - k) / (real(2 * s - k, qp) * (k + 1))
+      power = power * cmplx(0, real(z, qp), qp)
+    end do
+    numerator = numerator / conjg(numerator)
+    cosine = real(real(numerator), dp)
+    sine = real(aimag(numerator), dp)
+  end subroutine gauss_turn
+
+  subroutine matrices(self, t, m, b, c)
+    class(oscillators_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    associate (unused => t)
+    end associate
+    m = self%m
+    b = 0
+    c = self%c
+  end subroutine matrices
+
+  subroutine load(self, t, h)
+    class(oscillators_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    associate (unused => t)
+    end associate
+    h = self%h
+  end subroutine load
+
+end module test_lanes
