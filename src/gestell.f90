@@ -5,7 +5,8 @@ module gestell
   use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
   use gestell_base_version, only: version
-  use gestell_floquet_flow, only: trajectory
+  use gestell_floquet_flow, only: period_map, trajectory
+  use gestell_floquet_mesh, only: mesh
   use gestell_floquet_method, only: method_type
   use gestell_floquet_methods, only: method_names, new_method
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -20,9 +21,11 @@ module gestell
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, point_type, reach_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
+    & mechanism_type, table_columns
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_table, only: remember_mechanism
   use gestell_study_trade, only: cheapest, measure_trade, trade_row_type, trade_type
   use gestell_study_vibration, only: vibration_type
   use gestell_system_periodic, only: periodic_system

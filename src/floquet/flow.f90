@@ -13,8 +13,8 @@ module gestell_floquet_flow
 
   public :: period_map, trajectory
 
-  !> Steps whose maps are held at a time: memory does not grow with the number of steps.
-  integer, parameter :: block_length = 32
+  !> Steps whose maps are held at a time: memory does not grow with the number of steps, and stays in the cache.
+  integer, parameter, public :: block_length = 32
 
 contains
 

@@ -18,6 +18,7 @@ module gestell_floquet_gauss
     type(tableau_type) :: tableau
   contains
     procedure :: prepare
+    procedure :: phases
     procedure :: maps
     procedure :: work
   end type gauss_method
@@ -42,6 +43,19 @@ contains
     self%tableau = gauss_tableau(self%stages)
   end subroutine prepare
 
+  !> The nodes, those of one stage together.
+  pure function phases(self, from, to)
+    class(gauss_method), intent(in) :: self
+    real(dp), intent(in) :: from(:), to(:)
+    real(dp), allocatable :: phases(:)
+    integer :: i
+
+    allocate(phases(self%stages * size(from)))
+    do i = 1, self%stages
+      phases(size(from) * (i - 1) + 1:size(from) * i) = from + self%tableau%c(i) * (to - from)
+    end do
+  end function phases
+
   pure function work(self, states, second_order)
     class(gauss_method), intent(in) :: self
     integer, intent(in) :: states
@@ -65,9 +79,9 @@ contains
 
     select type (system)
     class is (second_order_system)
-      call acceleration_maps(self%tableau, system, from, to, a, error, b)
+      call acceleration_maps(self%tableau, system, self%phases(from, to), (to - from) * system%period, a, error, b)
     class default
-      call slope_maps(self%tableau, system, from, to, a, error, b)
+      call slope_maps(self%tableau, system, self%phases(from, to), (to - from) * system%period, a, error, b)
     end select
   end subroutine maps
 
@@ -76,21 +90,18 @@ contains
   !>     k_i - h P_i sum_j A_ij k_j = P_i x + f_i,
   !>
   !> for all x at once: their columns are those of the n states and of the forcing. Then x + h sum_j b_j k_j.
-  subroutine slope_maps(tableau, system, from, to, a, error, b)
+  subroutine slope_maps(tableau, system, phases, h, a, error, b)
     type(tableau_type), intent(in) :: tableau
     class(periodic_system), intent(in) :: system
-    real(dp), intent(in) :: from(:), to(:)
+    real(dp), intent(in) :: phases(:), h(:)
     real(dp), intent(out) :: a(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: b(:, :)
-    real(dp) :: phases(size(tableau%c) * size(from)), h(size(from))
     real(dp), allocatable :: p(:, :, :), f(:, :), left(:, :), right(:, :)
     integer :: pivots(size(tableau%c) * system%states), n, s, i, j, k, at, row, column
 
     n = system%states
     s = size(tableau%c)
-    phases = [((from(k) + tableau%c(i) * (to(k) - from(k)), i = 1, s), k = 1, size(from))]
-    h = (to - from) * system%period
     allocate(p(n, n, size(phases)), f(n, size(phases)), left(n * s, n * s), right(n * s, merge(n + 1, n, present(b))))
     if (present(b)) then
       call system%sample(phases, p, f)
@@ -100,7 +111,7 @@ contains
 
     do k = 1, size(h)
       do i = 1, s
-        at = s * (k - 1) + i
+        at = size(h) * (i - 1) + k
         row = n * (i - 1)
         do j = 1, s
           column = n * (j - 1)

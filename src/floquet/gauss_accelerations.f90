@@ -35,28 +35,26 @@ module gestell_floquet_gauss_accelerations
 
 contains
 
-  !> Maps of the steps from phase `from(k)` to phase `to(k)`, as `method_type` has them. Eight steps at a time; singly, with
-  !> exchanges of rows, what is fewer than eight, too large, or unsafe without.
-  subroutine acceleration_maps(tableau, system, from, to, a, error, b)
+  !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one
+  !> stage together. Eight steps at a time; singly, with exchanges of rows, what is fewer than eight, too large, or unsafe
+  !> without.
+  subroutine acceleration_maps(tableau, system, phases, lengths, a, error, b)
     type(tableau_type), intent(in) :: tableau
     class(second_order_system), intent(in) :: system
-    real(dp), intent(in) :: from(:), to(:)
+    real(dp), contiguous, intent(in) :: phases(:), lengths(:)
     real(dp), intent(out) :: a(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: b(:, :)
     type(coefficients_type) :: at
-    real(dp) :: phases(size(from) * size(tableau%c)), units(system%states)
+    real(dp) :: units(system%states)
     real(dp) :: map(lanes, system%states, system%states + 1)
     logical :: safe(lanes)
     integer :: f, s, steps, i, j, k, first, last
 
     f = system%states / 2
     s = size(tableau%c)
-    steps = size(from)
-    do i = 1, s
-      phases(steps * (i - 1) + 1:steps * i) = from + tableau%c(i) * (to - from)
-    end do
-    at%lengths = (to - from) * system%period
+    steps = size(lengths)
+    at%lengths = lengths
     allocate(at%m(s * steps, f, f), at%b(s * steps, f, f), at%c(s * steps, f, f))
     if (present(b)) then
       allocate(at%h(s * steps, f))
@@ -96,8 +94,8 @@ contains
     real(dp), contiguous, intent(out) :: map(:, :, :)
     logical, intent(out) :: safe(lanes)
     real(dp) :: w(lanes, most_rows, most_rows + block)
-    real(dp), dimension(lanes) :: h, mass, damping, stiffness, multiplier
-    integer :: f, s, n, rows, columns, i, j, r, c, row, from
+    real(dp), dimension(lanes) :: h, damping, stiffness, multiplier
+    integer :: f, s, n, rows, columns, lane, i, j, r, c, row, from
 
     f = size(at%m, 2)
     s = size(tableau%c)
@@ -110,21 +108,29 @@ contains
     if (n > s * f) w(:, :n, :n) = 0
 
     do i = 1, s
-      from = size(at%lengths) * (i - 1) + first
+      from = size(at%lengths) * (i - 1) + first - 1
       do r = 1, f
         row = f * (i - 1) + r
         do c = 1, f
-          mass = at%m(from:from + lanes - 1, r, c)
-          damping = at%b(from:from + lanes - 1, r, c)
-          stiffness = at%c(from:from + lanes - 1, r, c)
-          do j = 1, s
-            w(:, row, f * (j - 1) + c) = tableau%a(i, j) * (h * damping) + tableau%aa(i, j) * (h**2 * stiffness)
+          !$omp simd
+          do lane = 1, lanes
+            damping(lane) = h(lane) * at%b(from + lane, r, c)
+            stiffness(lane) = h(lane)**2 * at%c(from + lane, r, c)
+            w(lane, row, n + c) = -at%c(from + lane, r, c)
+            w(lane, row, n + f + c) = -at%b(from + lane, r, c) - tableau%c(i) * h(lane) * at%c(from + lane, r, c)
           end do
-          w(:, row, f * (i - 1) + c) = mass + tableau%a(i, i) * (h * damping) + tableau%aa(i, i) * (h**2 * stiffness)
-          w(:, row, n + c) = -stiffness
-          w(:, row, n + f + c) = -damping - tableau%c(i) * (h * stiffness)
+          do j = 1, s
+            !$omp simd
+            do lane = 1, lanes
+              w(lane, row, f * (j - 1) + c) = tableau%a(i, j) * damping(lane) + tableau%aa(i, j) * stiffness(lane)
+            end do
+          end do
+          !$omp simd
+          do lane = 1, lanes
+            w(lane, row, f * (i - 1) + c) = w(lane, row, f * (i - 1) + c) + at%m(from + lane, r, c)
+          end do
         end do
-        if (allocated(at%h)) w(:, row, n + 2 * f + 1) = at%h(from:from + lanes - 1, r)
+        if (allocated(at%h)) w(:, row, n + 2 * f + 1) = at%h(from + 1:from + lanes, r)
         w(:, n + r, row) = -h**2 * tableau%ba(i)
         w(:, n + f + r, row) = -h * tableau%b(i)
       end do

@@ -32,6 +32,7 @@ module gestell_floquet_method
     logical :: exact_if_constant = .false.
   contains
     procedure :: prepare => nothing_to_prepare
+    procedure :: phases => not_told
     procedure(step_maps), deferred :: maps
     procedure(step_work), deferred :: work
   end type method_type
@@ -72,6 +73,18 @@ contains
     associate (unused => self)
     end associate
   end subroutine nothing_to_prepare
+
+  !> The phases at which `maps` samples the coefficients of these steps, in its order: what a model may prepare. None where
+  !> a method does not tell.
+  pure function not_told(self, from, to) result(phases)
+    class(method_type), intent(in) :: self
+    real(dp), intent(in) :: from(:), to(:)
+    real(dp), allocatable :: phases(:)
+
+    associate (unused_method => self, unused_start => from, unused_end => to)
+    end associate
+    allocate(phases(0))
+  end function not_told
 
   !> Work of evaluating the coefficients once. M, B, C and h of the frame take 560 for a four-bar, 1100 for a six-bar,
   !> those of Mathieu's equation 30; a P that somebody wrote down is short.

@@ -20,81 +20,87 @@ contains
   !> `fits`: whether all numbers do.
   pure subroutine multiply_maps(a, scale, phi, fits, b, xp, reach)
     real(dp), contiguous, intent(in) :: a(:, :, :)
-    real(dp), intent(in) :: scale(:)
+    real(dp), contiguous, intent(in) :: scale(:)
     real(dp), intent(inout) :: phi(:, :)
     logical, intent(out) :: fits
     real(dp), contiguous, intent(in), optional :: b(:, :)
     real(dp), intent(inout), optional :: xp(:), reach
-    real(dp), dimension(size(phi, 1), size(phi, 1) + 1) :: motion
+    ! [Phi x_p], its columns in lanes too: column j in lane modulo(j - 1, lanes) + 1 of a group.
+    real(dp) :: motion(lanes, size(scale), size(scale) / lanes + 1)
+    integer :: j, n
 
-    motion(:, :size(scale)) = phi
-    motion(:, size(scale) + 1) = 0
-    if (present(xp)) motion(:, size(scale) + 1) = xp
+    n = size(scale)
+    motion = 0
+    do j = 1, n
+      motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1) = phi(:, j)
+    end do
+    if (present(xp)) motion(modulo(n, lanes) + 1, :, n / lanes + 1) = xp
     fits = size(a, 3) >= 2 * lanes
     if (fits) call by_segments(a, scale, motion, fits, b, reach)
     if (.not. fits) call one_by_one(a, scale, motion, fits, b, reach)
-    phi = motion(:, :size(scale))
-    if (present(xp)) xp = motion(:, size(scale) + 1)
+    do j = 1, n
+      phi(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1)
+    end do
+    if (present(xp)) xp = motion(modulo(n, lanes) + 1, :, n / lanes + 1)
   end subroutine multiply_maps
 
-  !> `motion`, shape (n, n + 1), is [Phi x_p].
   pure subroutine one_by_one(a, scale, motion, fits, b, reach)
     real(dp), contiguous, intent(in) :: a(:, :, :)
-    real(dp), intent(in) :: scale(:)
-    real(dp), contiguous, intent(inout) :: motion(:, :)
+    real(dp), contiguous, intent(in) :: scale(:)
+    real(dp), contiguous, intent(inout) :: motion(:, :, :)
     logical, intent(out) :: fits
     real(dp), contiguous, intent(in), optional :: b(:, :)
     real(dp), intent(inout), optional :: reach
-    real(dp) :: map(size(scale), size(scale) + 1)
     integer :: n, k
 
     n = size(scale)
     do k = 1, size(a, 3)
-      map(:, :n) = a(:, :, k)
-      map(:, n + 1) = 0
-      if (present(b)) map(:, n + 1) = b(:, k)
-      call apply(n, map, motion)
-      fits = maxval(abs(motion)) < greatest
+      call apply(n, a(:, :, k), motion)
+      if (present(b)) motion(modulo(n, lanes) + 1, :, n / lanes + 1) = motion(modulo(n, lanes) + 1, :, n / lanes + 1) + b(:, k)
+      fits = small(size(motion) / lanes, motion)
       if (.not. fits) return
-      if (present(reach)) reach = max(reach, norm2(motion(:, n + 1) / scale))
+      if (present(reach)) reach = max(reach, norm2(motion(modulo(n, lanes) + 1, :, n / lanes + 1) / scale))
     end do
   end subroutine one_by_one
 
   !> The same; where the product of a segment overflows nothing is done.
   pure subroutine by_segments(a, scale, motion, fits, b, reach)
     real(dp), contiguous, intent(in) :: a(:, :, :)
-    real(dp), intent(in) :: scale(:)
-    real(dp), intent(inout) :: motion(:, :)
+    real(dp), contiguous, intent(in) :: scale(:)
+    real(dp), contiguous, intent(inout) :: motion(:, :, :)
     logical, intent(out) :: fits
     real(dp), contiguous, intent(in), optional :: b(:, :)
     real(dp), intent(inout), optional :: reach
     ! [A b] of step k of all segments; the segments' maps as far as step k; the motion at their starts.
     real(dp) :: step(lanes, size(scale), size(scale) + 1, (size(a, 3) + lanes - 1) / lanes)
     real(dp) :: segment(lanes, size(scale), size(scale) + 1), start(lanes, size(scale))
-    real(dp), dimension(size(scale), size(scale) + 1) :: now, map
-    integer :: n, lane, k
+    real(dp) :: now(lanes, size(scale), size(motion, 3)), map(size(scale), size(scale) + 1)
+    integer :: n, lane, group, forced, k
 
     n = size(scale)
+    forced = modulo(n, lanes) + 1
+    group = n / lanes + 1
     call arrange(n, a, step, b)
     segment = step(:, :, :, 1)
     do k = 2, size(step, 4)
       call compose(n, step(:, :, :, k), segment)
-      fits = small(n, segment)
+      fits = small(size(segment) / lanes, segment)
       if (.not. fits) return
     end do
 
     now = motion
     do lane = 1, lanes
-      start(lane, :) = now(:, n + 1)
+      start(lane, :) = now(forced, :, group)
       map = segment(lane, :, :)
       call apply(n, map, now)
-      fits = maxval(abs(now)) < greatest
+      if (present(b)) now(forced, :, group) = now(forced, :, group) + map(:, n + 1)
+      fits = small(size(now) / lanes, now)
       if (.not. fits) return
     end do
     motion = now
     if (.not. present(reach)) return
     do k = 1, size(step, 4)
-      call advance(n, step(:, :, :, k), start)
+      call advance(n, step(:, :, :, k), .true., start)
       reach = max(reach, greatest_norm(n, start, scale))
     end do
   end subroutine by_segments
@@ -130,68 +136,71 @@ contains
     integer, intent(in) :: n
     real(dp), intent(in) :: a(lanes, n, n + 1)
     real(dp), intent(inout) :: s(lanes, n, n + 1)
-    real(dp) :: old(lanes, n)
-    integer :: i, j, k
+    integer :: j
 
-    do j = 1, n + 1
-      old = s(:, :, j)
-      s(:, :, j) = 0
-      if (j == n + 1) s(:, :, j) = a(:, :, j)
-      do k = 1, n
-        do i = 1, n
-          s(:, i, j) = s(:, i, j) + a(:, i, k) * old(:, k)
-        end do
-      end do
+    do j = 1, n
+      call advance(n, a, .false., s(:, :, j))
     end do
+    call advance(n, a, .true., s(:, :, n + 1))
   end subroutine compose
 
-  !> The same of a single map.
-  pure subroutine apply(n, a, s)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: a(n, n + 1)
-    real(dp), intent(inout) :: s(n, n + 1)
-    real(dp) :: old(n)
-    integer :: j, k
-
-    do j = 1, n + 1
-      old = s(:, j)
-      s(:, j) = 0
-      if (j == n + 1) s(:, j) = a(:, j)
-      do k = 1, n
-        s(:, j) = s(:, j) + a(:, k) * old(k)
-      end do
-    end do
-  end subroutine apply
-
-  !> x <- A x + b in all lanes.
-  pure subroutine advance(n, a, x)
+  !> x <- A x, where `forced` x <- A x + b, in all lanes.
+  pure subroutine advance(n, a, forced, x)
     integer, intent(in) :: n
     real(dp), intent(in) :: a(lanes, n, n + 1)
+    logical, intent(in) :: forced
     real(dp), intent(inout) :: x(lanes, n)
     real(dp) :: old(lanes, n)
-    integer :: i, k
+    integer :: lane, i, k
 
     old = x
-    x = a(:, :, n + 1)
+    x = 0
+    if (forced) x = a(:, :, n + 1)
     do k = 1, n
       do i = 1, n
-        x(:, i) = x(:, i) + a(:, i, k) * old(:, k)
+        !$omp simd
+        do lane = 1, lanes
+          x(lane, i) = x(lane, i) + a(lane, i, k) * old(lane, k)
+        end do
       end do
     end do
   end subroutine advance
 
-  !> Whether all numbers are well within their range, sums over each lane at least. (Sums keep what is not a number,
-  !> maxima lose it.)
-  pure logical function small(n, s)
+  !> X <- A X for a single A, shape (n, n), and the columns of X in lanes.
+  pure subroutine apply(n, a, x)
     integer, intent(in) :: n
-    real(dp), intent(in) :: s(lanes, n, n + 1)
+    real(dp), intent(in) :: a(n, n)
+    real(dp), contiguous, intent(inout) :: x(:, :, :)
+    real(dp) :: old(lanes, n)
+    integer :: lane, group, i, k
+
+    do group = 1, size(x, 3)
+      old = x(:, :, group)
+      x(:, :, group) = 0
+      do k = 1, n
+        do i = 1, n
+          !$omp simd
+          do lane = 1, lanes
+            x(lane, i, group) = x(lane, i, group) + a(i, k) * old(lane, k)
+          end do
+        end do
+      end do
+    end do
+  end subroutine apply
+
+  !> Whether all of `count` times `lanes` numbers are well within their range, and are numbers: sums keep what is none,
+  !> maxima lose it.
+  pure logical function small(count, x)
+    integer, intent(in) :: count
+    real(dp), intent(in) :: x(lanes, count)
     real(dp) :: sums(lanes)
-    integer :: i, j
+    integer :: lane, i
 
     sums = 0
-    do j = 1, n + 1
-      do i = 1, n
-        sums = sums + abs(s(:, i, j))
+    do i = 1, count
+      !$omp simd
+      do lane = 1, lanes
+        sums(lane) = sums(lane) + abs(x(lane, i))
       end do
     end do
     small = all(sums < greatest)
@@ -202,11 +211,14 @@ contains
     integer, intent(in) :: n
     real(dp), intent(in) :: x(lanes, n), scale(n)
     real(dp) :: squares(lanes)
-    integer :: i
+    integer :: lane, i
 
     squares = 0
     do i = 1, n
-      squares = squares + (x(:, i) / scale(i))**2
+      !$omp simd
+      do lane = 1, lanes
+        squares(lane) = squares(lane) + (x(lane, i) / scale(i))**2
+      end do
     end do
     greatest_norm = sqrt(maxval(squares))
   end function greatest_norm

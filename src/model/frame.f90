@@ -6,6 +6,7 @@ module gestell_model_frame
   use gestell_base_text, only: concise
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, a4_v, mass_functions_type, &
     & mechanism_type, table_columns
+  use gestell_model_tabulated, only: new_tabulated, tabulated_type
   use gestell_system_averaged, only: average, averaged_system, term_size
   use gestell_system_second_order, only: second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -16,9 +17,6 @@ module gestell_model_frame
 
   !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices.
   character(len=3), parameter, public :: freedom_names(3) = [character(len=3) :: "xi", "eta", "psi"]
-
-  !> Crank angles that are tabulated at a time.
-  integer, parameter :: block_length = 64
 
   !> A mechanism whose motion changes within less of the crank angle (rad) is refused.
   real(dp), parameter :: shortest_feature = 1.0e-4_dp
@@ -38,6 +36,8 @@ module gestell_model_frame
     procedure :: matrices
     procedure :: load
     procedure :: sample_second_order
+    procedure :: crank_angles
+    procedure :: remember
     procedure :: coupled
     procedure :: averaged
     procedure :: natural_frequencies
@@ -119,31 +119,53 @@ contains
     h = h1(1, :)
   end subroutine load
 
-  !> M, B, C, h at many phases of the turn, some at a time: the table of the mass functions between them stays small.
+  !> M, B, C, h at many phases of the turn.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    real(dp) :: table(block_length, table_columns), angles(block_length)
-    integer :: first, last, points
+    real(dp) :: table(size(phases), table_columns)
 
-    do first = 1, size(phases), block_length
-      last = min(first + block_length - 1, size(phases))
-      points = last - first + 1
-      angles(:points) = 2 * pi * sign(1.0_dp, self%speed) * phases(first:last)
-      call self%mechanism%tabulate(angles(:points), table(:points, :))
-      call set_matrices(self, table(:points, :), m(first:last, :, :), b(first:last, :, :), c(first:last, :, :))
-      if (present(h)) call set_load(self, table(:points, :), h(first:last, :))
-    end do
+    call self%mechanism%tabulate(self%crank_angles(phases), table)
+    call set_matrices(self, table, m, b, c)
+    if (present(h)) call set_load(self, table, h)
   end subroutine sample_second_order
+
+  !> Crank angles (rad) at these phases of the period.
+  pure function crank_angles(self, phases) result(angles)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp) :: angles(size(phases))
+
+    angles = sign(2 * pi, self%speed) * phases
+  end function crank_angles
+
+  !> Tabulates the mechanism at these phases, for all cases with the same mechanism that ask for exactly these: the speed
+  !> (but for its sign), masses, stiffness and damping may change afterwards.
+  subroutine remember(self, phases)
+    class(frame_type), intent(inout) :: self
+    real(dp), intent(in) :: phases(:)
+    type(tabulated_type) :: tabulated
+    class(mechanism_type), allocatable :: plain
+
+    select type (mechanism => self%mechanism)
+    type is (tabulated_type)
+      call mechanism%remember(self%crank_angles(phases))
+    class default
+      call new_tabulated(tabulated, mechanism)
+      call tabulated%remember(self%crank_angles(phases))
+      allocate(plain, source=tabulated)
+    end select
+    if (allocated(plain)) call move_alloc(plain, self%mechanism)
+  end subroutine remember
 
   !> (9) to (11) from a table of the mass functions. These depend on the crank angle alone; the speed enters by
   !> d/dt = Omega d/dphi.
   pure subroutine set_matrices(self, table, m, b, c)
     class(frame_type), intent(in) :: self
-    real(dp), intent(in) :: table(:, :)
-    real(dp), intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(in) :: table(:, :)
+    real(dp), contiguous, intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp) :: constant(3, 3)
     integer :: i, j, x, y, psi
 
@@ -181,8 +203,8 @@ contains
   !> (12), in the same way.
   pure subroutine set_load(self, table, h)
     class(frame_type), intent(in) :: self
-    real(dp), intent(in) :: table(:, :)
-    real(dp), intent(inout) :: h(:, :)
+    real(dp), contiguous, intent(in) :: table(:, :)
+    real(dp), contiguous, intent(inout) :: h(:, :)
     integer :: i
 
     associate (omega => self%speed, xi0 => self%origin(1), eta0 => self%origin(2))
@@ -194,6 +216,8 @@ contains
           h(:, i) = -omega**2 * table(:, a2_dd)
         case (3)
           h(:, i) = -omega**2 * (xi0 * table(:, a2_dd) - eta0 * table(:, a1_dd) + table(:, a4_v))
+        case default
+          h(:, i) = 0
         end select
       end do
     end associate

@@ -1,0 +1,29 @@
+!> One table of the mechanism for many cases.
+module gestell_study_table
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_flow, only: block_length
+  use gestell_floquet_method, only: method_type
+  use gestell_model_frame, only: frame_type
+  implicit none (type, external)
+  private
+
+  public :: remember_mechanism
+
+contains
+
+  !> Tabulates the frame's mechanism where `method` samples it between `nodes` (gestell_floquet_mesh) in `period_map`. Then
+  !> the frame may be solved with these nodes for any speed of the same sign, mass, inertia, origin, stiffness and damping
+  !> without evaluating its mechanism again.
+  subroutine remember_mechanism(frame, method, nodes)
+    type(frame_type), intent(inout) :: frame
+    class(method_type), intent(in) :: method
+    real(dp), intent(in) :: nodes(:)
+    integer :: first, last
+
+    do first = 1, size(nodes) - 1, block_length
+      last = min(first + block_length, size(nodes)) - 1
+      call frame%remember(method%phases(nodes(first:last), nodes(first + 1:last + 1)))
+    end do
+  end subroutine remember_mechanism
+
+end module gestell_study_table
