@@ -33,6 +33,7 @@ program main
   use test_resonance, only: collect_resonance
   use test_rows, only: collect_rows
   use test_set, only: collect_set
+  use test_table, only: collect_table
   use test_trade, only: collect_trade
   use test_version, only: collect_version
   use test_vibration, only: collect_vibration
@@ -63,6 +64,7 @@ program main
     & new_testsuite("reduction", collect_reduction), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("lanes", collect_lanes), &
+    & new_testsuite("table", collect_table), &
     & new_testsuite("masses", collect_masses), &
     & new_testsuite("assembly", collect_assembly), &
     & new_testsuite("joints", collect_joints), &

@@ -24,7 +24,7 @@ contains
   subroutine period_map(system, method, nodes, scale, phi, error, xp, reach)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
-    real(dp), intent(in) :: nodes(:), scale(:)
+    real(dp), contiguous, intent(in) :: nodes(:), scale(:)
     real(dp), intent(out) :: phi(:, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: xp(:), reach

@@ -10,6 +10,9 @@ module gestell_floquet_trace
 
   public :: trace_integral
 
+  !> Steps whose points are sampled at a time.
+  integer, parameter :: block_length = 16
+
 contains
 
   !> The integral of tr P over the period with 8 points for each of the steps between `nodes`: equidistant ones where the
@@ -21,34 +24,47 @@ contains
     real(dp), intent(out) :: integral
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 8
+    real(dp) :: c(points), b(points), phases(points * block_length), weights(points * block_length)
     type(tableau_type) :: rule
-    real(dp) :: h
-    integer :: k
+    integer :: first, count, k
 
-    rule = gauss_tableau(points)
-    if (.not. allocated(system%breaks)) then
-      rule%c = [((k - 0.5_dp) / points, k = 1, points)]
-      rule%b = 1.0_dp / points
+    c = [((k - 0.5_dp) / points, k = 1, points)]
+    b = 1.0_dp / points
+    if (allocated(system%breaks)) then
+      rule = gauss_tableau(points)
+      c = rule%c
+      b = rule%b
     end if
     integral = 0
-    do k = 1, size(nodes) - 1
-      h = nodes(k + 1) - nodes(k)
-      integral = integral + h * system%period * dot_product(rule%b, traces(system, nodes(k) + h * rule%c))
+    do first = 1, size(nodes) - 1, block_length
+      count = 0
+      do k = first, min(first + block_length, size(nodes)) - 1
+        associate (h => nodes(k + 1) - nodes(k))
+          phases(count + 1:count + points) = nodes(k) + h * c
+          weights(count + 1:count + points) = h * system%period * b
+        end associate
+        count = count + points
+      end do
+      integral = integral + dot_product(weights(:count), traces(system, phases(:count)))
     end do
     if (ieee_is_finite(integral)) return
     call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
   end subroutine trace_integral
 
+  !> tr P at these phases.
   function traces(system, phases)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:)
     real(dp) :: traces(size(phases))
     real(dp), allocatable :: p(:, :, :)
-    integer :: j, k
+    integer :: j
 
     allocate(p(system%states, system%states, size(phases)))
     call system%sample(phases, p)
-    traces = [(sum([(p(j, j, k), j = 1, system%states)]), k = 1, size(phases))]
+    traces = 0
+    do j = 1, system%states
+      traces = traces + p(j, j, :)
+    end do
   end function traces
 
 end module gestell_floquet_trace

@@ -284,23 +284,23 @@ contains
     model%c_error = rounding * term_size(model%c)
   end subroutine averaged
 
-  !> Natural angular frequencies (rad/s), ascending, of the undamped frame whose M is averaged over the turn (the
-  !> periodic part of C has no average). An unstable spring gives a negative value: minus the growth rate.
+  !> Natural angular frequencies (rad/s), ascending, of the undamped frame whose M, which is linear in a1, a2, a3, is averaged
+  !> over the turn (the periodic part of C has no average). An unstable spring gives a negative value: minus the growth rate.
   !> Error: M is not positive definite.
   subroutine natural_frequencies(self, frequencies, error)
     class(frame_type), intent(in) :: self
     real(dp), allocatable, intent(out) :: frequencies(:)
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: m(3, 3), c(3, 3)
-    type(mass_functions_type) :: a
-    integer :: k, points
+    real(dp) :: m(3, 3), c(3, 3), table(4 * self%least_steps, table_columns), angles(4 * self%least_steps)
+    type(mass_functions_type) :: mean
+    integer :: k
 
-    points = 4 * self%least_steps
-    m = 0
-    do k = 1, points
-      call self%mechanism%mass_functions(2 * pi * k / points, a)
-      m = m + mass_matrix(self, a) / points
-    end do
+    angles = [(2 * pi * k / size(angles), k = 1, size(angles))]
+    call self%mechanism%tabulate(angles, table)
+    mean%a1%v = sum(table(:, a1_v)) / size(angles)
+    mean%a2%v = sum(table(:, a2_v)) / size(angles)
+    mean%a3%v = sum(table(:, a3_v)) / size(angles)
+    m = mass_matrix(self, mean)
     c = (self%stiffness + transpose(self%stiffness)) / 2
     call symmetric_pencil(c(self%free, self%free), m(self%free, self%free), frequencies, error)
     if (.not. allocated(error)) frequencies = sign(sqrt(abs(frequencies)), frequencies)

@@ -1,0 +1,120 @@
+!> One table of the mechanism for many cases.
+module test_table
+  use data_files, only: machine_of_file
+  use gestell, only: dp, frame_type, mass_functions_type, mechanism_type, mesh, method_type, new_method, period_map, &
+    & remember_mechanism
+  use gestell, only: gestell_error => error_type
+  use machines, only: frame_of_machine
+  use reference_machine, only: machine_data
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_table
+
+  !> A linkage that counts how often it is evaluated.
+  type, extends(mechanism_type) :: counting_type
+    class(mechanism_type), allocatable :: linkage
+    integer, pointer :: count => null()
+  contains
+    procedure :: mass_functions
+  end type counting_type
+
+contains
+
+  subroutine collect_table(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [new_unittest("one table for many cases", test_cases)]
+  end subroutine collect_table
+
+  !> With the table the results are the same but for roundings, for other speeds, stiffnesses, masses and origins, and
+  !> nothing is evaluated again; where the table does not hold, for other steps or the crank turned the other way, the
+  !> mechanism is evaluated.
+  subroutine test_cases(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: steps(2) = [28, 75]
+    type(machine_data) :: machine
+    type(frame_type) :: plain, frame
+    type(counting_type) :: counting
+    class(method_type), allocatable :: method
+    type(gestell_error), allocatable :: failure
+    integer, target :: evaluations
+    real(dp), dimension(6, 6) :: phi, again
+    real(dp) :: xp(6), xp_again(6), reach, scale(6), nodes(0:steps(2))
+    integer :: i, k, before
+
+    call machine_of_file("data/khang_four_bar.nml", machine, failure)
+    if (.not. allocated(failure)) call frame_of_machine(machine, plain, failure)
+    if (.not. allocated(failure)) call new_method("gauss8", method, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    evaluations = 0
+    counting%mass = plain%mechanism%mass
+    counting%inertia = plain%mechanism%inertia
+    counting%feature = plain%mechanism%feature
+    counting%count => evaluations
+    allocate(counting%linkage, source=plain%mechanism)
+    frame = plain
+    deallocate(frame%mechanism)
+    allocate(frame%mechanism, source=counting)
+    scale = 1
+    do i = 1, size(steps)
+      nodes(:steps(i)) = mesh(frame, steps(i))
+      call remember_mechanism(frame, method, nodes(:steps(i)))
+    end do
+    call check(error, evaluations, 8 * sum(steps))
+    if (allocated(error)) return
+
+    do k = 1, 4
+      plain%speed = 10.0_dp * k
+      plain%period = 8 * atan(1.0_dp) / plain%speed
+      plain%stiffness = plain%stiffness * 1.1_dp
+      plain%damping = plain%damping * 1.2_dp
+      plain%mass = plain%mass * 1.3_dp
+      plain%origin = plain%origin + 0.01_dp
+      frame%speed = plain%speed
+      frame%period = plain%period
+      frame%stiffness = plain%stiffness
+      frame%damping = plain%damping
+      frame%mass = plain%mass
+      frame%origin = plain%origin
+      do i = 1, size(steps)
+        call period_map(plain, method, mesh(plain, steps(i)), scale, phi, failure, xp, reach)
+        before = evaluations
+        call period_map(frame, method, mesh(frame, steps(i)), scale, again, failure, xp_again, reach)
+        call check(error, evaluations, before, more="nothing is evaluated again")
+        if (allocated(error)) return
+        ! The counting mechanism is evaluated one angle at a time, the linkage in bulk: roundings of its sums differ.
+        call check(error, maxval(abs(again - phi)) <= 1.0e-11_dp * maxval(abs(phi)) &
+          & .and. maxval(abs(xp_again - xp)) <= 1.0e-11_dp * maxval(abs(xp)), more="with the table")
+        if (allocated(error)) return
+      end do
+    end do
+
+    before = evaluations
+    call period_map(frame, method, mesh(frame, 29), scale, again, failure)
+    call check(error, evaluations, before + 8 * 29, more="other steps")
+    if (allocated(error)) return
+    frame%speed = -frame%speed
+    plain%speed = frame%speed
+    call period_map(plain, method, mesh(plain, 28), scale, phi, failure)
+    before = evaluations
+    call period_map(frame, method, mesh(frame, 28), scale, again, failure)
+    call check(error, evaluations, before + 8 * 28, more="turned the other way")
+    if (allocated(error)) return
+    call check(error, maxval(abs(again - phi)) <= 1.0e-11_dp * maxval(abs(phi)))
+  end subroutine test_cases
+
+  subroutine mass_functions(self, crank_angle, a)
+    class(counting_type), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(mass_functions_type), intent(out) :: a
+
+    self%count = self%count + 1
+    call self%linkage%mass_functions(crank_angle, a)
+  end subroutine mass_functions
+
+end module test_table
