@@ -2,7 +2,7 @@
 module gestell_io_csv
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: exact, text
+  use gestell_base_text, only: text
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -55,16 +55,21 @@ contains
       & failed_computation)
   end subroutine write_table
 
-  !> Numbers between commas.
+  !> Numbers with 17 digits between commas: written at once, for that is what most of a run's time goes into.
   pure function row(values) result(line)
     real(dp), intent(in) :: values(:)
     character(len=:), allocatable :: line
-    integer :: i
+    character(len=25 * size(values)) :: wide
+    integer :: i, length
 
-    line = exact(values(1))
-    do i = 2, size(values)
-      line = line // "," // exact(values(i))
+    write (wide, "(*(es24.16e3, :, ','))") values
+    length = 0
+    do i = 1, len(wide)
+      if (wide(i:i) == " ") cycle
+      length = length + 1
+      wide(length:length) = wide(i:i)
     end do
+    line = wide(:length)
   end function row
 
 end module gestell_io_csv
