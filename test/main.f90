@@ -34,6 +34,7 @@ program main
   use test_rows, only: collect_rows
   use test_set, only: collect_set
   use test_table, only: collect_table
+  use test_tabulate, only: collect_tabulate
   use test_trade, only: collect_trade
   use test_version, only: collect_version
   use test_vibration, only: collect_vibration
@@ -66,6 +67,7 @@ program main
     & new_testsuite("lanes", collect_lanes), &
     & new_testsuite("table", collect_table), &
     & new_testsuite("masses", collect_masses), &
+    & new_testsuite("tabulate", collect_tabulate), &
     & new_testsuite("assembly", collect_assembly), &
     & new_testsuite("joints", collect_joints), &
     & new_testsuite("reach", collect_reach), &

@@ -1,10 +1,12 @@
-!> Jets, Fourier series and the LAPACK gateway by closed forms.
+!> Jets, cosines, Fourier series and the LAPACK gateway by closed forms.
 module test_base
+  use gestell_base_circle, only: circle
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: eigensystem, inverse, log_abs_determinant, symmetric_pencil
+  use reference_linear, only: qp
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -18,6 +20,7 @@ contains
 
     testsuite = [ &
       & new_unittest("jets: every operation by hand", test_jets), &
+      & new_unittest("cosine and sine to the last place", test_circle), &
       & new_unittest("Fourier series: orders below half the samples, even and odd", test_orders), &
       & new_unittest("Fourier series: derivatives", test_derivatives), &
       & new_unittest("Fourier series: tail", test_tail), &
@@ -62,6 +65,40 @@ contains
     end subroutine compare
 
   end subroutine test_jets
+
+  subroutine test_circle(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: reach(6) = [1.0e-9_dp, 1.0_dp, 10.0_dp, 1.0e3_dp, 0.999e6_dp, 1.0e9_dp]
+    real(dp) :: angles(101), c(101), s(101), defect
+    integer :: i, k
+
+    do i = 1, size(reach)
+      angles = [(reach(i) * (k - 51) / 50.0_dp, k = 1, 101)]
+      call compare()
+      if (allocated(error)) return
+    end do
+    ! Where the sine or the cosine vanishes, half way between, and beside it.
+    do i = -2, 2
+      angles = [((k - 51) * pi / 4 + i * 1.0e-8_dp, k = 1, 101)]
+      call compare()
+      if (allocated(error)) return
+    end do
+    ! Where the series are longest roundings differ in sign from angle to angle; a term that were missing would not.
+    angles = [(pi / 4 - k * 1.0e-5_dp / 3, k = 1, 101)]
+    call circle(angles, c, s)
+    defect = real(abs(sum(c - cos(real(angles, qp)))) + abs(sum(s - sin(real(angles, qp)))), dp) / 101
+    call check(error, defect < 0.12_dp * epsilon(1.0_dp), more="on average")
+
+  contains
+
+    subroutine compare()
+      call circle(angles, c, s)
+      defect = real(max(maxval(abs(c - cos(real(angles, qp)))), maxval(abs(s - sin(real(angles, qp))))), dp)
+      ! Rounding of the reduced angle, of the last sum and of what is added in it.
+      call check(error, defect < 0.8_dp * epsilon(1.0_dp))
+    end subroutine compare
+
+  end subroutine test_circle
 
   !> cos(k t + 0.3) sampled n times, for every order k that n samples can tell from the others.
   subroutine test_orders(error)

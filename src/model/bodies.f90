@@ -4,11 +4,16 @@ module gestell_model_bodies
   use gestell_base_kinds, only: dp
   use gestell_model_joints_guide, only: direction
   use gestell_model_joints_joint, only: point_type
-  use gestell_model_mechanism, only: mass_functions_type
+  use gestell_model_joints_path, only: batch, find_direction, keep, path_type
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
+    & table_columns
   implicit none (type, external)
   private
 
-  public :: sum_masses
+  public :: sum_masses, tabulate_masses
+
+  !> Sums that cancel to this part of their terms' magnitudes are zero: a balanced mechanism does not shake at all.
+  real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
 
   !> A body. Its xi-axis points from joint `from` to joint `to`; without `to` (0) it keeps the directions of x and y.
   type, public :: link_type
@@ -20,8 +25,7 @@ module gestell_model_bodies
 
 contains
 
-  !> The sums (4) to (7) over the links, with all joints at `at`. Sums that cancel to the last rounding are zero: a
-  !> balanced mechanism does not shake at all.
+  !> The sums (4) to (7) over the links, with all joints at `at`.
   pure subroutine sum_masses(links, at, a)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:)
@@ -47,7 +51,7 @@ contains
     end do
     a%a1 = cleaned(a%a1, size1)
     a%a2 = cleaned(a%a2, size2)
-    if (abs(a%a4) <= 8 * epsilon(1.0_dp) * a4_size) a%a4 = 0
+    if (abs(a%a4) <= noise * a4_size) a%a4 = 0
   end subroutine sum_masses
 
   !> The motion of a link's centre of mass, and its angular acceleration d2(phi_i) / dphi2.
@@ -80,11 +84,74 @@ contains
 
   pure type(jet) function cleaned(sum, magnitude)
     type(jet), intent(in) :: sum, magnitude
-    real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
 
     cleaned = jet(merge(0.0_dp, sum%v, abs(sum%v) <= noise * magnitude%v), &
       & merge(0.0_dp, sum%d, abs(sum%d) <= noise * magnitude%d), &
       & merge(0.0_dp, sum%dd, abs(sum%dd) <= noise * magnitude%dd))
   end function cleaned
+
+  !> The sums over a batch of crank angles, with all joints on the paths `at`: rows `first` to `last` of the table.
+  pure subroutine tabulate_masses(links, at, first, last, table)
+    type(link_type), intent(in) :: links(:)
+    type(path_type), intent(in) :: at(:)
+    integer, intent(in) :: first, last
+    real(dp), contiguous, intent(inout) :: table(:, :)
+    type(path_type) :: u
+    real(dp), dimension(batch, table_columns) :: sums, magnitudes
+    integer :: i, j, k
+
+    sums = 0
+    magnitudes = 0
+    do i = 1, size(links)
+      if (links(i)%to == 0) then
+        call keep([1.0_dp, 0.0_dp], u)
+      else
+        call find_direction(at(links(i)%from), at(links(i)%to), u)
+      end if
+      call add_body(links(i)%mass, links(i)%inertia, links(i)%center, at(links(i)%from), u, sums, magnitudes)
+    end do
+    do j = 1, table_columns
+      do k = 1, last - first + 1
+        table(first - 1 + k, j) = merge(0.0_dp, sums(k, j), abs(sums(k, j)) <= noise * magnitudes(k, j))
+      end do
+    end do
+  end subroutine tabulate_masses
+
+  !> Adds a body with the direction u to the sums, and the magnitudes of its terms to theirs, but for a3, which no
+  !> balancing cancels.
+  pure subroutine add_body(mass, inertia, center, from, u, sums, magnitudes)
+    real(dp), intent(in) :: mass, inertia, center(2)
+    type(path_type), intent(in) :: from, u
+    real(dp), intent(inout) :: sums(batch, table_columns), magnitudes(batch, table_columns)
+    real(dp) :: x, y, vx, vy, ax, ay, turn
+    integer :: k
+
+    do k = 1, batch
+      x = from%x(k) + center(1) * u%x(k) - center(2) * u%y(k)
+      y = from%y(k) + center(1) * u%y(k) + center(2) * u%x(k)
+      vx = from%vx(k) + center(1) * u%vx(k) - center(2) * u%vy(k)
+      vy = from%vy(k) + center(1) * u%vy(k) + center(2) * u%vx(k)
+      ax = from%ax(k) + center(1) * u%ax(k) - center(2) * u%ay(k)
+      ay = from%ay(k) + center(1) * u%ay(k) + center(2) * u%ax(k)
+      turn = u%x(k) * u%ay(k) - u%y(k) * u%ax(k)
+      sums(k, a1_v) = sums(k, a1_v) + mass * x
+      sums(k, a1_d) = sums(k, a1_d) + mass * vx
+      sums(k, a1_dd) = sums(k, a1_dd) + mass * ax
+      sums(k, a2_v) = sums(k, a2_v) + mass * y
+      sums(k, a2_d) = sums(k, a2_d) + mass * vy
+      sums(k, a2_dd) = sums(k, a2_dd) + mass * ay
+      sums(k, a3_v) = sums(k, a3_v) + mass * (x * x + y * y)
+      sums(k, a3_d) = sums(k, a3_d) + 2 * mass * (x * vx + y * vy)
+      sums(k, a3_dd) = sums(k, a3_dd) + 2 * mass * (vx * vx + vy * vy + x * ax + y * ay)
+      sums(k, a4_v) = sums(k, a4_v) + mass * (x * ay - y * ax) + inertia * turn
+      magnitudes(k, a1_v) = magnitudes(k, a1_v) + mass * abs(x)
+      magnitudes(k, a1_d) = magnitudes(k, a1_d) + mass * abs(vx)
+      magnitudes(k, a1_dd) = magnitudes(k, a1_dd) + mass * abs(ax)
+      magnitudes(k, a2_v) = magnitudes(k, a2_v) + mass * abs(y)
+      magnitudes(k, a2_d) = magnitudes(k, a2_d) + mass * abs(vy)
+      magnitudes(k, a2_dd) = magnitudes(k, a2_dd) + mass * abs(ay)
+      magnitudes(k, a4_v) = magnitudes(k, a4_v) + mass * (abs(x * ay) + abs(y * ax)) + inertia * abs(turn)
+    end do
+  end subroutine add_body
 
 end module gestell_model_bodies

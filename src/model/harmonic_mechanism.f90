@@ -1,10 +1,13 @@
 !> A mechanism known by the harmonics of its mass functions: measured data, a vendor's, or what is no linkage.
 module gestell_model_harmonic_mechanism
+  use gestell_base_circle, only: circle
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_jet, only: jet, operator(*), operator(+)
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
-  use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use gestell_model_joints_path, only: batch, take_batch
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
+    & mechanism_type, table_columns
   implicit none (type, external)
   private
 
@@ -16,6 +19,7 @@ module gestell_model_harmonic_mechanism
     real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:)
   contains
     procedure :: mass_functions
+    procedure :: tabulate
   end type harmonic_mechanism_type
 
 contains
@@ -87,5 +91,50 @@ contains
       end associate
     end do
   end function series
+
+  !> The same at many crank angles (rad), shape (angles, table_columns), in batches.
+  subroutine tabulate(self, angles, table)
+    class(harmonic_mechanism_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: table(:, :)
+    real(dp) :: some(batch), c(batch), s(batch), sums(batch, table_columns), moment(batch, 3)
+    integer :: first, last, k, orders
+
+    orders = maxval([size(self%a1), size(self%a2), size(self%a3), size(self%moment)]) / 2
+    do first = 1, size(angles), batch
+      call take_batch(angles, first, last, some)
+      sums = 0
+      sums(:, a1_v) = self%a1(1)
+      sums(:, a2_v) = self%a2(1)
+      sums(:, a3_v) = self%a3(1)
+      moment = 0
+      do k = 1, orders
+        call circle(k * some, c, s)
+        call add_harmonic(self%a1, k, c, s, sums(:, a1_v), sums(:, a1_d), sums(:, a1_dd))
+        call add_harmonic(self%a2, k, c, s, sums(:, a2_v), sums(:, a2_d), sums(:, a2_dd))
+        call add_harmonic(self%a3, k, c, s, sums(:, a3_v), sums(:, a3_d), sums(:, a3_dd))
+        call add_harmonic(self%moment, k, c, s, moment(:, 1), moment(:, 2), moment(:, 3))
+      end do
+      sums(:, a4_v) = moment(:, 2)
+      table(first:last, :) = sums(:last - first + 1, :)
+    end do
+  end subroutine tabulate
+
+  !> Adds c_k c + s_k s with its derivatives, where the series goes so far.
+  pure subroutine add_harmonic(coefficients, k, c, s, value, d, dd)
+    real(dp), intent(in) :: coefficients(:), c(batch), s(batch)
+    integer, intent(in) :: k
+    real(dp), intent(inout) :: value(batch), d(batch), dd(batch)
+    integer :: i
+
+    if (2 * k > size(coefficients)) return
+    associate (along => coefficients(2 * k), across => coefficients(2 * k + 1), n => real(k, dp))
+      do i = 1, batch
+        value(i) = value(i) + (along * c(i) + across * s(i))
+        d(i) = d(i) + n * (across * c(i) - along * s(i))
+        dd(i) = dd(i) - n**2 * (along * c(i) + across * s(i))
+      end do
+    end associate
+  end subroutine add_harmonic
 
 end module gestell_model_harmonic_mechanism

@@ -12,6 +12,7 @@ module gestell_model_linkage
   use gestell_model_joints_rrr, only: rrr_joint
   use gestell_model_joints_sliders, only: prp_joint, rpp_joint
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use gestell_model_linkage_table, only: tabulate_linkage
   implicit none (type, external)
   private
 
@@ -36,6 +37,7 @@ module gestell_model_linkage
     procedure :: find
     procedure :: points
     procedure :: mass_functions
+    procedure :: tabulate
     procedure :: prepare
   end type linkage_type
 
@@ -333,5 +335,14 @@ contains
     call self%points(crank_angle, at)
     call sum_masses(self%links, at, a)
   end subroutine mass_functions
+
+  !> The same at many crank angles (rad), shape (angles, table_columns).
+  subroutine tabulate(self, angles, table)
+    class(linkage_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: table(:, :)
+
+    call tabulate_linkage(self%joints, self%links, angles, table)
+  end subroutine tabulate
 
 end module gestell_model_linkage

@@ -3,6 +3,7 @@ module gestell_model_joints_guide
   use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp
   use gestell_model_joints_joint, only: point_type, slack
+  use gestell_model_joints_path, only: carry, find_direction, keep, path_type, turn
   implicit none (type, external)
   private
 
@@ -15,6 +16,7 @@ module gestell_model_joints_guide
     real(dp) :: point(2) = 0, angle = 0
   contains
     procedure :: line
+    procedure :: trace
     procedure :: motion
   end type guide_type
 
@@ -50,6 +52,23 @@ contains
     along%x = cos(self%angle) * e%x - sin(self%angle) * e%y
     along%y = cos(self%angle) * e%y + sin(self%angle) * e%x
   end subroutine line
+
+  !> The same along the paths of the joints.
+  pure subroutine trace(self, points, origin, along)
+    class(guide_type), intent(in) :: self
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: origin, along
+    type(path_type) :: e
+
+    if (all(self%carriers == 0)) then
+      call keep(self%point, origin)
+      call keep([cos(self%angle), sin(self%angle)], along)
+      return
+    end if
+    call find_direction(points(self%carriers(1)), points(self%carriers(2)), e)
+    call carry(points(self%carriers(1)), e, self%point(1), self%point(2), origin)
+    call turn(e, self%angle, along)
+  end subroutine trace
 
   !> Bounds while the crank turns by at most `half_width` (rad) from the middle, where the joints are at `points`.
   pure function motion(self, points, speeds, accelerations, half_width)

@@ -2,6 +2,7 @@
 module gestell_model_joints_joint
   use gestell_base_jet, only: jet
   use gestell_base_kinds, only: dp
+  use gestell_model_joints_path, only: batch, path_type
   implicit none (type, external)
   private
 
@@ -39,6 +40,7 @@ module gestell_model_joints_joint
   contains
     procedure(place_joint), deferred :: place
     procedure(reach_joint), deferred :: reach
+    procedure :: trace
     procedure :: fitness
     procedure :: explain
   end type joint_type
@@ -72,6 +74,32 @@ module gestell_model_joints_joint
   end interface
 
 contains
+
+  !> The joint's path over a batch of crank angles (rad), from those of the earlier joints: `place` at each of them.
+  !> Override it by straight loops over the batch where speed matters.
+  pure subroutine trace(self, angles, points, here)
+    class(joint_type), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(point_type) :: at(size(points)), point
+    integer :: i, k
+
+    do k = 1, batch
+      do i = 1, size(points)
+        associate (p => points(i))
+          at(i) = point_type(jet(p%x(k), p%vx(k), p%ax(k)), jet(p%y(k), p%vy(k), p%ay(k)))
+        end associate
+      end do
+      call self%place(angles(k), at, point)
+      here%x(k) = point%x%v
+      here%y(k) = point%y%v
+      here%vx(k) = point%x%d
+      here%vy(k) = point%y%d
+      here%ax(k) = point%x%dd
+      here%ay(k) = point%y%dd
+    end do
+  end subroutine trace
 
   !> Fitness of the joint among all joints at `points`, itself among them at `here`.
   pure function fitness(self, points, here)

@@ -4,6 +4,7 @@ module gestell_model_joints_lever
   use gestell_base_kinds, only: dp
   use gestell_model_joints_guide, only: direction
   use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
+  use gestell_model_joints_path, only: batch, carry, find_direction, path_type
   implicit none (type, external)
   private
 
@@ -15,6 +16,7 @@ module gestell_model_joints_lever
     integer :: branch = 1
   contains
     procedure :: place => place_rpr
+    procedure :: trace => trace_rpr
     procedure :: reach => reach_rpr
     procedure :: fitness => fitness_rpr
     procedure :: explain => explain_rpr
@@ -27,6 +29,7 @@ module gestell_model_joints_lever
     real(dp) :: offset(2) = 0
   contains
     procedure :: place => place_rigid
+    procedure :: trace => trace_rigid
     procedure :: reach => reach_rigid
     procedure :: explain => explain_rigid
   end type rigid_joint
@@ -60,6 +63,32 @@ contains
     here%x = points(self%ends(1))%x + self%offset(1) * e%x - self%offset(2) * e%y
     here%y = points(self%ends(1))%y + self%offset(1) * e%y + self%offset(2) * e%x
   end subroutine place_rigid
+
+  pure subroutine trace_rpr(self, angles, points, here)
+    class(rpr_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(path_type) :: u
+
+    associate (unused => angles)
+    end associate
+    call find_direction(points(self%ends(2)), points(self%ends(1)), u)
+    call carry(points(self%ends(2)), u, self%branch * self%length, 0.0_dp, here)
+  end subroutine trace_rpr
+
+  pure subroutine trace_rigid(self, angles, points, here)
+    class(rigid_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(path_type) :: u
+
+    associate (unused => angles)
+    end associate
+    call find_direction(points(self%ends(1)), points(self%ends(2)), u)
+    call carry(points(self%ends(1)), u, self%offset(1), self%offset(2), here)
+  end subroutine trace_rigid
 
   pure function reach_rpr(self, points, speeds, accelerations, half_width) result(reach)
     class(rpr_joint), intent(in) :: self

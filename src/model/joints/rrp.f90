@@ -5,6 +5,7 @@ module gestell_model_joints_rrp
   use gestell_base_text, only: concise
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
   use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
+  use gestell_model_joints_path, only: batch, path_type
   implicit none (type, external)
   private
 
@@ -17,6 +18,7 @@ module gestell_model_joints_rrp
     integer :: branch = 1
   contains
     procedure :: place
+    procedure :: trace
     procedure :: reach
     procedure :: fitness
     procedure :: explain
@@ -41,6 +43,58 @@ contains
     s = dot(r, u) + real(self%branch, dp) * sqrt((-1.0_dp) * (off + (-self%length)) * (off + self%length))
     here = point_type(g%x + s * u%x, g%y + s * u%y)
   end subroutine place
+
+  pure subroutine trace(self, angles, points, here)
+    class(rrp_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(path_type) :: g, u
+
+    associate (unused => angles)
+    end associate
+    call self%guide%trace(points, g, u)
+    call hold_on_guide(points(self%end), self%length, g, u, self%branch, here)
+  end subroutine trace
+
+  !> The position as in `place`. The joint moves along the guide, and the rod b = r - r_end keeps its length:
+  !>
+  !>     r' = g' + s u' + s' u,                 b . (r' - r_end') = 0,
+  !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   b . (r'' - r_end'') = -|r' - r_end'|^2,
+  !>
+  !> and b . u is the root.
+  pure subroutine hold_on_guide(end, length, g, u, branch, here)
+    type(path_type), intent(in) :: end, g, u
+    real(dp), intent(in) :: length
+    integer, intent(in) :: branch
+    type(path_type), intent(out) :: here
+    real(dp) :: rx, ry, off, root, bx, by, s, s1, s2, vx, vy, ax, ay
+    integer :: k
+
+    do k = 1, batch
+      rx = end%x(k) - g%x(k)
+      ry = end%y(k) - g%y(k)
+      off = rx * u%y(k) - ry * u%x(k)
+      root = branch * sqrt((length - off) * (length + off))
+      bx = root * u%x(k) - off * u%y(k)
+      by = root * u%y(k) + off * u%x(k)
+      s = rx * u%x(k) + ry * u%y(k) + root
+      vx = g%vx(k) + s * u%vx(k)
+      vy = g%vy(k) + s * u%vy(k)
+      s1 = (bx * (end%vx(k) - vx) + by * (end%vy(k) - vy)) / root
+      vx = vx + s1 * u%x(k)
+      vy = vy + s1 * u%y(k)
+      ax = g%ax(k) + s * u%ax(k) + 2 * s1 * u%vx(k)
+      ay = g%ay(k) + s * u%ay(k) + 2 * s1 * u%vy(k)
+      s2 = (bx * (end%ax(k) - ax) + by * (end%ay(k) - ay) - (vx - end%vx(k))**2 - (vy - end%vy(k))**2) / root
+      here%x(k) = g%x(k) + s * u%x(k)
+      here%y(k) = g%y(k) + s * u%y(k)
+      here%vx(k) = vx
+      here%vy(k) = vy
+      here%ax(k) = ax + s2 * u%x(k)
+      here%ay(k) = ay + s2 * u%y(k)
+    end do
+  end subroutine hold_on_guide
 
   !> The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian; where it stays below l the
   !> rod keeps an angle to the guide's normal with cosine c > 0. The rod fixes the slider's velocity along itself, so it

@@ -4,6 +4,7 @@ module gestell_model_joints_rrr
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
+  use gestell_model_joints_path, only: batch, path_type
   implicit none (type, external)
   private
 
@@ -15,6 +16,7 @@ module gestell_model_joints_rrr
     integer :: branch = 1
   contains
     procedure :: place
+    procedure :: trace
     procedure :: reach
     procedure :: fitness
     procedure :: explain
@@ -46,6 +48,61 @@ contains
       here%y = one%y + along * ey + across * ex
     end associate
   end subroutine place
+
+  pure subroutine trace(self, angles, points, here)
+    class(rrr_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+
+    associate (unused => angles)
+    end associate
+    call close_dyad(points(self%ends(1)), points(self%ends(2)), self%lengths(1), self%lengths(2), self%branch, here)
+  end subroutine trace
+
+  !> The position as in `place`. With the links p = r - r1 and q = r - r2 that turn by w and z,
+  !>
+  !>     r' = r1' + w p_perp = r2' + z q_perp:          w = (r2' - r1') . q / (p x q),  z = (r2' - r1') . p / (p x q),
+  !>     r'' = r1'' + w' p_perp - w^2 p = r2'' + ...:   w' = [(r2'' - r1'') . q + w^2 p . q - z^2 q . q] / (p x q),
+  !>
+  !> and p x q = branch l1 l2 sin mu.
+  pure subroutine close_dyad(one, two, l1, l2, branch, here)
+    type(path_type), intent(in) :: one, two
+    real(dp), intent(in) :: l1, l2
+    integer, intent(in) :: branch
+    type(path_type), intent(out) :: here
+    real(dp) :: ex, ey, d2, cosine, cross, across, inverse, along, px, py, qx, qy, vx, vy, ax, ay, w, z, change
+    integer :: k
+
+    do k = 1, batch
+      ex = two%x(k) - one%x(k)
+      ey = two%y(k) - one%y(k)
+      d2 = ex * ex + ey * ey
+      cosine = (l1**2 + l2**2) / (2 * l1 * l2) - 1 / (2 * l1 * l2) * d2
+      cross = branch * l1 * l2 * sqrt((1 - cosine) * (1 + cosine))
+      across = cross / d2
+      along = ((l1 - l2) * (l1 + l2) + d2) / (2 * d2)
+      px = along * ex - across * ey
+      py = along * ey + across * ex
+      along = ((l1 - l2) * (l1 + l2) - d2) / (2 * d2)
+      qx = along * ex - across * ey
+      qy = along * ey + across * ex
+      vx = two%vx(k) - one%vx(k)
+      vy = two%vy(k) - one%vy(k)
+      ax = two%ax(k) - one%ax(k)
+      ay = two%ay(k) - one%ay(k)
+      inverse = 1 / cross
+      w = (vx * qx + vy * qy) * inverse
+      z = (vx * px + vy * py) * inverse
+      change = (ax * qx + ay * qy + w * w * (px * qx + py * qy) - z * z * (qx * qx + qy * qy)) * inverse
+      here%x(k) = one%x(k) + px
+      here%y(k) = one%y(k) + py
+      here%vx(k) = one%vx(k) - w * py
+      here%vy(k) = one%vy(k) + w * px
+      here%ax(k) = one%ax(k) - change * py - w * w * px
+      here%ay(k) = one%ay(k) + change * px - w * w * py
+    end do
+  end subroutine close_dyad
 
   !> 1 - cos^2 as (1 - cos)(1 + cos): no digits are lost beside a dead point.
   pure type(jet) function sine_squared(cosine)

@@ -5,6 +5,7 @@ module gestell_model_joints_sliders
   use gestell_base_text, only: fixed
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
   use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
+  use gestell_model_joints_path, only: batch, path_type, turn
   implicit none (type, external)
   private
 
@@ -13,6 +14,7 @@ module gestell_model_joints_sliders
     type(guide_type) :: guides(2)
   contains
     procedure :: place => place_prp
+    procedure :: trace => trace_prp
     procedure :: reach => reach_prp
     procedure :: fitness => fitness_prp
     procedure :: explain => explain_prp
@@ -26,6 +28,7 @@ module gestell_model_joints_sliders
     real(dp) :: slot_angle = 0
   contains
     procedure :: place => place_rpp
+    procedure :: trace => trace_rpp
     procedure :: reach => reach_rpp
     procedure :: fitness => fitness_rpp
     procedure :: explain => explain_rpp
@@ -72,6 +75,67 @@ contains
     end associate
     here = crossing(g, u, points(self%end), w)
   end subroutine place_rpp
+
+  pure subroutine trace_prp(self, angles, points, here)
+    class(prp_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(path_type) :: g1, u1, g2, u2
+
+    associate (unused => angles)
+    end associate
+    call self%guides(1)%trace(points, g1, u1)
+    call self%guides(2)%trace(points, g2, u2)
+    call meet(g1, u1, g2, u2, here)
+  end subroutine trace_prp
+
+  pure subroutine trace_rpp(self, angles, points, here)
+    class(rpp_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(path_type) :: g, u, slot
+
+    associate (unused => angles)
+    end associate
+    call self%guide%trace(points, g, u)
+    call turn(u, self%slot_angle, slot)
+    call meet(g, u, points(self%end), slot, here)
+  end subroutine trace_rpp
+
+  !> The crossing r = g + s u of two lines: s, s' and s'' from (r - h) x w = 0, differentiated,
+  !>
+  !>     r' = g' + s u' + s' u,                 (r' - h') x w + (r - h) x w' = 0,
+  !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   (r'' - h'') x w + 2 (r' - h') x w' + (r - h) x w'' = 0.
+  pure subroutine meet(g, u, h, w, here)
+    type(path_type), intent(in) :: g, u, h, w
+    type(path_type), intent(out) :: here
+    real(dp) :: sine, s, s1, s2, x, y, vx, vy, ax, ay
+    integer :: k
+
+    do k = 1, batch
+      sine = u%x(k) * w%y(k) - u%y(k) * w%x(k)
+      s = ((h%x(k) - g%x(k)) * w%y(k) - (h%y(k) - g%y(k)) * w%x(k)) / sine
+      x = g%x(k) + s * u%x(k)
+      y = g%y(k) + s * u%y(k)
+      vx = g%vx(k) + s * u%vx(k)
+      vy = g%vy(k) + s * u%vy(k)
+      s1 = ((h%vx(k) - vx) * w%y(k) - (h%vy(k) - vy) * w%x(k) + (h%x(k) - x) * w%vy(k) - (h%y(k) - y) * w%vx(k)) / sine
+      vx = vx + s1 * u%x(k)
+      vy = vy + s1 * u%y(k)
+      ax = g%ax(k) + s * u%ax(k) + 2 * s1 * u%vx(k)
+      ay = g%ay(k) + s * u%ay(k) + 2 * s1 * u%vy(k)
+      s2 = ((h%ax(k) - ax) * w%y(k) - (h%ay(k) - ay) * w%x(k) + 2 * ((h%vx(k) - vx) * w%vy(k) - (h%vy(k) - vy) * w%vx(k)) &
+        & + (h%x(k) - x) * w%ay(k) - (h%y(k) - y) * w%ax(k)) / sine
+      here%x(k) = x
+      here%y(k) = y
+      here%vx(k) = vx
+      here%vy(k) = vy
+      here%ax(k) = ax + s2 * u%x(k)
+      here%ay(k) = ay + s2 * u%y(k)
+    end do
+  end subroutine meet
 
   !> The sine of the guides' angle loses at most (omega_1 + omega_2) half_width. Each guide fixes the joint's velocity
   !> across itself to v_g + omega |r - g|, where |r - g| grows while the joint moves with at most V: what bounds V is

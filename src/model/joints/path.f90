@@ -1,0 +1,113 @@
+!> Points and directions along a batch of crank angles: the motion of `point_type` again, in classical kinematics and in
+!> loops that the compiler can vectorise.
+module gestell_model_joints_path
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  public :: carry, find_direction, keep, take_batch, turn
+
+  !> Crank angles that go through a linkage together.
+  integer, parameter, public :: batch = 32
+
+  !> A point (m) or a direction at the crank angles of a batch, with its first (vx, vy) and second (ax, ay) derivatives
+  !> with respect to the crank angle.
+  type, public :: path_type
+    real(dp), dimension(batch) :: x, y, vx, vy, ax, ay
+  end type path_type
+
+contains
+
+  !> The batch of the angles that begins with number `first`: up to number `last`, filled up with that one.
+  pure subroutine take_batch(angles, first, last, some)
+    real(dp), contiguous, intent(in) :: angles(:)
+    integer, intent(in) :: first
+    integer, intent(out) :: last
+    real(dp), intent(out) :: some(batch)
+
+    last = min(first + batch - 1, size(angles))
+    some(:last - first + 1) = angles(first:last)
+    some(last - first + 2:) = angles(last)
+  end subroutine take_batch
+
+  !> What stays at one place.
+  pure subroutine keep(place, here)
+    real(dp), intent(in) :: place(2)
+    type(path_type), intent(out) :: here
+
+    here%x = place(1)
+    here%y = place(2)
+    here%vx = 0
+    here%vy = 0
+    here%ax = 0
+    here%ay = 0
+  end subroutine keep
+
+  !> The unit vector u along e = to - from, d = |e|. It turns with w:
+  !>
+  !>     u' = w u_perp,  u'' = w' u_perp - w^2 u,  w = e x e' / d^2,  w' = (e x e'' - 2 w e.e') / d^2.
+  pure subroutine find_direction(from, to, u)
+    type(path_type), intent(in) :: from, to
+    type(path_type), intent(out) :: u
+    real(dp) :: ex, ey, vx, vy, ax, ay, inverse, w, change
+    integer :: k
+
+    do k = 1, batch
+      ex = to%x(k) - from%x(k)
+      ey = to%y(k) - from%y(k)
+      vx = to%vx(k) - from%vx(k)
+      vy = to%vy(k) - from%vy(k)
+      ax = to%ax(k) - from%ax(k)
+      ay = to%ay(k) - from%ay(k)
+      inverse = 1 / (ex * ex + ey * ey)
+      w = (ex * vy - ey * vx) * inverse
+      change = (ex * ay - ey * ax - 2 * w * (ex * vx + ey * vy)) * inverse
+      ex = ex * sqrt(inverse)
+      ey = ey * sqrt(inverse)
+      u%x(k) = ex
+      u%y(k) = ey
+      u%vx(k) = -w * ey
+      u%vy(k) = w * ex
+      u%ax(k) = -change * ey - w * w * ex
+      u%ay(k) = change * ex - w * w * ey
+    end do
+  end subroutine find_direction
+
+  !> The point at `along` (m) from `base` in the direction u and `across` to its left.
+  pure subroutine carry(base, u, along, across, here)
+    type(path_type), intent(in) :: base, u
+    real(dp), intent(in) :: along, across
+    type(path_type), intent(out) :: here
+    integer :: k
+
+    do k = 1, batch
+      here%x(k) = base%x(k) + along * u%x(k) - across * u%y(k)
+      here%y(k) = base%y(k) + along * u%y(k) + across * u%x(k)
+      here%vx(k) = base%vx(k) + along * u%vx(k) - across * u%vy(k)
+      here%vy(k) = base%vy(k) + along * u%vy(k) + across * u%vx(k)
+      here%ax(k) = base%ax(k) + along * u%ax(k) - across * u%ay(k)
+      here%ay(k) = base%ay(k) + along * u%ay(k) + across * u%ax(k)
+    end do
+  end subroutine carry
+
+  !> The direction u turned to the left by a constant angle (rad).
+  pure subroutine turn(u, angle, turned)
+    type(path_type), intent(in) :: u
+    real(dp), intent(in) :: angle
+    type(path_type), intent(out) :: turned
+    real(dp) :: c, s
+    integer :: k
+
+    c = cos(angle)
+    s = sin(angle)
+    do k = 1, batch
+      turned%x(k) = c * u%x(k) - s * u%y(k)
+      turned%y(k) = c * u%y(k) + s * u%x(k)
+      turned%vx(k) = c * u%vx(k) - s * u%vy(k)
+      turned%vy(k) = c * u%vy(k) + s * u%vx(k)
+      turned%ax(k) = c * u%ax(k) - s * u%ay(k)
+      turned%ay(k) = c * u%ay(k) + s * u%ax(k)
+    end do
+  end subroutine turn
+
+end module gestell_model_joints_path
