@@ -3,7 +3,7 @@ module gestell_floquet_gauss
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: factorise, solve_factored
-  use gestell_floquet_gauss_accelerations, only: acceleration_maps
+  use gestell_floquet_gauss_accelerations, only: acceleration_maps, fits_lanes
   use gestell_floquet_method, only: evaluation_work, method_type
   use gestell_floquet_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
@@ -62,11 +62,17 @@ contains
     logical, intent(in) :: second_order
     real(dp) :: work
 
+    real(dp) :: operations
     integer :: unknowns
 
     unknowns = self%stages * merge(states / 2, states, second_order)
-    work = self%stages * (evaluation_work(second_order) + 80 + 8 * states**2) &
-      & + 0.28_dp * (2 * unknowns**3 / 3.0_dp + 2 * unknowns**2 * (states + 1))
+    operations = 2 * unknowns**3 / 3.0_dp + unknowns**2 * (2 * states + 1.0_dp)
+    if (second_order .and. fits_lanes(self%stages, states / 2)) then
+      work = 20 + 2.3_dp * states**2 + self%stages * (evaluation_work(second_order) + 0.3_dp * states**2) &
+        & + 0.03_dp * operations
+    else
+      work = self%stages * (evaluation_work(second_order) + 80 + 8 * states**2) + 0.2_dp * operations
+    end if
   end function work
 
   subroutine maps(self, system, from, to, a, error, b)

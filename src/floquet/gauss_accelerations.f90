@@ -22,7 +22,7 @@ module gestell_floquet_gauss_accelerations
   implicit none (type, external)
   private
 
-  public :: acceleration_maps
+  public :: acceleration_maps, fits_lanes
 
   !> M, B, C, shape (points, f, f), and h, shape (points, f), at the nodes of all steps, those of one stage together: the
   !> nodes i of eight steps that follow each other lie side by side.
@@ -34,6 +34,13 @@ module gestell_floquet_gauss_accelerations
   end type coefficients_type
 
 contains
+
+  !> Whether a step with so many stages for so many degrees of freedom is small enough to be eliminated in lanes.
+  pure logical function fits_lanes(stages, freedoms)
+    integer, intent(in) :: stages, freedoms
+
+    fits_lanes = padded(stages * freedoms) + padded(2 * freedoms) <= most_rows
+  end function fits_lanes
 
   !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one
   !> stage together. Eight steps at a time; singly, with exchanges of rows, what is fewer than eight, too large, or unsafe
@@ -67,8 +74,7 @@ contains
     safe = .false.
     do k = 1, steps, lanes
       first = max(1, min(k, steps - lanes + 1))
-      if (steps >= lanes .and. padded(s * f) + padded(2 * f) <= most_rows) &
-        & call maps_of_lanes(tableau, at, first, map, safe)
+      if (steps >= lanes .and. fits_lanes(s, f)) call maps_of_lanes(tableau, at, first, map, safe)
       last = min(k + lanes - 1, steps)
       do i = k, last
         if (.not. safe(i - first + 1)) then
