@@ -103,7 +103,8 @@ program main
     else
       call suites(i)%collect(tests)
       all = all + size(tests)
-      call run_testsuite(suites(i)%collect, error_unit, failed)
+      ! One after the other: the reader of input files is for one thread, and random numbers stay the same.
+      call run_testsuite(suites(i)%collect, error_unit, failed, parallel=.false.)
     end if
   end do
   flush (error_unit)

@@ -45,7 +45,7 @@ contains
     end do
   end subroutine still_matrix
 
-  !> More states and more stages are more work; eliminating the positions saves some.
+  !> More states and more stages are more work; eliminating the positions saves some (with two stages 40 %, with more 90 %).
   subroutine test_work(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=name_length), allocatable :: names(:)
@@ -61,7 +61,7 @@ contains
       call check(error, method%work(6, .true.) > method%work(2, .true.) .and. method%work(2, .true.) > 0, more=names(i))
       if (allocated(error)) return
       if (names(i)(:5) == "gauss") then
-        call check(error, method%work(6, .true.) > before .and. method%work(12, .false.) > 2 * method%work(12, .true.), &
+        call check(error, method%work(6, .true.) > before .and. method%work(12, .false.) > 1.5_dp * method%work(12, .true.), &
           & more=names(i))
         if (allocated(error)) return
         before = method%work(6, .true.)
@@ -87,7 +87,7 @@ contains
     call check(error, method%order <= 4, more="easy: " // method%name)
     if (allocated(error)) return
     call cheapest_method(frame, 1500.0_dp, 1.0e-12_dp, method)
-    call check(error, method%name, "gauss8", more="hard")
+    call check(error, method%name, "gauss10", more="hard")
     if (allocated(error)) return
     before = 0
     do k = 1, 14
@@ -99,7 +99,7 @@ contains
 
     ! Of twelve states in first order collocation solves 72 equations where Magnus multiplies matrices.
     still = still_type(states=12, period=1.0_dp)
-    call cheapest_method(still, 60.0_dp, 1.0e-3_dp, method)
+    call cheapest_method(still, 60.0_dp, 1.0e-6_dp, method)
     call check(error, method%name(:6), "magnus", more="nothing changes")
     if (allocated(error)) return
     still%change = 0.02_dp

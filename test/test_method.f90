@@ -316,7 +316,7 @@ contains
     integer :: i
 
     allocate(names, source=method_names())
-    call check(error, size(names), 12)
+    call check(error, size(names), 14)
     if (allocated(error)) return
     do i = 1, size(names)
       call new_method(trim(names(i)), method, failure)

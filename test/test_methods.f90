@@ -309,8 +309,8 @@ contains
     do i = 2, size(names)
       call new_method(trim(names(i)), method, failure)
       if (.not. method%exact_if_constant) then
-        ! As many steps as make the error 1e-6.
-        steps = ceiling(angle * (1.0e6_dp * method%error_constant * angle)**(1.0_dp / method%order))
+        ! As many steps as make the error 1e-9.
+        steps = ceiling(angle * (1.0e9_dp * method%error_constant * angle)**(1.0_dp / method%order))
         told = method%error_constant * angle * (angle / steps)**method%order
         call period_map(system, method, mesh(system, steps), [1.0_dp, 1.0_dp, angle, angle], phi, failure)
         ratio = hypot(phi(1, 1) - cos(angle), phi(1, 3) * angle - sin(angle)) / told

@@ -2,6 +2,7 @@
 module gestell_floquet_flow
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_base_lanes, only: lanes
   use gestell_base_matrix, only: unit_matrix
   use gestell_floquet_mesh, only: merged
   use gestell_floquet_method, only: method_type
@@ -11,12 +12,21 @@ module gestell_floquet_flow
   implicit none (type, external)
   private
 
-  public :: period_map, trajectory
+  public :: end_of_block, period_map, trajectory
 
   !> Steps whose maps are held at a time: memory does not grow with the number of steps, and stays in the cache.
-  integer, parameter, public :: block_length = 32
+  integer, parameter :: block_length = 32
 
 contains
+
+  !> The last step of the block that begins with step `first` of so many. No block is left with fewer steps than are done
+  !> side by side, for these are expensive.
+  pure integer function end_of_block(first, steps) result(last)
+    integer, intent(in) :: first, steps
+
+    last = min(first + block_length - 1, steps)
+    if (steps - last > 0 .and. steps - last < lanes) last = last - lanes
+  end function end_of_block
 
   !> Phi(T) = A_m ... A_1, shape (n, n), (17), over the steps between `nodes`; where asked for also x_p(T), shape (n),
   !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale.
@@ -40,8 +50,10 @@ contains
       reach = 0
     end if
 
-    do first = 1, size(nodes) - 1, block_length
-      last = min(first + block_length, size(nodes)) - 1
+    last = 0
+    do while (last < size(nodes) - 1)
+      first = last + 1
+      last = end_of_block(first, size(nodes) - 1)
       steps = last - first + 1
       if (present(xp)) then
         call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error, b(:, :steps))
@@ -75,8 +87,10 @@ contains
     now = x0
     next = 1
     call keep(all_nodes(1))
-    do first = 1, size(all_nodes) - 1, block_length
-      last = min(first + block_length, size(all_nodes)) - 1
+    last = 0
+    do while (last < size(all_nodes) - 1)
+      first = last + 1
+      last = end_of_block(first, size(all_nodes) - 1)
       associate (from => all_nodes(first:last), to => all_nodes(first + 1:last + 1))
         call method%maps(system, from, to, a(:, :, :size(from)), error, b(:, :size(from)))
         if (allocated(error)) return

@@ -33,6 +33,7 @@ module gestell_floquet_method
   contains
     procedure :: prepare => nothing_to_prepare
     procedure :: phases => not_told
+    procedure :: steps_at_once => one_step
     procedure(step_maps), deferred :: maps
     procedure(step_work), deferred :: work
   end type method_type
@@ -85,6 +86,17 @@ contains
     end associate
     allocate(phases(0))
   end function not_told
+
+  !> How many steps are done side by side: fewer cost as much.
+  pure integer function one_step(self, states, second_order)
+    class(method_type), intent(in) :: self
+    integer, intent(in) :: states
+    logical, intent(in) :: second_order
+
+    associate (unused_method => self, unused_states => states, unused_kind => second_order)
+    end associate
+    one_step = 1
+  end function one_step
 
   !> Work of evaluating the coefficients once. M, B, C and h of a frame take 15 to 25 in bulk, those that a user wrote for
   !> one time 40 and more; a P that somebody wrote down is short.

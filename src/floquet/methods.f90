@@ -23,7 +23,7 @@ contains
     character(len=name_length), allocatable :: names(:)
 
     names = [character(len=name_length) :: "auto", "rk4", "explicit8", "magnus4", "magnus6", "gauss2", "gauss3", "gauss4", &
-      & "gauss5", "gauss6", "gauss7", "gauss8"]
+      & "gauss5", "gauss6", "gauss7", "gauss8", "gauss9", "gauss10"]
   end function method_names
 
   !> The method of that name; `auto` is gauss6, a good one for most cases. Error: there is none of that name.
@@ -51,8 +51,10 @@ contains
       method = cooper_verner()
     case ("magnus4", "magnus6")
       method = magnus(iachar(name(7:7)) - iachar("0"))
-    case ("gauss2", "gauss3", "gauss4", "gauss5", "gauss6", "gauss7", "gauss8")
+    case ("gauss2", "gauss3", "gauss4", "gauss5", "gauss6", "gauss7", "gauss8", "gauss9")
       method = gauss(iachar(name(6:6)) - iachar("0"))
+    case ("gauss10")
+      method = gauss(10)
     case default
       call fatal_error(error, "unknown method '" // name // "'", invalid_input)
     end select
@@ -87,7 +89,8 @@ contains
     allocate(names, source=method_names())
     do i = 2, size(names)
       call find(trim(names(i)), candidate, error)
-      work = candidate%work(system%states, second_order) * steps_in_all(candidate, system%least_steps, turns, tolerance, part)
+      work = candidate%work(system%states, second_order) * steps_in_all(candidate, system%least_steps, turns, tolerance, part, &
+        & candidate%steps_at_once(system%states, second_order))
       if (work >= least_work) cycle
       least_work = work
       call move_alloc(candidate, method)
@@ -95,13 +98,13 @@ contains
     call method%prepare()
   end subroutine cheapest_method
 
-  !> Steps of all solutions that lead to the tolerance: a coarse one, one with twice as many steps, and the last, for which
-  !> the method's error is known. There the fastest motion counts four fifths of the norm `turns`, which is above the
-  !> true angle, and the coefficients turn too: their harmonics fall so that for a method of order p those matter
-  !> that are about p times as fine as the finest feature.
-  pure real(dp) function steps_in_all(method, least_steps, turns, tolerance, changing) result(steps)
+  !> Steps of all solutions that lead to the tolerance, each a whole number of times those that are done `at_once`: a coarse
+  !> one, one with twice as many, and the last, for which the method's error is known. There the fastest motion counts
+  !> four fifths of the norm `turns`, which is above the true angle, and the coefficients turn too: their harmonics fall
+  !> so that for a method of order p those matter that are about p times as fine as the finest feature.
+  pure real(dp) function steps_in_all(method, least_steps, turns, tolerance, changing, at_once) result(steps)
     class(method_type), intent(in) :: method
-    integer, intent(in) :: least_steps
+    integer, intent(in) :: least_steps, at_once
     real(dp), intent(in) :: turns, tolerance, changing
     real(dp) :: coarse, last, angle, constant, allowed
 
@@ -112,7 +115,7 @@ contains
     ! The estimate of the error is four times the error, and half the tolerance is aimed at; rounding sets a floor.
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * turns) / 8
     last = 1.1_dp * angle * (constant * max(turns, 1.0_dp) / allowed)**(1.0_dp / method%order)
-    steps = 3 * coarse + max(2.5_dp * coarse, last)
+    steps = at_once * sum(ceiling([coarse, 2 * coarse, max(2.5_dp * coarse, last)] / at_once))
   end function steps_in_all
 
   !> The greatest part of P, in balanced units, that is not constant.

@@ -1,7 +1,7 @@
 !> One table of the mechanism for many cases.
 module gestell_study_table
   use gestell_base_kinds, only: dp
-  use gestell_floquet_flow, only: block_length
+  use gestell_floquet_flow, only: end_of_block
   use gestell_floquet_method, only: method_type
   use gestell_model_frame, only: frame_type
   implicit none (type, external)
@@ -20,8 +20,10 @@ contains
     real(dp), intent(in) :: nodes(:)
     integer :: first, last
 
-    do first = 1, size(nodes) - 1, block_length
-      last = min(first + block_length, size(nodes)) - 1
+    last = 0
+    do while (last < size(nodes) - 1)
+      first = last + 1
+      last = end_of_block(first, size(nodes) - 1)
       call frame%remember(method%phases(nodes(first:last), nodes(first + 1:last + 1)))
     end do
   end subroutine remember_mechanism

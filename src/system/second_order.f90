@@ -136,18 +136,19 @@ contains
     real(dp), intent(out) :: p(:, :, :)
     real(dp), intent(out), optional :: f(:, :)
     real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), right(:, :, :)
-    real(dp) :: units(self%states / 2)
+    real(dp) :: units(self%states / 2), all_phases(size(phases))
     integer :: n, i, j, k
 
     n = self%states / 2
+    all_phases = phases
     allocate(m(size(phases), n, n), b(size(phases), n, n), c(size(phases), n, n))
     allocate(right(size(phases), n, merge(2 * n + 1, 2 * n, present(f))))
     if (present(f)) then
       allocate(h(size(phases), n))
-      call sample_in_units(self, phases, m, b, c, units, h)
+      call sample_in_units(self, all_phases, m, b, c, units, h)
       right(:, :, 2 * n + 1) = h
     else
-      call sample_in_units(self, phases, m, b, c, units)
+      call sample_in_units(self, all_phases, m, b, c, units)
     end if
     right(:, :, :n) = -c
     right(:, :, n + 1:2 * n) = -b

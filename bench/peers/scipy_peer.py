@@ -1,0 +1,117 @@
+"""SciPy's and numbalsoda's integrators, with the orders and answers of serve.h:
+
+    scipy_peer.py plain | python | numba | numbalsoda
+
+plain: DOP853 and a right-hand side as one writes it with numpy at first; python: one written for speed; numba: the same
+compiled; numbalsoda: its dop853 and lsoda, which call the compiled one directly. The setting is the tolerance, relative
+and absolute.
+"""
+import os
+import sys
+import time
+
+import numpy as np
+
+from model import MACHINES
+
+
+def scipy_solver(kind):
+    from scipy.integrate import solve_ivp
+
+    if kind == "numba":
+        from numba import njit
+
+        from model import compiled_sides, numbers
+        sides = compiled_sides(njit)
+
+    def solver(method, name, rpm, size, unit):
+        if kind == "plain":
+            from plain import plain_side
+            side = plain_side(name, rpm, size, unit)
+        elif kind == "python":
+            from model import python_side
+            side = python_side(name, rpm, size, unit)
+        else:
+            compiled, d = sides[name], numbers(name, rpm, size, unit)
+
+            def side(t, y):
+                dy = np.empty(42)
+                compiled(t, y, dy, d)
+                return dy
+
+        def solve(start, period, tolerance):
+            solution = solve_ivp(side, (0.0, period), start, method=method, rtol=tolerance, atol=tolerance, t_eval=[period])
+            return solution.success, solution.y[:, -1], solution.nfev
+
+        return solve
+
+    return solver
+
+
+def numbalsoda_solver():
+    import numbalsoda
+    from numba import carray, cfunc, njit
+
+    from model import compiled_sides, numbers
+    sides = {}
+    for name, compiled in compiled_sides(njit).items():
+        def build(compiled):
+            @cfunc(numbalsoda.lsoda_sig)
+            def side(t, y, dy, data):
+                d = carray(data, 33)
+                d[32] += 1
+                compiled(t, carray(y, 42), carray(dy, 42), d)
+            return side
+        sides[name] = build(compiled)
+
+    def solver(method, name, rpm, size, unit):
+        integrate = getattr(numbalsoda, method)
+
+        def solve(start, period, tolerance):
+            d = np.append(numbers(name, rpm, size, unit), 0.0)
+            y, success = integrate(sides[name].address, start, np.array([0.0, period]), data=d, rtol=tolerance,
+                                   atol=tolerance, mxstep=10**8)
+            return success, y[-1], int(d[32])
+
+        return solve
+
+    return solver
+
+
+def answer(solve, rpm, setting, seconds, size, unit):
+    start = np.hstack([np.eye(6), np.zeros((6, 1))]).ravel()
+    times = []
+    begin = time.perf_counter()
+    while not times or (time.perf_counter() - begin < seconds and len(times) < 1001):
+        since = time.perf_counter()
+        success, y, evaluations = solve(start, 60.0 / rpm, setting)
+        if not success or not np.all(np.isfinite(y)):
+            return "failed"
+        y = y.reshape(6, 7)
+        x0 = np.linalg.solve(np.eye(6) - y[:, :6], y[:, 6])
+        times.append(time.perf_counter() - since)
+    times.sort()
+    phi = y[:, :6] * unit[:, None] / unit
+    values = [times[0], times[len(times) // 2], len(times), evaluations, *phi.ravel(), *(x0 * size * unit)]
+    return ",".join(repr(float(v)) if isinstance(v, float) else str(v) for v in values)
+
+
+def main():
+    kind = sys.argv[1]
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # integrators write messages of their own
+    solver = numbalsoda_solver() if kind == "numbalsoda" else scipy_solver(kind)
+    for name in MACHINES:  # all is compiled before the first order
+        solver({"numbalsoda": "dop853"}.get(kind, "DOP853"), name, 60.0, 1.0, [1.0] * 6)(np.zeros(42), 0.01, 1e-3)
+    for line in sys.stdin:
+        name, rpm, method, setting, seconds, size, *unit = line.split()
+        unit = [float(u) for u in unit]
+        solve = solver(method, name, float(rpm), float(size), unit)
+        try:
+            print(answer(solve, float(rpm), float(setting), float(seconds), float(size), np.array(unit)), file=answers, flush=True)
+        except (ValueError, ArithmeticError):
+            print("failed", file=answers, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,130 @@
+#!/usr/bin/env bash
+# Measures the library and what users would take in its place, and writes bench/RESULTS.md:
+#
+#   ./bootstrap bash bench/run.sh [option of compare.py ...]
+#
+# What is missing of the peers is skipped with a word on how to install it. PYTHON names the Python with SciPy, numba and
+# numbalsoda, CC and CXX the compilers of the peers, FLAGS the flags of the library. A whole run takes an hour or so; with
+# --ours-only the library is measured alone, with --cases khang_four_bar:240 one case.
+
+set -eu
+cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
+export LC_ALL=C OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+build=$PWD/build/bench
+flags=${FLAGS:--O3 -march=native -mprefer-vector-width=512}
+peer_flags="-O3 -march=native"
+mkdir -p "$build"
+say() { printf 'bench: %s\n' "$*" >&2; }
+
+library() {
+  fpm install --directory bench/speed --prefix "$build/$1" --profile release --flag "$2" >"$build/$1.log" 2>&1 ||
+    { tail -n 20 "$build/$1.log" >&2; exit 1; }
+}
+
+# peer NAME PACKAGE COMPILER SOURCE LIBRARY...
+peer() {
+  local name=$1 package=$2 compiler=$3 source=$4
+  shift 4
+  rm -f "$build/$name"
+  # shellcheck disable=SC2086 # flags are words
+  "$compiler" $peer_flags "bench/peers/$source" -o "$build/$name" "$@" -lm >"$build/$name.log" 2>&1 ||
+    skipped+=("$name is skipped; to have it: apt-get install $package")
+}
+
+module() {
+  "$python" -c "import $1" 2>/dev/null || skipped+=("$1 is skipped; to have it: pip install $1")
+}
+
+python=${PYTHON:-python3}
+cc=${CC:-gcc} cxx=${CXX:-g++}
+skipped=()
+say "building"
+library speed "$flags"
+peer gsl libgsl-dev "$cc" gsl.c -lgsl -lgslcblas
+peer boost libboost-dev "$cxx" boost.cpp
+peer sundials libsundials-dev "$cc" sundials.c -lsundials_arkode -lsundials_cvode -lsundials_nvecserial
+for name in scipy numba numbalsoda; do module $name; done
+if [[ " $* " == *" --ours-only "* ]]; then skipped=(); fi
+for line in ${skipped[@]+"${skipped[@]}"}; do say "$line"; done
+
+versions() {
+  "${FPM_FC:-gfortran}" --version | sed -n '1s/^/- Library: /p'
+  printf '  `%s`\n' "--profile release --flag '$flags'"
+  "$cc" --version | sed -n '1s/^/- Peers: /p'
+  printf '  `%s`\n' "$peer_flags"
+  for name in gsl boost sundials; do
+    case $name in
+      gsl) header=gsl/gsl_version.h macro=GSL_VERSION ;;
+      boost) header=boost/version.hpp macro=BOOST_LIB_VERSION ;;
+      sundials) header=sundials/sundials_config.h macro=SUNDIALS_VERSION ;;
+    esac
+    if [ -e "$build/$name" ]; then
+      printf -- '- %s %s\n' $name "$(printf '#include <%s>\n%s\n' $header $macro | "$cxx" -E -P -x c++ - |
+        tail -n 1 | tr -d '"' | tr _ .)"
+    fi
+  done
+  "$python" - <<'PYTHON'
+import importlib.metadata, platform
+print("- Python", platform.python_version(), end="")
+for name in ("numpy", "scipy", "numba", "numbalsoda"):
+    try:
+        print(f", {name} {importlib.metadata.version(name)}", end="")
+    except importlib.metadata.PackageNotFoundError:
+        pass
+print()
+PYTHON
+}
+
+say "comparing"
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 8))' || { say "$python is too old"; exit 1; }
+python3 bench/compare.py "$build" --python "$python" --csv "$build/trials.csv" "$@" >"$build/comparison.md"
+
+say "counting operations"
+"$cc" -O3 -march=native bench/peak.c -o "$build/peak"
+peak=$("$build/peak")
+if command -v valgrind >/dev/null; then
+  library counted "-O3 -march=x86-64-v3"
+  python3 bench/operations.py "$build/counted/bin/speed" "$build/speed/bin/speed" "$peak" data \
+    "khang_four_bar 240 gauss6 64" "khang_four_bar 240 gauss8 48" "khang_four_bar 240 auto 1e-9" \
+    "khang_four_bar 1 multipliers 1e-9" >"$build/operations.md"
+else
+  echo "Not counted: valgrind is missing (apt-get install valgrind)." >"$build/operations.md"
+fi
+
+say "trying flags"
+bash bench/flags.sh >"$build/flags.md"
+
+cat - "$build/comparison.md" >bench/RESULTS.md <<TEXT
+# Results of the benchmarks
+
+Made by \`bench/run.sh\` on $(sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo | head -n 1), $(nproc --all) cores, one of them used,
+$(uname -sr | sed 's/-.*//'), $(date +%Y-%m-%d).
+
+$(versions)
+$([ ${#skipped[@]} = 0 ] || printf -- '- %s\n' "${skipped[@]}")
+
+## Against the peers
+
+All compute Phi(T) and x0 = (E - Phi)^-1 x_p(T) of the same machine, by integration over one period: 42 numbers at once, with one
+evaluation of the kinematics for a right-hand side that is written by hand for the machine in question. The states are
+balanced for the peers, so that one tolerance, relative and absolute, suits all components. Errors are the true ones, against
+\`bench/reference.dat\`, relative and in balanced units; of each program's methods and settings the cheapest counts whose
+two errors are both small enough. Times are medians over rounds in which the programs take turns.
+
+- **Gestell** (row 1) does what the peers do: so many steps of a method, no estimate of the error.
+- **Gestell, all** (row 2) is told a tolerance and nothing else: the method and the steps are chosen, multipliers, x0 and bounds on
+  their errors and the verdict computed; its first error is that of the multipliers.
+- **Gestell, multipliers** is the same without x0.
+- **SciPy**: DOP853 with the right-hand side in Python, as one writes it with numpy (plain) and as fast as Python gets
+  (scalar), and compiled by numba.
+
+TEXT
+{
+  printf '\n## Operations and the peak of the core\n\nMeasured peak of one core: %s 1e9 operations a second (fused' "$peak"
+  printf ' multiply-adds in registers, bench/peak.c).\nInstructions and operations of one solution are counted by valgrind'
+  printf ' in a build for AVX2; times are those of the build above.\n\n'
+  cat "$build/operations.md"
+  printf '\n## What flags are worth\n\nShortest times, in turn.\n\n'
+  cat "$build/flags.md"
+} >>bench/RESULTS.md
+say "bench/RESULTS.md is written"
