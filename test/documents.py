@@ -45,13 +45,18 @@ def run_commands():
     shutil.rmtree(ROOT / "sweep", ignore_errors=True)
 
 
+def but_for_rounding(report):
+    """Without the digit of a defect that is rounding alone: it depends on the compiler's order of operations."""
+    return re.sub(r"defect \de-1[2-6]", "defect", report)
+
+
 def excerpts(gestell, folder):
     reports = program(gestell, ROOT / "data/khang_four_bar.nml", where=folder).stdout
     reports += program(gestell, ROOT / "data/rocking_sieve.nml", where=folder).stdout
     reports += program(gestell, "--check", ROOT / "data/shaper.nml", where=folder).stdout
     for block in blocks("README.md", "text"):
         if not block.startswith("input.nml"):
-            check("README: excerpt of the report", block in reports, block)
+            check("README: excerpt of the report", but_for_rounding(block) in but_for_rounding(reports), block)
     for file in sorted((ROOT / "data").glob("*.nml")):
         done = program(gestell, file, where=folder)
         check(f"{file.name} runs", done.returncode == 0, done.stderr)

@@ -252,8 +252,8 @@ contains
     do f = 1, 5
       do i = 1, size(counts)
         call check_oscillators(counts(i), [(frequencies(1 + modulo(k, 3)), k = 1, f)], .false., error)
-        if (.not. allocated(error) .and. f > 1) &
-          & call check_oscillators(counts(i), [(frequencies(1 + modulo(k, 3)), k = 1, f)], .true., error)
+        if (allocated(error)) return
+        if (f > 1) call check_oscillators(counts(i), [(frequencies(1 + modulo(k, 3)), k = 1, f)], .true., error)
         if (allocated(error)) return
       end do
     end do

@@ -218,7 +218,7 @@ INPUTS = [
      "input.nml:16: &accuracy: method = 'gauss66': unknown; did you mean 'gauss6'?"),
     ("unknown method, nothing near", added("&accuracy method='simpson' /"), 2,
      "input.nml:16: &accuracy: method = 'simpson': unknown; known: 'auto', 'rk4', 'explicit8', "
-     "'magnus4', 'magnus6', 'gauss2', 'gauss3', 'gauss4', 'gauss5', 'gauss6', 'gauss7', 'gauss8', 'reduced'"),
+     "'magnus4', 'magnus6', 'gauss2', 'gauss3', 'gauss4', 'gauss5', 'gauss6', 'gauss7', 'gauss8', 'gauss9', 'gauss10', 'reduced'"),
     ("reduction with steps", added("&accuracy method='reduced', steps=10 /"), 2,
      "input.nml:16: &accuracy: steps = 10: method 'reduced' has no steps"),
     ("tolerance too small", added("&accuracy tolerance=1e-16 /"), 2,
