@@ -41,10 +41,12 @@ contains
   subroutine test_schur(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: unknowns(4) = [3, 6, 18, 24], borders(4) = [3, 3, 6, 9], right(4) = [3, 12, 9, 12]
-    real(dp) :: w(lanes, most_rows, 2 * most_rows), before(lanes, most_rows, 2 * most_rows), multiplier(lanes)
+    real(dp), allocatable :: w(:, :, :), before(:, :, :)
+    real(dp) :: multiplier(lanes)
     real(qp), allocatable :: exact(:, :)
     integer :: i, k, lane, rows, columns
 
+    allocate(w(lanes, most_rows, 2 * most_rows))
     do i = 1, size(unknowns)
       rows = unknowns(i) + borders(i)
       columns = unknowns(i) + right(i)

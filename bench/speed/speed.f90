@@ -43,6 +43,7 @@ contains
     character(len=*), intent(in) :: machine, rpm, method
     real(dp), intent(in) :: setting, seconds
     type(frame_type) :: frame
+    class(method_type), allocatable :: prepared
     type(error_type), allocatable :: error
     real(dp) :: times(most_runs), phi(n, n), x0(n), found(n * n + n)
     complex(dp) :: rho(n)

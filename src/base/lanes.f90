@@ -4,7 +4,7 @@
 !> How to read it: forget the loops over `lane`, and it is elimination by blocks of 3 x 3. The sums of a block stay in nine
 !> scalars while they run over all eliminated unknowns; this, and that nothing depends on the lane but the data, is what
 !> lets a compiler keep the registers full. The inner loop ends at its foot since a test at its head would be control flow
-!> in a lane. `!$omp simd` asks for vectors (`-fopenmp` or `-fopenmp-simd`); without it the results are the same.
+!> in a lane. `!GCC$ ivdep` tells gfortran that lanes do not depend on each other; without it the results are the same.
 module gestell_base_lanes
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -78,7 +78,7 @@ contains
     integer :: lane, k
 
     if (depth == 0) return
-    !$omp simd private(c11, c21, c31, c12, c22, c32, c13, c23, c33, r1, r2, r3, s1, s2, s3, k)
+    !GCC$ ivdep
     do lane = 1, lanes
       c11 = w(lane, i, j)
       c21 = w(lane, i + 1, j)
@@ -128,7 +128,7 @@ contains
     real(dp) :: p1, p2, p3, u12, u13, u23, l21, l31, l32
     integer :: lane
 
-    !$omp simd private(p1, p2, p3, u12, u13, u23, l21, l31, l32)
+    !GCC$ ivdep
     do lane = 1, lanes
       p1 = w(lane, k, k)
       w(lane, k, k) = 1 / merge(p1, 1.0_dp, abs(p1) > least_pivot)
@@ -158,7 +158,7 @@ contains
     integer :: lane, c
 
     do c = j, j + block - 1
-      !$omp simd
+      !GCC$ ivdep
       do lane = 1, lanes
         w(lane, k + 1, c) = w(lane, k + 1, c) - w(lane, k + 1, k) * w(lane, k, c)
         w(lane, k + 2, c) = w(lane, k + 2, c) - w(lane, k + 2, k) * w(lane, k, c) - w(lane, k + 2, k + 1) * w(lane, k + 1, c)
@@ -174,7 +174,7 @@ contains
     integer :: lane, r
 
     do r = i, i + block - 1
-      !$omp simd private(l1, l2, l3)
+      !GCC$ ivdep
       do lane = 1, lanes
         l1 = w(lane, r, k) * w(lane, k, k)
         l2 = (w(lane, r, k + 1) - l1 * w(lane, k, k + 1)) * w(lane, k + 1, k + 1)

@@ -161,13 +161,13 @@ contains
       do r = 1, f
         row = f * (i - 1) + r
         do c = 1, f
-          !$omp simd
+          !GCC$ ivdep
           do lane = 1, lanes
             damping(lane) = h(lane) * at%b(from + lane, r, c)
             w(lane, row, p + c) = -at%b(from + lane, r, c)
           end do
           if (at%positions > 0) then
-            !$omp simd
+            !GCC$ ivdep
             do lane = 1, lanes
               stiffness(lane) = h(lane)**2 * at%c(from + lane, r, c)
               w(lane, row, q + c) = -at%c(from + lane, r, c)
@@ -175,13 +175,13 @@ contains
             end do
           end if
           do j = 1, s
-            !$omp simd
+            !GCC$ ivdep
             do lane = 1, lanes
               w(lane, row, f * (j - 1) + c) = tableau%a(i, j) * damping(lane) + tableau%aa(i, j) * stiffness(lane)
             end do
           end do
           if (at%positions == 0) cycle
-          !$omp simd
+          !GCC$ ivdep
           do lane = 1, lanes
             w(lane, row, f * (i - 1) + c) = w(lane, row, f * (i - 1) + c) + at%m(from + lane, r, c)
           end do

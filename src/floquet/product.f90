@@ -158,7 +158,7 @@ contains
     if (forced) x = a(:, :, n + 1)
     do k = 1, n
       do i = 1, n
-        !$omp simd
+        !GCC$ ivdep
         do lane = 1, lanes
           x(lane, i) = x(lane, i) + a(lane, i, k) * old(lane, k)
         end do
@@ -179,7 +179,7 @@ contains
       x(:, :, group) = 0
       do k = 1, n
         do i = 1, n
-          !$omp simd
+          !GCC$ ivdep
           do lane = 1, lanes
             x(lane, i, group) = x(lane, i, group) + a(i, k) * old(lane, k)
           end do
@@ -198,7 +198,7 @@ contains
 
     sums = 0
     do i = 1, count
-      !$omp simd
+      !GCC$ ivdep
       do lane = 1, lanes
         sums(lane) = sums(lane) + abs(x(lane, i))
       end do
@@ -215,7 +215,7 @@ contains
 
     squares = 0
     do i = 1, n
-      !$omp simd
+      !GCC$ ivdep
       do lane = 1, lanes
         squares(lane) = squares(lane) + (x(lane, i) / scale(i))**2
       end do
