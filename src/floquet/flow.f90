@@ -45,10 +45,8 @@ contains
     n = system%states
     allocate(a(n, n, min(block_length, size(nodes) - 1)), b(n, min(block_length, size(nodes) - 1)))
     phi = unit_matrix(n)
-    if (present(xp)) then
-      xp = 0
-      reach = 0
-    end if
+    if (present(xp)) xp = 0
+    if (present(reach)) reach = 0
 
     last = 0
     do while (last < size(nodes) - 1)
