@@ -27,6 +27,7 @@ program main
   use test_periodic, only: collect_periodic
   use test_periodic_bounds, only: collect_periodic_bounds
   use test_periodic_schur, only: collect_periodic_schur
+  use test_phasewise, only: collect_phasewise
   use test_population, only: collect_population
   use test_reach, only: collect_reach
   use test_reduction, only: collect_reduction
@@ -63,6 +64,7 @@ program main
     & new_testsuite("schur", collect_periodic_schur), &
     & new_testsuite("schur-bounds", collect_periodic_bounds), &
     & new_testsuite("reduction", collect_reduction), &
+    & new_testsuite("phasewise", collect_phasewise), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("lanes", collect_lanes), &
     & new_testsuite("table", collect_table), &

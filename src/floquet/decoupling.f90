@@ -1,218 +1,198 @@
 !> The groups of modes of y' = D y + g, made as independent of each other as they can be: the numerics of
-!> gestell_floquet_reduction, whose terms are used here.
+!> gestell_floquet_reduction, whose terms are used here, in the real form of gestell_floquet_conjugates.
 module gestell_floquet_decoupling
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_base_lapack, only: balancing, inverse
-  use gestell_floquet_modes, only: columns_of, modes_type
+  use gestell_base_lapack, only: balancing
+  use gestell_floquet_conjugates, only: add_entry, counts, divide, entry
+  use gestell_floquet_modes, only: modes_type
+  use gestell_floquet_phasewise, only: along_phases, inverses, multiply
+  use gestell_floquet_separation, only: separation
   use gestell_floquet_trigonometric, only: differentiation
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: decouple, fast_size, transform, uncoupled_size
+  public :: balance, decouple, examine, transform, uncoupled_sizes
 
-  type, public :: reduction_type
-    !> Number N of phases, odd.
-    integer :: angles = 0
-    !> Groups of the columns of S and which of these are conjugates of each other, both of shape (n).
-    type(modes_type) :: modes
-    !> S and D at the phases, shape (n, n, N), in balanced units and per period.
-    complex(dp), allocatable :: basis(:, :, :), generator(:, :, :)
-    !> p and g at the phases, shape (n, N); unallocated unless asked for.
-    complex(dp), allocatable :: response(:, :), forcing(:, :)
-    !> What D has between groups and how far it is from its interpolation: the greatest sum over a row, integrated over
-    !> the period by the phases and those in the middle between them. The same of g.
-    real(dp) :: residual = 0, forcing_residual = 0
-    !> How far the slow group's g is from its interpolation, in the same way, and its greatest size.
-    real(dp) :: slow_residual = 0, slow_effort = 0
-    !> Greatest |S| |S^-1|, and greatest size of the terms of which g consists.
-    real(dp) :: condition = 1, effort = 0
-    !> Evaluations of the coefficients.
-    integer :: evaluations = 0
-  end type reduction_type
+  !> D in its real form and S^-1 at some phases, shape (phases, n, n).
+  type, public :: motion_type
+    real(dp), allocatable :: d(:, :, :), inverted(:, :, :)
+  end type motion_type
 
-  !> The columns of one group.
-  type :: group_type
-    integer, allocatable :: columns(:)
-    logical :: slow = .false.
-  end type group_type
+  integer, parameter, public :: most_rounds = 60
 
 contains
 
-  !> Improves S by S (E + Z) with D_g Z_gh - Z_gh D_h = -D_gh, and p by S z with D_g z_g = -g_g: what is neglected,
-  !> Z' and z', is small where the groups are far apart against the change within a period. Ends where what is left is
-  !> `enough`, relative to the terms of which it consists, or no longer falls.
-  subroutine decouple(a, f, forced, enough, reduction, error)
-    real(dp), intent(in) :: a(:, :, :), f(:, :), enough
-    logical, intent(in) :: forced
-    type(reduction_type), intent(inout) :: reduction
+  !> D and S^-1 of `s`, whose derivative is that of its interpolation, and `left`, the greatest sum over a row of what D has
+  !> between groups. Error: S is singular.
+  subroutine examine(a, modes, s, motion, left, error)
+    real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :)
+    type(modes_type), intent(in) :: modes
+    type(motion_type), intent(inout) :: motion
+    real(dp), intent(out) :: left
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: most_rounds = 60
-    complex(dp), allocatable :: s(:, :, :), p(:, :), d(:, :, :), g(:, :)
-    type(group_type), allocatable :: groups(:)
-    real(dp), allocatable :: derivative(:, :)
-    real(dp) :: left, before
-    integer :: n, m, round, k
+    real(dp), dimension(size(s, 1), size(s, 2), size(s, 3)) :: slope
+    real(dp) :: derivative(size(s, 1), size(s, 1))
 
-    n = size(a, 1)
-    m = size(a, 3)
-    reduction%angles = m
-    call list_groups(reduction%modes, groups)
-    allocate(derivative, source=transpose(differentiation(m)))
-    s = reduction%modes%basis
-    p = 0 * f
-    before = huge(before)
+    derivative = differentiation(size(s, 1))
+    call along_phases(derivative, s, slope)
+    call transform(a, s, slope, motion, error)
+    if (allocated(error)) return
+    left = maxval(uncoupled_sizes(motion%d, modes))
+    if (.not. left < huge(left)) call fatal_error(error, "the coefficients leave the range of the numbers", failed_computation)
+  end subroutine examine
+
+  !> Improves S by S (E + Z) with D_g Z_gh - Z_gh D_h = -D_gh: what is neglected, Z', is small where the groups are far apart
+  !> against the change within a period. Ends where what is `left` is `enough`, or no longer falls. `s`, `motion` and `left`
+  !> are the start, as examined, and the best that was found. Error: groups share an eigenvalue.
+  subroutine decouple(a, modes, enough, s, motion, left, error)
+    real(dp), contiguous, intent(in) :: a(:, :, :)
+    type(modes_type), intent(in) :: modes
+    real(dp), intent(in) :: enough
+    real(dp), contiguous, intent(inout) :: s(:, :, :)
+    type(motion_type), intent(inout) :: motion
+    real(dp), intent(inout) :: left
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: failure
+    real(dp), dimension(size(s, 1), size(s, 2), size(s, 3)) :: tried, z
+    type(motion_type) :: found
+    real(dp) :: before, coupled
+    integer :: round
+
     do round = 1, most_rounds
-      call transform(a, f, s, p, matmul(reshape(s, [n * n, m]), derivative), matmul(p, derivative), d, g, error)
+      if (left <= enough) return
+      call separation(motion%d, modes, z, error)
       if (allocated(error)) return
-      left = maxval([(uncoupled_size(d(:, :, k), reduction%modes%group), k = 1, m)])
-      if (forced) left = max(left, maxval([(fast_size(g(:, k), reduction%modes%group), k = 1, m)]) * maxval(abs(a)) &
-        & / max(maxval(abs(f)) + maxval(abs(a)) * maxval(abs(p)), tiny(1.0_dp)))
-      if (left < before) then
-        reduction%basis = s
-        reduction%generator = d
-        if (forced) reduction%response = p
-        if (forced) reduction%forcing = g
-      end if
-      if (left <= enough .or. .not. left < 0.5_dp * before) exit
+      call multiply(s, z, tried)
+      tried = tried + s
+      call normalise(modes, tried, failure)
+      if (.not. allocated(failure)) call examine(a, modes, tried, found, coupled, failure)
+      if (allocated(failure)) return
+      if (coupled >= left) return
+      s = tried
+      call move_alloc(found%d, motion%d)
+      call move_alloc(found%inverted, motion%inverted)
       before = left
-      do k = 1, m
-        call improve(d(:, :, k), g(:, k), groups, s(:, :, k), p(:, k), error)
-        if (allocated(error)) return
-      end do
+      left = coupled
+      if (left >= 0.5_dp * before) return
     end do
-    if (allocated(reduction%generator)) then
-      call balance(reduction)
-    else
-      call fatal_error(error, "the coefficients or the forcing leave the range of the numbers", failed_computation)
-    end if
   end subroutine decouple
 
-  !> Units of the columns of S that make the rows and columns of D within the groups comparable.
-  subroutine balance(reduction)
-    type(reduction_type), intent(inout) :: reduction
-    real(dp) :: sizes(size(reduction%modes%group), size(reduction%modes%group))
-    real(dp) :: unit(size(reduction%modes%group))
-    integer :: n, m
-
-    n = size(unit)
-    m = reduction%angles
-    sizes = maxval(abs(reduction%generator), dim=3)
-    where (spread(reduction%modes%group, 1, n) /= spread(reduction%modes%group, 2, n)) sizes = 0
-    unit = balancing(sizes)
-    reduction%basis = reduction%basis * spread(spread(unit, 1, n), 3, m)
-    reduction%generator = reduction%generator * spread(spread(unit, 1, n), 3, m) / spread(spread(unit, 2, n), 3, m)
-    if (allocated(reduction%forcing)) reduction%forcing = reduction%forcing / spread(unit, 2, m)
-  end subroutine balance
-
-  !> D = S^-1 (A S - S') and g = S^-1 (A p + f - p') at each phase; ds, shape (n n, phases), and `slope` are S' and p'.
-  subroutine transform(a, f, s, p, ds, slope, d, g, error)
-    real(dp), intent(in) :: a(:, :, :), f(:, :)
-    complex(dp), intent(in) :: s(:, :, :), p(:, :), ds(:, :), slope(:, :)
-    complex(dp), allocatable, intent(out) :: d(:, :, :), g(:, :)
-    type(error_type), allocatable, intent(out) :: error
-    complex(dp), allocatable :: inverted(:, :)
-    integer :: n, k
-
-    n = size(a, 1)
-    allocate(d(n, n, size(a, 3)), g(n, size(a, 3)))
-    do k = 1, size(a, 3)
-      call inverse(s(:, :, k), inverted, error)
-      if (allocated(error)) return
-      d(:, :, k) = matmul(inverted, matmul(a(:, :, k), s(:, :, k)) - reshape(ds(:, k), [n, n]))
-      g(:, k) = matmul(inverted, matmul(a(:, :, k), p(:, k)) + f(:, k) - slope(:, k))
-    end do
-  end subroutine transform
-
-  !> One step of `decouple` at one phase.
-  subroutine improve(d, g, groups, s, p, error)
-    complex(dp), intent(in) :: d(:, :), g(:)
-    type(group_type), intent(in) :: groups(:)
-    complex(dp), intent(inout) :: s(:, :), p(:)
-    type(error_type), allocatable, intent(out) :: error
-    complex(dp) :: z(size(g), size(g)), change(size(g))
-    complex(dp), allocatable :: inverted(:, :), block(:, :)
-    integer :: i, k
-
-    z = 0
-    change = 0
-    do i = 1, size(groups)
-      associate (own => groups(i)%columns)
-        do k = 1, size(groups)
-          if (i == k) cycle
-          associate (others => groups(k)%columns)
-            call sylvester(d(own, own), d(others, others), -d(own, others), block, error)
-            if (allocated(error)) return
-            z(own, others) = block
-          end associate
-        end do
-        if (groups(i)%slow) cycle
-        call inverse(d(own, own), inverted, error)
-        if (allocated(error)) return
-        change(own) = -matmul(inverted, g(own))
-      end associate
-    end do
-    p = p + matmul(s, change)
-    s = s + matmul(s, z)
-  end subroutine improve
-
-  subroutine list_groups(modes, groups)
+  !> Units of the columns of S that make the rows and columns of D within the groups comparable; single modes have none.
+  subroutine balance(modes, s, motion)
     type(modes_type), intent(in) :: modes
-    type(group_type), allocatable, intent(out) :: groups(:)
-    integer :: g, i
+    real(dp), contiguous, intent(inout) :: s(:, :, :)
+    type(motion_type), intent(inout) :: motion
+    real(dp) :: sizes(size(modes%group), size(modes%group)), unit(size(modes%group))
+    real(dp), dimension(size(motion%d, 1)) :: re, im
+    integer :: k, l
 
-    allocate(groups(count([(any(modes%group == g), g = 0, size(modes%group))])))
-    i = 0
-    do g = 0, size(modes%group)
-      if (.not. any(modes%group == g)) cycle
-      i = i + 1
-      allocate(groups(i)%columns, source=columns_of(modes%group, g))
-      groups(i)%slow = g == 0
-    end do
-  end subroutine list_groups
-
-  !> X of A X - X B = C. Error: A and B share an eigenvalue.
-  subroutine sylvester(a, b, c, x, error)
-    complex(dp), intent(in) :: a(:, :), b(:, :), c(:, :)
-    complex(dp), allocatable, intent(out) :: x(:, :)
-    type(error_type), allocatable, intent(out) :: error
-    complex(dp) :: operator(size(c), size(c))
-    complex(dp), allocatable :: inverted(:, :)
-    integer :: i, j, k, n
-
-    n = size(a, 1)
-    if (size(c) == 1 .and. abs(a(1, 1) - b(1, 1)) > 0) then
-      x = c / (a(1, 1) - b(1, 1))
-      return
-    end if
-    operator = 0
-    do j = 1, size(b, 1)
-      operator(n * (j - 1) + 1:n * j, n * (j - 1) + 1:n * j) = a
-      do k = 1, size(b, 1)
-        do i = 1, n
-          operator(n * (j - 1) + i, n * (k - 1) + i) = operator(n * (j - 1) + i, n * (k - 1) + i) - b(k, j)
-        end do
+    if (all([(count(modes%group == modes%group(k)), k = 1, size(unit))] == 1)) return
+    sizes = 0
+    do l = 1, size(unit)
+      do k = 1, size(unit)
+        if (modes%group(k) /= modes%group(l)) cycle
+        call entry(motion%d, modes%conjugate, k, l, re, im)
+        sizes(k, l) = maxval(hypot(re, im))
       end do
     end do
-    call inverse(operator, inverted, error)
-    if (.not. allocated(error)) x = reshape(matmul(inverted, reshape(c, [size(c)])), shape(c))
-  end subroutine sylvester
+    unit = balancing(sizes)
+    ! The same for the columns of a conjugate pair.
+    unit = unit([(min(k, modes%conjugate(k)), k = 1, size(unit))])
+    do k = 1, size(unit)
+      s(:, :, k) = s(:, :, k) * unit(k)
+      motion%inverted(:, k, :) = motion%inverted(:, k, :) / unit(k)
+      motion%d(:, :, k) = motion%d(:, :, k) * unit(k)
+      motion%d(:, k, :) = motion%d(:, k, :) / unit(k)
+    end do
+  end subroutine balance
 
-  !> Greatest sum over a row of the entries between groups.
-  pure real(dp) function uncoupled_size(d, group)
-    complex(dp), intent(in) :: d(:, :)
-    integer, intent(in) :: group(:)
+  !> D = S^-1 (A S - S') and S^-1 at each phase. Error: S is singular.
+  subroutine transform(a, s, slope, motion, error)
+    real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), slope(:, :, :)
+    type(motion_type), intent(inout) :: motion
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), dimension(size(s, 1), size(s, 2), size(s, 3)) :: rate
 
-    uncoupled_size = maxval(sum(abs(d), dim=2, mask=spread(group, 1, size(group)) /= spread(group, 2, size(group))))
-  end function uncoupled_size
+    if (.not. allocated(motion%d)) allocate(motion%d, motion%inverted, mold=s)
+    call inverses(s, motion%inverted, error)
+    if (allocated(error)) return
+    call multiply(a, s, rate)
+    rate = rate - slope
+    call multiply(motion%inverted, rate, motion%d)
+  end subroutine transform
 
-  !> Greatest entry outside of the slow group.
-  pure real(dp) function fast_size(g, group)
-    complex(dp), intent(in) :: g(:)
-    integer, intent(in) :: group(:)
+  !> Columns of every group's S that are E in its rows: of all bases of the same spaces those that do not depend on how they
+  !> were found. Error: a group has turned away from where it was at phase 0.
+  subroutine normalise(modes, s, error)
+    type(modes_type), intent(in) :: modes
+    real(dp), contiguous, intent(inout) :: s(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: within(:, :, :), inverted(:, :, :)
+    real(dp), dimension(size(s, 1)) :: re, im
+    integer :: k, l
 
-    fast_size = maxval(abs(g), mask=group /= 0)
-  end function fast_size
+    if (all([(count(modes%group == modes%group(k)), k = 1, size(s, 2))] == 1)) then
+      do k = 1, size(s, 2)
+        if (k <= modes%conjugate(k)) call normalise_mode(modes%conjugate, k, s, error)
+        if (allocated(error)) return
+      end do
+      return
+    end if
+    allocate(within, source=0 * s)
+    allocate(inverted, mold=s)
+    do l = 1, size(s, 3)
+      do k = 1, size(s, 2)
+        if (modes%group(k) /= modes%group(l) .or. .not. counts(modes%conjugate, k, l)) cycle
+        call entry(s, modes%conjugate, k, l, re, im)
+        call add_entry(re, im, modes%conjugate, k, l, within)
+      end do
+    end do
+    call inverses(within, inverted, error)
+    if (allocated(error)) return
+    within = s
+    call multiply(within, inverted, s)
+  end subroutine normalise
+
+  !> The same for the column k and its conjugate: divided by the entry in its own row.
+  pure subroutine normalise_mode(conjugate, k, s, error)
+    integer, intent(in) :: conjugate(:), k
+    real(dp), contiguous, intent(inout) :: s(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), dimension(size(s, 1)) :: a, b, re, im
+    integer :: i
+
+    call entry(s, conjugate, k, k, re, im)
+    a = 1
+    b = 0
+    call divide(re, im, a, b, error)
+    if (allocated(error)) return
+    do i = 1, size(s, 2)
+      re = s(:, i, k)
+      im = s(:, i, conjugate(k))
+      s(:, i, conjugate(k)) = re * b + im * a
+      s(:, i, k) = re * a - merge(im * b, 0.0_dp, conjugate(k) /= k)
+    end do
+  end subroutine normalise_mode
+
+  !> Greatest sum over a row of the entries between groups, at each phase.
+  pure function uncoupled_sizes(d, modes) result(sizes)
+    real(dp), contiguous, intent(in) :: d(:, :, :)
+    type(modes_type), intent(in) :: modes
+    real(dp), dimension(size(d, 1)) :: sizes, row, re, im
+    integer :: k, l
+
+    sizes = 0
+    do k = 1, size(d, 2)
+      if (k > modes%conjugate(k)) cycle
+      row = 0
+      do l = 1, size(d, 2)
+        if (modes%group(k) == modes%group(l)) cycle
+        call entry(d, modes%conjugate, k, l, re, im)
+        row = row + sqrt(re**2 + im**2)
+      end do
+      sizes = max(sizes, row)
+    end do
+  end function uncoupled_sizes
 
 end module gestell_floquet_decoupling

@@ -1,4 +1,4 @@
-!> Periodic systems given by samples at an odd number of equidistant phases, between which they are trigonometric
+!> Periodic systems given by samples at an even number of equidistant phases, between which they are trigonometric
 !> polynomials.
 module gestell_floquet_sampled
   use gestell_base_kinds, only: dp
