@@ -115,7 +115,7 @@ class Program:
 
 
 # Of the library `auto` is the whole solution, `multipliers` the same without x0.
-GAUSS = {f"gauss{s}": STEPS for s in range(4, 11)}
+GAUSS = {f"gauss{s}": STEPS for s in range(2, 11)}
 WHOLE = ("auto", "multipliers")
 
 
@@ -153,11 +153,11 @@ class Trial:
         self.error = max(self.errors)
 
 
-def settings_of(kind, case):
-    """From coarse to fine."""
+def settings_of(kind, case, at_once):
+    """From coarse to fine; of steps that are done so many `at_once`, fewer cost as much."""
     if kind == TOLERANCE:
         return [10.0 ** -k for k in range(3, 15)]
-    return [max(8, int(case.turns / 16)) * 2 ** k for k in range(14)]
+    return [max(2, at_once, int(case.turns / 16)) * 2 ** k for k in range(14)]
 
 
 def between(kind, coarse, fine):
@@ -170,7 +170,7 @@ def explore(case, program, method, accuracies):
     the accuracy for its tolerance, or less where that does not do."""
     kind = program.methods[method]
     trials, worse = [], 0
-    for setting in settings_of(kind, case):
+    for setting in settings_of(kind, case, 8 if method in GAUSS else 1):
         trials.append(Trial(case, program, method, setting))
         if trials[-1].late:
             break

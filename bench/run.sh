@@ -85,11 +85,15 @@ peak=$("$build/peak")
 if command -v valgrind >/dev/null; then
   library counted "-O3 -march=x86-64-v3"
   python3 bench/operations.py "$build/counted/bin/speed" "$build/speed/bin/speed" "$peak" data \
-    "khang_four_bar 240 gauss6 64" "khang_four_bar 240 gauss8 48" "khang_four_bar 240 auto 1e-9" \
+    "khang_four_bar 240 gauss8 32" "khang_four_bar 240 gauss10 16" "khang_four_bar 240 auto 1e-9" \
     "khang_four_bar 1 multipliers 1e-9" >"$build/operations.md"
 else
   echo "Not counted: valgrind is missing (apt-get install valgrind)." >"$build/operations.md"
 fi
+
+fpm install --directory bench/kernel --prefix "$build/kernel" --profile release --flag "$flags" >"$build/kernel.log" 2>&1 ||
+  { tail -n 20 "$build/kernel.log" >&2; exit 1; }
+"$build/kernel/bin/kernel" "$peak" >"$build/kernel.md"
 
 say "trying flags"
 bash bench/flags.sh >"$build/flags.md"
@@ -124,6 +128,8 @@ TEXT
   printf ' multiply-adds in registers, bench/peak.c).\nInstructions and operations of one solution are counted by valgrind'
   printf ' in a build for AVX2; times are those of the build above.\n\n'
   cat "$build/operations.md"
+  printf '\nThe elimination alone, for three degrees of freedom:\n\n'
+  cat "$build/kernel.md"
   printf '\n## What flags are worth\n\nShortest times, in turn.\n\n'
   cat "$build/flags.md"
 } >>bench/RESULTS.md

@@ -22,12 +22,12 @@ contains
     integer, intent(out) :: evaluations
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: nodes(:)
-    real(dp) :: left(size(x0), size(x0)), right(size(x0), 1), ones(size(x0)), reach
+    real(dp) :: left(size(x0), size(x0)), right(size(x0), 1), ones(size(x0))
     integer :: pivots(size(x0)), i
 
     allocate(nodes, source=mesh(frame, steps))
     ones = 1
-    call period_map(frame, method, nodes, ones, phi, error, right(:, 1), reach)
+    call period_map(frame, method, nodes, ones, phi, error, right(:, 1))
     if (allocated(error)) return
     left = -phi
     do i = 1, size(x0)
