@@ -69,7 +69,7 @@ module gestell_floquet_solution
   end type evidence_type
 
   !> Reduction is tried where the fastest vibration turns by more radians than this within the period.
-  real(dp), parameter :: many_turns = 300
+  real(dp), parameter :: many_turns = 700
 
 contains
 
