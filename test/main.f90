@@ -9,6 +9,7 @@ program main
   use test_equivalence, only: collect_equivalence
   use test_factors, only: collect_factors
   use test_floquet, only: collect_floquet
+  use test_guards, only: collect_guards
   use test_hill, only: collect_hill
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
@@ -66,6 +67,7 @@ program main
     & new_testsuite("reduction", collect_reduction), &
     & new_testsuite("phasewise", collect_phasewise), &
     & new_testsuite("model", collect_model), &
+    & new_testsuite("guards", collect_guards), &
     & new_testsuite("lanes", collect_lanes), &
     & new_testsuite("table", collect_table), &
     & new_testsuite("masses", collect_masses), &

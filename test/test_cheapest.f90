@@ -10,6 +10,7 @@ module test_cheapest
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
   implicit none (type, external)
   private
 
@@ -22,6 +23,13 @@ module test_cheapest
     procedure :: matrix => still_matrix
   end type still_type
 
+  !> Turns by w radians in a period, and decays beside that.
+  type, extends(periodic_system) :: turning_type
+    real(dp) :: w = 1
+  contains
+    procedure :: matrix => turning_matrix
+  end type turning_type
+
 contains
 
   subroutine collect_cheapest(testsuite)
@@ -30,7 +38,9 @@ contains
     testsuite = [ &
       & new_unittest("works of the steps", test_work), &
       & new_unittest("low order for easy cases, high order for hard ones", test_choice), &
-      & new_unittest("at most half more than the least work", test_least_work)]
+      & new_unittest("at most half more than the least work", test_least_work), &
+      & new_unittest("many turns and many states", test_large_choice), &
+      & new_unittest("steps that only come side by side", test_few_steps)]
   end subroutine collect_cheapest
 
   subroutine still_matrix(self, t, p)
@@ -150,5 +160,63 @@ contains
       end do
     end do
   end subroutine test_least_work
+
+  subroutine turning_matrix(self, t, p)
+    class(turning_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    p = 0
+    p(1, 2) = self%w * (1 + 0.3_dp * cos(2 * pi * t))
+    p(2, 1) = -p(1, 2)
+    p(3, 3) = -0.1_dp
+  end subroutine turning_matrix
+
+  !> A low order is no choice for a million turns and more; works are positive and grow with the states.
+  subroutine test_large_choice(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=name_length), allocatable :: names(:)
+    class(method_type), allocatable :: method
+    type(gestell_error), allocatable :: failure
+    type(turning_type) :: system
+    real(dp) :: before
+    logical :: traps(size(ieee_usual))
+    integer :: i, k
+
+    call ieee_get_halting_mode(ieee_usual, traps)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    system%states = 3
+    system%period = 1
+    do k = 4, 12
+      system%w = 10.0_dp**k
+      call cheapest_method(system, system%w, 1.0e-6_dp, method)
+      if (.not. allocated(error)) call check(error, method%order >= 8, more=method%name)
+    end do
+    allocate(names, source=method_names())
+    do i = 2, size(names)
+      call new_method(trim(names(i)), method, failure)
+      before = 0
+      do k = 40, 400, 20
+        if (.not. allocated(error)) call check(error, method%work(k, .false.) > before, more=names(i))
+        before = method%work(k, .false.)
+      end do
+    end do
+    call ieee_set_flag(ieee_usual, .false.)
+    call ieee_set_halting_mode(ieee_usual, traps)
+  end subroutine test_large_choice
+
+  !> Where a few steps are enough, those that only come in eights are no bargain.
+  subroutine test_few_steps(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(turning_type) :: system
+    class(method_type), allocatable :: method
+
+    system%states = 3
+    system%period = 1
+    system%least_steps = 1
+    system%w = 0.01_dp
+    call cheapest_method(system, 0.02_dp, 1.0e-3_dp, method)
+    call check(error, method%name(:5) /= "gauss", more=method%name)
+  end subroutine test_few_steps
 
 end module test_cheapest

@@ -5,11 +5,16 @@ module test_phasewise
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_conjugates, only: add_coordinate, add_entry, complex_columns, coordinate, counts, entry, real_columns, &
     & weights
+  use gestell_floquet_decoupling, only: motion_type
+  use gestell_floquet_modes, only: modes_type
   use gestell_floquet_phasewise, only: along_phases, inverses, multiply, solve
+  use gestell_floquet_residuals, only: measure, measure_forcing, residuals_type
   use gestell_floquet_resolution, only: phases_needed
   use gestell_floquet_trigonometric, only: differentiation, equidistant, interpolation, middle_differentiation, &
     & middle_interpolation
   use testdrive, only: check, error_type, new_unittest, unittest_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+  use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
   implicit none (type, external)
   private
 
@@ -27,9 +32,11 @@ contains
       & new_unittest("products, any number of phases", test_products), &
       & new_unittest("inverses, also where a pivot vanishes", test_inverses), &
       & new_unittest("a matrix that is singular at one phase", test_singular), &
+      & new_unittest("a matrix that is no number at one phase", test_no_number), &
       & new_unittest("conjugate modes in real numbers", test_conjugates), &
       & new_unittest("interpolation and derivatives of harmonics", test_harmonics), &
-      & new_unittest("the number of phases foretold", test_foretold)]
+      & new_unittest("the number of phases foretold", test_foretold), &
+      & new_unittest("what a reduction leaves", test_residuals)]
   end subroutine collect_phasewise
 
   !> Numbers in (-1, 1) that look like random ones, the same in every run.
@@ -121,6 +128,25 @@ contains
     call inverses(a, inverted, failure)
     call check(error, allocated(failure))
   end subroutine test_singular
+
+  !> What is no number does not come out as a number. (Traps are off: it is meant.)
+  subroutine test_no_number(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: a(9, 2, 2), inverted(9, 2, 2)
+    type(gestell_error), allocatable :: failure
+    logical :: traps(size(ieee_usual))
+
+    call ieee_get_halting_mode(ieee_usual, traps)
+    call ieee_set_halting_mode(ieee_usual, .false.)
+    a = 0
+    a(:, 1, 1) = 1
+    a(:, 2, 2) = 1
+    a(4, 1, 1) = ieee_value(1.0_dp, ieee_quiet_nan)
+    call inverses(a, inverted, failure)
+    if (.not. allocated(failure)) call check(error, any(ieee_is_nan(inverted(4, :, :))))
+    call ieee_set_flag(ieee_usual, .false.)
+    call ieee_set_halting_mode(ieee_usual, traps)
+  end subroutine test_no_number
 
   !> D = K^-1 G K and y = K^-1 w with K written out, a pair whose columns are not neighbours among the others.
   subroutine test_conjugates(error)
@@ -218,6 +244,58 @@ contains
       call check(error, abs(phases_needed(a, allowed, most) - max(n, expected)) <= 8)
       if (allocated(error)) return
     end do
+    ! Even harmonics only, 0.1^j of order 2 j: from order 20.6 on they are below 1e-10. Those foretold from are up to an order
+    ! nearer to each other than counted.
+    a(:, 1, 1) = 0.99_dp / (1.01_dp - 0.2_dp * cos(4 * pi * equidistant(n)))
+    call check(error, phases_needed(a, allowed, most) >= 41 .and. phases_needed(a, allowed, most) <= 56, more="even harmonics")
+    if (allocated(error)) return
+    ! Straight lines are foretold exactly, to the next multiple of 8: order 33.2 for 0.5.
+    a(:, 1, 1) = 0.75_dp / (1.25_dp - cos(2 * pi * equidistant(n)))
+    call check(error, phases_needed(a, 2 * 0.5_dp**33.2_dp, most), 72, more="the next multiple")
+    if (allocated(error)) return
+    ! Harmonics that do not fall tell nothing.
+    a = 0
+    a(1, 1, 1) = 1
+    call check(error, phases_needed(a, allowed, most), n, more="a peak")
   end subroutine test_foretold
+
+  !> cos(12 pi phase) on 8 phases looks like cos(4 pi phase); in the middle between them the two have opposite signs and the
+  !> size sqrt(1/2).
+  subroutine test_residuals(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 8
+    real(dp), dimension(n, 2, 2) :: a, s, d
+    real(dp) :: start(2, 2), start_inverse(2, 2), f(n, 2), p(n, 2), g(n, 2)
+    type(modes_type) :: modes
+    type(motion_type) :: between
+    type(residuals_type) :: residuals
+    type(gestell_error), allocatable :: failure
+
+    allocate(modes%group, modes%conjugate, source=[1, 2])
+    s = 0
+    s(:, 1, 1) = 1
+    s(:, 2, 2) = 1
+    a = 0
+    a(:, 1, 1) = cos(12 * pi * equidistant(n, 0.5_dp))
+    d = 0
+    d(:, 1, 1) = cos(12 * pi * equidistant(n))
+    start = reshape([1.0_dp, 0.0_dp, 3.0_dp, 1.0_dp], [2, 2])
+    start_inverse = reshape([1.0_dp, 0.0_dp, -3.0_dp, 1.0_dp], [2, 2])
+    call measure(a, s, d, modes, start, start_inverse, residuals, between, failure)
+    call check(error, abs(residuals%residual - sqrt(2.0_dp)) < 100 * roundoff, more="residual")
+    if (allocated(error)) return
+    ! The norms of the columns `start` and of their inverse are sqrt(1 + 9 + 1).
+    call check(error, abs(residuals%condition - 11) < 100 * roundoff, more="condition")
+    if (allocated(error)) return
+    ! Without a response the load is all there is: (1 3; 0 1) (1, 4) = (13, 4); half its fast part is not removed.
+    f(:, 1) = 1
+    f(:, 2) = 4
+    p = 0
+    g = 0.5_dp * f
+    call measure_forcing(a, f, p, g, between, modes, start, 2.0_dp, residuals)
+    call check(error, abs(residuals%effort - sqrt(185.0_dp)) < 100 * roundoff, more="effort")
+    if (allocated(error)) return
+    call check(error, abs(residuals%forcing_residual - 6) < 100 * roundoff, more="what is left of the load")
+  end subroutine test_residuals
 
 end module test_phasewise

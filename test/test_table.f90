@@ -1,9 +1,11 @@
 !> One table of the mechanism for many cases.
 module test_table
   use data_files, only: machine_of_file
-  use gestell, only: dp, frame_type, mass_functions_type, mechanism_type, mesh, method_type, new_method, period_map, &
-    & remember_mechanism
+  use gestell, only: dp, frame_type, mass_functions_type, mechanism_type, mesh, method_type, new_frame, new_method, &
+    & period_map, remember_mechanism, table_columns
   use gestell, only: gestell_error => error_type
+  use gestell_base_error, only: fatal_error
+  use gestell_model_tabulated, only: new_tabulated, tabulated_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
@@ -18,6 +20,7 @@ module test_table
     integer, pointer :: count => null()
   contains
     procedure :: mass_functions
+    procedure :: prepare
   end type counting_type
 
 contains
@@ -25,7 +28,10 @@ contains
   subroutine collect_table(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
-    testsuite = [new_unittest("one table for many cases", test_cases)]
+    testsuite = [ &
+      & new_unittest("one table for many cases", test_cases), &
+      & new_unittest("tables for their own angles only", test_tables), &
+      & new_unittest("a tabulated mechanism in a new frame", test_new_frame)]
   end subroutine collect_table
 
   !> With the table the results are the same but for roundings, for other speeds, stiffnesses, masses and origins, and
@@ -33,7 +39,8 @@ contains
   !> mechanism is evaluated.
   subroutine test_cases(error)
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: steps(2) = [28, 75]
+    ! 35 and 75 steps are two and three blocks, of which the first one is shortened for the second.
+    integer, parameter :: steps(3) = [28, 35, 75]
     type(machine_data) :: machine
     type(frame_type) :: plain, frame
     type(counting_type) :: counting
@@ -41,7 +48,7 @@ contains
     type(gestell_error), allocatable :: failure
     integer, target :: evaluations
     real(dp), dimension(6, 6) :: phi, again
-    real(dp) :: xp(6), xp_again(6), reach, scale(6), nodes(0:steps(2))
+    real(dp) :: xp(6), xp_again(6), reach, scale(6), nodes(0:75)
     integer :: i, k, before
 
     call machine_of_file("data/khang_four_bar.nml", machine, failure)
@@ -108,6 +115,15 @@ contains
     call check(error, maxval(abs(again - phi)) <= 1.0e-11_dp * maxval(abs(phi)))
   end subroutine test_cases
 
+  !> What it finds on being prepared: 0.02 rad.
+  subroutine prepare(self, error)
+    class(counting_type), intent(inout) :: self
+    type(gestell_error), allocatable, intent(out) :: error
+
+    self%feature = 0.02_dp
+    if (.not. allocated(self%linkage)) call fatal_error(error, "no linkage", 2)
+  end subroutine prepare
+
   subroutine mass_functions(self, crank_angle, a)
     class(counting_type), intent(in) :: self
     real(dp), intent(in) :: crank_angle
@@ -116,5 +132,68 @@ contains
     self%count = self%count + 1
     call self%linkage%mass_functions(crank_angle, a)
   end subroutine mass_functions
+
+  !> What is asked for with fewer angles, or others that differ in the last digits, is not in the table.
+  subroutine test_tables(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: many = 40, few = 8
+    type(frame_type) :: frame
+    type(tabulated_type) :: tabulated
+    real(dp) :: angles(many), near(many), table(many, table_columns), exact(many, table_columns)
+    integer :: k
+
+    call four_bar(frame, error)
+    if (allocated(error)) return
+    call new_tabulated(tabulated, frame%mechanism)
+    angles = [(0.1_dp * k, k = 1, many)]
+    call tabulated%remember(angles)
+    table = 0
+    call tabulated%tabulate(angles(:few), table(:few, :))
+    call frame%mechanism%tabulate(angles(:few), exact(:few, :))
+    call check(error, maxval(abs(table(:few, :) - exact(:few, :))) <= 0 .and. maxval(abs(table(few + 1:, :))) <= 0, more="fewer")
+    if (allocated(error)) return
+    near = angles
+    near(many) = near(many) + 1.0e-9_dp
+    call tabulated%tabulate(near, table)
+    call frame%mechanism%tabulate(near, exact)
+    call check(error, maxval(abs(table - exact)) <= 0, more="near")
+  end subroutine test_tables
+
+  !> What a frame needs to know of its mechanism is that of the source, by itself and in a frame.
+  subroutine test_new_frame(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: plain, frame
+    type(tabulated_type) :: tabulated
+    type(counting_type) :: counting
+    type(gestell_error), allocatable :: failure
+    integer, target :: evaluations
+
+    call four_bar(plain, error)
+    if (allocated(error)) return
+    plain%mechanism%feature = 0.01_dp
+    call new_tabulated(tabulated, plain%mechanism)
+    call check(error, abs(tabulated%feature - 0.01_dp) <= 0 .and. abs(tabulated%mass - plain%mechanism%mass) <= 0 &
+      & .and. abs(tabulated%inertia - plain%mechanism%inertia) <= 0, more="new")
+    if (allocated(error)) return
+    allocate(counting%linkage, source=plain%mechanism)
+    counting%count => evaluations
+    call new_tabulated(tabulated, counting)
+    call new_frame(frame, tabulated, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], plain%stiffness, plain%damping, 10.0_dp, failure)
+    call check(error, .not. allocated(failure))
+    if (allocated(error)) return
+    ! 2 pi / 0.02
+    call check(error, frame%least_steps, 315, more="prepared")
+  end subroutine test_new_frame
+
+  subroutine four_bar(frame, error)
+    type(frame_type), intent(out) :: frame
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(gestell_error), allocatable :: failure
+
+    call machine_of_file("data/khang_four_bar.nml", machine, failure)
+    if (.not. allocated(failure)) call frame_of_machine(machine, frame, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine four_bar
 
 end module test_table

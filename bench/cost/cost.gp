@@ -24,7 +24,7 @@ set xlabel "w_{max} T (rad)"
 a = 1; p = 1
 fit [log(1):log(30)] a + p*x way("turns", "x0", "integrated") using (log($1)):(log($2)) via a, p
 p_few = p
-fit [log(100):log(1e7)] a + p*x way("turns", "x0", "integrated") using (log($1)):(log($2)) via a, p
+fit [log(100):log(1e3)] a + p*x way("turns", "x0", "integrated") using (log($1)):(log($2)) via a, p
 p_many = p
 fit a + p*x way("turns", "x0", "reduced") using (log($1)):(log($2)) via a, p
 p_reduced = p

@@ -147,7 +147,9 @@ contains
       w(lane, k + 1, k + 2) = u23
       w(lane, k + 2, k + 1) = l32
       multiplier(lane) = max(multiplier(lane), abs(l21), abs(l31), abs(l32))
-      multiplier(lane) = merge(multiplier(lane), huge(1.0_dp), min(abs(p1), abs(p2), abs(p3)) > least_pivot)
+      ! One by one: the least of several numbers loses one that is none.
+      multiplier(lane) = merge(multiplier(lane), huge(1.0_dp), &
+        & abs(p1) > least_pivot .and. abs(p2) > least_pivot .and. abs(p3) > least_pivot)
     end do
   end subroutine factorise_block
 

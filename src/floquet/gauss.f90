@@ -63,11 +63,10 @@ contains
     logical, intent(in) :: second_order
     real(dp) :: work
 
-    real(dp) :: operations
-    integer :: unknowns
+    real(dp) :: operations, unknowns
 
     unknowns = self%stages * merge(states / 2, states, second_order)
-    operations = 2 * unknowns**3 / 3.0_dp + unknowns**2 * (2 * states + 1.0_dp)
+    operations = unknowns**2 * (2 * unknowns / 3.0_dp + 2 * states + 1)
     if (fits_lanes(self%stages, states, second_order)) then
       work = 20 + 2.3_dp * states**2 + self%stages * (evaluation_work(second_order) + 0.3_dp * states**2) &
         & + 0.03_dp * operations

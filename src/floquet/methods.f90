@@ -115,8 +115,16 @@ contains
     ! The estimate of the error is four times the error, and half the tolerance is aimed at; rounding sets a floor.
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * turns) / 8
     last = 1.1_dp * angle * (constant * max(turns, 1.0_dp) / allowed)**(1.0_dp / method%order)
-    steps = at_once * sum(ceiling([coarse, 2 * coarse, max(2.5_dp * coarse, last)] / at_once))
+    steps = at_once * (whole(coarse / at_once) + whole(2 * coarse / at_once) + whole(max(2.5_dp * coarse, last) / at_once))
   end function steps_in_all
+
+  !> The least whole number that is not below `x`, which may be beyond the range of integers.
+  pure real(dp) function whole(x)
+    real(dp), intent(in) :: x
+
+    whole = aint(x)
+    if (whole < x) whole = whole + 1
+  end function whole
 
   !> The greatest part of P, in balanced units, that is not constant.
   real(dp) function changing_part(system) result(part)

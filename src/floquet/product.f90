@@ -210,14 +210,24 @@ contains
   pure real(dp) function greatest_norm(n, x, scale)
     integer, intent(in) :: n
     real(dp), intent(in) :: x(lanes, n), scale(n)
-    real(dp) :: squares(lanes)
+    real(dp) :: y(lanes, n), squares(lanes)
     integer :: lane, i
 
     squares = 0
     do i = 1, n
       !GCC$ ivdep
       do lane = 1, lanes
-        squares(lane) = squares(lane) + (x(lane, i) / scale(i))**2
+        y(lane, i) = x(lane, i) / scale(i)
+      end do
+    end do
+    if (.not. small(n, y)) then
+      greatest_norm = maxval(norm2(y, dim=2))
+      return
+    end if
+    do i = 1, n
+      !GCC$ ivdep
+      do lane = 1, lanes
+        squares(lane) = squares(lane) + y(lane, i)**2
       end do
     end do
     greatest_norm = sqrt(maxval(squares))
