@@ -43,29 +43,23 @@ contains
     real(dp), intent(inout) :: w(lanes, most_rows, columns)
     real(dp), intent(out) :: multiplier(lanes)
     real(dp) :: unused(lanes)
-    integer :: i, j, k
+    integer :: i, j
 
     multiplier = 0
     unused = 0
-    do k = 1, n, block
-      call subtract_product(w, columns, k, k, k - 1)
-      call factorise_block(w, columns, k, multiplier)
-      do j = k + block, columns, block
-        call subtract_product(w, columns, k, j, k - 1)
-        call solve_with_lower(w, columns, k, j)
-      end do
-      do i = k + block, n, block
-        call subtract_product(w, columns, i, k, k - 1)
-        call solve_with_upper(w, columns, i, k, multiplier)
-      end do
-      do i = n + 1, rows, block
-        call subtract_product(w, columns, i, k, k - 1)
-        call solve_with_upper(w, columns, i, k, unused)
-      end do
-    end do
-    do j = n + 1, columns, block
-      do i = n + 1, rows, block
-        call subtract_product(w, columns, i, j, n)
+    do j = 1, columns, block
+      do i = 1, rows, block
+        call subtract_product(w, columns, i, j, min(i, j, n + 1) - 1)
+        if (i > n .and. j > n) cycle
+        if (i < j) then
+          call solve_with_lower(w, columns, i, j)
+        else if (i == j) then
+          call factorise_block(w, columns, i, multiplier)
+        else if (i <= n) then
+          call solve_with_upper(w, columns, i, j, multiplier)
+        else
+          call solve_with_upper(w, columns, i, j, unused)
+        end if
       end do
     end do
   end subroutine schur_complement
