@@ -1,0 +1,147 @@
+!> The points of a sweep: one or two axes, and the tiles into which their grid is divided. A tile is what is computed,
+!> written and restarted as a whole; the tiles follow from the grid alone, never from who computes them.
+module gestell_study_grid
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: new_axis, new_grid
+
+  !> Values of one parameter.
+  type, public :: axis_type
+    real(dp) :: from = 0, to = 0
+    integer :: count = 1
+    !> Whether the values follow each other by a constant factor in place of a constant difference.
+    logical :: logarithmic = .false.
+  contains
+    procedure :: value => value_of_axis
+  end type axis_type
+
+  !> Points (i, j), i on the first axis and slow, j on the second and fast; one axis: j = 1.
+  type, public :: grid_type
+    type(axis_type), allocatable :: axes(:)
+  contains
+    procedure :: points
+    procedure :: tiles
+    procedure :: tile
+    procedure :: parameters
+  end type grid_type
+
+  !> Points first(1) ... last(1) of the first axis times first(2) ... last(2) of the second.
+  type, public :: tile_type
+    integer :: number = 0, first(2) = 1, last(2) = 1
+  end type tile_type
+
+  !> Values that a tile has on an axis, at the most, where there are two axes, and where there is one.
+  integer, parameter :: most_of_two = 250, most_of_one = 4000
+  !> Tiles along an axis while they are smaller: several threads want work.
+  integer, parameter :: usual_tiles = 4, least_of_tile = 8
+
+contains
+
+  !> An axis of `count` values. Errors: it is empty; a logarithmic one comes to zero.
+  pure subroutine new_axis(axis, from, to, count, logarithmic, error)
+    type(axis_type), intent(out) :: axis
+    real(dp), intent(in) :: from, to
+    integer, intent(in) :: count
+    logical, intent(in) :: logarithmic
+    type(error_type), allocatable, intent(out) :: error
+
+    axis = axis_type(from, to, count, logarithmic)
+    if (count < 1) then
+      call fatal_error(error, "a range needs one value at least", invalid_input)
+    else if (count > 1 .and. .not. abs(to - from) > 0) then
+      call fatal_error(error, "the range is empty: from equals to", invalid_input)
+    else if (count == 1 .and. abs(to - from) > 0) then
+      call fatal_error(error, "one value cannot be two: from and to differ", invalid_input)
+    else if (logarithmic .and. .not. (from * to > 0)) then
+      call fatal_error(error, "a logarithmic range keeps off zero: from and to need the same sign", invalid_input)
+    end if
+  end subroutine new_axis
+
+  !> Value `i` of 1 ... count; the ends are exactly those that were given.
+  elemental real(dp) function value_of_axis(self, i) result(value)
+    class(axis_type), intent(in) :: self
+    integer, intent(in) :: i
+    real(dp) :: part
+
+    if (i == 1) then
+      value = self%from
+    else if (i == self%count) then
+      value = self%to
+    else
+      part = real(i - 1, dp) / (self%count - 1)
+      if (self%logarithmic) then
+        value = self%from * exp(part * log(self%to / self%from))
+      else
+        value = self%from + part * (self%to - self%from)
+      end if
+    end if
+  end function value_of_axis
+
+  pure subroutine new_grid(grid, axes)
+    type(grid_type), intent(out) :: grid
+    type(axis_type), intent(in) :: axes(:)
+
+    allocate(grid%axes(size(axes)))
+    grid%axes = axes
+  end subroutine new_grid
+
+  !> All points.
+  pure integer(int64) function points(self)
+    class(grid_type), intent(in) :: self
+
+    points = product(int(self%axes%count, int64))
+  end function points
+
+  !> All tiles.
+  pure integer function tiles(self)
+    class(grid_type), intent(in) :: self
+    integer :: along(2)
+
+    along = tiles_along(self)
+    tiles = product(along)
+  end function tiles
+
+  !> Tile `number` of 1 ... tiles.
+  pure type(tile_type) function tile(self, number)
+    class(grid_type), intent(in) :: self
+    integer, intent(in) :: number
+    integer :: along(2), place(2), k
+
+    along = tiles_along(self)
+    place(1) = (number - 1) / along(2)
+    place(2) = mod(number - 1, along(2))
+    tile%number = number
+    do k = 1, size(self%axes)
+      tile%first(k) = 1 + int(int(place(k), int64) * self%axes(k)%count / along(k))
+      tile%last(k) = int(int(place(k) + 1, int64) * self%axes(k)%count / along(k))
+    end do
+  end function tile
+
+  pure function tiles_along(self) result(along)
+    class(grid_type), intent(in) :: self
+    integer :: along(2), most, k
+
+    along = 1
+    most = merge(most_of_one, most_of_two, size(self%axes) == 1)
+    do k = 1, size(self%axes)
+      associate (count => self%axes(k)%count)
+        along(k) = max((count - 1) / most + 1, min(usual_tiles, (count - 1) / least_of_tile + 1))
+      end associate
+    end do
+  end function tiles_along
+
+  !> The parameters of point (i, j), shape (number of axes).
+  pure function parameters(self, i, j)
+    class(grid_type), intent(in) :: self
+    integer, intent(in) :: i, j
+    real(dp) :: parameters(size(self%axes))
+
+    parameters(1) = self%axes(1)%value(i)
+    if (size(self%axes) > 1) parameters(2) = self%axes(2)%value(j)
+  end function parameters
+
+end module gestell_study_grid

@@ -1,0 +1,112 @@
+!> One point of a sweep by a solution of its own.
+module gestell_study_point
+  use gestell_base_error, only: error_type, impossible_mechanism, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_model_frame, only: frame_type
+  use gestell_study_family, only: family_type
+  use gestell_study_tile_results, only: eta_peak, failed, impossible, log_rho_max, psi_peak, rho_error, rho_max, stable, &
+    & sweep_columns, undecided, unstable, verdict, xi_peak
+  use gestell_study_vibration, only: solve_vibration, vibration_type
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: solve_point, verdict_number
+
+  !> What is computed at every point of a sweep.
+  type, public :: sweep_order_type
+    type(accuracy_type) :: accuracy
+    !> The columns that are wanted.
+    logical :: columns(sweep_columns) = .true.
+    !> 'auto', 'expansion' or 'direct'.
+    character(len=9) :: engine = "auto"
+    !> Whether M, B, C are averaged over the turn.
+    logical :: averaged = .false.
+  end type sweep_order_type
+
+contains
+
+  !> All columns of a point; those that are not wanted or have no number are NaN. Error: the parameters make no sense.
+  subroutine solve_point(family, parameters, order, values, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: parameters(:)
+    type(sweep_order_type), intent(in) :: order
+    real(dp), intent(out) :: values(sweep_columns)
+    type(error_type), allocatable, intent(out) :: error
+    class(periodic_system), allocatable :: system
+    type(averaged_system) :: model
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+
+    values = ieee_value(1.0_dp, ieee_quiet_nan)
+    call family%member(parameters, system, error)
+    if (allocated(error)) then
+      if (error%code /= impossible_mechanism) return
+      deallocate(error)
+      values(verdict) = impossible
+      return
+    end if
+    values(verdict) = failed
+    select type (system)
+    class is (frame_type)
+      if (order%averaged) then
+        call system%averaged(model)
+        call solve_floquet(model, order%accuracy, any(order%columns(xi_peak:)), floquet, error)
+      else
+        call solve_floquet(system, order%accuracy, any(order%columns(xi_peak:)), floquet, error)
+      end if
+    class default
+      call solve_floquet(system, order%accuracy, .false., floquet, error)
+    end select
+    if (.not. allocated(error) .and. any(order%columns(:verdict))) &
+      & call solve_multipliers(floquet, .false., multipliers, error)
+    if (allocated(error)) then
+      if (error%code /= invalid_input) deallocate(error)
+      return
+    end if
+    if (any(order%columns(:verdict))) then
+      values(rho_max) = abs(multipliers%rho(1))
+      values(log_rho_max) = multipliers%log_abs(1)
+      values(rho_error) = multipliers%error(1)
+      values(verdict) = verdict_number(multipliers)
+    end if
+    if (.not. any(order%columns(xi_peak:))) return
+    select type (system)
+    class is (frame_type)
+      call set_peaks(system, floquet, values)
+    end select
+  end subroutine solve_point
+
+  !> The peaks of a frame's vibration; a resonance has none.
+  subroutine set_peaks(frame, floquet, values)
+    type(frame_type), intent(in) :: frame
+    type(floquet_type), intent(in) :: floquet
+    real(dp), intent(inout) :: values(sweep_columns)
+    integer, parameter :: rows = 64, harmonics = 20
+    type(vibration_type) :: vibration
+    type(error_type), allocatable :: error
+
+    call solve_vibration(frame, floquet, rows, harmonics, vibration, error)
+    if (.not. allocated(error)) values([xi_peak, eta_peak, psi_peak]) = vibration%peak(:3)
+  end subroutine set_peaks
+
+  !> The verdict as a number.
+  pure integer function verdict_number(multipliers) result(number)
+    type(multipliers_type), intent(in) :: multipliers
+
+    select case (multipliers%verdict())
+    case ("stable")
+      number = stable
+    case ("unstable")
+      number = unstable
+    case default
+      number = undecided
+    end select
+  end function verdict_number
+
+end module gestell_study_point

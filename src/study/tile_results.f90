@@ -1,0 +1,29 @@
+!> What a sweep tells of a point.
+module gestell_study_tile_results
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  !> Columns, in the order in which they are written.
+  integer, parameter, public :: rho_max = 1, log_rho_max = 2, rho_error = 3, verdict = 4, xi_peak = 5, eta_peak = 6, &
+    & psi_peak = 7, sweep_columns = 7
+  character(len=12), parameter, public :: column_names(sweep_columns) = [character(len=12) :: "rho_max", "log_rho_max", &
+    & "rho_error", "verdict", "xi_peak_m", "eta_peak_m", "psi_peak_rad"]
+
+  !> Verdicts as numbers. Impossible: the mechanism cannot be assembled. Failed: it could not be computed.
+  integer, parameter, public :: stable = 0, unstable = 1, undecided = 2, impossible = 3, failed = 4
+  character(len=10), parameter, public :: verdict_names(0:4) = [character(len=10) :: "stable", "unstable", "undecided", &
+    & "impossible", "failed"]
+
+  type, public :: tile_results_type
+    !> The numbers of the columns that were ordered, NaN where there is none, the verdict as a number; shape (columns, points of
+    !> the second axis, points of the first).
+    real(dp), allocatable :: values(:, :, :)
+    !> Solutions that were computed point by point, and those that an expansion rests on.
+    integer :: solutions = 0
+    !> Points that were compared with solutions of their own, and the greatest deviation of Phi (and x_p) relative to its size.
+    integer :: checks = 0
+    real(dp) :: deviation = 0
+  end type tile_results_type
+
+end module gestell_study_tile_results
