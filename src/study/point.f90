@@ -63,8 +63,9 @@ contains
     class default
       call solve_floquet(system, order%accuracy, .false., floquet, error)
     end select
-    if (.not. allocated(error) .and. any(order%columns(:verdict))) &
-      & call solve_multipliers(floquet, .false., multipliers, error)
+    if (any(order%columns(:verdict)) .and. .not. allocated(error)) then
+      call solve_multipliers(floquet, .false., multipliers, error)
+    end if
     if (allocated(error)) then
       if (error%code /= invalid_input) deallocate(error)
       return
