@@ -1,15 +1,25 @@
-!> A tile of a sweep.
+!> A tile of a sweep: by expansions over cells where that pays, else point by point.
 module gestell_study_sweep
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_study_cell, only: cell_points, expand_it, halves, plan_cell, random_points, solve_it
+  use gestell_study_evaluation, only: evaluate
+  use gestell_study_expansion, only: expand, expansion_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_study_point, only: solve_point, sweep_order_type
-  use gestell_study_tile_results, only: sweep_columns, tile_results_type
+  use gestell_study_sampler, only: sampler_type
+  use gestell_study_tile_results, only: sweep_columns, tile_results_type, xi_peak
+  use gestell_study_variable, only: variable_type
   implicit none (type, external)
   private
 
   public :: solve_tile
+
+  !> Cells with fewer points are not worth a plan: it takes some hundred solutions.
+  integer, parameter :: least_points = 400
+  !> Points of a cell that are compared with solutions of their own.
+  integer, parameter :: checked_points = 3
 
 contains
 
@@ -21,18 +31,127 @@ contains
     type(sweep_order_type), intent(in) :: order
     type(tile_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
+
+    allocate(results%values(count(order%columns), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1))
+    call solve_cell(family, grid, tile, tile, order, results, error)
+  end subroutine solve_tile
+
+  recursive subroutine solve_cell(family, grid, tile, cell, order, results, error)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(tile_type), intent(in) :: tile, cell
+    type(sweep_order_type), intent(in) :: order
+    type(tile_results_type), intent(inout) :: results
+    type(error_type), allocatable, intent(out) :: error
+    type(sampler_type) :: sampler
+    type(variable_type), allocatable :: variables(:)
+    type(tile_type) :: parts(2)
+    integer :: points(2), plan, k
+
+    plan = solve_it
+    if (can_expand(order, cell)) then
+      call plan_cell(family, grid, cell, order, sampler, variables, points, plan)
+      if (plan == expand_it) call expand_cell(family, grid, tile, cell, order, variables, points, sampler, results, plan)
+      results%solutions = results%solutions + sampler%solutions
+    end if
+    select case (plan)
+    case (expand_it)
+      return
+    case (solve_it)
+      call solve_points(family, grid, tile, cell, order, results, error)
+    case default
+      parts = halves(cell, plan)
+      do k = 1, 2
+        call solve_cell(family, grid, tile, parts(k), order, results, error)
+        if (allocated(error)) return
+      end do
+    end select
+  end subroutine solve_cell
+
+  !> Whether an expansion can give what is ordered, and a cell is large enough for one.
+  pure logical function can_expand(order, cell)
+    type(sweep_order_type), intent(in) :: order
+    type(tile_type), intent(in) :: cell
+
+    can_expand = order%engine /= "direct" .and. order%accuracy%steps == 0 .and. .not. order%averaged &
+      & .and. .not. any(order%columns(xi_peak:)) .and. cell_points(cell) >= merge(2, least_points, order%engine == "expansion")
+  end function can_expand
+
+  !> Point by point.
+  subroutine solve_points(family, grid, tile, cell, order, results, error)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(tile_type), intent(in) :: tile, cell
+    type(sweep_order_type), intent(in) :: order
+    type(tile_results_type), intent(inout) :: results
+    type(error_type), allocatable, intent(out) :: error
     real(dp) :: all(sweep_columns)
     integer :: i, j
 
-    allocate(results%values(count(order%columns), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1))
-    do i = tile%first(1), tile%last(1)
-      do j = tile%first(2), tile%last(2)
+    do i = cell%first(1), cell%last(1)
+      do j = cell%first(2), cell%last(2)
         call solve_point(family, grid%parameters(i, j), order, all, error)
         if (allocated(error)) return
         results%values(:, j - tile%first(2) + 1, i - tile%first(1) + 1) = pack(all, order%columns)
         results%solutions = results%solutions + 1
       end do
     end do
-  end subroutine solve_tile
+  end subroutine solve_points
+
+  !> By an expansion. `plan` becomes the axis to split where the expansion does not hold.
+  subroutine expand_cell(family, grid, tile, cell, order, variables, points, sampler, results, plan)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(tile_type), intent(in) :: tile, cell
+    type(sweep_order_type), intent(in) :: order
+    type(variable_type), intent(in) :: variables(:)
+    integer, intent(in) :: points(2)
+    type(sampler_type), intent(inout) :: sampler
+    type(tile_results_type), intent(inout) :: results
+    integer, intent(inout) :: plan
+    type(expansion_type) :: expansion
+    real(dp) :: perturbation, deviation
+    logical :: fits
+
+    plan = maxloc(points, dim=1)
+    call expand(expansion, sampler, family, variables, points, fits)
+    if (.not. fits .or. .not. expansion%rest <= order%accuracy%tolerance * expansion%least) return
+    perturbation = expansion%rest + sampler%error * expansion%greatest
+    call check_cell(family, grid, cell, order, expansion, sampler, perturbation, deviation, fits)
+    if (.not. fits) return
+    plan = expand_it
+    results%checks = results%checks + checked_points
+    results%deviation = max(results%deviation, deviation)
+    call evaluate(grid, tile, cell, order, expansion, perturbation, results)
+  end subroutine expand_cell
+
+  !> Compares the expansion with solutions of their own at points drawn at random. `fits`: none deviates by more than
+  !> `perturbation` and its own bound; `deviation`: the greatest one, relative to Phi.
+  subroutine check_cell(family, grid, cell, order, expansion, sampler, perturbation, deviation, fits)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(tile_type), intent(in) :: cell
+    type(sweep_order_type), intent(in) :: order
+    type(expansion_type), intent(in) :: expansion
+    type(sampler_type), intent(inout) :: sampler
+    real(dp), intent(in) :: perturbation
+    real(dp), intent(out) :: deviation
+    logical, intent(out) :: fits
+    integer :: places(2, checked_points), k
+    real(dp) :: parameters(size(grid%axes)), own(expansion%numbers), expanded(1, expansion%numbers), bound, difference
+
+    deviation = 0
+    places = random_points(cell, checked_points)
+    do k = 1, checked_points
+      parameters = grid%parameters(places(1, k), places(2, k))
+      call sampler%check(family, parameters, order%accuracy, own, bound, fits)
+      if (.not. fits) return
+      call expansion%line(parameters(1), parameters(2:), expanded)
+      difference = norm2(expanded(1, :) - own)
+      deviation = max(deviation, difference / norm2(own))
+      fits = difference <= perturbation + bound * norm2(own)
+      if (.not. fits) return
+    end do
+  end subroutine check_cell
 
 end module gestell_study_sweep
