@@ -6,7 +6,8 @@ module gestell_study_evaluation
   use gestell_study_expansion, only: expansion_type, interpolation
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: log_rho_max, rho_error, rho_max, sweep_columns, tile_results_type, verdict
+  use gestell_study_tile_results, only: log_rho_max, rho_error, rho_max, stable, sweep_columns, tile_results_type, &
+    & undecided, unstable, verdict
   implicit none (type, external)
   private
 
@@ -23,8 +24,9 @@ contains
     real(dp), intent(in) :: perturbation
     type(tile_results_type), intent(inout) :: results
     real(dp), allocatable :: lines(:, :, :), to_points(:, :), phi(:, :), columns(:, :)
-    integer :: along(2), first(2), i, k
+    integer :: along(2), first(2), ordered(count(order%columns)), i, k
 
+    ordered = pack([(k, k = 1, sweep_columns)], order%columns)
     along = cell%last - cell%first + 1
     first = cell%first - tile%first + 1
     call expansion%lines(grid%axes(1)%value([(i, i = cell%first(1), cell%last(1))]), lines)
@@ -32,8 +34,8 @@ contains
       phi = transpose(lines(1, :, :))
       allocate(columns(along(1), sweep_columns))
       call set_columns(order, phi, perturbation, columns)
-      do i = 1, along(1)
-        results%values(:, 1, first(1) + i - 1) = pack(columns(i, :), order%columns)
+      do k = 1, size(ordered)
+        results%values(k, 1, first(1):first(1) + along(1) - 1) = columns(:, ordered(k))
       end do
       return
     end if
@@ -44,8 +46,8 @@ contains
     do i = 1, along(1)
       call multiply(along(2), expansion%numbers, expansion%points(2), to_points, lines(:, :, i), phi)
       call set_columns(order, phi, perturbation, columns)
-      do k = 1, along(2)
-        results%values(:, first(2) + k - 1, first(1) + i - 1) = pack(columns(k, :), order%columns)
+      do k = 1, size(ordered)
+        results%values(k, first(2):first(2) + along(2) - 1, first(1) + i - 1) = columns(:, ordered(k))
       end do
     end do
   end subroutine evaluate
@@ -56,10 +58,11 @@ contains
     real(dp), contiguous, intent(in) :: phi(:, :)
     real(dp), intent(in) :: perturbation
     real(dp), contiguous, intent(inout) :: columns(:, :)
+    logical :: inside(size(phi, 1)), outside(size(phi, 1))
 
     if (order%columns(rho_error) .or. order%columns(verdict)) then
-      call spectral_radii(phi, perturbation, columns(:, rho_max), columns(:, log_rho_max), columns(:, rho_error), &
-        & columns(:, verdict))
+      call spectral_radii(phi, perturbation, columns(:, rho_max), columns(:, log_rho_max), columns(:, rho_error), inside, outside)
+      columns(:, verdict) = merge(stable, merge(unstable, undecided, outside), inside)
     else
       call spectral_radii(phi, perturbation, columns(:, rho_max), columns(:, log_rho_max))
     end if

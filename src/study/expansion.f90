@@ -100,10 +100,11 @@ contains
     class(expansion_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
     real(dp), allocatable, intent(out) :: values(:, :, :)
+    real(dp) :: to_lines(self%points(1), size(parameters))
 
+    to_lines = transpose(interpolation(self%variables(1), parameters, self%points(1)))
     allocate(values(self%points(2), self%numbers, size(parameters)))
-    call multiply(self%points(2) * self%numbers, size(parameters), self%points(1), self%values, &
-      & transpose(interpolation(self%variables(1), parameters, self%points(1))), values)
+    call multiply(self%points(2) * self%numbers, size(parameters), self%points(1), self%values, to_lines, values)
   end subroutine lines
 
   !> The series for one value of the first parameter and some of the second (none of it where there is one parameter), shape

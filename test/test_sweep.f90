@@ -1,0 +1,348 @@
+!> Sweeps: grids, Chebyshev series, tiles by expansions against closed forms and single solutions.
+module test_sweep
+  use data_files, only: machine_of_file
+  use families, only: greatest_of_oscillator, machine_family, oscillator_family
+  use gestell_base_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
+  use gestell_study_point, only: solve_point, sweep_order_type
+  use gestell_study_sweep, only: solve_tile
+  use gestell_study_tile_results, only: impossible, log_rho_max, rho_error, rho_max, stable, sweep_columns, &
+    & tile_results_type, undecided, unstable, verdict
+  use gestell_study_variable, only: inverse, itself, logarithm, variable_type
+  use machines, only: frame_of_machine
+  use reference_machine, only: machine_data
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  implicit none (type, external)
+  private
+
+  public :: collect_sweep
+
+contains
+
+  subroutine collect_sweep(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("Chebyshev series", test_chebyshev), &
+      & new_unittest("variables", test_variables), &
+      & new_unittest("axes", test_axes), &
+      & new_unittest("tiles cover the grid once", test_tiles), &
+      & new_unittest("oscillators against the closed form", test_oscillators), &
+      & new_unittest("one axis, and single lines", test_lines), &
+      & new_unittest("a jump and a hole", test_jump_and_hole), &
+      & new_unittest("a machine against single solutions", test_machine), &
+      & new_unittest("only what is ordered", test_columns)]
+  end subroutine collect_sweep
+
+  !> exp has the coefficients I_0(1) and 2 I_k(1), modified Bessel functions (Abramowitz and Stegun, table 9.8 and 9.9);
+  !> T_k(cos t) = cos k t.
+  subroutine test_chebyshev(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 20
+    real(dp) :: x(n), c(n), at(3), t(3, 5)
+
+    x = chebyshev_points(n)
+    c = matmul(chebyshev_coefficients(n), exp(x))
+    call check(error, maxval(abs(c(:3) - [1.2660658777520084_dp, 1.1303182079849700_dp, 0.2714953395340766_dp])) < 1.0e-15_dp)
+    if (allocated(error)) return
+    at = [-0.3_dp, 0.0_dp, 0.9_dp]
+    t = chebyshev_values(at, 5)
+    ! Roundings of the recurrence.
+    call check(error, maxval(abs(t(:, 5) - cos(4 * acos(at)))) < 1.0e-14_dp)
+    if (allocated(error)) return
+    call check(error, maxval(abs(matmul(chebyshev_values(at, n), c) - exp(at))) < 1.0e-14_dp)
+    if (allocated(error)) return
+    call check(error, x(1) == 1 .and. x(n) == -1 .and. all(x(:10) == -x(20:11:-1)))
+    if (allocated(error)) return
+    ! The nearly linear order of cosines keeps its digits for many points too.
+    call check(error, maxval(abs(matmul(chebyshev_coefficients(257), cos(255 * acos(chebyshev_points(257)))) &
+      & - [spread(0.0_dp, 1, 255), 1.0_dp, 0.0_dp])) < 1.0e-12_dp)
+  end subroutine test_chebyshev
+
+  subroutine test_variables(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: kinds(3) = [itself, inverse, logarithm]
+    ! The middle in the variable.
+    real(dp), parameter :: middles(3) = [5.0_dp, 3.2_dp, 4.0_dp]
+    type(variable_type) :: variable
+    real(dp) :: p
+    integer :: k
+
+    do k = 1, 3
+      variable = variable_type(2.0_dp, 8.0_dp, kinds(k))
+      call check(error, variable%suits() .and. abs(variable%x_of(2.0_dp) + 1) < 1.0e-15_dp &
+        & .and. abs(variable%x_of(8.0_dp) - 1) < 1.0e-15_dp)
+      if (allocated(error)) return
+      call check(error, variable%parameter_of(0.0_dp), middles(k), thr=1.0e-14_dp)
+      if (allocated(error)) return
+      variable = variable_type(-2.0_dp, -8.0_dp, kinds(k))
+      p = variable%parameter_of(0.3_dp)
+      call check(error, variable%x_of(p), 0.3_dp, thr=1.0e-14_dp)
+      if (allocated(error)) return
+      variable = variable_type(-1.0_dp, 1.0_dp, kinds(k))
+      call check(error, variable%suits() .eqv. kinds(k) == itself)
+      if (allocated(error)) return
+    end do
+  end subroutine test_variables
+
+  subroutine test_axes(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(axis_type) :: axis
+    type(gestell_error), allocatable :: failure
+
+    call new_axis(axis, 0.1_dp, 0.7_dp, 7, .false., failure)
+    call check(error, .not. allocated(failure) .and. axis%value(1) == 0.1_dp .and. axis%value(7) == 0.7_dp &
+      & .and. abs(axis%value(4) - 0.4_dp) < 1.0e-15_dp)
+    if (allocated(error)) return
+    call new_axis(axis, -1.0_dp, -1000.0_dp, 4, .true., failure)
+    call check(error, .not. allocated(failure) .and. abs(axis%value(3) + 100) < 1.0e-12_dp)
+    if (allocated(error)) return
+    call new_axis(axis, 1.0_dp, 1.0_dp, 1, .true., failure)
+    call check(error, .not. allocated(failure) .and. axis%value(1) == 1)
+    if (allocated(error)) return
+    call new_axis(axis, 1.0_dp, 1.0_dp, 2, .false., failure)
+    call check(error, allocated(failure), "an empty range")
+    if (allocated(error)) return
+    call new_axis(axis, 1.0_dp, 2.0_dp, 0, .false., failure)
+    call check(error, allocated(failure), "no value")
+    if (allocated(error)) return
+    call new_axis(axis, 1.0_dp, 2.0_dp, 1, .false., failure)
+    call check(error, allocated(failure), "one value that should be two")
+    if (allocated(error)) return
+    call new_axis(axis, -1.0_dp, 2.0_dp, 5, .true., failure)
+    call check(error, allocated(failure), "a logarithmic range through zero")
+  end subroutine test_axes
+
+  subroutine test_tiles(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: counts(2, 7) = reshape([1, 1, 1, 300, 300, 1, 7, 9, 251, 40, 1000, 33, 17, 16], [2, 7])
+    type(grid_type) :: grid
+    type(tile_type) :: tile
+    integer, allocatable :: covered(:, :)
+    integer :: k, i
+
+    do k = 1, size(counts, 2)
+      call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, counts(1, k)), axis_type(0.0_dp, 1.0_dp, counts(2, k))])
+      allocate(covered(counts(1, k), counts(2, k)), source=0)
+      do i = 1, grid%tiles()
+        tile = grid%tile(i)
+        associate (here => covered(tile%first(1):tile%last(1), tile%first(2):tile%last(2)))
+          here = here + 1
+          call check(error, size(here) > 0 .and. all(shape(here) <= 250) .and. tile%number == i)
+        end associate
+        if (allocated(error)) return
+      end do
+      call check(error, all(covered == 1) .and. grid%points() == product(counts(:, k)))
+      if (allocated(error)) return
+      deallocate(covered)
+    end do
+    call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 2000000)])
+    k = 0
+    do i = 1, grid%tiles()
+      tile = grid%tile(i)
+      k = k + tile%last(1) - tile%first(1) + 1
+    end do
+    call check(error, k, 2000000)
+  end subroutine test_tiles
+
+  !> Oscillators with d from 0.02 to 2 and a from 0.3 to 30: complex pairs, and two real multipliers where a < d^2 / 4,
+  !> which meet on the curve a = d^2 / 4. Every bound holds, every verdict is right; away from the curve the numbers are
+  !> as exact as the tolerance promises.
+  subroutine test_oscillators(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(oscillator_family) :: family
+    type(grid_type) :: grid
+    real(dp), allocatable :: values(:, :, :)
+    type(tile_results_type) :: last
+    real(dp) :: p(2), right, deviation
+    integer :: i, j
+
+    call new_grid(grid, [axis_type(0.02_dp, 2.0_dp, 70), axis_type(0.3_dp, 30.0_dp, 90, .true.)])
+    call solve_grid(family, grid, ordered("expansion"), values, error, last)
+    if (allocated(error)) return
+    do i = 1, 70
+      do j = 1, 90
+        p = grid%parameters(i, j)
+        right = greatest_of_oscillator(p(1), p(2))
+        deviation = abs(values(rho_max, j, i) - right) / right
+        call check(error, deviation <= values(rho_error, j, i), "a bound is beaten")
+        if (allocated(error)) return
+        call check(error, nint(values(verdict, j, i)), stable)
+        if (allocated(error)) return
+        call check(error, values(log_rho_max, j, i), log(right), thr=2 * values(rho_error, j, i))
+        if (allocated(error)) return
+        ! Phi is exact to 1e-9 of its norm, which is up to e^pi times its greatest multiplier.
+        if (abs(p(2) - p(1)**2 / 4) > 0.1_dp) call check(error, deviation < 2.0e-7_dp, "not as exact as promised")
+        if (allocated(error)) return
+      end do
+    end do
+    call check(error, last%checks > 0 .and. last%deviation < 1.0e-9_dp, "the expansion was not used")
+  end subroutine test_oscillators
+
+  subroutine test_lines(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=9), parameter :: engines(3) = [character(len=9) :: "auto", "expansion", "direct"]
+    type(oscillator_family) :: family
+    type(grid_type) :: grid
+    real(dp), allocatable :: values(:, :, :)
+    integer :: k, j
+
+    do k = 1, 3
+      call new_grid(grid, [axis_type(1.0_dp, 9.0_dp, 500)])
+      call solve_grid(family, grid, ordered(engines(k)), values, error)
+      if (allocated(error)) return
+      ! The damping, 0.1, is the same for all.
+      call check(error, maxval(abs(values(rho_max, 1, :) - exp(-0.05_dp * pi))) < 1.0e-9_dp)
+      if (allocated(error)) return
+      call new_grid(grid, [axis_type(0.5_dp, 0.5_dp, 1), axis_type(1.0_dp, 9.0_dp, 30)])
+      call solve_grid(family, grid, ordered(engines(k)), values, error)
+      if (allocated(error)) return
+      call check(error, maxval(abs(values(rho_max, :, 1) - exp(-0.25_dp * pi))) < 1.0e-9_dp)
+      if (allocated(error)) return
+      call new_grid(grid, [axis_type(0.2_dp, 0.5_dp, 30), axis_type(4.0_dp, 4.0_dp, 1)])
+      call solve_grid(family, grid, ordered(engines(k)), values, error)
+      if (allocated(error)) return
+      call check(error, maxval(abs(values(rho_max, 1, :) - [(exp(-pi / 2 * grid%axes(1)%value(j)), j = 1, 30)])) < 1.0e-9_dp)
+      if (allocated(error)) return
+      call new_grid(grid, [axis_type(0.2_dp, 0.2_dp, 1), axis_type(4.0_dp, 4.0_dp, 1)])
+      call solve_grid(family, grid, ordered(engines(k)), values, error)
+      if (allocated(error)) return
+      call check(error, size(values) == 4 .and. abs(values(rho_max, 1, 1) - exp(-pi * 0.1_dp)) < 1.0e-9_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_lines
+
+  !> Where Phi jumps and where there is no system cells are split until the expansions hold; the rest is as right as ever.
+  subroutine test_jump_and_hole(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=9), parameter :: engines(2) = [character(len=9) :: "auto", "expansion"]
+    type(oscillator_family) :: family
+    type(grid_type) :: grid
+    real(dp), allocatable :: values(:, :, :)
+    real(dp) :: p(2), right
+    integer :: i, j, k
+
+    family = oscillator_family(jump=4.0_dp, hole=[6.0_dp, 6.5_dp])
+    call new_grid(grid, [axis_type(0.1_dp, 0.4_dp, 60), axis_type(1.0_dp, 9.0_dp, 120)])
+    do k = 1, 2
+      call solve_grid(family, grid, ordered(engines(k)), values, error)
+      if (allocated(error)) return
+      do i = 1, 60
+        do j = 1, 120
+          p = grid%parameters(i, j)
+          if (p(2) > family%hole(1) .and. p(2) < family%hole(2)) then
+            call check(error, nint(values(verdict, j, i)) == impossible .and. ieee_is_nan(values(rho_max, j, i)))
+          else
+            right = greatest_of_oscillator(p(1) + merge(1.0_dp, 0.0_dp, p(2) >= family%jump), p(2))
+            call check(error, abs(values(rho_max, j, i) - right) < 1.0e-8_dp .and. nint(values(verdict, j, i)) == stable)
+          end if
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_jump_and_hole
+
+  !> The paper's machine without dampers, over speed and stiffness, where some points are unstable: against a solution of
+  !> every tenth point's own.
+  subroutine test_machine(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_family) :: family
+    type(machine_data) :: machine
+    type(gestell_error), allocatable :: failure
+    type(grid_type) :: grid
+    type(sweep_order_type) :: order
+    real(dp), allocatable :: values(:, :, :)
+    real(dp) :: own(sweep_columns)
+    integer :: i, j
+
+    call machine_of_file("data/khang_four_bar.nml", machine, failure)
+    if (.not. allocated(failure)) call frame_of_machine(machine, family%frame, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call new_grid(grid, [axis_type(300.0_dp, 500.0_dp, 84), axis_type(0.25_dp, 0.5_dp, 84)])
+    order = ordered("auto")
+    call solve_grid(family, grid, order, values, error)
+    if (allocated(error)) return
+    do i = 1, 84, 3
+      do j = 1 + mod(i, 10), 84, 10
+        call solve_point(family, grid%parameters(i, j), order, own, failure)
+        call check(error, .not. allocated(failure))
+        if (allocated(error)) return
+        call check(error, abs(values(rho_max, j, i) - own(rho_max)) <= &
+          & values(rho_error, j, i) * values(rho_max, j, i) + own(rho_error) * own(rho_max), "beyond both bounds")
+        if (allocated(error)) return
+        call check(error, abs(values(rho_max, j, i) - own(rho_max)) < 1.0e-8_dp)
+        if (allocated(error)) return
+        call check(error, nint(values(verdict, j, i)) == nint(own(verdict)) .or. nint(values(verdict, j, i)) == undecided &
+          & .or. nint(own(verdict)) == undecided)
+        if (allocated(error)) return
+      end do
+    end do
+    call check(error, count(nint(values(verdict, :, :)) == undecided) < 84, "undecided is rare")
+    if (allocated(error)) return
+    call check(error, all(nint(values(verdict, :, :)) == merge(unstable, stable, values(rho_max, :, :) > 1) .or. &
+      & nint(values(verdict, :, :)) == undecided))
+  end subroutine test_machine
+
+  !> One column costs the others nothing, and is the same number.
+  subroutine test_columns(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(oscillator_family) :: family
+    type(sweep_order_type) :: order
+    type(grid_type) :: grid
+    real(dp), allocatable :: all(:, :, :), one(:, :, :)
+
+    call new_grid(grid, [axis_type(0.1_dp, 0.4_dp, 40), axis_type(1.0_dp, 9.0_dp, 40)])
+    order = ordered("expansion")
+    call solve_grid(family, grid, order, all, error)
+    if (allocated(error)) return
+    order%columns = .false.
+    order%columns(rho_max) = .true.
+    call solve_grid(family, grid, order, one, error)
+    if (allocated(error)) return
+    call check(error, size(one, 1) == 1 .and. maxval(abs(one(1, :, :) - all(rho_max, :, :))) < 1.0e-14_dp)
+  end subroutine test_columns
+
+  !> All that follows from the multipliers.
+  pure type(sweep_order_type) function ordered(engine) result(order)
+    character(len=*), intent(in) :: engine
+
+    order%engine = engine
+    order%columns(verdict + 1:) = .false.
+  end function ordered
+
+  !> All tiles of a grid: values of shape (columns, second axis, first axis), and the last tile's results.
+  subroutine solve_grid(family, grid, order, values, error, last)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(sweep_order_type), intent(in) :: order
+    real(dp), allocatable, intent(out) :: values(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(tile_results_type), intent(out), optional :: last
+    type(tile_results_type) :: results
+    type(gestell_error), allocatable :: failure
+    type(tile_type) :: tile
+    integer :: k, second
+
+    second = 1
+    if (size(grid%axes) == 2) second = grid%axes(2)%count
+    allocate(values(count(order%columns), second, grid%axes(1)%count))
+    do k = 1, grid%tiles()
+      tile = grid%tile(k)
+      call solve_tile(family, grid, tile, order, results, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      values(:, tile%first(2):tile%last(2), tile%first(1):tile%last(1)) = results%values
+    end do
+    if (present(last)) last = results
+  end subroutine solve_grid
+
+end module test_sweep
