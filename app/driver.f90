@@ -13,11 +13,15 @@ module driver
   use gestell_io_report, only: report_machine, report_results
   use gestell_io_report_mechanism, only: report_mechanism, report_transmission
   use gestell_io_report_trade, only: report_model, report_trade
+  use gestell_io_report_sweep, only: report_grid, report_sweep
   use gestell_io_results, only: write_results, write_trade
   use gestell_io_schema, only: input_schema, schema_type
+  use gestell_io_sweep_summary, only: summary_type
+  use sweeping, only: run_sweep
   use terminal, only: show_progress
   use gestell_study_analysis, only: analyse, analysis_type
   use gestell_study_model_trade, only: measure_model, model_trade_type
+  use gestell_study_tile_results, only: stable, verdict
   use gestell_study_trade, only: measure_trade, trade_type
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none (type, external)
@@ -39,26 +43,65 @@ contains
     integer, intent(out) :: code
     type(error_type), allocatable, intent(out) :: error
     type(configuration_type) :: configuration
-    type(analysis_type) :: analysis
-    type(trade_type) :: trade
-    type(model_trade_type) :: model_trade
     type(error_type), allocatable :: failure
-    real(dp), allocatable :: frequencies(:)
+    type(summary_type) :: summary
     character(len=:), allocatable :: folder
 
     code = 0
     call read_input(options, configuration, error)
     if (allocated(error)) return
-    if (options%fail_if_unstable .and. .not. configuration%tasks%stability) then
-      call fatal_error(error, "--fail-if-unstable needs the task 'stability'", wrong_usage)
-      return
-    end if
+    call check_options(options, configuration, error)
+    if (allocated(error)) return
     if (.not. options%quiet) write (output_unit, "(a)", advance="no") report_machine(configuration, options%input)
     if (options%check) then
-      if (.not. options%quiet) write (output_unit, "(a, /, a)") report_mechanism(configuration%frame), &
-        & "The input is sound; nothing more was computed (--check)."
+      if (options%quiet) return
+      if (.not. allocated(configuration%impossible)) write (output_unit, "(a)", advance="no") &
+        & report_mechanism(configuration%frame)
+      if (configuration%sweep) write (output_unit, "(a)", advance="no") report_grid(configuration%plan)
+      write (output_unit, "(/, a)") "The input is sound; nothing more was computed (--check)."
       return
     end if
+    folder = folder_name(options)
+    if (configuration%single()) call run_single(options, configuration, folder, code, failure, error)
+    if (allocated(error)) return
+    if (configuration%sweep) then
+      call run_sweep(configuration, folder, preamble(options, configuration), summary, error)
+      if (allocated(error)) return
+      if (.not. options%quiet) write (output_unit, "(a)", advance="no") report_grid(configuration%plan) &
+        & // report_sweep(configuration%plan, summary)
+      if (options%fail_if_unstable .and. any(summary%verdicts(stable + 1:) > 0)) code = not_stable
+    end if
+    if (.not. options%quiet) write (output_unit, "(/, a)") "files in " // folder // "/"
+    ! The verdict stands even where the vibration could not be computed.
+    if (code == 0 .and. allocated(failure)) call move_alloc(failure, error)
+  end subroutine run
+
+  !> What the options ask of the input's tasks. Error: wrong usage.
+  subroutine check_options(options, configuration, error)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(in) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. options%fail_if_unstable) return
+    if (.not. (configuration%tasks%stability .or. configuration%sweep)) then
+      call fatal_error(error, "--fail-if-unstable needs the task 'stability' or 'sweep'", wrong_usage)
+    else if (configuration%sweep) then
+      if (.not. configuration%plan%order%columns(verdict)) call fatal_error(error, "--fail-if-unstable needs the column " // &
+        & "'verdict' of the sweep", wrong_usage)
+    end if
+  end subroutine check_options
+
+  !> The machine of the input itself. `failure`: what the verdict does not depend on could not be computed.
+  subroutine run_single(options, configuration, folder, code, failure, error)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(in) :: configuration
+    character(len=*), intent(in) :: folder
+    integer, intent(inout) :: code
+    type(error_type), allocatable, intent(out) :: failure, error
+    type(analysis_type) :: analysis
+    type(trade_type) :: trade
+    type(model_trade_type) :: model_trade
+    real(dp), allocatable :: frequencies(:)
 
     if (configuration%trade) then
       call measure_trade(configuration%frame, trade_budget, trade, error, show_progress)
@@ -78,21 +121,16 @@ contains
       if (configuration%trade) write (output_unit, "(a)", advance="no") report_trade(trade) // report_model(model_trade)
     end if
 
-    folder = folder_name(options)
     call make_folder(folder, error)
     if (allocated(error)) return
     call write_results(folder, preamble(options, configuration), configuration%frame, configuration%tasks, analysis, error)
     if (allocated(error)) return
     if (configuration%trade) call write_trade(folder, preamble(options, configuration), trade, model_trade, error)
     if (allocated(error)) return
-    if (.not. options%quiet) write (output_unit, "(/, a)") "files in " // folder // "/"
-
-    if (options%fail_if_unstable) then
+    if (options%fail_if_unstable .and. configuration%tasks%stability) then
       if (analysis%multipliers%verdict() /= "stable") code = not_stable
     end if
-    ! The verdict stands even where the vibration could not be computed.
-    if (code == 0 .and. allocated(failure)) call move_alloc(failure, error)
-  end subroutine run
+  end subroutine run_single
 
   subroutine read_input(options, configuration, error)
     type(options_type), intent(in) :: options

@@ -36,6 +36,7 @@ program main
   use test_rows, only: collect_rows
   use test_set, only: collect_set
   use test_table, only: collect_table
+  use test_peaks, only: collect_peaks
   use test_sweep, only: collect_sweep
   use test_tabulate, only: collect_tabulate
   use test_trade, only: collect_trade
@@ -88,6 +89,7 @@ program main
     & new_testsuite("rows", collect_rows), &
     & new_testsuite("resonance", collect_resonance), &
     & new_testsuite("sweep", collect_sweep), &
+      & new_testsuite("peaks", collect_peaks), &
       & new_testsuite("version", collect_version), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &

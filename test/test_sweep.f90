@@ -1,19 +1,15 @@
 !> Sweeps: grids, Chebyshev series, tiles by expansions against closed forms and single solutions.
 module test_sweep
-  use data_files, only: machine_of_file
   use families, only: greatest_of_oscillator, machine_family, oscillator_family
   use gestell_base_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
   use gestell_study_point, only: solve_point, sweep_order_type
-  use gestell_study_sweep, only: solve_tile
   use gestell_study_tile_results, only: impossible, log_rho_max, rho_error, rho_max, stable, sweep_columns, &
     & tile_results_type, undecided, unstable, verdict
   use gestell_study_variable, only: inverse, itself, logarithm, variable_type
-  use machines, only: frame_of_machine
-  use reference_machine, only: machine_data
+  use sweeps, only: new_family, ordered, solve_grid
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
@@ -251,7 +247,6 @@ contains
   subroutine test_machine(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family
-    type(machine_data) :: machine
     type(gestell_error), allocatable :: failure
     type(grid_type) :: grid
     type(sweep_order_type) :: order
@@ -259,12 +254,8 @@ contains
     real(dp) :: own(sweep_columns)
     integer :: i, j
 
-    call machine_of_file("data/khang_four_bar.nml", machine, failure)
-    if (.not. allocated(failure)) call frame_of_machine(machine, family%frame, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call new_family(family, error)
+    if (allocated(error)) return
     call new_grid(grid, [axis_type(300.0_dp, 500.0_dp, 84), axis_type(0.25_dp, 0.5_dp, 84)])
     order = ordered("auto")
     call solve_grid(family, grid, order, values, error)
@@ -308,41 +299,5 @@ contains
     if (allocated(error)) return
     call check(error, size(one, 1) == 1 .and. maxval(abs(one(1, :, :) - all(rho_max, :, :))) < 1.0e-14_dp)
   end subroutine test_columns
-
-  !> All that follows from the multipliers.
-  pure type(sweep_order_type) function ordered(engine) result(order)
-    character(len=*), intent(in) :: engine
-
-    order%engine = engine
-    order%columns(verdict + 1:) = .false.
-  end function ordered
-
-  !> All tiles of a grid: values of shape (columns, second axis, first axis), and the last tile's results.
-  subroutine solve_grid(family, grid, order, values, error, last)
-    class(family_type), intent(in) :: family
-    type(grid_type), intent(in) :: grid
-    type(sweep_order_type), intent(in) :: order
-    real(dp), allocatable, intent(out) :: values(:, :, :)
-    type(error_type), allocatable, intent(out) :: error
-    type(tile_results_type), intent(out), optional :: last
-    type(tile_results_type) :: results
-    type(gestell_error), allocatable :: failure
-    type(tile_type) :: tile
-    integer :: k, second
-
-    second = 1
-    if (size(grid%axes) == 2) second = grid%axes(2)%count
-    allocate(values(count(order%columns), second, grid%axes(1)%count))
-    do k = 1, grid%tiles()
-      tile = grid%tile(k)
-      call solve_tile(family, grid, tile, order, results, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      values(:, tile%first(2):tile%last(2), tile%first(1):tile%last(1)) = results%values
-    end do
-    if (present(last)) last = results
-  end subroutine solve_grid
 
 end module test_sweep

@@ -1,10 +1,11 @@
 !> Periodic functions from equidistant samples: harmonics, and extremes between the samples.
 module gestell_base_fourier
+  use gestell_base_circle, only: circle
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
   private
 
-  public :: fourier_series
+  public :: fourier_series, greatest
 
   !> f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi over the period.
   type, public :: fourier_type
@@ -24,47 +25,77 @@ contains
   pure function fourier_series(samples) result(series)
     real(dp), intent(in) :: samples(:)
     type(fourier_type) :: series
-    real(dp), allocatable :: cosine(:), sine(:)
-    real(dp) :: c, s
+    real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
+
+    series%mean = sum(samples) / size(samples)
+    call transform(samples, cosine, sine)
+    series%amplitude = hypot(cosine, sine)
+    series%phase = atan2(-sine, cosine)
+  end function fourier_series
+
+  !> The coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine).
+  pure subroutine transform(samples, cosine, sine)
+    real(dp), intent(in) :: samples(:)
+    real(dp), intent(out) :: cosine(:), sine(:)
+    real(dp) :: c(0:size(samples) - 1), s(0:size(samples) - 1)
     integer :: n, k, i, at
 
     n = size(samples)
-    allocate(cosine(0:n - 1), sine(0:n - 1), series%amplitude((n - 1) / 2), series%phase((n - 1) / 2))
-    do i = 0, n - 1
-      cosine(i) = cos(2 * pi * i / n)
-      sine(i) = sin(2 * pi * i / n)
-    end do
-    series%mean = sum(samples) / n
-    do k = 1, size(series%amplitude)
-      c = 0
-      s = 0
+    call circle([(2 * pi * i / n, i = 0, n - 1)], c, s)
+    do k = 1, size(cosine)
+      cosine(k) = 0
+      sine(k) = 0
       at = 0
       do i = 1, n
-        c = c + samples(i) * cosine(at)
-        s = s - samples(i) * sine(at)
+        cosine(k) = cosine(k) + samples(i) * c(at)
+        sine(k) = sine(k) + samples(i) * s(at)
         at = at + k
         if (at >= n) at = at - n
       end do
-      series%amplitude(k) = 2 * hypot(c, s) / n
-      series%phase(k) = atan2(s, c)
     end do
-  end function fourier_series
+    cosine = 2 * cosine / n
+    sine = 2 * sine / n
+  end subroutine transform
+
+  !> The greatest |f| of the series through `samples`, without the series.
+  pure real(dp) function greatest(samples)
+    real(dp), intent(in) :: samples(:)
+    real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
+
+    call transform(samples, cosine, sine)
+    greatest = greatest_between(samples, cosine, sine)
+  end function greatest
 
   !> f at theta, and with it its first and second derivative.
   pure function series_value(self, theta) result(f)
     class(fourier_type), intent(in) :: self
     real(dp), intent(in) :: theta
     real(dp) :: f(3)
-    real(dp) :: c, s
+
+    f = value(self%mean, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase), theta)
+  end function series_value
+
+  !> The same by coefficients; cos(k theta) and sin(k theta) follow from those before.
+  pure function value(mean, cosine, sine, theta) result(f)
+    real(dp), intent(in) :: mean, cosine(:), sine(:), theta
+    real(dp) :: f(3)
+    real(dp) :: c, s, c1, s1, turned
     integer :: k
 
-    f = [self%mean, 0.0_dp, 0.0_dp]
-    do k = 1, size(self%amplitude)
-      c = self%amplitude(k) * cos(k * theta + self%phase(k))
-      s = self%amplitude(k) * sin(k * theta + self%phase(k))
-      f = f + [c, -k * s, -real(k, dp)**2 * c]
+    f = [mean, 0.0_dp, 0.0_dp]
+    c1 = cos(theta)
+    s1 = sin(theta)
+    c = 1
+    s = 0
+    do k = 1, size(cosine)
+      turned = c * c1 - s * s1
+      s = s * c1 + c * s1
+      c = turned
+      f(1) = f(1) + cosine(k) * c + sine(k) * s
+      f(2) = f(2) + k * (sine(k) * c - cosine(k) * s)
+      f(3) = f(3) - real(k, dp)**2 * (cosine(k) * c + sine(k) * s)
     end do
-  end function series_value
+  end function value
 
   !> Root of the mean square, by Parseval's theorem.
   pure real(dp) function rms(self)
@@ -86,43 +117,60 @@ contains
     if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
   end function tail
 
-  !> max |f|: Newton's iteration for f' = 0 from every one of the `samples` that the maximum can lie beside. Half a
-  !> spacing away f has lost at most spacing^2 max |f''| / 8 of it.
+  !> max |f| of a series and the samples that it goes through.
   pure real(dp) function peak(self, samples)
     class(fourier_type), intent(in) :: self
     real(dp), intent(in) :: samples(:)
-    real(dp) :: step, greatest, loss
+
+    peak = greatest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
+  end function peak
+
+  !> max |f|: the zero of f' beside every one of the `samples` that the maximum can lie at. Half a spacing away f has lost at
+  !> most spacing^2 max |f''| / 8 of it.
+  pure real(dp) function greatest_between(samples, cosine, sine) result(peak)
+    real(dp), intent(in) :: samples(:), cosine(:), sine(:)
+    real(dp) :: step, highest, loss, mean
     integer :: i, k, n
 
     n = size(samples)
     step = 2 * pi / n
-    greatest = maxval(abs(samples))
-    loss = step**2 / 8 * sum([(real(k, dp)**2 * self%amplitude(k), k = 1, size(self%amplitude))])
-    peak = greatest
-    if (loss <= epsilon(loss) * greatest) return
+    mean = sum(samples) / n
+    highest = maxval(abs(samples))
+    loss = step**2 / 8 * sum([(real(k, dp)**2 * hypot(cosine(k), sine(k)), k = 1, size(cosine))])
+    peak = highest
+    if (loss <= epsilon(loss) * highest) return
     do i = 1, n
-      if (abs(samples(i)) < greatest - loss) cycle
+      if (abs(samples(i)) < highest - loss) cycle
       if (abs(samples(i)) < abs(samples(1 + modulo(i - 2, n))) .or. abs(samples(i)) < abs(samples(1 + modulo(i, n)))) cycle
-      peak = max(peak, refined(self, step * (i - 1), step))
+      peak = max(peak, refined(mean, cosine, sine, step * (i - 1), step))
     end do
-  end function peak
+  end function greatest_between
 
-  !> The greatest |f| that Newton's iteration for f' = 0 meets within one `step` of `start`.
-  pure real(dp) function refined(self, start, step)
-    class(fourier_type), intent(in) :: self
-    real(dp), intent(in) :: start, step
-    real(dp) :: theta, f(3)
+  !> The greatest |f| beside `start`, where |f| is not smaller than one `step` to both sides: Newton's iteration for f' = 0,
+  !> kept between a place where |f| rises to the top and one beyond it.
+  pure real(dp) function refined(mean, cosine, sine, start, step)
+    real(dp), intent(in) :: mean, cosine(:), sine(:), start, step
+    real(dp) :: theta, rising, falling, f(3)
     integer :: iteration
 
+    f = value(mean, cosine, sine, start)
+    refined = abs(f(1))
+    rising = start
+    falling = start + sign(step, f(1) * f(2))
     theta = start
-    refined = 0
-    do iteration = 1, 20
-      f = self%value(theta)
-      if (abs(theta - start) > step) return
+    do iteration = 1, 60
+      if (.not. abs(f(2)) > epsilon(step) * abs(f(3))) return
+      theta = theta - f(2) / merge(f(3), 1.0_dp, abs(f(3)) > 0)
+      if (.not. (theta - rising) * (theta - falling) < 0) theta = (rising + falling) / 2
+      f = value(mean, cosine, sine, theta)
       refined = max(refined, abs(f(1)))
-      if (.not. abs(f(2)) < step * abs(f(3))) return
-      theta = theta - f(2) / f(3)
-      if (abs(f(2)) <= epsilon(step) * abs(f(3))) return
+      ! Up, in the direction of the place beyond?
+      if (f(1) * f(2) * (falling - rising) > 0) then
+        rising = theta
+      else
+        falling = theta
+      end if
+      if (.not. abs(falling - rising) > epsilon(step) * abs(theta)) return
     end do
   end function refined
 

@@ -12,7 +12,7 @@ module gestell_floquet_flow
   implicit none (type, external)
   private
 
-  public :: end_of_block, period_map, trajectory
+  public :: end_of_block, motions, period_map, trajectory
 
   !> Steps whose maps are held at a time: memory does not grow with the number of steps, and stays in the cache.
   integer, parameter :: block_length = 32
@@ -113,6 +113,41 @@ contains
     end subroutine keep
 
   end subroutine trajectory
+
+  !> [Phi(t) x_p(t)], shape (n, n + 1, count), at the phases k / count, k = 1 ... count, which are among the equal steps between
+  !> `nodes`: all that is needed of the periodic motion but its start.
+  subroutine motions(system, method, nodes, maps, error)
+    class(periodic_system), intent(in) :: system
+    class(method_type), intent(in) :: method
+    real(dp), contiguous, intent(in) :: nodes(:)
+    real(dp), intent(out) :: maps(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: a(:, :, :), b(:, :)
+    real(dp) :: now(size(maps, 1), size(maps, 2))
+    integer :: n, steps, every, first, last, k
+
+    n = system%states
+    steps = size(nodes) - 1
+    every = steps / size(maps, 3)
+    allocate(a(n, n, block_length), b(n, block_length))
+    now = 0
+    now(:, :n) = unit_matrix(n)
+    last = 0
+    do while (last < steps)
+      first = last + 1
+      last = end_of_block(first, steps)
+      associate (count => last - first + 1)
+        call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :count), error, b(:, :count))
+      end associate
+      if (allocated(error)) return
+      do k = first, last
+        now = matmul(a(:, :, k - first + 1), now)
+        now(:, n + 1) = now(:, n + 1) + b(:, k - first + 1)
+        if (mod(k, every) == 0) maps(:, :, k / every) = now
+      end do
+    end do
+    if (.not. all(ieee_is_finite(maps))) call overflow(error)
+  end subroutine motions
 
   pure subroutine check_finite(values, error)
     real(dp), intent(in) :: values(:, :)

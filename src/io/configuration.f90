@@ -1,19 +1,23 @@
 !> From the groups of an input file to the machine and the orders that they describe.
 module gestell_io_configuration
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: ways
   use gestell_io_document, only: document_type, group_type, the_group, word_length
+  use gestell_io_fingerprint, only: content_of
   use gestell_io_frame, only: read_frame
   use gestell_io_get, only: at_least, get, positive
   use gestell_io_mechanism, only: read_mechanism
   use gestell_io_message, only: input_error
+  use gestell_io_schema, only: input_schema, schema_type
+  use gestell_io_sweep, only: read_sweep, sweep_plan_type
   use gestell_io_units, only: find_unit, unit_names, unit_type, units_type
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism, only: mechanism_type
   use gestell_study_analysis, only: tasks_type
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -27,9 +31,19 @@ module gestell_io_configuration
     logical :: trade = .false.
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
+    !> Whether points of a sweep are to be computed, or borders found among them, and the sweep then.
+    logical :: sweep = .false., boundary = .false.
+    type(sweep_plan_type), allocatable :: plan
+    !> Hash of all that the input says (`content_of`).
+    integer(int64) :: content = 0
+    !> Why the machine of the input itself cannot turn, where only others are asked for.
+    type(error_type), allocatable :: impossible
+  contains
+    procedure :: single
   end type configuration_type
 
-  character(len=*), parameter :: task_names(*) = [character(len=9) :: "stability", "modes", "response", "trade"]
+  character(len=*), parameter :: task_names(*) = [character(len=9) :: "stability", "modes", "response", "trade", "sweep", &
+    & "boundary"]
   character(len=*), parameter :: coefficient_names(*) = [character(len=8) :: "periodic", "averaged"]
 
 contains
@@ -42,7 +56,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(units_type) :: units
     class(mechanism_type), allocatable :: mechanism
+    type(schema_type) :: schema
 
+    schema = input_schema()
+    configuration%content = content_of(doc, schema)
     call read_orders(doc, configuration, error)
     if (allocated(error)) return
     call read_units(doc, units, error)
@@ -50,7 +67,24 @@ contains
     call read_mechanism(doc, units, mechanism, error)
     if (allocated(error)) return
     call read_frame(doc, units, mechanism, configuration%frame, error)
+    if (allocated(error)) then
+      if (error%code /= impossible_mechanism .or. configuration%single()) return
+      call move_alloc(error, configuration%impossible)
+    end if
+    if (.not. (configuration%sweep .or. configuration%boundary)) return
+    allocate(configuration%plan)
+    call read_sweep(doc, schema, units, configuration%plan, error)
+    configuration%plan%order%accuracy = configuration%accuracy
+    configuration%plan%order%averaged = configuration%tasks%averaged
   end subroutine read_configuration
+
+  !> Whether anything is asked about the machine of the input itself, and not only about others.
+  pure logical function single(self)
+    class(configuration_type), intent(in) :: self
+
+    single = self%tasks%stability .or. self%tasks%modes .or. self%tasks%response .or. self%trade &
+      & .or. .not. (self%sweep .or. self%boundary)
+  end function single
 
   !> Title, tasks, model and accuracy.
   subroutine read_orders(doc, configuration, error)
@@ -70,6 +104,8 @@ contains
     configuration%tasks%modes = any(tasks == "modes")
     configuration%tasks%response = any(tasks == "response")
     configuration%trade = any(tasks == "trade")
+    configuration%sweep = any(tasks == "sweep")
+    configuration%boundary = any(tasks == "boundary")
 
     group = the_group(doc, "response")
     call get(group, "points", configuration%tasks%points, error, default=360, must=at_least(1))

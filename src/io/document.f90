@@ -1,5 +1,6 @@
 !> The content of an input file: groups with their keys, and where each value came from.
 module gestell_io_document
+  use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
@@ -14,6 +15,8 @@ module gestell_io_document
     !> Unallocated: this element of a vector is not given.
     character(len=:), allocatable :: text
     logical :: quoted = .false.
+    !> The number that `text` spells, in a document in the schema's form.
+    real(dp) :: number = 0
     !> Repeat count, as in 3*1.0.
     integer :: count = 1
     !> Line of the value's key.

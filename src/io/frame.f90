@@ -15,21 +15,46 @@ module gestell_io_frame
   implicit none (type, external)
   private
 
-  public :: read_frame
+  public :: read_drive_and_frame, read_frame
+
+  !> Drive, frame and mounting in SI; the mechanism is missing.
+  type, public :: frame_data_type
+    real(dp) :: mass = 0, inertia = 0, origin(2) = 0, stiffness(3, 3) = 0, damping(3, 3) = 0, speed = 0
+    integer, allocatable :: free(:)
+  end type frame_data_type
 
 contains
 
-  !> Frame, supports, foundation and drive.
+  !> Frame, supports, foundation and drive with their mechanism, which is turned once.
   subroutine read_frame(doc, units, mechanism, frame, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
     class(mechanism_type), intent(in) :: mechanism
     type(frame_type), intent(out) :: frame
     type(error_type), allocatable, intent(out) :: error
+    type(frame_data_type) :: data
+
+    call read_drive_and_frame(doc, units, data, error)
+    if (allocated(error)) return
+    call new_frame(frame, mechanism, data%mass, data%inertia, data%origin, data%stiffness, data%damping, data%speed, error, &
+      & data%free)
+    if (.not. allocated(error)) return
+    if (allocated(error%subject)) then
+      call name_line(doc, error)
+    else
+      call in_group(the_group(doc, "frame"), error)
+    end if
+  end subroutine read_frame
+
+  !> All of it but the mechanism.
+  subroutine read_drive_and_frame(doc, units, data, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    type(frame_data_type), intent(out) :: data
+    type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
     type(support_type), allocatable :: supports(:)
-    real(dp) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed_rpm
-    integer, allocatable :: free(:)
+    real(dp) :: speed_rpm
 
     group = the_group(doc, "drive")
     call get(group, "speed_rpm", speed_rpm, error, must=nonzero)
@@ -38,31 +63,24 @@ contains
       call input_error(group, "speed_rpm", "is too small", error)
       return
     end if
+    data%speed = speed_rpm * 2 * pi / 60
 
     call read_supports(groups_named(doc, "support"), units, supports, error)
     if (allocated(error)) return
-    call read_foundation(the_group(doc, "foundation"), units, stiffness, damping, error)
+    call read_foundation(the_group(doc, "foundation"), units, data%stiffness, data%damping, error)
     if (allocated(error)) return
-    stiffness = stiffness + stiffness_matrix(supports)
-    damping = damping + damping_matrix(supports)
+    data%stiffness = data%stiffness + stiffness_matrix(supports)
+    data%damping = data%damping + damping_matrix(supports)
 
     group = the_group(doc, "frame")
-    call get(group, "mass", mass, error, must=positive, unit=units%mass)
+    call get(group, "mass", data%mass, error, must=positive, unit=units%mass)
     if (allocated(error)) return
-    call get(group, "inertia", inertia, error, must=positive, unit=units%inertia)
+    call get(group, "inertia", data%inertia, error, must=positive, unit=units%inertia)
     if (allocated(error)) return
-    call get(group, "origin", origin, error, unit=units%length)
+    call get(group, "origin", data%origin, error, unit=units%length)
     if (allocated(error)) return
-    call read_freedoms(group, free, error)
-    if (allocated(error)) return
-    call new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed_rpm * 2 * pi / 60, error, free)
-    if (.not. allocated(error)) return
-    if (allocated(error%subject)) then
-      call name_line(doc, error)
-    else
-      call in_group(group, error)
-    end if
-  end subroutine read_frame
+    call read_freedoms(group, data%free, error)
+  end subroutine read_drive_and_frame
 
   !> c_ij and b_ij of the foundation. Error: the stiffness is not symmetric, or negative in some direction.
   subroutine read_foundation(group, units, stiffness, damping, error)

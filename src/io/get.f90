@@ -4,7 +4,6 @@ module gestell_io_get
   use gestell_base_kinds, only: dp
   use gestell_io_document, only: group_type, find_entry, word_length
   use gestell_io_message, only: input_error
-  use gestell_io_number, only: read_real, read_integer
   use gestell_io_suggest, only: suggestion
   use gestell_io_text, only: decimal
   use gestell_io_units, only: unit_type
@@ -76,8 +75,8 @@ contains
       if (.not. present(default)) call input_error(group, key, "must be given", error)
       return
     end if
-    call read_real(group%entries(i)%values(1)%text, value, reason)
-    if (reason == "") reason = broken(value, must)
+    value = group%entries(i)%values(1)%number
+    reason = broken(value, must)
     if (present(unit)) value = unit%si(value)
     if (reason /= "") call input_error(group, key, reason, error)
   end subroutine get_real
@@ -113,8 +112,8 @@ contains
         else if (.not. allocated(values(k)%text)) then
           if (.not. present(default)) reason = "must be given"
         else
-          call read_real(values(k)%text, value(k), reason)
-          if (reason == "") reason = broken(value(k), must)
+          value(k) = values(k)%number
+          reason = broken(value(k), must)
           if (present(unit)) value(k) = unit%si(value(k))
         end if
         if (reason == "") cycle
@@ -154,8 +153,8 @@ contains
       if (.not. present(default)) call input_error(group, key, "must be given", error)
       return
     end if
-    call read_integer(group%entries(i)%values(1)%text, value, reason)
-    if (reason == "") reason = broken(real(value, dp), must)
+    value = nint(group%entries(i)%values(1)%number)
+    reason = broken(real(value, dp), must)
     if (reason /= "") call input_error(group, key, reason, error)
   end subroutine get_integer
 

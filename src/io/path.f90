@@ -6,7 +6,6 @@ module gestell_io_path
   use gestell_io_document, only: document_type, group_type, entry_type, find_entry
   use gestell_io_locate, only: target_type, find_target
   use gestell_io_merge, only: expand, start
-  use gestell_io_number, only: read_real
   use gestell_io_rule, only: check_values
   use gestell_io_schema, only: schema_type, key_rule, text_key
   use gestell_io_text, only: shown, without_quotes
@@ -56,8 +55,6 @@ contains
     real(dp), allocatable, intent(out) :: values(:)
     type(error_type), allocatable, intent(out) :: error
     type(target_type) :: target
-    character(len=:), allocatable :: reason
-    real(dp) :: x
     integer :: i, j, k
 
     allocate(values(0))
@@ -76,8 +73,7 @@ contains
         do k = 1, size(group%entries(j)%values)
           if (target%element > 0 .and. k /= target%element) cycle
           if (.not. allocated(group%entries(j)%values(k)%text)) cycle
-          call read_real(group%entries(j)%values(k)%text, x, reason)
-          values = [values, x]
+          values = [values, group%entries(j)%values(k)%number]
         end do
       end associate
     end do

@@ -38,6 +38,10 @@ contains
       report = "Gestell " // version // newline // newline
       if (len(configuration%title) > 0) report = report // "  title      " // configuration%title // newline
       report = report // "  input      " // input // newline
+      if (allocated(configuration%impossible)) then
+        report = report // "  mechanism  cannot turn as it stands in the input: " // configuration%impossible%message // newline
+        return
+      end if
       select type (mechanism => frame%mechanism)
       type is (linkage_type)
         report = report // "  mechanism  " // counted(size(mechanism%joints), "joint") // ", " &

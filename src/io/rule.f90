@@ -15,11 +15,11 @@ module gestell_io_rule
 
 contains
 
-  !> Refuses values that are not of the key's kind.
+  !> Refuses values that are not of the key's kind; numbers are read.
   pure subroutine check_values(group, rule, merged, error)
     type(group_type), intent(in) :: group
     type(key_rule), intent(in) :: rule
-    type(entry_type), intent(in) :: merged
+    type(entry_type), intent(inout) :: merged
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: reason
     integer :: i
@@ -40,9 +40,8 @@ contains
   !> `reason`: why a value is not of the key's kind, empty where it is.
   pure subroutine check_kind(rule, value, reason)
     type(key_rule), intent(in) :: rule
-    type(value_type), intent(in) :: value
+    type(value_type), intent(inout) :: value
     character(len=:), allocatable, intent(out) :: reason
-    real(dp) :: x
     integer :: n
 
     reason = ""
@@ -56,8 +55,9 @@ contains
       reason = "must be a number, without quotes"
     else if (rule%kind == integer_key) then
       call read_integer(value%text, n, reason)
+      value%number = n
     else if (rule%kind == real_key) then
-      call read_real(value%text, x, reason)
+      call read_real(value%text, value%number, reason)
     end if
   end subroutine check_kind
 

@@ -55,7 +55,8 @@ module gestell_io_schema
       group_rule("foundation", required=.false., repeatable=.false.), &
       group_rule("model",      required=.false., repeatable=.false.), &
       group_rule("accuracy",   required=.false., repeatable=.false.), &
-      group_rule("response",   required=.false., repeatable=.false.)]
+      group_rule("response",   required=.false., repeatable=.false.), &
+      group_rule("sweep",      required=.false., repeatable=.true.)]
 
   type(key_rule), parameter :: key_table(*) = [ &
       key_rule("case", "title", text_key), &
@@ -114,7 +115,14 @@ module gestell_io_schema
       key_rule("accuracy", "method", text_key), &
       key_rule("accuracy", "steps", integer_key), &
       key_rule("response", "points", integer_key), &
-      key_rule("response", "harmonics", integer_key)]
+      key_rule("response", "harmonics", integer_key), &
+      key_rule("sweep", "parameter", text_key), &
+      key_rule("sweep", "from", real_key), &
+      key_rule("sweep", "to", real_key), &
+      key_rule("sweep", "count", integer_key), &
+      key_rule("sweep", "spacing", text_key), &
+      key_rule("sweep", "engine", text_key), &
+      key_rule("sweep", "columns", text_key, 1, 1, 7)]
 
 contains
 

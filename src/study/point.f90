@@ -16,7 +16,7 @@ module gestell_study_point
   implicit none (type, external)
   private
 
-  public :: solve_point, verdict_number
+  public :: peak_limit, solve_point, verdict_number
 
   !> What is computed at every point of a sweep.
   type, public :: sweep_order_type
@@ -82,6 +82,14 @@ contains
       call set_peaks(system, floquet, values)
     end select
   end subroutine solve_point
+
+  !> Relative error of the vibration, in the norm of balanced units, that is allowed where the peaks come from an expansion: beside
+  !> a resonance its error is many times that of Phi.
+  pure real(dp) function peak_limit(order)
+    type(sweep_order_type), intent(in) :: order
+
+    peak_limit = 1000 * order%accuracy%tolerance
+  end function peak_limit
 
   !> The peaks of a frame's vibration; a resonance has none.
   subroutine set_peaks(frame, floquet, values)

@@ -7,7 +7,8 @@ module gestell_study_sweep
   use gestell_study_expansion, only: expand, expansion_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
-  use gestell_study_point, only: solve_point, sweep_order_type
+  use gestell_study_peaks, only: peaks_of_numbers
+  use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
   use gestell_study_sampler, only: sampler_type
   use gestell_study_tile_results, only: sweep_columns, tile_results_type, xi_peak
   use gestell_study_variable, only: variable_type
@@ -51,7 +52,10 @@ contains
     plan = solve_it
     if (can_expand(order, cell)) then
       call plan_cell(family, grid, cell, order, sampler, variables, points, plan)
-      if (plan == expand_it) call expand_cell(family, grid, tile, cell, order, variables, points, sampler, results, plan)
+      if (plan == expand_it) then
+        call expand_cell(family, grid, tile, cell, order, variables, points, sampler, results, plan, error)
+        if (allocated(error)) return
+      end if
       results%solutions = results%solutions + sampler%solutions
     end if
     select case (plan)
@@ -74,7 +78,7 @@ contains
     type(tile_type), intent(in) :: cell
 
     can_expand = order%engine /= "direct" .and. order%accuracy%steps == 0 .and. .not. order%averaged &
-      & .and. .not. any(order%columns(xi_peak:)) .and. cell_points(cell) >= merge(2, least_points, order%engine == "expansion")
+      & .and. cell_points(cell) >= merge(2, least_points, order%engine == "expansion")
   end function can_expand
 
   !> Point by point.
@@ -99,7 +103,7 @@ contains
   end subroutine solve_points
 
   !> By an expansion. `plan` becomes the axis to split where the expansion does not hold.
-  subroutine expand_cell(family, grid, tile, cell, order, variables, points, sampler, results, plan)
+  subroutine expand_cell(family, grid, tile, cell, order, variables, points, sampler, results, plan, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile, cell
@@ -109,6 +113,7 @@ contains
     type(sampler_type), intent(inout) :: sampler
     type(tile_results_type), intent(inout) :: results
     integer, intent(inout) :: plan
+    type(error_type), allocatable, intent(out) :: error
     type(expansion_type) :: expansion
     real(dp) :: perturbation, deviation
     logical :: fits
@@ -117,28 +122,28 @@ contains
     call expand(expansion, sampler, family, variables, points, fits)
     if (.not. fits .or. .not. expansion%rest <= order%accuracy%tolerance * expansion%least) return
     perturbation = expansion%rest + sampler%error * expansion%greatest
-    call check_cell(family, grid, cell, order, expansion, sampler, perturbation, deviation, fits)
+    call check_cell(family, grid, cell, order, expansion, perturbation, sampler, deviation, fits)
     if (.not. fits) return
     plan = expand_it
     results%checks = results%checks + checked_points
     results%deviation = max(results%deviation, deviation)
-    call evaluate(grid, tile, cell, order, expansion, perturbation, results)
+    call evaluate(family, grid, tile, cell, order, sampler, expansion, perturbation, results, error)
   end subroutine expand_cell
 
   !> Compares the expansion with solutions of their own at points drawn at random. `fits`: none deviates by more than
   !> `perturbation` and its own bound; `deviation`: the greatest one, relative to Phi.
-  subroutine check_cell(family, grid, cell, order, expansion, sampler, perturbation, deviation, fits)
+  subroutine check_cell(family, grid, cell, order, expansion, perturbation, sampler, deviation, fits)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: cell
     type(sweep_order_type), intent(in) :: order
     type(expansion_type), intent(in) :: expansion
-    type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: perturbation
+    type(sampler_type), intent(inout) :: sampler
     real(dp), intent(out) :: deviation
     logical, intent(out) :: fits
     integer :: places(2, checked_points), k
-    real(dp) :: parameters(size(grid%axes)), own(expansion%numbers), expanded(1, expansion%numbers), bound, difference
+    real(dp) :: parameters(size(grid%axes)), own(sampler%numbers_of_period()), expanded(1, expansion%numbers), bound, difference
 
     deviation = 0
     places = random_points(cell, checked_points)
@@ -147,11 +152,34 @@ contains
       call sampler%check(family, parameters, order%accuracy, own, bound, fits)
       if (.not. fits) return
       call expansion%line(parameters(1), parameters(2:), expanded)
-      difference = norm2(expanded(1, :) - own)
+      difference = norm2(expanded(1, :size(own)) - own)
       deviation = max(deviation, difference / norm2(own))
       fits = difference <= perturbation + bound * norm2(own)
+      if (fits .and. sampler%times > 0) call check_peaks(family, parameters, order, sampler, expanded(1, :), perturbation, fits)
       if (.not. fits) return
     end do
   end subroutine check_cell
+
+  !> Compares the peaks, where the expansion has them, with those of a solution of their own.
+  subroutine check_peaks(family, parameters, order, sampler, numbers, perturbation, fits)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: parameters(:), numbers(:), perturbation
+    type(sweep_order_type), intent(in) :: order
+    type(sampler_type), intent(inout) :: sampler
+    logical, intent(out) :: fits
+    type(error_type), allocatable :: error
+    real(dp) :: own(sweep_columns), peaks(size(sampler%free))
+    logical :: sure
+
+    call peaks_of_numbers(sampler, numbers, perturbation, peak_limit(order), peaks, sure)
+    fits = .true.
+    if (.not. sure) return
+    call solve_point(family, parameters, order, own, error)
+    sampler%solutions = sampler%solutions + 1
+    fits = .not. allocated(error)
+    if (.not. fits) return
+    fits = all(abs(peaks - own(xi_peak - 1 + sampler%free)) <= peak_limit(order) * maxval(peaks / sampler%scale(:size(peaks))) &
+      & * sampler%scale(:size(peaks)))
+  end subroutine check_peaks
 
 end module gestell_study_sweep

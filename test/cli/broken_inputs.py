@@ -53,7 +53,7 @@ INPUTS = [
      "input.nml:2: unknown group &drve: did you mean &drive?"),
     ("unknown group, nothing near", added("&engine power=1 /"), 2,
      "input.nml:16: unknown group &engine: allowed are &case, &drive, &units, &joint, &link, "
-     "&mass_functions, &frame, &support, &foundation, &model, &accuracy, &response"),
+     "&mass_functions, &frame, &support, &foundation, &model, &accuracy, &response, &sweep"),
     ("group given twice", added("&drive speed_rpm=1 /"), 2,
      "input.nml:16: &drive: may stand only once (first in line 2)"),
     ("no drive", without(2), 2,
@@ -203,9 +203,11 @@ INPUTS = [
     ("unknown task", changed("'stability', 'response'", "'stabilty'"), 2,
      "input.nml:1: &case: tasks(1) = 'stabilty': unknown; did you mean 'stability'?"),
     ("unknown task, nothing near", changed("'stability', 'response'", "'stability', 'paint'"), 2,
-     "input.nml:1: &case: tasks(2) = 'paint': unknown; known: 'stability', 'modes', 'response', 'trade'"),
+     "input.nml:1: &case: tasks(2) = 'paint': unknown; known: 'stability', 'modes', 'response', 'trade', "
+     "'sweep', 'boundary'"),
     ("empty task", changed("'stability', 'response'", "''"), 2,
-     "input.nml:1: &case: tasks(1) = '': unknown; known: 'stability', 'modes', 'response', 'trade'"),
+     "input.nml:1: &case: tasks(1) = '': unknown; known: 'stability', 'modes', 'response', 'trade', "
+     "'sweep', 'boundary'"),
     ("misspelt coefficients", added("&model coefficients='avaraged' /"), 2,
      "input.nml:16: &model: coefficients = 'avaraged': unknown; did you mean 'averaged'?"),
     ("unknown coefficients, nothing near", added("&model coefficients='exact' /"), 2,
@@ -395,5 +397,5 @@ OPTIONS = [
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
      "its ends are 0.33 m apart, lengths of 0.1 m and 0.16 m reach from 0.06 m to 0.26 m"),
     ("--fail-if-unstable without stability", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='response'"], 1,
-     "--fail-if-unstable needs the task 'stability'"),
+     "--fail-if-unstable needs the task 'stability' or 'sweep'"),
 ]

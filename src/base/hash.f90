@@ -1,0 +1,54 @@
+!> A hash in the manner of FNV-1a (Fowler, Noll, Vo), word by word: it tells damaged or foreign data, no more.
+module gestell_base_hash
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: mix, mix_text
+
+  !> Where a hash begins.
+  integer(int64), parameter, public :: hash_start = int(z"4BF29CE484222325", int64)
+
+  !> The prime 2^40 + 435, and a mask of 32 bits.
+  integer(int64), parameter :: shift = 40_int64, rest = 435_int64, low = int(z"FFFFFFFF", int64)
+
+contains
+
+  !> The hash after one more word.
+  elemental integer(int64) function mixed(hash, word)
+    integer(int64), intent(in) :: hash, word
+    integer(int64) :: x, lower, upper
+
+    ! x times the prime modulo 2^64, by halves: no intermediate result overflows
+    x = ieor(hash, word)
+    lower = iand(x, low) * rest
+    upper = ishft(x, -32) * rest + ishft(lower, -32) + ishft(iand(x, ishft(low, -8)), 8)
+    x = ior(ishft(iand(upper, low), 32), iand(lower, low))
+    ! upper bits would otherwise never act on lower ones
+    mixed = ieor(x, ishft(x, -29))
+  end function mixed
+
+  !> Takes words into the hash.
+  pure subroutine mix(hash, words)
+    integer(int64), intent(inout) :: hash
+    integer(int64), intent(in) :: words(:)
+    integer :: i
+
+    do i = 1, size(words)
+      hash = mixed(hash, words(i))
+    end do
+  end subroutine mix
+
+  !> Takes a text and its end into the hash.
+  pure subroutine mix_text(hash, text)
+    integer(int64), intent(inout) :: hash
+    character(len=*), intent(in) :: text
+    integer :: i
+
+    do i = 1, len(text)
+      hash = mixed(hash, int(ichar(text(i:i)), int64))
+    end do
+    hash = mixed(hash, -1_int64)
+  end subroutine mix_text
+
+end module gestell_base_hash

@@ -1,0 +1,309 @@
+!> The files of a sweep while it is computed: a block for every tile, and in the end the table. Whoever computes tiles,
+!> in one process or many, now or after an interruption, gives them to `store`; `finish` makes of them the same bytes.
+module gestell_io_campaign
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
+  use gestell_base_hash, only: mix, mix_text
+  use gestell_base_kinds, only: dp
+  use gestell_base_version, only: version
+  use gestell_io_block, only: read_block, read_rows, write_block
+  use gestell_io_files, only: file_size, remove_file, remove_folder, rename_file
+  use gestell_io_folder, only: make_folder
+  use gestell_io_sweep, only: sweep_plan_type
+  use gestell_io_sweep_csv, only: growing_table_type, header, open_table, rows
+  use gestell_io_sweep_summary, only: summary_type
+  use gestell_io_text, only: counted, decimal
+  use gestell_study_grid, only: grid_type, tile_type
+  use gestell_study_tile_results, only: sweep_columns, tile_results_type
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: open_campaign
+
+  type, public :: campaign_type
+    !> Which tiles are done, of those that were looked for, and how many of these had blocks that are of no use.
+    logical, allocatable :: done(:)
+    integer :: damaged = 0
+    character(len=:), allocatable, private :: folder
+    character(len=:), allocatable, private :: paths(:)
+    type(grid_type), private :: grid
+    logical, private :: columns(sweep_columns) = .true.
+    integer(int64), private :: content = 0, fingerprint = 0
+  contains
+    procedure :: begin
+    procedure :: store
+    procedure :: finish
+    procedure, private :: block_name
+    procedure, private :: tell_missing
+  end type campaign_type
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Looks what is there of a sweep in `folder`; nothing is changed. `content`: hash of the input. Only the `wanted` tiles
+  !> are looked for, all by default. Error: there are blocks of another input or version.
+  subroutine open_campaign(campaign, folder, plan, content, error, wanted)
+    type(campaign_type), intent(out) :: campaign
+    character(len=*), intent(in) :: folder
+    type(sweep_plan_type), intent(in) :: plan
+    integer(int64), intent(in) :: content
+    type(error_type), allocatable, intent(out) :: error
+    logical, intent(in), optional :: wanted(:)
+    type(tile_results_type) :: results
+    type(tile_type) :: tile
+    integer(int64) :: fingerprint
+    integer :: i, number
+    logical :: sound
+
+    campaign%folder = folder
+    campaign%paths = plan%paths
+    campaign%grid = plan%grid
+    campaign%columns = plan%order%columns
+    campaign%content = content
+    campaign%fingerprint = content
+    call mix_text(campaign%fingerprint, version)
+    call compare_origin(campaign, error)
+    if (allocated(error)) return
+    allocate(campaign%done(plan%grid%tiles()), source=.false.)
+    do i = 1, size(campaign%done)
+      if (present(wanted)) then
+        if (.not. wanted(i)) cycle
+      end if
+      if (file_size(campaign%block_name(i)) < 0) cycle
+      call read_block(campaign%block_name(i), fingerprint, number, results, sound)
+      if (sound .and. fingerprint /= campaign%fingerprint) then
+        call refuse_origin(campaign, "the input or the version differs", error)
+        return
+      end if
+      tile = plan%grid%tile(i)
+      if (sound) sound = number == i .and. all(shape(results%values) == shape_of(campaign, tile))
+      campaign%done(i) = sound
+      if (.not. sound) campaign%damaged = campaign%damaged + 1
+    end do
+  end subroutine open_campaign
+
+  !> Numbers of a tile along the axes of `tile_results_type%values`.
+  pure function shape_of(campaign, tile) result(shape)
+    type(campaign_type), intent(in) :: campaign
+    type(tile_type), intent(in) :: tile
+    integer :: shape(3)
+
+    shape = [count(campaign%columns), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1]
+  end function shape_of
+
+  !> The note that says what the blocks of a folder belong to.
+  pure function origin_name(campaign) result(name)
+    type(campaign_type), intent(in) :: campaign
+    character(len=:), allocatable :: name
+
+    name = campaign%folder // "/sweep.blocks/origin"
+  end function origin_name
+
+  !> Version and content as words of the note.
+  pure function content_word(campaign) result(word)
+    type(campaign_type), intent(in) :: campaign
+    character(len=16) :: word
+
+    write (word, "(z16.16)") campaign%content
+  end function content_word
+
+  subroutine compare_origin(campaign, error)
+    type(campaign_type), intent(in) :: campaign
+    type(error_type), allocatable, intent(out) :: error
+    character(len=64) :: lines(2)
+    integer :: unit, status
+
+    if (file_size(origin_name(campaign)) < 0) return
+    open (newunit=unit, file=origin_name(campaign), action="read", status="old", iostat=status)
+    if (status /= 0) return
+    read (unit, "(a)", iostat=status) lines
+    close (unit)
+    if (status /= 0) return
+    if (lines(1) /= version) then
+      call refuse_origin(campaign, "version " // trim(lines(1)) // " of gestell began it, this is " // version, error)
+    else if (lines(2) /= content_word(campaign)) then
+      call refuse_origin(campaign, "the input was another one", error)
+    end if
+  end subroutine compare_origin
+
+  pure subroutine refuse_origin(campaign, reason, error)
+    type(campaign_type), intent(in) :: campaign
+    character(len=*), intent(in) :: reason
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, campaign%folder // "/sweep.blocks: points of an unfinished sweep that do not fit, " // reason // &
+      & "; remove this folder to start afresh, or name another with --output", wrong_usage)
+  end subroutine refuse_origin
+
+  !> Makes the folder for blocks, before the first is stored. Error: it cannot be made.
+  subroutine begin(self, error)
+    class(campaign_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+    integer :: unit, status, closed
+    logical :: done
+
+    call make_folder(self%folder // "/sweep.blocks", error)
+    if (allocated(error)) return
+    if (file_size(origin_name(self)) >= 0) return
+    open (newunit=unit, file=origin_name(self) // ".new", action="write", status="replace", iostat=status)
+    done = status == 0
+    if (done) then
+      write (unit, "(a)", iostat=status) version, content_word(self)
+      close (unit, iostat=closed)
+      done = status == 0 .and. closed == 0 &
+        & .and. file_size(origin_name(self) // ".new") == len(version) + 1 + len(content_word(self)) + 1
+      if (done) call rename_file(origin_name(self) // ".new", origin_name(self), done)
+    end if
+    if (.not. done) call fatal_error(error, self%folder // "/sweep.blocks: cannot be written; is the disk full?", &
+      & failed_computation)
+  end subroutine begin
+
+  pure function block_name(self, number) result(name)
+    class(campaign_type), intent(in) :: self
+    integer, intent(in) :: number
+    character(len=:), allocatable :: name
+    character(len=10) :: digits
+
+    write (digits, "(i10.10)") number
+    name = self%folder // "/sweep.blocks/" // digits
+  end function block_name
+
+  !> Keeps the results of a tile. Error: they cannot be written.
+  subroutine store(self, number, results, error)
+    class(campaign_type), intent(inout) :: self
+    integer, intent(in) :: number
+    type(tile_results_type), intent(in) :: results
+    type(error_type), allocatable, intent(out) :: error
+
+    call write_block(self%block_name(number), self%fingerprint, number, results, error)
+    self%done(number) = .not. allocated(error)
+  end subroutine store
+
+  !> Writes sweep.csv, headed by `preamble`, from the blocks of all tiles, and removes them.
+  !> Errors: tiles are missing; the file cannot be written. The blocks stay then.
+  subroutine finish(self, preamble, summary, error)
+    class(campaign_type), intent(in) :: self
+    character(len=*), intent(in) :: preamble(:)
+    type(summary_type), intent(out) :: summary
+    type(error_type), allocatable, intent(out) :: error
+    type(growing_table_type) :: table
+    character(len=:), allocatable :: head
+    integer :: first, last, i
+
+    call self%tell_missing(error)
+    if (allocated(error)) return
+    call open_table(table, self%folder // "/sweep.csv", error)
+    if (allocated(error)) return
+    head = ""
+    do i = 1, size(preamble)
+      head = head // "# " // trim(preamble(i)) // newline
+    end do
+    call table%append(head // header(self%paths, self%columns) // newline, error)
+    last = 0
+    do while (last < size(self%done))
+      if (allocated(error)) return
+      first = last + 1
+      last = last_beside(self%grid, first)
+      call append_band(self, table, first, last, summary, error)
+    end do
+    if (.not. allocated(error)) call table%complete(error)
+    if (allocated(error)) return
+    do i = 1, size(self%done)
+      call remove_file(self%block_name(i))
+      call remove_file(self%block_name(i) // ".new")
+    end do
+    call remove_file(origin_name(self))
+    call remove_folder(self%folder // "/sweep.blocks")
+  end subroutine finish
+
+  subroutine tell_missing(self, error)
+    class(campaign_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: most = 10
+    character(len=:), allocatable :: list
+    integer :: i, missing, named
+
+    missing = count(.not. self%done)
+    if (missing == 0) return
+    list = ""
+    named = 0
+    do i = 1, size(self%done)
+      if (self%done(i)) cycle
+      if (named == most) then
+        list = list // ", ..."
+        exit
+      end if
+      if (named > 0) list = list // ", "
+      list = list // decimal(i)
+      named = named + 1
+    end do
+    call fatal_error(error, self%folder // "/sweep.blocks: " // counted(missing, "tile") // " of " // decimal(size(self%done)) &
+      & // " missing: " // list, failed_computation)
+  end subroutine tell_missing
+
+  !> The last of the tiles that lie beside `first` along the second axis.
+  pure integer function last_beside(grid, first) result(last)
+    type(grid_type), intent(in) :: grid
+    integer, intent(in) :: first
+    type(tile_type) :: here, next
+
+    here = grid%tile(first)
+    do last = first, grid%tiles() - 1
+      next = grid%tile(last + 1)
+      if (next%first(1) /= here%first(1)) return
+    end do
+    last = grid%tiles()
+  end function last_beside
+
+  !> The rows of tiles that lie beside each other, in the grid's order.
+  subroutine append_band(self, table, first, last, summary, error)
+    class(campaign_type), intent(in) :: self
+    type(growing_table_type), intent(inout) :: table
+    integer, intent(in) :: first, last
+    type(summary_type), intent(inout) :: summary
+    type(error_type), allocatable, intent(out) :: error
+    type(tile_results_type) :: results
+    type(tile_type) :: tile
+    integer(int64) :: fingerprint
+    integer :: i, k, number, piece
+    logical :: sound
+
+    do k = first, last
+      call read_block(self%block_name(k), fingerprint, number, results, sound)
+      if (.not. sound) then
+        call fatal_error(error, self%block_name(k) // ": was damaged meanwhile; start again", failed_computation)
+        return
+      end if
+      call summary%add_tile(results)
+    end do
+    tile = self%grid%tile(first)
+    ! a tile alone is written at once, those beside each other row by row
+    piece = 1
+    if (first == last) piece = tile%last(1) - tile%first(1) + 1
+    do i = tile%first(1), tile%last(1), piece
+      do k = first, last
+        call append_piece(self, table, self%grid%tile(k), i, piece, summary, error)
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine append_band
+
+  !> Rows `i` ... `i + piece - 1` of the first axis, as far as a tile has them.
+  subroutine append_piece(self, table, tile, i, piece, summary, error)
+    class(campaign_type), intent(in) :: self
+    type(growing_table_type), intent(inout) :: table
+    type(tile_type), intent(in) :: tile
+    integer, intent(in) :: i, piece
+    type(summary_type), intent(inout) :: summary
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: values(:, :, :)
+
+    allocate(values(count(self%columns), tile%last(2) - tile%first(2) + 1, piece))
+    call read_rows(self%block_name(tile%number), i - tile%first(1) + 1, values, error)
+    if (allocated(error)) return
+    call summary%add_points(self%columns, [i, tile%first(2)], values)
+    call table%append(rows(self%grid, self%columns, [i, tile%first(2)], values), error)
+  end subroutine append_piece
+
+end module gestell_io_campaign

@@ -1,0 +1,244 @@
+!> The groups &sweep of an input file: what runs, from where to where, and what is wanted of every point.
+module gestell_io_sweep
+  use gestell_base_error, only: error_type, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_io_document, only: document_type, group_type, groups_named, has, word_length
+  use gestell_io_family, only: document_family_type, new_document_family
+  use gestell_io_get, only: at_least, get
+  use gestell_io_locate, only: find_target, target_type
+  use gestell_io_message, only: in_group, input_error, label
+  use gestell_io_schema, only: integer_key, schema_type, text_key
+  use gestell_io_text, only: decimal, shown
+  use gestell_io_units, only: units_type
+  use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
+  use gestell_study_point, only: sweep_order_type
+  use gestell_study_tile_results, only: column_names
+  implicit none (type, external)
+  private
+
+  public :: read_sweep
+
+  !> A sweep as it was ordered. Accuracy and model stand in the same `order`, but come from their own groups.
+  type, public :: sweep_plan_type
+    !> What runs, shape (number of axes), as in the head of sweep.csv.
+    character(len=:), allocatable :: paths(:)
+    type(grid_type) :: grid
+    type(sweep_order_type) :: order
+    type(document_family_type) :: family
+  end type sweep_plan_type
+
+  !> Groups whose keys are orders and no part of the machine.
+  character(len=*), parameter :: orders(*) = [character(len=8) :: "case", "accuracy", "response", "sweep"]
+  character(len=*), parameter :: engines(*) = [character(len=9) :: "auto", "expansion", "direct"]
+  character(len=*), parameter :: spacings(*) = [character(len=6) :: "linear", "log"]
+  !> Values of an axis that are tried before anything is computed, at the most.
+  integer, parameter :: most_tried = 10000
+
+contains
+
+  !> The sweep of a checked document. Errors: no group, or more than two; a path that cannot run, the same one twice;
+  !> an empty range; a value that makes no sense.
+  subroutine read_sweep(doc, schema, units, plan, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(units_type), intent(in) :: units
+    type(sweep_plan_type), intent(out) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:)
+    type(target_type) :: targets(2)
+    type(axis_type) :: axes(2)
+    character(len=:), allocatable :: path
+    real(dp), allocatable :: first(:)
+    integer :: i, longest
+
+    groups = groups_named(doc, "sweep")
+    if (size(groups) == 0) then
+      call input_error(case_group(doc), "tasks", "needs a group &sweep: parameter, from, to, count", error)
+      return
+    else if (size(groups) > 2) then
+      call input_error(groups(3), "", "is one too many: a sweep has one or two parameters", error)
+      return
+    end if
+    longest = 1
+    do i = 1, size(groups)
+      call read_parameter(doc, schema, groups(i), path, targets(i), error)
+      if (.not. allocated(error)) call read_axis(groups(i), axes(i), error)
+      if (allocated(error)) return
+      longest = max(longest, len(path))
+    end do
+    allocate(character(len=longest) :: plan%paths(size(groups)))
+    do i = 1, size(groups)
+      call get(groups(i), "parameter", path, error)
+      plan%paths(i) = adjustl(path)
+    end do
+    if (size(groups) == 2) then
+      if (overlap(doc, targets)) then
+        call input_error(groups(2), "parameter", "runs already, in " // label(groups(1)), error)
+        return
+      end if
+    end if
+    call new_grid(plan%grid, axes(:size(groups)))
+    call read_order(groups, plan%order, error)
+    if (allocated(error)) return
+    first = axes(:size(groups))%from
+    call new_document_family(plan%family, doc, schema, units, plan%paths, first, error)
+    if (allocated(error)) then
+      ! a mechanism has file and line, what is wrong with a path has not
+      if (index(error%message, doc%file // ":") /= 1) call in_group(groups(1), error)
+      return
+    end if
+    call try_values(groups, plan, error)
+  end subroutine read_sweep
+
+  !> The group &case, which orders the sweep.
+  pure type(group_type) function case_group(doc) result(group)
+    type(document_type), intent(in) :: doc
+    integer :: i
+
+    do i = 1, size(doc%groups)
+      if (doc%groups(i)%name == "case") group = doc%groups(i)
+    end do
+  end function case_group
+
+  !> The path that runs and what it names. Error: it names no number of the machine.
+  subroutine read_parameter(doc, schema, group, path, target, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(group_type), intent(in) :: group
+    character(len=:), allocatable, intent(out) :: path
+    type(target_type), intent(out) :: target
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+
+    call get(group, "parameter", path, error)
+    if (allocated(error)) return
+    call find_target(doc, schema, path, "", target, reason)
+    if (allocated(reason)) then
+      call input_error(group, "parameter", reason%message(3:), error)
+      return
+    end if
+    associate (rule => schema%keys(target%rule))
+      if (any(orders == rule%group)) then
+        call input_error(group, "parameter", "&" // trim(rule%group) // " gives orders, only numbers of the machine can run", error)
+      else if (rule%kind == text_key) then
+        call input_error(group, "parameter", "is a text, only numbers can run", error)
+      else if (rule%kind == integer_key) then
+        call input_error(group, "parameter", "is a whole number, which cannot run", error)
+      else if (rule%least > 1 .and. target%element == 0 .and. .not. rule%alike) then
+        call input_error(group, "parameter", "has " // decimal(rule%least) // " values: name one, as in " // shown(path) // &
+          & trim(merge("(1,1)", "(1)  ", rule%rank == 2)), error)
+      end if
+    end associate
+  end subroutine read_parameter
+
+  subroutine read_axis(group, axis, error)
+    type(group_type), intent(in) :: group
+    type(axis_type), intent(out) :: axis
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+    character(len=:), allocatable :: spacing
+    real(dp) :: from, to
+    integer :: count
+
+    call get(group, "from", from, error)
+    if (.not. allocated(error)) call get(group, "count", count, error, must=at_least(1))
+    if (.not. allocated(error)) call get(group, "spacing", spacing, error, default="linear", allowed=spacings)
+    if (allocated(error)) return
+    to = from
+    if (count > 1 .or. has(group, "to")) call get(group, "to", to, error)
+    if (allocated(error)) return
+    call new_axis(axis, from, to, count, spacing == "log", reason)
+    if (allocated(reason)) call input_error(group, trim(merge("count", "to   ", count == 1)), reason%message, error)
+  end subroutine read_axis
+
+  !> Engine and columns; they may stand in any of the groups.
+  subroutine read_order(groups, order, error)
+    type(group_type), intent(in) :: groups(:)
+    type(sweep_order_type), intent(out) :: order
+    type(error_type), allocatable, intent(out) :: error
+    character(len=word_length), allocatable :: columns(:)
+    character(len=:), allocatable :: engine
+    integer :: i
+
+    do i = 1, size(groups)
+      call get(groups(i), "engine", engine, error, default=trim(order%engine), allowed=engines)
+      if (allocated(error)) return
+      if (i > 1 .and. has(groups(i), "engine") .and. has(groups(1), "engine") .and. engine /= order%engine) then
+        call input_error(groups(i), "engine", "is another one than in " // label(groups(1)), error)
+        return
+      end if
+      order%engine = engine
+      if (.not. has(groups(i), "columns")) cycle
+      call get(groups(i), "columns", columns, error, allowed=column_names)
+      if (allocated(error)) return
+      if (i > 1 .and. has(groups(1), "columns") .and. any(wanted(columns) .neqv. order%columns)) then
+        call input_error(groups(i), "columns", "are others than in " // label(groups(1)), error)
+        return
+      end if
+      order%columns = wanted(columns)
+    end do
+  end subroutine read_order
+
+  pure function wanted(columns)
+    character(len=*), intent(in) :: columns(:)
+    logical :: wanted(size(column_names))
+    integer :: i
+
+    wanted = [(any(columns == column_names(i)), i = 1, size(column_names))]
+  end function wanted
+
+  !> Whether two paths name a number in common.
+  pure logical function overlap(doc, targets)
+    type(document_type), intent(in) :: doc
+    type(target_type), intent(in) :: targets(2)
+    logical :: chosen(size(doc%groups), 2)
+    integer :: k
+
+    overlap = .false.
+    if (targets(1)%rule /= targets(2)%rule) return
+    if (all(targets%element > 0) .and. targets(1)%element /= targets(2)%element) return
+    chosen = .false.
+    do k = 1, 2
+      chosen(targets(k)%groups, k) = .true.
+    end do
+    ! of a group that the file has not there is one
+    overlap = any(chosen(:, 1) .and. chosen(:, 2)) .or. .not. any(chosen)
+  end function overlap
+
+  !> Tries the values of every axis beside the first of the other, and the last ones together. An axis of many is tried here
+  !> and there; what a key allows is mostly a range, and zero, where it is forbidden, is among those that are tried.
+  subroutine try_values(groups, plan, error)
+    type(group_type), intent(in) :: groups(:)
+    type(sweep_plan_type), intent(in) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+    real(dp) :: values(size(groups))
+    integer :: i, k, zero
+
+    do k = 1, size(groups)
+      values = plan%grid%axes%from
+      associate (axis => plan%grid%axes(k))
+        zero = 1
+        if (axis%count > 1) zero = nint(min(max(1 - axis%from / (axis%to - axis%from) * (axis%count - 1), 1.0_dp), &
+          & real(axis%count, dp)))
+        do i = 1, axis%count
+          if (mod(i - 1, 1 + (axis%count - 1) / most_tried) > 0 .and. i /= zero .and. i < axis%count) cycle
+          values(k) = axis%value(i)
+          call plan%family%check(values, reason)
+          if (allocated(reason)) exit
+        end do
+      end associate
+      if (allocated(reason)) exit
+    end do
+    if (.not. allocated(reason)) then
+      k = size(groups)
+      values = plan%grid%axes%to
+      call plan%family%check(values, reason)
+    end if
+    if (.not. allocated(reason)) return
+    call move_alloc(reason, error)
+    error%code = invalid_input
+    if (index(error%message, groups(k)%file // ":") /= 1) call in_group(groups(k), error)
+  end subroutine try_values
+
+end module gestell_io_sweep

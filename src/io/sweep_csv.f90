@@ -1,0 +1,176 @@
+!> The rows of sweep.csv: written in pieces of any length, so that no more than a piece is ever in memory.
+module gestell_io_sweep_csv
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_io_files, only: file_size, remove_file, rename_file
+  use gestell_study_grid, only: grid_type
+  use gestell_study_tile_results, only: column_names, sweep_columns, verdict, verdict_names
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: header, open_table, rows
+
+  !> A file that grows under another name and takes its own when it is complete.
+  type, public :: growing_table_type
+    private
+    character(len=:), allocatable :: name
+    integer :: unit = 0
+    integer(int64) :: bytes = 0
+  contains
+    procedure :: append
+    procedure :: complete
+  end type growing_table_type
+
+  character, parameter :: newline = new_line("a")
+  !> As in all result files, and the width.
+  character(len=*), parameter :: number_form = "(es24.16e3)"
+  integer, parameter :: number_width = 24
+
+contains
+
+  !> The names of the columns. A path with a comma stands in quotes.
+  pure function header(paths, columns) result(line)
+    character(len=*), intent(in) :: paths(:)
+    logical, intent(in) :: columns(sweep_columns)
+    character(len=:), allocatable :: line
+    integer :: i
+
+    line = ""
+    do i = 1, size(paths)
+      if (scan(paths(i), ",""") > 0) then
+        line = line // """" // doubled(trim(paths(i))) // ""","
+      else
+        line = line // trim(paths(i)) // ","
+      end if
+    end do
+    do i = 1, sweep_columns
+      if (columns(i)) line = line // trim(column_names(i)) // ","
+    end do
+    line = line(:len(line) - 1)
+  end function header
+
+  !> A text with two quotes for each.
+  pure function doubled(text) result(twice)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: twice
+    integer :: i
+
+    twice = ""
+    do i = 1, len(text)
+      twice = twice // text(i:i)
+      if (text(i:i) == """") twice = twice // """"
+    end do
+  end function doubled
+
+  !> The lines of points, values of shape (ordered columns, points of the second axis, points of the first), of which the
+  !> first is point `first` on the axes.
+  pure function rows(grid, columns, first, values) result(lines)
+    type(grid_type), intent(in) :: grid
+    logical, intent(in) :: columns(sweep_columns)
+    integer, intent(in) :: first(2)
+    real(dp), contiguous, intent(in) :: values(:, :, :)
+    character(len=:), allocatable :: lines
+    character(len=number_width) :: fast(size(values, 2)), slow
+    character(len=number_width), allocatable :: numbers(:, :, :)
+    integer :: i, j, k, n, word
+
+    allocate(character(len=size(values, 3) * size(values, 2) * (number_width + 1) * (size(values, 1) + 2)) :: lines)
+    allocate(numbers(size(values, 1), size(values, 2), size(values, 3)))
+    write (numbers, number_form) values
+    word = 0
+    if (columns(verdict)) word = count(columns(:verdict))
+    if (size(grid%axes) > 1) write (fast, number_form) grid%axes(2)%value([(first(2) + j - 1, j = 1, size(fast))])
+    n = 0
+    do i = 1, size(values, 3)
+      write (slow, number_form) grid%axes(1)%value(first(1) + i - 1)
+      do j = 1, size(values, 2)
+        call put(lines, n, slow, ",")
+        if (size(grid%axes) > 1) call put(lines, n, fast(j), ",")
+        do k = 1, size(values, 1)
+          if (k == word) then
+            call put(lines, n, verdict_names(nint(values(k, j, i))), ",")
+          else
+            call put(lines, n, numbers(k, j, i), ",")
+          end if
+        end do
+        lines(n:n) = newline
+      end do
+    end do
+    lines = lines(:n)
+  end function rows
+
+  !> Adds a word without its blanks, and a mark.
+  pure subroutine put(lines, n, word, mark)
+    character(len=:), allocatable, intent(inout) :: lines
+    integer, intent(inout) :: n
+    character(len=*), intent(in) :: word, mark
+    integer :: first, last
+
+    first = verify(word, " ")
+    last = len_trim(word)
+    lines(n + 1:n + last - first + 2) = word(first:last) // mark
+    n = n + last - first + 2
+  end subroutine put
+
+  !> Begins the file `name`. Error: it cannot be written.
+  subroutine open_table(table, name, error)
+    type(growing_table_type), intent(out) :: table
+    character(len=*), intent(in) :: name
+    type(error_type), allocatable, intent(out) :: error
+    character(len=256) :: message
+    integer :: status
+
+    table%name = name
+    open (newunit=table%unit, file=name // ".new", access="stream", form="unformatted", action="write", status="replace", &
+      & iostat=status, iomsg=message)
+    if (status /= 0) call refuse(table, message, error)
+  end subroutine open_table
+
+  !> Adds lines. Error: they cannot be written; the file is gone then.
+  subroutine append(self, lines, error)
+    class(growing_table_type), intent(inout) :: self
+    character(len=*), intent(in) :: lines
+    type(error_type), allocatable, intent(out) :: error
+    character(len=256) :: message
+    integer :: status, closed
+
+    write (self%unit, iostat=status, iomsg=message) lines
+    self%bytes = self%bytes + len(lines)
+    if (status == 0) return
+    close (self%unit, iostat=closed)
+    if (closed /= 0 .or. status /= 0) call refuse(self, message, error)
+  end subroutine append
+
+  !> Ends the file and gives it its name. Error: it is not complete, as on a full disk; it is gone then.
+  subroutine complete(self, error)
+    class(growing_table_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+    character(len=256) :: message
+    integer :: status
+    logical :: done
+
+    close (self%unit, iostat=status, iomsg=message)
+    if (status == 0) then
+      ! gfortran says nothing of a disk that is full
+      done = file_size(self%name // ".new") == self%bytes
+      message = "it came out too short; is the disk full?"
+      if (done) then
+        call rename_file(self%name // ".new", self%name, done)
+        message = "it cannot be renamed"
+      end if
+      status = merge(0, 1, done)
+    end if
+    if (status /= 0) call refuse(self, message, error)
+  end subroutine complete
+
+  subroutine refuse(table, message, error)
+    class(growing_table_type), intent(in) :: table
+    character(len=*), intent(in) :: message
+    type(error_type), allocatable, intent(out) :: error
+
+    call remove_file(table%name // ".new")
+    call fatal_error(error, table%name // ": cannot be written: " // trim(message), failed_computation)
+  end subroutine refuse
+
+end module gestell_io_sweep_csv

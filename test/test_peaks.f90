@@ -1,0 +1,125 @@
+!> The greatest displacements that a sweep tells.
+module test_peaks
+  use families, only: machine_family
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_fourier, only: greatest
+  use gestell_base_kinds, only: dp, pi
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: axis_type, grid_type, new_grid
+  use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
+  use gestell_study_tile_results, only: sweep_columns, tile_results_type, xi_peak
+  use sweeps, only: new_family, solve_grid
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  implicit none (type, external)
+  private
+
+  public :: collect_peaks
+
+contains
+
+  subroutine collect_peaks(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("peaks between samples", test_between), &
+      & new_unittest("a machine against single solutions", test_machine), &
+      & new_unittest("beside a resonance", test_resonance)]
+  end subroutine collect_peaks
+
+  !> The greatest of a trigonometric polynomial from as few samples as determine it, against the greatest of very many.
+  subroutine test_between(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: orders = 7, samples = 16, many = 100000
+    real(dp) :: a(0:orders, 2), sparse(samples), dense, f
+    integer :: i, k
+
+    do k = 1, 20
+      a = reshape([(sin(3.1_dp * i * k + k), i = 1, 2 * (orders + 1))], shape(a))
+      ! They fall, as those of a motion that is sampled densely enough do.
+      a = a / spread([(2.0_dp**i, i = 0, orders)], 2, 2)
+      sparse = [(polynomial(a, 2 * pi * (i - 1) / samples), i = 1, samples)]
+      dense = 0
+      do i = 1, many
+        f = polynomial(a, 2 * pi * i / many)
+        dense = max(dense, abs(f))
+      end do
+      ! Half the spacing of the dense samples squared, times f'' / 2 < 7^2 |f|, and roundings.
+      call check(error, greatest(sparse), dense, thr=1.0e-7_dp * dense)
+      if (allocated(error)) return
+      call check(error, greatest(sparse) >= dense * (1 - 1.0e-13_dp))
+      if (allocated(error)) return
+    end do
+  end subroutine test_between
+
+  pure real(dp) function polynomial(a, theta)
+    real(dp), intent(in) :: a(0:, :), theta
+    integer :: k
+
+    polynomial = sum([(a(k, 1) * cos(k * theta) + a(k, 2) * sin(k * theta), k = 0, ubound(a, 1))])
+  end function polynomial
+
+  !> The paper's machine over speed and damping, all columns.
+  subroutine test_machine(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_family) :: family
+    type(grid_type) :: grid
+    real(dp), allocatable :: values(:, :, :)
+    type(tile_results_type) :: last
+
+    call new_family(family, error)
+    if (allocated(error)) return
+    call new_grid(grid, [axis_type(400.0_dp, 450.0_dp, 100), axis_type(0.9_dp, 1.1_dp, 100)])
+    call solve_grid(family, grid, sweep_order_type(), values, error, last)
+    if (allocated(error)) return
+    call check(error, last%checks > 0, "the expansion was not used")
+    if (allocated(error)) return
+    call compare_peaks(family, grid, sweep_order_type(), values, error)
+  end subroutine test_machine
+
+  !> Beside and on a resonance, where E - Phi is nearly singular: without dampers at 5 times the crank's speed. Points near
+  !> it are solved by themselves; what is told is right.
+  subroutine test_resonance(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_family) :: family
+    type(grid_type) :: grid
+    real(dp), allocatable :: values(:, :, :)
+
+    call new_family(family, error)
+    if (allocated(error)) return
+    family%frame%damping = 1.0e-6_dp * family%frame%damping
+    call new_grid(grid, [axis_type(238.0_dp, 248.0_dp, 40), axis_type(0.99_dp, 1.01_dp, 40)])
+    call solve_grid(family, grid, sweep_order_type(engine="expansion"), values, error)
+    if (allocated(error)) return
+    call compare_peaks(family, grid, sweep_order_type(), values, error)
+    if (allocated(error)) return
+    call check(error, maxval(values(xi_peak, :, :)) > 100 * minval(values(xi_peak, :, :)), "there is no resonance")
+  end subroutine test_resonance
+
+  !> Every seventh point against a solution of its own: peaks to the limit that is promised, in the units of the states.
+  subroutine compare_peaks(family, grid, order, values, error)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(sweep_order_type), intent(in) :: order
+    real(dp), intent(in) :: values(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+    real(dp) :: own(sweep_columns)
+    integer :: i, j
+
+    do i = 1, size(values, 3), 7
+      do j = 1 + mod(i, 7), size(values, 2), 7
+        call solve_point(family, grid%parameters(i, j), order, own, failure)
+        call check(error, .not. allocated(failure))
+        if (allocated(error)) return
+        call check(error, all(ieee_is_nan(own(xi_peak:)) .eqv. ieee_is_nan(values(xi_peak:, j, i))), "a resonance is missed")
+        if (allocated(error)) return
+        ! eta, psi, xi of this machine are of one size in balanced units.
+        if (.not. ieee_is_nan(own(xi_peak))) call check(error, all(abs(values(xi_peak:, j, i) - own(xi_peak:)) &
+          & <= 2 * peak_limit(order) * maxval(own(xi_peak:))), "a peak is wrong")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine compare_peaks
+
+end module test_peaks
