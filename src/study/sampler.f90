@@ -72,7 +72,7 @@ contains
       call survey(system, scale, turns, error)
       if (allocated(error)) return
       if (turns > most_turns .or. (k > 1 .and. system%states /= sampler%states)) return
-      call solve_monodromy(system, accuracy, forced, monodromy, error)
+      call solve_monodromy(system, sharper(accuracy), forced, monodromy, error)
       sampler%solutions = sampler%solutions + 1
       if (allocated(error)) return
       sampler%states = system%states
@@ -98,6 +98,14 @@ contains
       fits = .true.
     end if
   end subroutine new_sampler
+
+  !> An eighth of the tolerance for the integration: most of it is left to the expansion.
+  pure type(accuracy_type) function sharper(accuracy)
+    type(accuracy_type), intent(in) :: accuracy
+
+    sharper = accuracy
+    sharper%tolerance = max(accuracy%tolerance / 8, 10 * epsilon(1.0_dp))
+  end function sharper
 
   !> Counts the times at which a frame's vibration has to be known. `fits` is false for other systems.
   subroutine look_at_vibration(sampler, system, accuracy, fits)
