@@ -13,7 +13,8 @@
 !>     [  K   R ]    rows: (a), with v on the left and q, p, 1 on the right,
 !>     [ -G   S ]    rows: (b), in the same columns,
 !>
-!> and the map of the step is what elimination of v leaves in the place of S: S + G K^-1 R.
+!> and the map of the step is what elimination of v leaves in the place of S: S + G K^-1 R. Side by side, each step is its own
+!> unit of time: with h B, h^2 C, h^2 g (h g without positions) and the start (q, h p), (a) and (b) hold with h = 1.
 module gestell_floquet_gauss_steps
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -130,82 +131,125 @@ contains
     end select
   end subroutine sample_coefficients
 
-  !> The maps [A b], shape (lanes, states, states + 1), of the steps from `first` on. (Recursive: gfortran makes large
-  !> arrays of other procedures static, and threads share those.)
+  !> The maps [A b], shape (lanes, states, states + 1), of the steps from `first` on, b where there are loads.
+  !> (Recursive: gfortran makes large arrays of other procedures static, and threads share those.)
   pure recursive subroutine maps_of_lanes(tableau, at, first, map, safe)
     type(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
     integer, intent(in) :: first
-    real(dp), contiguous, intent(out) :: map(:, :, :)
+    real(dp), contiguous, intent(inout) :: map(:, :, :)
     logical, intent(out) :: safe(lanes)
-    real(dp) :: w(lanes, most_rows, most_rows + block)
-    real(dp), dimension(lanes) :: h, damping, stiffness, multiplier
-    integer :: f, q, s, n, p, rows, columns, lane, i, j, r, c, row, from
+    real(dp) :: w(lanes, most_rows, most_rows + block), h(lanes), multiplier(lanes)
+    integer :: p, n, rows, columns, i, j
+
+    p = at%positions
+    n = padded(size(tableau%c) * at%f)
+    rows = n + padded(at%states)
+    columns = at%states
+    if (allocated(at%g)) columns = columns + 1
+    call fill_equations(tableau, at, first, n, rows, n + padded(columns), w)
+    call schur_complement(w, n, rows, n + padded(columns), multiplier)
+    safe = multiplier < safe_multiplier
+    map(:, :, :columns) = w(:, n + 1:n + at%states, n + 1:n + columns)
+
+    h = at%lengths(first:first + lanes - 1)
+    do i = 1, p
+      do j = 1, p
+        map(:, i, p + j) = h * map(:, i, p + j)
+        map(:, p + i, j) = map(:, p + i, j) / h
+      end do
+      if (allocated(at%g)) map(:, p + i, columns) = map(:, p + i, columns) / h
+    end do
+  end subroutine maps_of_lanes
+
+  !> (a) and (b) of the steps from `first` on; unknowns and equations up to `n`, `rows` and `columns` are padded with zeros and
+  !> ones. Column after column, as they lie in memory. Without positions C is zero, and p takes the place of q after it.
+  pure recursive subroutine fill_equations(tableau, at, first, n, rows, columns, w)
+    type(tableau_type), intent(in) :: tableau
+    type(coefficients_type), intent(in) :: at
+    integer, intent(in) :: first, n, rows, columns
+    real(dp), intent(inout) :: w(lanes, most_rows, columns)
+    ! h B and h^2 C of one stage below the other.
+    real(dp), dimension(lanes, most_rows, most_rows / 2) :: damping, stiffness
+    real(dp) :: h(lanes), a, aa
+    integer :: f, p, s, points, lane, i, j, r, c, row, column
 
     f = at%f
     s = size(tableau%c)
-    ! Where q, p and the column 1 come behind.
-    n = padded(s * f)
-    q = n
     p = n + at%positions
-    rows = n + padded(at%states)
-    columns = n + padded(at%states + 1)
     h = at%lengths(first:first + lanes - 1)
-    stiffness = 0
-    w(:, :rows, n + 1:columns) = 0
-    w(:, n + 1:rows, :n) = 0
-    if (n > s * f) w(:, :n, :n) = 0
+    w(:, s * f + 1:rows, :) = 0
+    w(:, :s * f, s * f + 1:n) = 0
+    w(:, :s * f, p + f + 1:) = 0
+    if (at%positions == 0) stiffness(:, :n, :f) = 0
 
     do i = 1, s
-      from = size(at%lengths) * (i - 1) + first - 1
-      do r = 1, f
-        row = f * (i - 1) + r
-        do c = 1, f
-          !GCC$ ivdep
+      points = size(at%lengths) * (i - 1) + first - 1
+      do c = 1, f
+        do r = 1, f
+          row = f * (i - 1) + r
+          !GCC$ unroll 1
           do lane = 1, lanes
-            damping(lane) = h(lane) * at%b(from + lane, r, c)
-            w(lane, row, p + c) = -at%b(from + lane, r, c)
+            damping(lane, row, c) = h(lane) * at%b(points + lane, r, c)
           end do
           if (at%positions > 0) then
-            !GCC$ ivdep
+            !GCC$ unroll 1
             do lane = 1, lanes
-              stiffness(lane) = h(lane)**2 * at%c(from + lane, r, c)
-              w(lane, row, q + c) = -at%c(from + lane, r, c)
-              w(lane, row, p + c) = w(lane, row, p + c) - tableau%c(i) * h(lane) * at%c(from + lane, r, c)
+              stiffness(lane, row, c) = h(lane)**2 * at%c(points + lane, r, c)
             end do
           end if
-          do j = 1, s
-            !GCC$ ivdep
-            do lane = 1, lanes
-              w(lane, row, f * (j - 1) + c) = tableau%a(i, j) * damping(lane) + tableau%aa(i, j) * stiffness(lane)
-            end do
-          end do
-          if (at%positions == 0) cycle
-          !GCC$ ivdep
+          !GCC$ unroll 1
           do lane = 1, lanes
-            w(lane, row, f * (i - 1) + c) = w(lane, row, f * (i - 1) + c) + at%m(from + lane, r, c)
+            w(lane, row, n + c) = -stiffness(lane, row, c)
+            w(lane, row, p + c) = -damping(lane, row, c) - tableau%c(i) * stiffness(lane, row, c)
           end do
         end do
-        if (at%positions == 0) w(:, row, row) = w(:, row, row) + 1
-        if (allocated(at%g)) w(:, row, p + f + 1) = at%g(from + 1:from + lanes, r)
-        if (at%positions > 0) w(:, q + r, row) = -h**2 * tableau%ba(i)
-        w(:, p + r, row) = -h * tableau%b(i)
+        if (.not. allocated(at%g)) cycle
+        row = f * (i - 1) + c
+        w(:, row, p + f + 1) = h * at%g(points + 1:points + lanes, c)
+        if (at%positions > 0) w(:, row, p + f + 1) = h * w(:, row, p + f + 1)
       end do
     end do
-    do row = s * f + 1, n
-      w(:, row, row) = 1
-    end do
-    do r = 1, f
-      w(:, p + r, p + r) = 1
-      if (at%positions == 0) cycle
-      w(:, q + r, q + r) = 1
-      w(:, q + r, p + r) = h
+
+    do j = 1, s
+      column = f * (j - 1)
+      do i = 1, s
+        row = f * (i - 1)
+        a = tableau%a(i, j)
+        aa = tableau%aa(i, j)
+        do c = 1, f
+          do r = 1, f
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              w(lane, row + r, column + c) = a * damping(lane, row + r, c) + aa * stiffness(lane, row + r, c)
+            end do
+          end do
+        end do
+      end do
+      points = size(at%lengths) * (j - 1) + first - 1
+      do c = 1, f
+        if (at%positions > 0) then
+          do r = 1, f
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              w(lane, column + r, column + c) = w(lane, column + r, column + c) + at%m(points + lane, r, c)
+            end do
+          end do
+        else
+          w(:, column + c, column + c) = w(:, column + c, column + c) + 1
+        end if
+        w(:, n + c, column + c) = -tableau%ba(j)
+        w(:, p + c, column + c) = -tableau%b(j)
+      end do
     end do
 
-    call schur_complement(w, n, rows, columns, multiplier)
-    safe = multiplier < safe_multiplier
-    map = w(:, n + 1:n + at%states, n + 1:n + at%states + 1)
-  end subroutine maps_of_lanes
+    do i = s * f + 1, rows
+      w(:, i, i) = 1
+    end do
+    do i = 1, at%positions
+      w(:, n + i, p + i) = 1
+    end do
+  end subroutine fill_equations
 
   !> The map [A b], shape (states, states + 1), of step `k` with exchanges of rows. Error: the equations are singular.
   subroutine map_with_exchanges(tableau, at, k, map, error)

@@ -1,7 +1,7 @@
 !> The product of the affine maps of many steps, x <- A_k x + b_k for k = 1 ... m.
 !>
-!> The steps are divided into eight segments of equal length that lie side by side in lanes (gestell_base_lanes): their
-!> products are formed at the same time, and then they are few.
+!> The maps are applied one after the other to all columns of Phi and to x_p at once, which lie side by side in lanes
+!> (gestell_base_lanes).
 module gestell_floquet_product
   use gestell_base_kinds, only: dp
   use gestell_base_lanes, only: lanes
@@ -25,168 +25,77 @@ contains
     logical, intent(out) :: fits
     real(dp), contiguous, intent(in), optional :: b(:, :)
     real(dp), intent(inout), optional :: xp(:), reach
-    ! [Phi x_p], its columns in lanes too: column j in lane modulo(j - 1, lanes) + 1 of a group.
-    real(dp) :: motion(lanes, size(scale), size(scale) / lanes + 1)
-    integer :: j, n
+    ! [Phi x_p] before the first and after each step, its columns in lanes: column j in lane modulo(j - 1, lanes) + 1 of
+    ! a group, x_p in `lane` of the last one, where `forced` is 1.
+    real(dp) :: motion(lanes, size(scale), size(scale) / lanes + 1, 0:size(a, 3)), forced(lanes)
+    integer :: n, steps, j, k, lane, group
 
     n = size(scale)
-    motion = 0
+    steps = size(a, 3)
+    lane = modulo(n, lanes) + 1
+    group = n / lanes + 1
+    forced = 0
+    forced(lane) = 1
+    motion(:, :, :, 0) = 0
     do j = 1, n
-      motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1) = phi(:, j)
+      motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1, 0) = phi(:, j)
     end do
-    if (present(xp)) motion(modulo(n, lanes) + 1, :, n / lanes + 1) = xp
-    fits = size(a, 3) >= 2 * lanes
-    if (fits) call by_segments(a, scale, motion, fits, b, reach)
-    if (.not. fits) call one_by_one(a, scale, motion, fits, b, reach)
+    if (present(xp)) motion(lane, :, group, 0) = xp
+
+    fits = .true.
+    do k = 1, steps
+      do j = 1, group
+        call apply(n, a(:, :, k), motion(:, :, j, k - 1), motion(:, :, j, k))
+      end do
+      if (present(b)) call add(n, b(:, k), forced, motion(:, :, group, k))
+      fits = small(n * group, motion(:, :, :, k))
+      if (.not. fits) return
+    end do
+
     do j = 1, n
-      phi(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1)
+      phi(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1, steps)
     end do
-    if (present(xp)) xp = motion(modulo(n, lanes) + 1, :, n / lanes + 1)
+    if (present(xp)) xp = motion(lane, :, group, steps)
+    if (.not. present(reach)) return
+    do k = 1, steps
+      reach = max(reach, norm2(motion(lane, :, group, k) / scale))
+    end do
   end subroutine multiply_maps
 
-  pure subroutine one_by_one(a, scale, motion, fits, b, reach)
-    real(dp), contiguous, intent(in) :: a(:, :, :)
-    real(dp), contiguous, intent(in) :: scale(:)
-    real(dp), contiguous, intent(inout) :: motion(:, :, :)
-    logical, intent(out) :: fits
-    real(dp), contiguous, intent(in), optional :: b(:, :)
-    real(dp), intent(inout), optional :: reach
-    integer :: n, k
-
-    n = size(scale)
-    do k = 1, size(a, 3)
-      call apply(n, a(:, :, k), motion)
-      if (present(b)) motion(modulo(n, lanes) + 1, :, n / lanes + 1) = motion(modulo(n, lanes) + 1, :, n / lanes + 1) + b(:, k)
-      fits = small(size(motion) / lanes, motion)
-      if (.not. fits) return
-      if (present(reach)) reach = max(reach, norm2(motion(modulo(n, lanes) + 1, :, n / lanes + 1) / scale))
-    end do
-  end subroutine one_by_one
-
-  !> The same; where the product of a segment overflows nothing is done.
-  pure subroutine by_segments(a, scale, motion, fits, b, reach)
-    real(dp), contiguous, intent(in) :: a(:, :, :)
-    real(dp), contiguous, intent(in) :: scale(:)
-    real(dp), contiguous, intent(inout) :: motion(:, :, :)
-    logical, intent(out) :: fits
-    real(dp), contiguous, intent(in), optional :: b(:, :)
-    real(dp), intent(inout), optional :: reach
-    ! [A b] of step k of all segments; the segments' maps as far as step k; the motion at their starts.
-    real(dp) :: step(lanes, size(scale), size(scale) + 1, (size(a, 3) + lanes - 1) / lanes)
-    real(dp) :: segment(lanes, size(scale), size(scale) + 1), start(lanes, size(scale))
-    real(dp) :: now(lanes, size(scale), size(motion, 3)), map(size(scale), size(scale) + 1)
-    integer :: n, lane, group, forced, k
-
-    n = size(scale)
-    forced = modulo(n, lanes) + 1
-    group = n / lanes + 1
-    call arrange(n, a, step, b)
-    segment = step(:, :, :, 1)
-    do k = 2, size(step, 4)
-      call compose(n, step(:, :, :, k), segment)
-      fits = small(size(segment) / lanes, segment)
-      if (.not. fits) return
-    end do
-
-    now = motion
-    do lane = 1, lanes
-      start(lane, :) = now(forced, :, group)
-      map = segment(lane, :, :)
-      call apply(n, map, now)
-      if (present(b)) now(forced, :, group) = now(forced, :, group) + map(:, n + 1)
-      fits = small(size(now) / lanes, now)
-      if (.not. fits) return
-    end do
-    motion = now
-    if (.not. present(reach)) return
-    do k = 1, size(step, 4)
-      call advance(n, step(:, :, :, k), .true., start)
-      reach = max(reach, greatest_norm(n, start, scale))
-    end do
-  end subroutine by_segments
-
-  !> [A b] of the steps as shape (lanes, n, n + 1, length of a segment). Beyond the last step nothing moves.
-  pure subroutine arrange(n, a, step, b)
+  !> Y = A X for a single A, shape (n, n), and the columns of X and Y in lanes.
+  pure subroutine apply(n, a, x, y)
     integer, intent(in) :: n
-    real(dp), contiguous, intent(in) :: a(:, :, :)
-    real(dp), contiguous, intent(out) :: step(:, :, :, :)
-    real(dp), contiguous, intent(in), optional :: b(:, :)
-    integer :: length, lane, k, first, last, i
-
-    length = size(step, 4)
-    do lane = 1, lanes
-      first = length * (lane - 1)
-      last = max(0, min(length, size(a, 3) - first))
-      do k = 1, last
-        step(lane, :, :n, k) = a(:, :, first + k)
-        step(lane, :, n + 1, k) = 0
-        if (present(b)) step(lane, :, n + 1, k) = b(:, first + k)
-      end do
-      do k = last + 1, length
-        step(lane, :, :, k) = 0
-        do i = 1, n
-          step(lane, i, i, k) = 1
-        end do
-      end do
-    end do
-  end subroutine arrange
-
-  !> S <- A S, s <- A s + b in all lanes, for [S s] and [A b].
-  pure subroutine compose(n, a, s)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: a(lanes, n, n + 1)
-    real(dp), intent(inout) :: s(lanes, n, n + 1)
-    integer :: j
-
-    do j = 1, n
-      call advance(n, a, .false., s(:, :, j))
-    end do
-    call advance(n, a, .true., s(:, :, n + 1))
-  end subroutine compose
-
-  !> x <- A x, where `forced` x <- A x + b, in all lanes.
-  pure subroutine advance(n, a, forced, x)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: a(lanes, n, n + 1)
-    logical, intent(in) :: forced
-    real(dp), intent(inout) :: x(lanes, n)
-    real(dp) :: old(lanes, n)
+    real(dp), intent(in) :: a(n, n), x(lanes, n)
+    real(dp), intent(out) :: y(lanes, n)
+    real(dp) :: total(lanes)
     integer :: lane, i, k
 
-    old = x
-    x = 0
-    if (forced) x = a(:, :, n + 1)
-    do k = 1, n
-      do i = 1, n
-        !GCC$ ivdep
-        do lane = 1, lanes
-          x(lane, i) = x(lane, i) + a(lane, i, k) * old(lane, k)
-        end do
-      end do
-    end do
-  end subroutine advance
-
-  !> X <- A X for a single A, shape (n, n), and the columns of X in lanes.
-  pure subroutine apply(n, a, x)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: a(n, n)
-    real(dp), contiguous, intent(inout) :: x(:, :, :)
-    real(dp) :: old(lanes, n)
-    integer :: lane, group, i, k
-
-    do group = 1, size(x, 3)
-      old = x(:, :, group)
-      x(:, :, group) = 0
+    do i = 1, n
+      total = 0
       do k = 1, n
-        do i = 1, n
-          !GCC$ ivdep
-          do lane = 1, lanes
-            x(lane, i, group) = x(lane, i, group) + a(i, k) * old(lane, k)
-          end do
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          total(lane) = total(lane) + a(i, k) * x(lane, k)
         end do
       end do
+      y(:, i) = total
     end do
   end subroutine apply
+
+  !> Adds b where `forced` is 1.
+  pure subroutine add(n, b, forced, x)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: b(n), forced(lanes)
+    real(dp), intent(inout) :: x(lanes, n)
+    integer :: lane, i
+
+    do i = 1, n
+      !GCC$ unroll 1
+      do lane = 1, lanes
+        x(lane, i) = x(lane, i) + b(i) * forced(lane)
+      end do
+    end do
+  end subroutine add
 
   !> Whether all of `count` times `lanes` numbers are well within their range, and are numbers: sums keep what is none,
   !> maxima lose it.
@@ -205,32 +114,5 @@ contains
     end do
     small = all(sums < greatest)
   end function small
-
-  !> Greatest norm of x / scale in a lane.
-  pure real(dp) function greatest_norm(n, x, scale)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: x(lanes, n), scale(n)
-    real(dp) :: y(lanes, n), squares(lanes)
-    integer :: lane, i
-
-    squares = 0
-    do i = 1, n
-      !GCC$ ivdep
-      do lane = 1, lanes
-        y(lane, i) = x(lane, i) / scale(i)
-      end do
-    end do
-    if (.not. small(n, y)) then
-      greatest_norm = maxval(norm2(y, dim=2))
-      return
-    end if
-    do i = 1, n
-      !GCC$ ivdep
-      do lane = 1, lanes
-        squares(lane) = squares(lane) + y(lane, i)**2
-      end do
-    end do
-    greatest_norm = sqrt(maxval(squares))
-  end function greatest_norm
 
 end module gestell_floquet_product
