@@ -4,6 +4,8 @@ program main
   use test_averaged, only: collect_averaged
   use test_base, only: collect_base
   use test_bounds, only: collect_bounds
+  use test_boundary, only: collect_boundary
+  use test_boundary_map, only: collect_boundary_map
   use test_cheapest, only: collect_cheapest
   use test_data, only: collect_data
   use test_equivalence, only: collect_equivalence
@@ -90,7 +92,9 @@ program main
     & new_testsuite("resonance", collect_resonance), &
     & new_testsuite("sweep", collect_sweep), &
       & new_testsuite("peaks", collect_peaks), &
-      & new_testsuite("version", collect_version), &
+      & new_testsuite("boundary", collect_boundary), &
+    & new_testsuite("boundary-map", collect_boundary_map), &
+    & new_testsuite("version", collect_version), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &
     & new_testsuite("namelist-fuzz", collect_namelist_fuzz), &

@@ -1,0 +1,165 @@
+!> Borders of stability along one parameter: the values at which rho_max comes to 1, and the nearest stable machine.
+module gestell_study_boundary
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_study_boundary_crossing, only: crossings_type
+  use gestell_study_boundary_functions, only: kind_names
+  use gestell_study_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity, skewed
+  use gestell_study_boundary_scan, only: probe_all, scan_line
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: axis_type
+  use gestell_study_tile_results, only: verdict_names
+  implicit none (type, external)
+  private
+
+  public :: find_borders, nearest_stable
+
+  !> Of Phi(T) where borders are sought.
+  real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
+  !> Of borders along one parameter and in the plane of two, relative to the ranges.
+  real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp, usual_deviation = 1.0e-3_dp
+
+  !> A critical value of a parameter.
+  type, public :: border_type
+    real(dp) :: value = 0
+    !> So far to both sides of `value` the systems have the verdicts `below` and `above`: the border lies between.
+    real(dp) :: error = 0
+    !> 'divergence': a multiplier +1; 'period_doubling': -1; 'flutter': a conjugate pair; and the argument, 0 to pi.
+    character(len=15) :: kind = ""
+    real(dp) :: arg_rad = 0
+    character(len=10) :: below = "", above = ""
+  end type border_type
+
+  !> The stable system nearest to a given one along a parameter: itself if it is not unstable.
+  type, public :: nearest_type
+    !> Verdict on the given system.
+    character(len=10) :: verdict = ""
+    !> Whether there is one in the range that is not unstable; its value, the way there (with its sign) and verdict.
+    logical :: found = .false.
+    real(dp) :: value = 0, distance = 0
+    character(len=10) :: there = ""
+  end type nearest_type
+
+contains
+
+  !> All borders in the range of `axis`, ascending along it, as far as its `count` values give them away
+  !> (gestell_study_boundary_scan). `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis).
+  !> Error: the parameters make no sense.
+  subroutine find_borders(family, axis, accuracy, tolerance, borders, error)
+    class(family_type), intent(in) :: family
+    type(axis_type), intent(in) :: axis
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: tolerance
+    type(border_type), allocatable, intent(out) :: borders(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(line_type) :: line
+    type(probe_type), allocatable :: probes(:)
+    type(crossings_type) :: found
+    integer :: i
+
+    allocate(borders(0))
+    call line_along([axis], 1, [axis%from], accuracy, tolerance, line)
+    call probe_all(family, line, skewed(axis%count), probes, error)
+    if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
+    if (allocated(error)) return
+    deallocate(borders)
+    allocate(borders(size(found%list)))
+    do i = 1, size(borders)
+      associate (crossing => found%list(i))
+        borders(i)%value = parameter_at(axis, crossing%t)
+        borders(i)%error = abs(sensitivity(axis, crossing%t)) * crossing%error
+        borders(i)%kind = kind_names(crossing%kind)
+        borders(i)%arg_rad = crossing%arg
+        borders(i)%below = verdict_names(crossing%verdicts(1))
+        borders(i)%above = verdict_names(crossing%verdicts(2))
+      end associate
+    end do
+  end subroutine find_borders
+
+  !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
+  !> is not unstable: 'stable', or where there is no damping 'undecided'. Of another axis only its place counts. A stable
+  !> `base` is its own nearest. Error: the parameters make no sense.
+  subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: base(:)
+    integer, intent(in) :: which
+    type(axis_type), intent(in) :: axes(:)
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: tolerance
+    type(nearest_type), intent(out) :: nearest
+    type(error_type), allocatable, intent(out) :: error
+    type(line_type) :: line
+    type(probe_type) :: here
+    type(probe_type), allocatable :: probes(:)
+    type(crossings_type) :: found
+    real(dp), allocatable :: u(:)
+    real(dp) :: home
+    integer :: i
+
+    call line_along(axes, which, base, accuracy, tolerance, line)
+    home = coordinate(axes(which), base(which))
+    call probe_line(family, line, home, here, error)
+    if (allocated(error)) return
+    nearest%verdict = verdict_names(here%verdict)
+    if (.not. (here%missing() .or. here%is_unstable())) then
+      nearest = nearest_type(nearest%verdict, .true., base(which), 0.0_dp, nearest%verdict)
+      return
+    end if
+    u = skewed(axes(which)%count)
+    if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
+    call probe_all(family, line, u, probes, error)
+    if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
+    if (allocated(error)) return
+    do i = 1, size(probes)
+      if (.not. probes(i)%missing() .and. .not. probes(i)%is_unstable()) call consider(probes(i)%t, probes(i)%verdict)
+    end do
+    do i = 1, size(found%list)
+      associate (crossing => found%list(i))
+        if (crossing%unstable_above) then
+          call consider(crossing%t - crossing%error, crossing%verdicts(1))
+        else
+          call consider(crossing%t + crossing%error, crossing%verdicts(2))
+        end if
+      end associate
+    end do
+
+  contains
+
+    subroutine consider(t, verdict)
+      real(dp), intent(in) :: t
+      integer, intent(in) :: verdict
+      real(dp) :: value
+
+      value = parameter_at(axes(which), t)
+      if (nearest%found .and. abs(value - base(which)) >= abs(nearest%distance)) return
+      nearest%found = .true.
+      nearest%value = value
+      nearest%distance = value - base(which)
+      nearest%there = verdict_names(verdict)
+    end subroutine consider
+
+  end subroutine nearest_stable
+
+  !> The line along parameter `which` through `base`.
+  subroutine line_along(axes, which, base, accuracy, tolerance, line)
+    type(axis_type), intent(in) :: axes(:)
+    integer, intent(in) :: which
+    real(dp), intent(in) :: base(:)
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: tolerance
+    type(line_type), intent(out) :: line
+    integer :: k
+
+    allocate(line%axes(size(axes)))
+    do k = 1, size(axes)
+      line%axes(k) = axis_type(base(k), base(k), 1, .false.)
+    end do
+    line%axes(which) = axes(which)
+    allocate(line%start(size(axes)), line%way(size(axes)), source=0.0_dp)
+    line%way(which) = 1
+    line%accuracy = accuracy
+    line%tolerance = tolerance
+  end subroutine line_along
+
+end module gestell_study_boundary

@@ -1,0 +1,244 @@
+!> How the borders on the sides of a cell hang together within it.
+module gestell_study_boundary_cells
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_study_boundary_crossing, only: crossings_type
+  use gestell_study_boundary_line, only: line_type, probe_line, probe_type
+  use gestell_study_boundary_scan, only: probe_all, scan_line
+  use gestell_study_boundary_vertex, only: plane_type, vertices_type
+  use gestell_study_family, only: family_type
+  implicit none (type, external)
+  private
+
+  public :: connect_cell
+
+  !> low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
+  type, public :: box_type
+    real(dp) :: low(2) = 0, high(2) = 1
+  end type box_type
+
+  !> Along a line; the middle is where two lines meet, nothing else of symmetry is wanted.
+  real(dp), parameter :: search_points(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
+
+contains
+
+  !> Links those of the vertices `pool` that lie on the sides of `box`. In a turn about the box, counter-clockwise, unstable
+  !> stretches begin at the vertices that `enter` them and end at those that leave. Two vertices are linked; of four or more
+  !> the system at their mean tells whether the unstable stretches hang together. Where that cannot be told, systems are
+  !> missing, or a narrow tongue ends in the box, it is divided into four, down to the size of the deviation allowed.
+  !> Error: the parameters make no sense.
+  recursive subroutine connect_cell(family, plane, box, pool, vertices, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    type(box_type), intent(in) :: box
+    integer, intent(in) :: pool(:)
+    type(vertices_type), intent(inout) :: vertices
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: ids(:)
+    logical, allocatable :: enter(:)
+    logical :: regular, joined, certain
+    integer :: n
+
+    call around(box, pool, vertices, ids, enter)
+    n = size(ids)
+    if (n == 0) return
+    regular = mod(n, 2) == 0
+    if (regular) regular = all(enter .neqv. cshift(enter, 1))
+    joined = .false.
+    certain = regular
+    if (regular .and. n == 2) certain = .not. tip(box, vertices%list(ids(1))%u, vertices%list(ids(2))%u)
+    if (regular .and. n > 2) call mean_tells(family, plane, box, ids, enter, vertices, joined, certain, error)
+    if (allocated(error)) return
+    if (certain .or. maxval(box%high - box%low) <= plane%deviation) then
+      call link(ids, enter, joined, vertices)
+    else
+      call divide(family, plane, box, ids, vertices, error)
+    end if
+  end subroutine connect_cell
+
+  !> Whether the two lie on one side of the box, close together: a tongue ends in it, nobody knows where.
+  pure logical function tip(box, u, v)
+    type(box_type), intent(in) :: box
+    real(dp), intent(in) :: u(2), v(2)
+    real(dp), parameter :: close = 0.5_dp
+    integer :: along
+
+    tip = .false.
+    do along = 1, 2
+      if (abs(u(along) - v(along)) < close * (box%high(along) - box%low(along)) .and. &
+        & .not. abs(u(3 - along) - v(3 - along)) > 0) tip = .true.
+    end do
+  end function tip
+
+  !> Those of `pool` on the sides of the box, counter-clockwise from its lower left corner, and whether the side is unstable
+  !> thereafter.
+  pure subroutine around(box, pool, vertices, ids, enter)
+    type(box_type), intent(in) :: box
+    integer, intent(in) :: pool(:)
+    type(vertices_type), intent(in) :: vertices
+    integer, allocatable, intent(out) :: ids(:)
+    logical, allocatable, intent(out) :: enter(:)
+    real(dp) :: places(size(pool)), place, tangent(2)
+    integer :: order(size(pool)), n, i, k
+    logical :: entering(size(pool))
+
+    n = 0
+    do i = 1, size(pool)
+      associate (v => vertices%list(pool(i)))
+        call place_around(box, v%u, place, tangent)
+        if (place < 0) cycle
+        k = n + 1
+        do while (k > 1)
+          if (places(k - 1) <= place) exit
+          places(k) = places(k - 1)
+          order(k) = order(k - 1)
+          entering(k) = entering(k - 1)
+          k = k - 1
+        end do
+        places(k) = place
+        order(k) = pool(i)
+        entering(k) = dot_product(v%unstable_side, tangent) > 0
+        n = n + 1
+      end associate
+    end do
+    ids = order(:n)
+    enter = entering(:n)
+  end subroutine around
+
+  !> Where `u` lies on the way around the box, 0 to 4, -1 if it is not on a side; and the direction of that way there.
+  pure subroutine place_around(box, u, place, tangent)
+    type(box_type), intent(in) :: box
+    real(dp), intent(in) :: u(2)
+    real(dp), intent(out) :: place, tangent(2)
+    real(dp) :: part(2)
+
+    place = -1
+    tangent = 0
+    part = (u - box%low) / (box%high - box%low)
+    if (any(part < 0 .or. part > 1)) return
+    if (u(2) <= box%low(2)) then
+      place = part(1)
+      tangent(1) = 1
+    else if (u(1) >= box%high(1)) then
+      place = 1 + part(2)
+      tangent(2) = 1
+    else if (u(2) >= box%high(2)) then
+      place = 3 - part(1)
+      tangent(1) = -1
+    else if (u(1) <= box%low(1)) then
+      place = 4 - part(2)
+      tangent(2) = -1
+    end if
+  end subroutine place_around
+
+  !> Whether the unstable stretches hang together. The system at the vertices' mean tells, if it agrees with their distances:
+  !> near ones are the sides of a tongue, unstable or stable. If not, the tongue may pass beside the mean, or end: a line
+  !> through the mean, across it, is searched for its sides.
+  subroutine mean_tells(family, plane, box, ids, enter, vertices, joined, certain, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    type(box_type), intent(in) :: box
+    integer, intent(in) :: ids(:)
+    logical, intent(in) :: enter(:)
+    type(vertices_type), intent(in) :: vertices
+    logical, intent(out) :: joined, certain
+    type(error_type), allocatable, intent(out) :: error
+    type(line_type) :: line
+    type(probe_type) :: probe
+    type(probe_type), allocatable :: probes(:)
+    type(crossings_type) :: found
+    real(dp) :: mean(2), across(2), ways(2), chord(2)
+    integer :: i, k
+
+    mean = 0
+    ways = 0
+    do i = 1, size(ids)
+      k = modulo(i, size(ids)) + 1
+      chord = vertices%list(ids(k))%u - vertices%list(ids(i))%u
+      mean = mean + vertices%list(ids(i))%u / size(ids)
+      ways = ways + merge([norm2(chord), 0.0_dp], [0.0_dp, norm2(chord)], enter(i))
+    end do
+    joined = ways(1) < ways(2)
+    call plane%line(mean, [1.0_dp, 0.0_dp], line)
+    call probe_line(family, line, 0.0_dp, probe, error)
+    certain = .not. probe%missing() .and. (probe%is_unstable() .eqv. joined)
+    if (allocated(error) .or. certain .or. size(ids) > 4) return
+
+    ! Where the ways between near vertices begin differs by one.
+    i = merge(1, 2, enter(1) .eqv. joined)
+    k = modulo(i, size(ids)) + 1
+    across = vertices%list(ids(k))%u - vertices%list(ids(i))%u
+    across = across / norm2(across) * maxval(box%high - box%low) / 2
+    across = across * min(1.0_dp, within(mean, across))
+    if (norm2(across) < plane%precision()) return
+    call plane%line(mean - across, 2 * across, line)
+    call probe_all(family, line, search_points, probes, error)
+    if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
+    if (allocated(error)) return
+    certain = size(found%list) == 2
+  end subroutine mean_tells
+
+  !> The greatest factor that keeps center +- factor way within the ranges.
+  pure real(dp) function within(center, way) result(factor)
+    real(dp), intent(in) :: center(2), way(2)
+
+    factor = minval(min(center, 1 - center) / max(abs(way), tiny(1.0_dp)))
+  end function within
+
+  !> Links neighbours: across the stretches that are not unstable if the unstable ones are `joined`, else across these.
+  pure subroutine link(ids, enter, joined, vertices)
+    integer, intent(in) :: ids(:)
+    logical, intent(in) :: enter(:), joined
+    type(vertices_type), intent(inout) :: vertices
+    integer :: i, k
+
+    do i = 1, size(ids)
+      k = modulo(i, size(ids)) + 1
+      if (enter(i) .eqv. enter(k)) cycle
+      if (joined .and. .not. enter(i)) vertices%list(ids(i))%next = ids(k)
+      if (.not. joined .and. enter(i)) vertices%list(ids(k))%next = ids(i)
+    end do
+  end subroutine link
+
+  !> Divides the box by two lines, on which borders are sought, and links within the quarters.
+  recursive subroutine divide(family, plane, box, ids, vertices, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    type(box_type), intent(in) :: box
+    integer, intent(in) :: ids(:)
+    type(vertices_type), intent(inout) :: vertices
+    type(error_type), allocatable, intent(out) :: error
+    type(line_type) :: line
+    type(probe_type), allocatable :: probes(:)
+    type(crossings_type) :: found
+    type(box_type) :: quarter
+    real(dp) :: middle(2), start(2), way(2)
+    integer :: before, along, i, k
+
+    before = vertices%count
+    middle = (box%low + box%high) / 2
+    do along = 1, 2
+      start = middle
+      start(along) = box%low(along)
+      way = 0
+      way(along) = box%high(along) - box%low(along)
+      call plane%line(start, way, line)
+      call probe_all(family, line, search_points, probes, error)
+      if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
+      if (allocated(error)) return
+      call vertices%add_crossings(line, found)
+    end do
+    associate (pool => [ids, [(i, i = before + 1, vertices%count)]])
+      do k = 0, 3
+        quarter = box
+        if (mod(k, 2) == 0) quarter%high(1) = middle(1)
+        if (mod(k, 2) == 1) quarter%low(1) = middle(1)
+        if (k < 2) quarter%high(2) = middle(2)
+        if (k >= 2) quarter%low(2) = middle(2)
+        call connect_cell(family, plane, quarter, pool, vertices, error)
+        if (allocated(error)) return
+      end do
+    end associate
+  end subroutine divide
+
+end module gestell_study_boundary_cells

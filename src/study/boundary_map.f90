@@ -1,0 +1,205 @@
+!> Borders of stability in the plane of two parameters, as curves.
+module gestell_study_boundary_map
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_study_boundary_cells, only: box_type, connect_cell
+  use gestell_study_boundary_crossing, only: crossings_type
+  use gestell_study_boundary_functions, only: kind_names
+  use gestell_study_boundary_line, only: line_type, parameter_at, probe_line, probe_type, sensitivity, skewed
+  use gestell_study_boundary_refine, only: refine
+  use gestell_study_boundary_scan, only: scan_line
+  use gestell_study_boundary_vertex, only: plane_type, vertex_type, vertices_type
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: grid_type
+  implicit none (type, external)
+  private
+
+  public :: trace_borders
+
+  !> A vertex of a curve.
+  type, public :: border_vertex_type
+    integer :: curve = 0
+    real(dp) :: parameters(2) = 0
+    !> How far to both sides of the border, along the line on which it was found, verdicts told them apart.
+    real(dp) :: error(2) = 0
+    !> As of a border_type.
+    real(dp) :: arg_rad = 0
+    character(len=15) :: kind = ""
+  end type border_vertex_type
+
+  type, public :: border_map_type
+    !> In the order along the curves, with the unstable side on the left where the first parameter points to the right and
+    !> the second upward; a closed curve ends with its first vertex.
+    type(border_vertex_type), allocatable :: vertices(:)
+    integer :: curves = 0
+    !> Stretches between vertices that could not be refined.
+    integer :: rough = 0
+  end type border_map_type
+
+contains
+
+  !> The borders within the ranges of the `grid`, as far as its points give them away: on its lines as
+  !> gestell_study_boundary finds them, connected cell by cell. `deviation`: how far they may pass by the border, relative
+  !> to the ranges (in the logarithm on logarithmic axes). Error: the parameters make no sense.
+  subroutine trace_borders(family, grid, accuracy, deviation, map, error)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    type(border_map_type), intent(out) :: map
+    type(error_type), allocatable, intent(out) :: error
+    type(plane_type) :: plane
+    type(vertices_type) :: vertices
+    real(dp), allocatable :: u1(:), u2(:)
+    !> Vertices on the lines: those of line i are first(i) ... first(i + 1) - 1.
+    integer, allocatable :: first1(:), first2(:)
+
+    allocate(map%vertices(0))
+    plane%axes = grid%axes
+    plane%accuracy = accuracy
+    plane%deviation = deviation
+    u1 = skewed(grid%axes(1)%count)
+    u2 = skewed(grid%axes(2)%count)
+    plane%spacing = 1.0_dp / min(size(u1) - 1, size(u2) - 1)
+    call search_lines(family, plane, u1, u2, vertices, first1, first2, error)
+    if (.not. allocated(error)) call connect_cells(family, plane, u1, u2, first1, first2, vertices, error)
+    if (.not. allocated(error)) call follow_curves(family, plane, vertices, map, error)
+  end subroutine trace_borders
+
+  !> The borders on the lines of the search grid; line i of `first1` has the first parameter constant.
+  subroutine search_lines(family, plane, u1, u2, vertices, first1, first2, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    real(dp), intent(in) :: u1(:), u2(:)
+    type(vertices_type), intent(inout) :: vertices
+    integer, allocatable, intent(out) :: first1(:), first2(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(probe_type), allocatable :: nodes(:, :)
+    type(line_type) :: line
+    type(crossings_type) :: found
+    integer :: i, j
+
+    allocate(nodes(size(u1), size(u2)), first1(size(u1) + 1), first2(size(u2) + 1))
+    do j = 1, size(u2)
+      first2(j) = vertices%count + 1
+      call plane%line([0.0_dp, u2(j)], [1.0_dp, 0.0_dp], line)
+      do i = 1, size(u1)
+        call probe_line(family, line, u1(i), nodes(i, j), error)
+        if (allocated(error)) return
+      end do
+      call scan_line(family, line, nodes(:, j), found, error)
+      if (allocated(error)) return
+      call vertices%add_crossings(line, found)
+    end do
+    first2(size(first2)) = vertices%count + 1
+    do i = 1, size(u1)
+      first1(i) = vertices%count + 1
+      call plane%line([u1(i), 0.0_dp], [0.0_dp, 1.0_dp], line)
+      nodes(i, :)%t = u2
+      call scan_line(family, line, nodes(i, :), found, error)
+      if (allocated(error)) return
+      call vertices%add_crossings(line, found)
+    end do
+    first1(size(first1)) = vertices%count + 1
+  end subroutine search_lines
+
+  subroutine connect_cells(family, plane, u1, u2, first1, first2, vertices, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    real(dp), intent(in) :: u1(:), u2(:)
+    integer, intent(in) :: first1(:), first2(:)
+    type(vertices_type), intent(inout) :: vertices
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, j, k
+
+    do i = 1, size(u1) - 1
+      do j = 1, size(u2) - 1
+        call connect_cell(family, plane, box_type([u1(i), u2(j)], [u1(i + 1), u2(j + 1)]), &
+          & [(k, k = first1(i), first1(i + 2) - 1), (k, k = first2(j), first2(j + 2) - 1)], vertices, error)
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine connect_cells
+
+  !> The curves one after the other, refined: first those that begin and end somewhere, then the closed ones.
+  subroutine follow_curves(family, plane, vertices, map, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    type(vertices_type), intent(in) :: vertices
+    type(border_map_type), intent(inout) :: map
+    type(error_type), allocatable, intent(out) :: error
+    !> Shorter curves are pieces of regions too narrow for the deviation.
+    real(dp), parameter :: least = 2
+    type(vertices_type) :: curves
+    integer, allocatable :: numbers(:)
+    logical, allocatable :: done(:), reached(:)
+    integer :: start, closed
+
+    allocate(done(vertices%count), reached(vertices%count), source=.false.)
+    allocate(numbers(0))
+    do start = 1, vertices%count
+      if (vertices%list(start)%next > 0) reached(vertices%list(start)%next) = .true.
+    end do
+    do closed = 0, 1
+      do start = 1, vertices%count
+        if (done(start) .or. vertices%list(start)%next == 0 .or. (closed == 0 .and. reached(start))) cycle
+        call follow_curve(family, plane, vertices, start, done, curves, map%rough, error)
+        if (allocated(error)) return
+        if (extent(curves, size(numbers) + 1) <= least * plane%deviation) then
+          curves%count = size(numbers)
+        else
+          map%curves = map%curves + 1
+          numbers = [numbers, spread(map%curves, 1, curves%count - size(numbers))]
+        end if
+      end do
+    end do
+    deallocate(map%vertices)
+    allocate(map%vertices(curves%count))
+    do start = 1, curves%count
+      associate (v => curves%list(start))
+        map%vertices(start) = border_vertex_type(numbers(start), parameter_at(plane%axes, v%u), &
+          & abs(sensitivity(plane%axes, v%u)) * v%error, v%arg, kind_names(v%kind))
+      end associate
+    end do
+  end subroutine follow_curves
+
+  !> The greatest distance in u of the vertices from `first` on from that one.
+  pure real(dp) function extent(curves, first)
+    type(vertices_type), intent(in) :: curves
+    integer, intent(in) :: first
+    integer :: i
+
+    extent = 0
+    do i = first + 1, curves%count
+      extent = max(extent, norm2(curves%list(i)%u - curves%list(first)%u))
+    end do
+  end function extent
+
+  subroutine follow_curve(family, plane, vertices, start, done, curves, rough, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    type(vertices_type), intent(in) :: vertices
+    integer, intent(in) :: start
+    logical, intent(inout) :: done(:)
+    type(vertices_type), intent(inout) :: curves
+    integer, intent(inout) :: rough
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: most_divisions = 40
+    integer :: here, next
+
+    here = start
+    call curves%add(vertices%list(here))
+    do
+      done(here) = .true.
+      next = vertices%list(here)%next
+      if (next == 0) return
+      call refine(family, plane, vertices%list(here), vertices%list(next), most_divisions, curves, rough, error)
+      if (allocated(error)) return
+      call curves%add(vertices%list(next))
+      if (done(next)) return
+      here = next
+    end do
+  end subroutine follow_curve
+
+end module gestell_study_boundary_map

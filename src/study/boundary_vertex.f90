@@ -1,0 +1,107 @@
+!> Points of borders in the plane of two parameters, measured by u (gestell_study_boundary_line), and the plane itself.
+module gestell_study_boundary_vertex
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_study_boundary_crossing, only: crossing_type, crossings_type
+  use gestell_study_boundary_line, only: line_type
+  use gestell_study_grid, only: axis_type
+  implicit none (type, external)
+  private
+
+  public :: vertex_of
+
+  type, public :: vertex_type
+    real(dp) :: u(2) = 0
+    !> Unit vector of the line on which it was found, toward the unstable side.
+    real(dp) :: unstable_side(2) = 0
+    integer :: kind = 0
+    real(dp) :: arg = 0, error = 0
+    !> The next vertex of the curve: the unstable side lies on the left of the way there; 0: none.
+    integer :: next = 0
+  end type vertex_type
+
+  type, public :: vertices_type
+    integer :: count = 0
+    type(vertex_type), allocatable :: list(:)
+  contains
+    procedure :: add
+    procedure :: add_crossings
+  end type vertices_type
+
+  !> What is sought, and where.
+  type, public :: plane_type
+    type(axis_type) :: axes(2)
+    type(accuracy_type) :: accuracy
+    !> How far curves may pass by the border, in u, and the search grid's distance.
+    real(dp) :: deviation = 1.0e-3_dp, spacing = 1
+  contains
+    procedure :: line
+    procedure :: precision => precision_of_lines
+  end type plane_type
+
+contains
+
+  pure subroutine add(self, vertex)
+    class(vertices_type), intent(inout) :: self
+    type(vertex_type), intent(in) :: vertex
+    type(vertex_type), allocatable :: longer(:)
+
+    if (.not. allocated(self%list)) allocate(self%list(64))
+    if (self%count == size(self%list)) then
+      allocate(longer(2 * self%count))
+      longer(:self%count) = self%list
+      call move_alloc(longer, self%list)
+    end if
+    self%count = self%count + 1
+    self%list(self%count) = vertex
+  end subroutine add
+
+  !> The borders that were found along a line, in its order.
+  pure subroutine add_crossings(self, line, found)
+    class(vertices_type), intent(inout) :: self
+    type(line_type), intent(in) :: line
+    type(crossings_type), intent(in) :: found
+    integer :: i
+
+    do i = 1, size(found%list)
+      call self%add(vertex_of(line, found%list(i)))
+    end do
+  end subroutine add_crossings
+
+  pure type(vertex_type) function vertex_of(line, crossing) result(vertex)
+    type(line_type), intent(in) :: line
+    type(crossing_type), intent(in) :: crossing
+
+    vertex%u = line%start + crossing%t * line%way
+    vertex%unstable_side = line%way / norm2(line%way)
+    if (.not. crossing%unstable_above) vertex%unstable_side = -vertex%unstable_side
+    vertex%kind = crossing%kind
+    vertex%arg = crossing%arg
+    vertex%error = crossing%error * norm2(line%way)
+  end function vertex_of
+
+  !> Borders on lines are found much more exactly than curves are to follow them, in u.
+  pure real(dp) function precision_of_lines(self) result(precision)
+    class(plane_type), intent(in) :: self
+    real(dp), parameter :: share = 0.01_dp
+
+    precision = share * self%deviation
+  end function precision_of_lines
+
+  !> The line start + t way.
+  pure subroutine line(self, start, way, along)
+    class(plane_type), intent(in) :: self
+    real(dp), intent(in) :: start(2), way(2)
+    type(line_type), intent(out) :: along
+
+    allocate(along%axes(2))
+    along%axes = self%axes
+    allocate(along%start(2), along%way(2))
+    along%start = start
+    along%way = way
+    along%accuracy = self%accuracy
+    along%tolerance = self%precision()
+  end subroutine line
+
+end module gestell_study_boundary_vertex

@@ -1,0 +1,291 @@
+!> Borders in the plane of two parameters against curves that are known.
+module test_boundary_map
+  use boundary_families, only: height_family, machine_family, mathieu_family, new_machine_family
+  use boundary_oracles, only: characteristic_values
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_study_boundary_map, only: border_map_type, border_vertex_type, trace_borders
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: axis_type, grid_type
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_boundary_map
+
+contains
+
+  subroutine collect_boundary_map(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("a circle: closed, followed to the tolerance, unstable outside", test_circle), &
+      & new_unittest("two circles", test_circles), &
+      & new_unittest("a circle cut by the range", test_cut), &
+      & new_unittest("a saddle: both pairs of branches", test_saddle), &
+      & new_unittest("a hole of impossible systems", test_hole), &
+      & new_unittest("a corner where divergence turns into flutter", test_corner), &
+      & new_unittest("logarithmic axes", test_logarithmic), &
+      & new_unittest("Mathieu's diagram: every vertex on a characteristic curve", test_mathieu), &
+      & new_unittest("damped Mathieu's diagram: two search grids agree", test_tongues)]
+  end subroutine collect_boundary_map
+
+  subroutine trace(family, axes, deviation, map, error)
+    class(family_type), intent(in) :: family
+    type(axis_type), intent(in) :: axes(2)
+    real(dp), intent(in) :: deviation
+    type(border_map_type), intent(out) :: map
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call trace_borders(family, grid_type(axes), accuracy_type(tolerance=1.0e-11_dp), deviation, map, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine trace
+
+  !> Whether curve `number` ends where it begins.
+  pure logical function closed(map, number)
+    type(border_map_type), intent(in) :: map
+    integer, intent(in) :: number
+
+    closed = all(abs(map%vertices(findloc(map%vertices%curve, number, dim=1))%parameters &
+      & - map%vertices(findloc(map%vertices%curve, number, dim=1, back=.true.))%parameters) <= 0)
+  end function closed
+
+  !> Points of all curves, 20 on the way from each vertex to the next.
+  pure function along(map) result(points)
+    type(border_map_type), intent(in) :: map
+    real(dp), allocatable :: points(:, :)
+    integer, parameter :: parts = 20
+    integer :: i, k, n
+
+    allocate(points(2, parts * size(map%vertices)))
+    n = 0
+    do i = 1, size(map%vertices) - 1
+      associate (v => map%vertices(i), w => map%vertices(i + 1))
+        if (v%curve /= w%curve) cycle
+        do k = 0, parts
+          n = n + 1
+          points(:, n) = v%parameters + (w%parameters - v%parameters) * k / parts
+          if (k == parts) n = n - 1
+        end do
+      end associate
+    end do
+    points = points(:, :n)
+  end function along
+
+  subroutine test_circle(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(axis_type), parameter :: axis = axis_type(-2.0_dp, 2.0_dp, 9)
+    type(border_map_type) :: map
+    real(dp), allocatable :: points(:, :)
+    real(dp) :: area
+    integer :: i
+
+    call trace(height_family(), [axis, axis], 1.0e-4_dp, map, error)
+    if (allocated(error)) return
+    call check(error, map%curves == 1 .and. map%rough == 0)
+    if (allocated(error)) return
+    call check(error, closed(map, 1))
+    if (allocated(error)) return
+    points = along(map)
+    ! 1e-4 of the range 4; measured at three parts of each way, a circle deviates most at the middle one.
+    call check(error, maxval(abs(norm2(points, dim=1) - 1)) < 4.0e-4_dp, more="deviation")
+    if (allocated(error)) return
+    ! A hundredth of that at the vertices.
+    call check(error, all([(abs(norm2(map%vertices(i)%parameters) - 1) < 4.0e-6_dp, i = 1, size(map%vertices))]))
+    if (allocated(error)) return
+    ! The unstable outside on the left: clockwise. Area of a circle less than 2 pi times the deviation.
+    area = 0
+    do i = 2, size(map%vertices)
+      associate (v => map%vertices(i - 1)%parameters, w => map%vertices(i)%parameters)
+        area = area + (v(1) * w(2) - v(2) * w(1)) / 2
+      end associate
+    end do
+    call check(error, area, -acos(-1.0_dp), thr=2.6e-3_dp)
+    if (allocated(error)) return
+    ! No more vertices than it takes: chords of angle sqrt(8 deviation) and half of that.
+    call check(error, size(map%vertices) < 300)
+  end subroutine test_circle
+
+  subroutine test_circles(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_map_type) :: map
+
+    call trace(height_family(kind="circles"), [axis_type(-3.0_dp, 3.0_dp, 9), axis_type(-2.0_dp, 2.0_dp, 9)], 1.0e-3_dp, &
+      & map, error)
+    if (allocated(error)) return
+    call check(error, map%curves, 2)
+    if (allocated(error)) return
+    call check(error, closed(map, 1) .and. closed(map, 2))
+  end subroutine test_circles
+
+  subroutine test_cut(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_map_type) :: map
+    integer :: n
+
+    call trace(height_family(), [axis_type(-2.0_dp, 2.0_dp, 9), axis_type(0.3_dp, 2.0_dp, 7)], 1.0e-3_dp, map, error)
+    if (allocated(error)) return
+    call check(error, map%curves, 1)
+    if (allocated(error)) return
+    n = size(map%vertices)
+    ! On the edge p2 = 0.3; a hundredth of the deviation times the range.
+    call check(error, map%vertices(1)%parameters(1), -sqrt(0.91_dp), thr=4.0e-5_dp)
+    if (allocated(error)) return
+    call check(error, map%vertices(n)%parameters(1), sqrt(0.91_dp), thr=4.0e-5_dp)
+    if (allocated(error)) return
+    call check(error, maxval(abs([map%vertices(1)%parameters(2), map%vertices(n)%parameters(2)] - 0.3_dp)) <= 0)
+  end subroutine test_cut
+
+  !> p1 p2 = +-1e-3: two branches, in opposite quadrants each time, closer than the search grid's lines.
+  subroutine test_saddle(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(axis_type), parameter :: axis = axis_type(-1.0_dp, 1.0_dp, 7)
+    type(border_map_type) :: map
+    real(dp), allocatable :: points(:, :)
+    integer :: i, side
+
+    do i = 1, 2
+      side = 2 * i - 3
+      call trace(height_family(kind="saddle", offset=side * 1.0e-3_dp), [axis, axis], 1.0e-3_dp, map, error)
+      if (allocated(error)) return
+      call check(error, map%curves, 2)
+      if (allocated(error)) return
+      points = along(map)
+      call check(error, all(side * points(1, :) * points(2, :) > 0), more="never into the other quadrants")
+      if (allocated(error)) return
+      ! Distance from the hyperbola |p1 p2| = 1e-3: at most the change of p1 p2 over the gradient. 1e-3 of the range 2.
+      call check(error, maxval(abs(abs(points(1, :) * points(2, :)) - 1.0e-3_dp) / norm2(points, dim=1)) < 2.0e-3_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_saddle
+
+  !> The circle where it has systems: one curve that ends at the hole, as near as cells are divided.
+  subroutine test_hole(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(axis_type), parameter :: axis = axis_type(-2.0_dp, 2.0_dp, 9)
+    type(border_map_type) :: map
+    real(dp) :: from_hole(2)
+    integer :: n
+
+    call trace(height_family(kind="hole"), [axis, axis], 1.0e-3_dp, map, error)
+    if (allocated(error)) return
+    call check(error, map%curves, 1)
+    if (allocated(error)) return
+    n = size(map%vertices)
+    from_hole = [norm2(map%vertices(1)%parameters - [1, 0]), norm2(map%vertices(n)%parameters - [1, 0])] - 0.4_dp
+    ! Two cells of the size of the deviation, 4e-3.
+    call check(error, all(from_hole >= 0 .and. from_hole < 0.012_dp))
+  end subroutine test_hole
+
+  !> Divergence at p1 = 0 for p2 < 0, flutter at p2 = 0 for p1 < 0.
+  subroutine test_corner(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_map_type) :: map
+    type(border_vertex_type) :: v
+    real(dp) :: nearest(2)
+    integer :: i
+
+    call trace(height_family(kind="corner"), [axis_type(-1.0_dp, 1.2_dp, 8), axis_type(-1.0_dp, 1.1_dp, 7)], 1.0e-3_dp, map, error)
+    if (allocated(error)) return
+    call check(error, map%curves, 1)
+    if (allocated(error)) return
+    nearest = 1
+    do i = 1, size(map%vertices)
+      v = map%vertices(i)
+      if (v%kind == "divergence") then
+        ! A hundredth of the deviation times the ranges.
+        call check(error, abs(v%parameters(1)) < 3.0e-5_dp .and. v%parameters(2) < 3.0e-5_dp .and. abs(v%arg_rad) <= 0)
+        nearest(1) = min(nearest(1), norm2(v%parameters))
+      else
+        call check(error, abs(v%parameters(2)) < 3.0e-5_dp .and. v%parameters(1) < 3.0e-5_dp .and. abs(v%arg_rad - 2) < 1.0e-9_dp)
+        nearest(2) = min(nearest(2), norm2(v%parameters))
+      end if
+      if (allocated(error)) return
+    end do
+    ! The deviation times the ranges.
+    call check(error, maxval(nearest) < 2.2e-3_dp)
+  end subroutine test_corner
+
+  !> p1 p2 = 1 is a straight line in the logarithms: nothing to be added to the points on the grid's lines.
+  subroutine test_logarithmic(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(axis_type), parameter :: axis = axis_type(1.0e-2_dp, 1.0e2_dp, 6, .true.)
+    type(border_map_type) :: map
+    integer :: i
+
+    call trace(height_family(kind="saddle", offset=1.0_dp), [axis, axis], 1.0e-3_dp, map, error)
+    if (allocated(error)) return
+    call check(error, map%curves == 1 .and. size(map%vertices) <= 12)
+    if (allocated(error)) return
+    ! A hundredth of the deviation times ln 1e4, in each of the two.
+    call check(error, all([(abs(log(product(map%vertices(i)%parameters))) < 2.0e-4_dp, i = 1, size(map%vertices))]))
+  end subroutine test_logarithmic
+
+  subroutine test_mathieu(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_map_type) :: map
+    real(dp), allocatable :: values(:)
+    integer :: i
+
+    call trace(mathieu_family(), [axis_type(-2.0_dp, 18.0_dp, 16), axis_type(0.0_dp, 8.0_dp, 9)], 1.0e-3_dp, map, error)
+    if (allocated(error)) return
+    ! a0, then b1 with a1, b2 with a2, b3 with a3, b4 with a4: the two sides of a tongue meet at its tip at q = 0.
+    call check(error, map%curves, 5)
+    if (allocated(error)) return
+    do i = 1, size(map%vertices)
+      associate (v => map%vertices(i))
+        values = characteristic_values(v%parameters(2), v%kind == "period_doubling", 60.0_dp)
+        ! A hundredth of the deviation in either direction: 2e-4 in a, 8e-5 in q with |da/dq| < 2.
+        call check(error, minval(abs(values - v%parameters(1))) < 4.0e-4_dp, more="on the curve")
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine test_mathieu
+
+  !> With y'' + 0.6 y' + ...: tongues begin at some q > 0, those of rho = +1 and -1 overlap.
+  subroutine test_tongues(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_map_type) :: map, finer
+    integer :: i
+
+    call trace(mathieu_family(d=0.6_dp), [axis_type(-2.0_dp, 12.0_dp, 12), axis_type(0.0_dp, 12.0_dp, 10)], 1.0e-3_dp, map, error)
+    if (allocated(error)) return
+    call trace(mathieu_family(d=0.6_dp), [axis_type(-2.0_dp, 12.0_dp, 30), axis_type(0.0_dp, 12.0_dp, 31)], 1.0e-3_dp, finer, &
+      & error)
+    if (allocated(error)) return
+    call check(error, map%rough, 0)
+    if (allocated(error)) return
+    call check(error, map%curves, finer%curves)
+    if (allocated(error)) return
+    ! Each within the deviation of the other, measured at three parts of each way: half as much again for the rest of it.
+    do i = 1, size(map%vertices)
+      call check(error, distance(map%vertices(i)%parameters, finer) < 1.5e-3_dp, more="from the finer one")
+      if (allocated(error)) return
+    end do
+    do i = 1, size(finer%vertices)
+      call check(error, distance(finer%vertices(i)%parameters, map) < 1.5e-3_dp, more="from the coarser one")
+      if (allocated(error)) return
+    end do
+  end subroutine test_tongues
+
+  !> How far a point is from the curves, in parts of the ranges 14 and 12.
+  pure real(dp) function distance(point, map)
+    real(dp), intent(in) :: point(2)
+    type(border_map_type), intent(in) :: map
+    real(dp), parameter :: ranges(2) = [14, 12]
+    real(dp) :: to_point(2), way(2), part
+    integer :: i
+
+    distance = huge(distance)
+    do i = 1, size(map%vertices) - 1
+      if (map%vertices(i)%curve /= map%vertices(i + 1)%curve) cycle
+      to_point = (point - map%vertices(i)%parameters) / ranges
+      way = (map%vertices(i + 1)%parameters - map%vertices(i)%parameters) / ranges
+      part = dot_product(to_point, way) / max(dot_product(way, way), tiny(1.0_dp))
+      distance = min(distance, norm2(to_point - min(max(part, 0.0_dp), 1.0_dp) * way))
+    end do
+  end function distance
+
+end module test_boundary_map
