@@ -37,6 +37,8 @@ program main
   use test_resonance, only: collect_resonance
   use test_rows, only: collect_rows
   use test_set, only: collect_set
+  use test_spectra, only: collect_spectra
+  use test_spectra_edges, only: collect_spectra_edges
   use test_table, only: collect_table
   use test_peaks, only: collect_peaks
   use test_sweep, only: collect_sweep
@@ -73,6 +75,8 @@ program main
     & new_testsuite("model", collect_model), &
     & new_testsuite("guards", collect_guards), &
     & new_testsuite("lanes", collect_lanes), &
+    & new_testsuite("spectra", collect_spectra), &
+    & new_testsuite("spectra-edges", collect_spectra_edges), &
     & new_testsuite("table", collect_table), &
     & new_testsuite("masses", collect_masses), &
     & new_testsuite("tabulate", collect_tabulate), &

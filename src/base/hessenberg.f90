@@ -38,7 +38,7 @@ contains
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     integer, intent(in) :: n
     type(hessenberg_type), intent(out) :: h
-    integer :: i, j, k, lane
+    integer :: i, j, k
 
     h%n = n
     h%norm = 0
@@ -76,7 +76,7 @@ contains
     integer, intent(in) :: n, k
     !> Below this there is nothing to reflect.
     real(dp), parameter :: nothing = 1.0e-100_dp
-    real(dp) :: u(lanes, most_states), beta(lanes), length, sum
+    real(dp) :: u(lanes, most_states), beta(lanes), share(lanes), length, sum
     integer :: i, j, lane
 
     do i = k + 1, n
@@ -106,13 +106,10 @@ contains
           i = i + 1
           if (i > n) exit
         end do
-        sum = sum * beta(lane)
-        i = k + 1
-        do
-          a(lane, i, j) = a(lane, i, j) - sum * u(lane, i)
-          i = i + 1
-          if (i > n) exit
-        end do
+        share(lane) = sum * beta(lane)
+      end do
+      do i = k + 1, n
+        a(:, i, j) = a(:, i, j) - share * u(:, i)
       end do
     end do
     do i = 1, n
@@ -125,13 +122,10 @@ contains
           j = j + 1
           if (j > n) exit
         end do
-        sum = sum * beta(lane)
-        j = k + 1
-        do
-          a(lane, i, j) = a(lane, i, j) - sum * u(lane, j)
-          j = j + 1
-          if (j > n) exit
-        end do
+        share(lane) = sum * beta(lane)
+      end do
+      do j = k + 1, n
+        a(:, i, j) = a(:, i, j) - share * u(:, j)
       end do
     end do
   end subroutine reflect
@@ -160,21 +154,26 @@ contains
     do i = n - 1, 1, -1
       !GCC$ ivdep
       do lane = 1, lanes
-        m_re = h%v(lane, i) * z_re(lane) + h%g(lane, i, i)
-        m_im = h%v(lane, i) * z_im(lane)
-        s_re = m_re * x_re(lane, i) - m_im * x_im(lane, i)
-        s_im = m_re * x_im(lane, i) + m_im * x_re(lane, i)
-        t_re = m_re * y_re(lane, i) - m_im * y_im(lane, i) + h%v(lane, i) * x_re(lane, i)
-        t_im = m_re * y_im(lane, i) + m_im * y_re(lane, i) + h%v(lane, i) * x_im(lane, i)
-        j = i + 1
+        s_re = 0
+        s_im = 0
+        t_re = 0
+        t_im = 0
+        ! What was found last comes last: the others need not wait for it.
+        j = n
         do
           s_re = s_re + h%g(lane, i, j) * x_re(lane, j)
           s_im = s_im + h%g(lane, i, j) * x_im(lane, j)
           t_re = t_re + h%g(lane, i, j) * y_re(lane, j)
           t_im = t_im + h%g(lane, i, j) * y_im(lane, j)
-          j = j + 1
-          if (j > n) exit
+          j = j - 1
+          if (j <= i) exit
         end do
+        m_re = h%v(lane, i) * z_re(lane) + h%g(lane, i, i)
+        m_im = h%v(lane, i) * z_im(lane)
+        s_re = s_re + (m_re * x_re(lane, i) - m_im * x_im(lane, i))
+        s_im = s_im + (m_re * x_im(lane, i) + m_im * x_re(lane, i))
+        t_re = t_re + (m_re * y_re(lane, i) - m_im * y_im(lane, i)) + h%v(lane, i) * x_re(lane, i)
+        t_im = t_im + (m_re * y_im(lane, i) + m_im * y_re(lane, i)) + h%v(lane, i) * x_im(lane, i)
         x_re(lane, i - 1) = s_re
         x_im(lane, i - 1) = s_im
         y_re(lane, i - 1) = t_re

@@ -8,10 +8,11 @@ module gestell_base_roots
 
   public :: find_roots
 
-  !> Iterations at most, and the last step, relative to the matrix' norm, that leaves no error: convergence is cubic, and where
-  !> it is not, roundoff keeps the steps above this.
+  !> Iterations at most.
   integer, parameter :: most_iterations = 40
-  real(dp), parameter :: last_step = 1.0e-9_dp
+  !> The last step relative to the matrix' norm, and to the distance from other roots. Convergence is cubic: the step after it,
+  !> which is not taken, is this times the square of that, below roundoff.
+  real(dp), parameter :: last_step = 1.0e-9_dp, last_part = 1.0e-4_dp
 
 contains
 
@@ -21,19 +22,22 @@ contains
   pure subroutine find_roots(h, z_re, z_im, converged)
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
-    real(dp) :: greatest(lanes), difference
+    real(dp) :: w_re(lanes, 2 * most_states), w_im(lanes, 2 * most_states), greatest(lanes), near(lanes), difference
     integer :: iteration, k, lane
 
-    call start(h, z_re, z_im)
+    call start(h, w_re, w_im)
     converged = 0
     do iteration = 1, most_iterations
       greatest = 0
+      near = 0
       do k = 1, h%n
-        call improve(h, k, converged, z_re, z_im, greatest)
+        call improve(h, k, converged, w_re, w_im, greatest, near)
       end do
-      converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2)
+      converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
       if (all(converged > 0)) exit
     end do
+    z_re = w_re(:, :most_states)
+    z_im = w_im(:, :most_states)
     ! Found twice, missed another time: the sum tells.
     do lane = 1, lanes
       difference = abs(sum(z_re(lane, :h%n)) - h%trace(lane)) + abs(sum(z_im(lane, :h%n)))
@@ -44,7 +48,7 @@ contains
   !> A circle around the mean of the eigenvalues, its radius the geometric mean of their distances.
   pure subroutine start(h, z_re, z_im)
     type(hessenberg_type), intent(in) :: h
-    real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states)
+    real(dp), intent(out) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states)
     real(dp) :: centre(lanes), zero(lanes), p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), radius(lanes)
     integer :: k
 
@@ -52,56 +56,68 @@ contains
     zero = 0
     call evaluate(h, centre, zero, p_re, p_im, d_re, d_im)
     radius = max(abs(p_re) * h%product, tiny(1.0_dp))**(1.0_dp / h%n)
+    ! The mean may be an eigenvalue.
     radius = max(radius, 1.0e-3_dp * h%norm)
     do k = 1, h%n
-      ! No symmetry about the real axis, which the iteration would keep.
+      ! None on the real axis, where it might have to stay.
       z_re(:, k) = centre + radius * cos(2 * pi * (k - 0.7_dp) / h%n)
       z_im(:, k) = radius * sin(2 * pi * (k - 0.7_dp) / h%n)
+      z_re(:, k + h%n) = z_re(:, k)
+      z_im(:, k + h%n) = z_im(:, k)
     end do
   end subroutine start
 
-  !> A step for root `k` in the lanes that have not converged; `greatest`: squares of the greatest steps so far.
-  pure subroutine improve(h, k, converged, z_re, z_im, greatest)
+  !> A step for root `k` in the lanes that have not converged. `greatest`: squares of the greatest steps so far; `near`:
+  !> positive where another root is too near for that step.
+  pure subroutine improve(h, k, converged, z_re, z_im, greatest, near)
     type(hessenberg_type), intent(in) :: h
     integer, intent(in) :: k
     real(dp), intent(in) :: converged(lanes)
-    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states), greatest(lanes)
+    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
     real(dp) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
-    real(dp) :: q_re(lanes), q_im(lanes), e_re(lanes), e_im(lanes), a, b, c, n_re, n_im, w_re, w_im
-    integer :: lane, j
+    real(dp) :: q_re, q_im, e_re, e_im, a, b, c, n_re, n_im, w_re, w_im
+    integer :: lane, j, n
 
+    n = h%n
     call evaluate(h, z_re(:, k), z_im(:, k), p_re, p_im, d_re, d_im)
-    q_re = 1
-    q_im = 0
-    e_re = 0
-    e_im = 0
-    do j = 1, h%n
-      if (j == k) cycle
-      !GCC$ ivdep
-      do lane = 1, lanes
-        a = z_re(lane, k) - z_re(lane, j)
-        b = z_im(lane, k) - z_im(lane, j)
-        c = e_re(lane) * a - e_im(lane) * b + q_re(lane)
-        e_im(lane) = e_re(lane) * b + e_im(lane) * a + q_im(lane)
-        e_re(lane) = c
-        c = q_re(lane) * a - q_im(lane) * b
-        q_im(lane) = q_re(lane) * b + q_im(lane) * a
-        q_re(lane) = c
-      end do
-    end do
     !GCC$ ivdep
     do lane = 1, lanes
-      ! p q / (p' q - p q')
-      n_re = p_re(lane) * q_re(lane) - p_im(lane) * q_im(lane)
-      n_im = p_re(lane) * q_im(lane) + p_im(lane) * q_re(lane)
-      a = d_re(lane) * q_re(lane) - d_im(lane) * q_im(lane) - (p_re(lane) * e_re(lane) - p_im(lane) * e_im(lane))
-      b = d_re(lane) * q_im(lane) + d_im(lane) * q_re(lane) - (p_re(lane) * e_im(lane) + p_im(lane) * e_re(lane))
+      ! q and its derivative e.
+      q_re = 1
+      q_im = 0
+      e_re = 0
+      e_im = 0
+      j = k + 1
+      do
+        a = z_re(lane, k) - z_re(lane, j)
+        b = z_im(lane, k) - z_im(lane, j)
+        c = e_re * a - e_im * b + q_re
+        e_im = e_re * b + e_im * a + q_im
+        e_re = c
+        c = q_re * a - q_im * b
+        q_im = q_re * b + q_im * a
+        q_re = c
+        j = j + 1
+        if (j >= k + n) exit
+      end do
+      ! p q / (p' q - p q').
+      n_re = p_re(lane) * q_re - p_im(lane) * q_im
+      n_im = p_re(lane) * q_im + p_im(lane) * q_re
+      a = d_re(lane) * q_re - d_im(lane) * q_im - (p_re(lane) * e_re - p_im(lane) * e_im)
+      b = d_re(lane) * q_im + d_im(lane) * q_re - (p_re(lane) * e_im + p_im(lane) * e_re)
       c = (1 - converged(lane)) / max(a**2 + b**2, tiny(1.0_dp))
-      w_re = (n_re * a + n_im * b) * c
-      w_im = (n_im * a - n_re * b) * c
+      n_re = n_re * c
+      n_im = n_im * c
+      w_re = n_re * a + n_im * b
+      w_im = n_im * a - n_re * b
       z_re(lane, k) = z_re(lane, k) - w_re
       z_im(lane, k) = z_im(lane, k) - w_im
-      greatest(lane) = max(greatest(lane), w_re**2 + w_im**2)
+      z_re(lane, k + n) = z_re(lane, k)
+      z_im(lane, k + n) = z_im(lane, k)
+      c = w_re**2 + w_im**2
+      greatest(lane) = max(greatest(lane), c)
+      ! e / q is the sum of the reciprocal distances.
+      near(lane) = max(near(lane), c * (e_re**2 + e_im**2) - last_part**2 * (q_re**2 + q_im**2))
     end do
   end subroutine improve
 

@@ -6,7 +6,7 @@ module gestell_floquet_discs
   implicit none (type, external)
   private
 
-  public :: find_discs
+  public :: find_disc, find_discs
 
 contains
 

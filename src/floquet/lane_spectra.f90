@@ -4,7 +4,7 @@ module gestell_floquet_lane_spectra
   use gestell_base_kinds, only: dp
   use gestell_base_lanes, only: lanes
   use gestell_base_roots, only: find_roots
-  use gestell_floquet_discs, only: find_discs
+  use gestell_floquet_discs, only: find_disc, find_discs
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -27,39 +27,51 @@ contains
     logical, intent(in) :: bounds
     type(found_type), intent(out) :: found
     type(hessenberg_type) :: h
-    real(dp) :: unit(lanes), converged(lanes), separate(lanes), modulus
-    real(dp) :: z_re(lanes, most_states), z_im(lanes, most_states), disc(lanes, most_states)
-    integer :: k, lane
+    real(dp), dimension(lanes) :: unit, converged, certain, relative, modulus, top_re, top_im
+    real(dp), dimension(lanes, most_states) :: z_re, z_im, disc
+    integer :: k
 
     call set_units(a, n, unit, found%sound)
     call new_hessenberg(a, n, h)
     call find_roots(h, z_re, z_im, converged)
-    found%sound = found%sound * h%sound * converged
+    ! With a change as great as the greatest element all discs touch.
+    relative = min(perturbation, unit) / unit
+    disc = 0
+    if (bounds) call find_discs(h, z_re, z_im, relative + n * epsilon(1.0_dp) * h%norm, disc, certain)
+    top_re = 0
+    top_im = 0
     found%radius = 0
     found%bound = 0
     found%stable = .true.
     found%unstable = .false.
-    if (bounds) then
-      call find_discs(h, z_re, z_im, perturbation / unit + n * epsilon(1.0_dp) * h%norm, disc, separate)
-      found%sound = found%sound * separate
-    else
-      disc = 0
-    end if
     do k = 1, n
-      do lane = 1, lanes
-        modulus = sqrt(z_re(lane, k)**2 + z_im(lane, k)**2)
-        if (modulus > found%radius(lane)) then
-          found%radius(lane) = modulus
-          found%bound(lane) = disc(lane, k)
-        end if
-        found%stable(lane) = found%stable(lane) .and. (modulus + disc(lane, k)) * unit(lane) < 1
-        found%unstable(lane) = found%unstable(lane) .or. (modulus - disc(lane, k)) * unit(lane) > 1
-      end do
+      modulus = sqrt(z_re(:, k)**2 + z_im(:, k)**2)
+      found%stable = found%stable .and. (modulus + disc(:, k)) * unit < 1
+      found%unstable = found%unstable .or. (modulus - disc(:, k)) * unit > 1
+      found%bound = merge(disc(:, k), found%bound, modulus > found%radius)
+      top_re = merge(z_re(:, k), top_re, modulus > found%radius)
+      top_im = merge(z_im(:, k), top_im, modulus > found%radius)
+      found%radius = max(found%radius, modulus)
     end do
+    if (.not. bounds) certain = certainty(h, top_re, top_im, relative)
+    found%sound = found%sound * h%sound * converged * certain
     found%bound = found%bound / max(found%radius, tiny(1.0_dp))
     found%radius = found%radius * unit
     found%log_radius = log(max(found%radius, tiny(1.0_dp)))
   end subroutine solve_lanes
+
+  !> 1, or 0 where roundoff in the eigenvalue z is too much, without an error bound to tell, and greater than `perturbation`.
+  pure function certainty(h, z_re, z_im, perturbation) result(certain)
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: z_re(lanes), z_im(lanes), perturbation(lanes)
+    real(dp) :: certain(lanes)
+    real(dp), parameter :: too_much = 1.0e-10_dp
+    real(dp) :: radius(lanes), impurity(lanes), worst(lanes)
+
+    worst = 1
+    call find_disc(h, z_re, z_im, h%n * epsilon(1.0_dp) * h%norm, radius, impurity, worst)
+    certain = merge(1.0_dp, 0.0_dp, radius <= max(too_much * sqrt(z_re**2 + z_im**2), h%n * perturbation * worst))
+  end function certainty
 
   !> The matrices divided by powers of two `unit`, shape (lanes), to elements below 1. Those that are not finite or extreme are
   !> not `sound`; a harmless matrix takes their places.

@@ -20,8 +20,9 @@ contains
   !> counted. Where asked for: the bound on the error of that multiplier relative to |rho|, and the verdict, all as set_multipliers
   !> and multipliers_type have it. NaN, with the bound 1e300 and no verdict, for a matrix that is not finite.
   !>
-  !> Eight at a time; where eigenvalues do not converge, discs touch or eigenvectors are doubtful, one by one with LAPACK, which
-  !> `singly` counts. The results for a matrix do not depend on the others.
+  !> Eight at a time; where eigenvalues do not converge, discs touch, eigenvectors are doubtful, or no bound is there to tell of
+  !> roundoff above 1e-10 and above the effect of `perturbation`, one by one with LAPACK, which `singly` counts. The results for a
+  !> matrix do not depend on the others.
   subroutine spectral_radii(phi, perturbation, radius, log_radius, error_bound, stable, unstable, singly)
     real(dp), intent(in) :: phi(:, :), perturbation
     real(dp), intent(out) :: radius(:), log_radius(:)

@@ -1,0 +1,389 @@
+!> Greatest multipliers eight at a time where eigenvalues are close, far apart, on the border of a verdict, or none at all.
+module test_spectra_edges
+  use gestell_base_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_base_kinds, only: dp
+  use gestell_base_lanes, only: lanes
+  use gestell_base_roots, only: find_roots
+  use gestell_floquet_discs, only: find_discs
+  use gestell_floquet_spectra, only: spectral_radii
+  use reference_random, only: random_type
+  use test_spectra, only: compare, set_diagonal, turn
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: collect_spectra_edges
+
+contains
+
+  subroutine collect_spectra_edges(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("close and double eigenvalues", test_close), &
+      & new_unittest("eigenvalues over sixteen decades", test_spread), &
+      & new_unittest("verdicts on both sides of one", test_verdict), &
+      & new_unittest("every disc counts in a verdict", test_discs), &
+      & new_unittest("units", test_units), &
+      & new_unittest("decoupled states", test_decoupled), &
+      & new_unittest("not finite, zero, extreme", test_extreme), &
+      & new_unittest("no matrix depends on its neighbours", test_alone), &
+      & new_unittest("roots that were missed, or not quite found", test_missed), &
+      & new_unittest("a mean that is an eigenvalue", test_mean)]
+  end subroutine collect_spectra_edges
+
+  !> [0.9 c; 0 0.9 + d], and the same with a rotation in place of 0.9, among others and turned.
+  subroutine test_close(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: d(8) = [0.0_dp, 1.0e-15_dp, 1.0e-12_dp, 1.0e-9_dp, 1.0e-7_dp, 1.0e-5_dp, 1.0e-3_dp, 1.0e-1_dp]
+    real(dp), parameter :: c(2) = [0.0_dp, 1.0_dp], perturbation = 1.0e-11_dp
+    real(dp), dimension(size(d)) :: radius, log_radius, bound, quick, exact, roundoff
+    real(dp) :: phi(size(d), 36), a(6, 6)
+    integer :: i, k, pairs, singly, singly_quick
+
+    do pairs = 0, 1
+      do i = 1, size(c)
+        do k = 1, size(d)
+          a = 0
+          call set_diagonal(a, 0.1_dp)
+          if (pairs == 0) then
+            a(2, 2) = 0.9_dp + d(k)
+            a(1, 1) = 0.9_dp
+            a(1, 2) = c(i)
+          else
+            a(1:2, 1:2) = reshape([0.6_dp, 0.7_dp, -0.7_dp, 0.6_dp], [2, 2])
+            a(3:4, 3:4) = a(1:2, 1:2) * (1 + d(k))
+            a(1, 3) = c(i)
+            a(2, 4) = c(i)
+          end if
+          exact(k) = merge(0.9_dp + d(k), sqrt(0.85_dp) * (1 + d(k)), pairs == 0)
+          call turn(a)
+          phi(k, :) = reshape(a, [36])
+        end do
+        call spectral_radii(phi, perturbation, radius, log_radius, bound, singly=singly)
+        call spectral_radii(phi, perturbation, quick, log_radius, singly=singly_quick)
+        call check(error, all(abs(radius - exact) < bound * exact), more="bound")
+        if (allocated(error)) return
+        ! A hundred roundings times the condition c / d, but not more than the root of them.
+        roundoff = 100 * epsilon(1.0_dp) * 2
+        if (c(i) > 0) roundoff = max(roundoff, min(sqrt(roundoff), roundoff / max(d, tiny(1.0_dp))))
+        call check(error, all(abs(quick - exact) < roundoff), more="radius alone")
+        if (allocated(error)) return
+        call check(error, all(abs(radius - exact) < roundoff), more="radius")
+        if (allocated(error)) return
+        ! Discs touch where 2 n 1e-11 max(1, c / d) > d.
+        call check(error, singly, merge(6, 3, c(i) > 0), more="touching discs")
+        if (allocated(error)) return
+        ! Roots are not told apart where the roundoff in them is a part of d: 1e-16 max(1, c / d) > 1e-4 d, about.
+        call check(error, singly_quick > 0 .and. singly_quick <= merge(6, 3, c(i) > 0), more="singly")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_close
+
+  subroutine test_spread(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: decades(6) = [8.0_dp, -8.0_dp, 3.0_dp, -3.0_dp, 0.5_dp, -0.5_dp]
+    real(dp) :: phi(9, 36), a(6, 6), radius(9), log_radius(9), bound(9)
+    logical :: stable(9), unstable(9)
+    integer :: i, k
+
+    do k = 1, 9
+      a = 0
+      do i = 1, 6
+        a(i, i) = 10.0_dp**(decades(i) - merge(8.5_dp, 0.0_dp, k > 6))
+        if (k > 3) a(max(i - 1, 1), i) = a(i, i) * merge(k, 1, i > 1)
+      end do
+      call turn(a)
+      phi(k, :) = reshape(a, [36])
+    end do
+    call spectral_radii(phi, 0.0_dp, radius, log_radius, bound, stable, unstable)
+    ! A normal or nearly normal matrix: roundings of turning and of finding, some of each.
+    call check(error, all(abs(radius - 10.0_dp**[(merge(-0.5_dp, 8.0_dp, k > 6), k = 1, 9)]) < 1.0e-14_dp * radius))
+    if (allocated(error)) return
+    call check(error, all(bound < 1.0e-13_dp), more="bound")
+    if (allocated(error)) return
+    call check(error, all(unstable .neqv. [(k > 6, k = 1, 9)]) .and. all(stable .eqv. [(k > 6, k = 1, 9)]), more="verdict")
+    if (allocated(error)) return
+    call check(error, maxval(abs(log_radius - log(10.0_dp) * [(merge(-0.5_dp, 8.0_dp, k > 6), k = 1, 9)])) < 1.0e-13_dp, &
+      & more="logarithm")
+  end subroutine test_spread
+
+  !> A rotation times a number near 1: normal, so its discs have the radius n perturbation.
+  subroutine test_verdict(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: perturbation = 1.0e-6_dp, part(6) = [-2.0_dp, -1.01_dp, -0.99_dp, 0.99_dp, 1.01_dp, 2.0_dp]
+    integer, parameter :: sizes(4) = [2, 4, 6, 12]
+    real(dp), allocatable :: phi(:, :), a(:, :)
+    real(dp), dimension(6) :: radius, log_radius, bound
+    logical :: stable(6), unstable(6)
+    integer :: i, k, l, n, singly
+
+    do l = 1, size(sizes)
+      n = sizes(l)
+      allocate(phi(6, n * n), a(n, n))
+      do k = 1, 6
+        a = 0
+        do i = 1, n, 2
+          a(i:i + 1, i:i + 1) = reshape([cos(0.4_dp * i), sin(0.4_dp * i), -sin(0.4_dp * i), cos(0.4_dp * i)], [2, 2])
+        end do
+        a = a * (1 + part(k) * n * perturbation)
+        call turn(a)
+        phi(k, :) = reshape(a, [n * n])
+      end do
+      call spectral_radii(phi, perturbation, radius, log_radius, bound, stable, unstable, singly)
+      call check(error, all(stable .eqv. [.true., .true., .false., .false., .false., .false.]), more="stable")
+      if (allocated(error)) return
+      call check(error, all(unstable .eqv. [.false., .false., .false., .false., .true., .true.]), more="unstable")
+      if (allocated(error)) return
+      call check(error, all(abs(bound * radius - n * perturbation) < 1.0e-4_dp * n * perturbation), more="bound")
+      if (allocated(error)) return
+      call check(error, singly, 0, more="singly")
+      if (allocated(error)) return
+      ! The bound or one verdict alone is as good.
+      call spectral_radii(phi, perturbation, radius, log_radius, stable=stable)
+      call check(error, count(stable), 2, more="stable alone")
+      if (allocated(error)) return
+      call spectral_radii(phi, perturbation, radius, log_radius, unstable=unstable)
+      call check(error, count(unstable), 2, more="unstable alone")
+      if (allocated(error)) return
+      ! Twice the eigenvalue 1, without two eigenvectors.
+      phi(1, :) = 0
+      phi(1, [1, n + 1, n + 2]) = 1
+      call spectral_radii(phi(:1, :), perturbation, radius(:1), log_radius(:1), bound(:1), stable(:1), unstable(:1), singly)
+      call check(error, singly == 1 .and. .not. stable(1) .and. .not. unstable(1) .and. bound(1) > 1.0e-3_dp, more="double")
+      if (allocated(error)) return
+      deallocate(phi, a)
+    end do
+  end subroutine test_verdict
+
+  !> Beside a well conditioned pair at +-i r two others, u and -v, whose discs are large.
+  subroutine test_discs(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: r(2) = [0.95_dp, 1.2_dp], u(2) = [0.5_dp, 1.5_dp], v(2) = [0.8_dp, 1.6_dp], c(2) = [100.0_dp, 300.0_dp]
+    real(dp), parameter :: perturbation = 1.8e-3_dp
+    real(dp) :: phi(2, 16), a(4, 4), radius(2), log_radius(2), bound(2), disc(2)
+    logical :: stable(2), unstable(2)
+    integer :: k, singly
+
+    do k = 1, 2
+      a = 0
+      a(1, 2) = -r(k)
+      a(2, 1) = r(k)
+      a(3, 3) = u(k)
+      a(4, 4) = -v(k)
+      a(3, 4) = c(k)
+      disc(k) = 4 * perturbation * sqrt(1 + (c(k) / (u(k) + v(k)))**2)
+      call turn(a)
+      phi(k, :) = reshape(a, [16])
+    end do
+    call spectral_radii(phi, perturbation, radius, log_radius, bound, stable, unstable, singly)
+    ! As it was thought out: 0.95 surely inside, 0.5 perhaps not; 1.6 perhaps inside, 1.2 surely not.
+    call check(error, u(1) + disc(1) > 1 .and. v(2) - disc(2) < 1 .and. 2 * disc(1) < u(1) + v(1) &
+      & .and. 2 * disc(2) < u(2) + v(2) .and. singly == 0, more="the case")
+    if (allocated(error)) return
+    call check(error, abs(radius(1) - r(1)) < 1.0e-12_dp .and. abs(radius(2) - v(2)) < 1.0e-11_dp, more="radius")
+    if (allocated(error)) return
+    call check(error, abs(bound(1) * r(1) - 4 * perturbation) < 1.0e-9_dp .and. abs(bound(2) * v(2) - disc(2)) < 1.0e-7_dp, &
+      & more="bound")
+    if (allocated(error)) return
+    call check(error, .not. any(stable) .and. all(unstable .eqv. [.false., .true.]), more="verdict")
+  end subroutine test_discs
+
+  !> A matrix in other units has the same bounds.
+  subroutine test_units(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: units(8) = [1.0_dp, 1.5_dp, 1.0e-30_dp, 1.0e30_dp, 1.0e-99_dp, 1.0e98_dp, 1.0e-101_dp, 1.0e101_dp]
+    real(dp) :: phi(1, 36), radius(1, 8), log_radius(1, 8), bound(1, 8)
+    type(random_type) :: random
+    integer :: k, singly(8)
+
+    call random%start(4, 1)
+    phi(1, :) = [(random%about_zero(1.0_dp), k = 1, 36)]
+    do k = 1, 8
+      call spectral_radii(phi * units(k), 1.0e-8_dp * units(k), radius(:, k), log_radius(:, k), bound(:, k), singly=singly(k))
+    end do
+    call check(error, all(singly == [0, 0, 0, 0, 0, 0, 1, 1]), more="singly")
+    if (allocated(error)) return
+    ! The elements are rounded in other units: 36 roundings times a condition of a few.
+    call check(error, all(abs(radius(1, :) / units - radius(1, 1)) < 1.0e-13_dp), more="radius")
+    if (allocated(error)) return
+    call check(error, all(abs(bound(1, :) - bound(1, 1)) < 1.0e-5_dp * bound(1, 1)), more="bound")
+    if (allocated(error)) return
+    call check(error, all(abs(log_radius(1, :) - log(units) - log_radius(1, 1)) < 1.0e-13_dp), more="logarithm")
+    if (allocated(error)) return
+    ! An error out of all proportion.
+    call spectral_radii(phi * 1.0e-90_dp, 1.0e250_dp, radius(:, 1), log_radius(:, 1), bound(:, 1), singly=singly(1))
+    call check(error, singly(1) == 1 .and. bound(1, 1) > 1.0e299_dp, more="out of proportion")
+  end subroutine test_units
+
+  !> Blocks without a coupling, with one to one side, and with weak ones: Hessenberg matrices with vanishing subdiagonals.
+  subroutine test_decoupled(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: sizes(5) = [2, 3, 6, 8, 12], count = 34
+    real(dp), allocatable :: phi(:, :), a(:, :)
+    real(dp) :: radius(count), log_radius(count)
+    type(random_type) :: random
+    integer :: i, k, l, n, singly
+
+    call random%start(5, 1)
+    do l = 1, size(sizes)
+      n = sizes(l)
+      allocate(phi(count, n * n), a(n, n))
+      do k = 1, count
+        a = reshape([(random%about_zero(1.0_dp), i = 1, n * n)], [n, n])
+        i = 1 + mod(k, n - 1)
+        a(i + 1:, :i) = 10.0_dp**(-k) * merge(1, 0, k < 20) * a(i + 1:, :i)
+        if (k > 25) a(:i, i + 1:) = 0
+        if (k == count) then
+          a = 0
+          call set_diagonal(a, 0.1_dp)
+        end if
+        phi(k, :) = reshape(a, [n * n])
+      end do
+      call compare(phi, 1.0e-10_dp, count, error)
+      if (allocated(error)) return
+      ! The radius alone needs no eigenvectors but one; a diagonal of 12 goes through too many vanishing elements.
+      call spectral_radii(phi, 1.0e-10_dp, radius, log_radius, singly=singly)
+      call check(error, singly, merge(1, 0, n > 6), more="singly")
+      if (allocated(error)) return
+      deallocate(phi, a)
+    end do
+  end subroutine test_decoupled
+
+  subroutine test_extreme(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 4, count = 11
+    real(dp) :: phi(count, n * n), sound(4, n * n), radius(count), log_radius(count), bound(count)
+    real(dp), dimension(4) :: sound_radius, sound_log, sound_bound
+    logical :: stable(count), unstable(count)
+    type(random_type) :: random
+    integer :: k, l, singly
+
+    call random%start(6, 1)
+    phi = 0
+    do k = 1, 7, 2
+      phi(k, :) = [(random%about_zero(1.0_dp), l = 1, n * n)]
+    end do
+    sound = phi(1:7:2, :)
+    phi(4, :) = phi(3, :)
+    phi(4, 7) = ieee_value(1.0_dp, ieee_quiet_nan)
+    phi(6, :) = phi(3, :)
+    phi(6, 16) = ieee_value(1.0_dp, ieee_positive_inf)
+    phi(8, [1, 6, 11, 16]) = [-3.0e200_dp, 1.0e200_dp, 2.0e200_dp, 1.0_dp]
+    phi(9, [1, 6, 11, 16]) = [-3.0e-200_dp, 1.0e-200_dp, 2.0e-200_dp, 0.0_dp]
+    phi(10, [1, 6, 11, 16]) = 0.5_dp
+    phi(11, [1, 6, 11, 16]) = [0.5_dp, 0.0_dp, 0.0_dp, 0.0_dp]
+    call spectral_radii(phi, 0.0_dp, radius, log_radius, bound, stable, unstable, singly)
+    call check(error, all(ieee_is_nan(radius([4, 6]))) .and. all(ieee_is_nan(log_radius([4, 6]))) .and. &
+      & all(bound([4, 6]) > 1.0e299_dp) .and. .not. any(stable([4, 6])) .and. .not. any(unstable([4, 6])), more="not finite")
+    if (allocated(error)) return
+    ! n^2 epsilon norm / |rho| of a diagonal.
+    call check(error, abs(radius(8) / 3.0e200_dp - 1) < 1.0e-15_dp .and. unstable(8) .and. &
+      & abs(log_radius(8) - log(3.0e200_dp)) < 1.0e-12_dp .and. &
+      & abs(bound(8) / (n**2 * epsilon(1.0_dp) * sqrt(14.0_dp) / 3) - 1) < 0.01_dp, more="great")
+    if (allocated(error)) return
+    call check(error, abs(radius(9) / 3.0e-200_dp - 1) < 1.0e-15_dp .and. stable(9), more="small")
+    if (allocated(error)) return
+    call check(error, abs(radius(2)) <= 0 .and. stable(2) .and. log_radius(2) < -700, more="zero")
+    if (allocated(error)) return
+    call check(error, all(abs(radius(10:11) - 0.5_dp) < 1.0e-14_dp) .and. all(stable(10:11)), more="multiples")
+    if (allocated(error)) return
+    call spectral_radii(sound, 0.0_dp, sound_radius, sound_log, sound_bound)
+    call check(error, maxval(abs([radius(1:7:2) - sound_radius, log_radius(1:7:2) - sound_log, bound(1:7:2) - sound_bound])) <= 0 &
+      & .and. singly == 7, more="the sound ones")
+  end subroutine test_extreme
+
+  !> Bit for bit the same in another order, alone, in columns of any length, and a second time.
+  subroutine test_alone(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 6, count = 37
+    real(dp) :: phi(count, n * n), one(1, n * n)
+    real(dp), dimension(count) :: radius, log_radius, bound, other, other_log, other_bound
+    type(random_type) :: random
+    integer :: i, k
+
+    call random%start(7, 1)
+    do k = 1, count
+      phi(k, :) = [(10.0_dp**mod(k, 5) * random%about_zero(1.0_dp), i = 1, n * n)]
+      ! Some that take longer.
+      if (mod(k, 6) == 0) phi(k, 2:n) = 0
+      if (mod(k, 7) == 0) phi(k, :) = 0.01_dp * phi(k, :) + [((merge(1, 0, mod(i - 1, n + 1) == 0)), i = 1, n * n)]
+      if (mod(k, 9) == 0) phi(k, :n) = phi(k, n + 1:2 * n)
+    end do
+    call spectral_radii(phi, 1.0e-10_dp, radius, log_radius, bound)
+    call spectral_radii(phi(count:1:-1, :), 1.0e-10_dp, other, other_log, other_bound)
+    call check(error, maxval(abs([radius - other(count:1:-1), log_radius - other_log(count:1:-1), &
+      & bound - other_bound(count:1:-1)])) <= 0, more="backwards")
+    if (allocated(error)) return
+    do k = 1, count
+      one(1, :) = phi(k, :)
+      call spectral_radii(one, 1.0e-10_dp, other(1:1), other_log(1:1), other_bound(1:1))
+      call check(error, maxval(abs([radius(k) - other(1), log_radius(k) - other_log(1), bound(k) - other_bound(1)])) <= 0, &
+        & more="alone")
+      if (allocated(error)) return
+    end do
+    call spectral_radii(phi(3:, :), 1.0e-10_dp, other(3:), other_log(3:))
+    ! Where LAPACK was asked the one time, roundoff, a part of the bound.
+    call check(error, maxval(abs(radius(3:) - other(3:)) / (bound(3:) * radius(3:))) < 0.5_dp, more="without bounds")
+  end subroutine test_alone
+
+  !> Eigenvalues 0.5, 0, -0.5 and so on, of elements that leave nothing to round.
+  subroutine test_mean(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: phi(1, 25), radius(1), log_radius(1)
+    integer :: singly
+
+    phi = 0
+    phi(1, [2, 6]) = 0.5_dp
+    phi(1, [14, 18]) = 0.25_dp
+    call spectral_radii(phi, 1.0e-10_dp, radius, log_radius, singly=singly)
+    ! A few roundings.
+    call check(error, abs(radius(1) - 0.5_dp) < 1.0e-14_dp .and. singly == 0)
+    if (allocated(error)) return
+    phi = 0
+    phi(1, [2, 4]) = 0.5_dp
+    call spectral_radii(phi(:, :9), 1.0e-10_dp, radius, log_radius, singly=singly)
+    call check(error, abs(radius(1) - 0.5_dp) < 1.0e-14_dp .and. singly == 0)
+    if (allocated(error)) return
+    ! All eigenvalues zero, one eigenvector: no more than the cube root of roundoff.
+    phi = 0
+    phi(1, [4, 8]) = 1
+    call spectral_radii(phi(:, :9), 0.0_dp, radius, log_radius)
+    call check(error, radius(1) < 1.0e-5_dp, more="nilpotent")
+  end subroutine test_mean
+
+  !> Where the sum of the roots is not the trace, they are not all there.
+  subroutine test_missed(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: a(lanes, most_states, most_states), before(lanes, 6, 6), converged(lanes), separate(lanes)
+    real(dp), dimension(lanes, most_states) :: z_re, z_im, radius
+    real(dp), parameter :: perturbation(lanes) = 1.0e-12_dp, displacement = 1.0e-6_dp
+    type(hessenberg_type) :: h
+    type(random_type) :: random
+    integer :: i, j, lane
+
+    call random%start(8, 1)
+    do j = 1, 6
+      do i = 1, 6
+        do lane = 1, lanes
+          a(lane, i, j) = random%about_zero(1.0_dp)
+        end do
+      end do
+    end do
+    before = a(:, :6, :6)
+    call new_hessenberg(a, 6, h)
+    call check(error, maxval(abs(h%norm - [(norm2(before(lane, :, :)), lane = 1, lanes)])) < 1.0e-14_dp, more="norm")
+    if (allocated(error)) return
+    h%trace(3) = h%trace(3) + 1.0e-7_dp
+    call find_roots(h, z_re, z_im, converged)
+    call check(error, all((converged > 0) .neqv. [(lane == 3, lane = 1, lanes)]), more="the sum")
+    if (allocated(error)) return
+    ! Roots that are not quite there lie in their discs all the same; the displacement is small beside their distances.
+    z_im(:, 2) = z_im(:, 2) + displacement
+    call find_discs(h, z_re, z_im, perturbation, radius, separate)
+    call check(error, all(radius(:, 2) > displacement), more="displaced")
+  end subroutine test_missed
+
+end module test_spectra_edges
