@@ -80,15 +80,11 @@ contains
       real(qp) :: pivot
       integer :: i
 
-      count_below = 0
-      pivot = 1
-      do i = 1, size(diagonal)
-        if (i == 1) then
-          pivot = diagonal(1) - x
-        else
-          pivot = diagonal(i) - x - square(i - 1) / pivot
-        end if
+      pivot = diagonal(1) - x
+      count_below = merge(1, 0, pivot < 0)
+      do i = 2, size(diagonal)
         if (abs(pivot) < 1.0e-30_qp) pivot = 1.0e-30_qp
+        pivot = diagonal(i) - x - square(i - 1) / pivot
         if (pivot < 0) count_below = count_below + 1
       end do
     end function count_below
