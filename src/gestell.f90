@@ -26,7 +26,16 @@ module gestell
     & mechanism_type, table_columns
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
+  use gestell_study_point, only: solve_point, sweep_order_type
+  use gestell_study_sweep, only: solve_tile
   use gestell_study_table, only: remember_mechanism
+  use gestell_study_tile_results, only: column_eta_peak => eta_peak, column_log_rho_max => log_rho_max, &
+    & column_psi_peak => psi_peak, column_rho_error => rho_error, column_rho_max => rho_max, column_verdict => verdict, &
+    & column_xi_peak => xi_peak, sweep_columns, tile_results_type, verdict_failed => failed, &
+    & verdict_impossible => impossible, verdict_stable => stable, verdict_undecided => undecided, &
+    & verdict_unstable => unstable
   use gestell_study_trade, only: cheapest, measure_trade, trade_row_type, trade_type
   use gestell_study_vibration, only: vibration_type
   use gestell_system_periodic, only: periodic_system
