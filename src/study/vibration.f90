@@ -54,11 +54,15 @@ contains
     ! harmonics have samples of their own.
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
     if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
+    allocate(vibration%series(quantities))
     do
       call follow(frame, floquet, vibration%start, [(real(k, dp) / samples, k = 0, samples)], x, error)
       if (allocated(error)) return
       all = all_quantities(frame, x)
-      vibration%series = [(fourier_series(all(i, :samples)), i = 1, quantities)]
+      ! One by one: gfortran 12 does not free the components of a constructor's elements.
+      do i = 1, quantities
+        vibration%series(i) = fourier_series(all(i, :samples))
+      end do
       unresolved = unresolved_part(frame, floquet, vibration%series)
       if (unresolved < 1.0e-9_dp .or. 2 * samples > most_samples) exit
       samples = 2 * samples
