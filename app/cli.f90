@@ -1,6 +1,7 @@
 !> The command line: options and the input's name.
 module cli
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_io_number, only: read_integer
   use gestell_io_suggest, only: suggestion
   implicit none (type, external)
   private
@@ -16,11 +17,17 @@ module cli
     !> Unallocated: named after the input.
     character(len=:), allocatable :: output
     type(setting_type), allocatable :: settings(:)
-    logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false.
+    logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false., &
+      & merge = .false., one_line = .false.
+    !> The share of a sweep that is computed: part `part` of `parts`.
+    integer :: part = 1, parts = 1
+    logical :: in_parts = .false.
   end type options_type
 
   character(len=*), parameter :: long_names(*) = [character(len=18) :: "--set", "--output", "--check", "--quiet", "--help", &
-    & "--version", "--fail-if-unstable"]
+    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line"]
+  !> Those that take a value.
+  character(len=*), parameter :: with_value(*) = [character(len=8) :: "-s", "--set", "-o", "--output", "--part"]
 
 contains
 
@@ -54,11 +61,11 @@ contains
       if (index(word, "--") == 1 .and. index(word, "=") > 0) then
         value = word(index(word, "=") + 1:)
         word = word(:index(word, "=") - 1)
-        if (word /= "--set" .and. word /= "--output" .and. any(long_names == word)) then
+        if (all(with_value /= word) .and. any(long_names == word)) then
           call fatal_error(error, "option '" // word // "' takes no value", wrong_usage)
           return
         end if
-      else if (word == "-s" .or. word == "--set" .or. word == "-o" .or. word == "--output") then
+      else if (any(with_value == word)) then
         if (i == command_argument_count()) then
           call fatal_error(error, "option '" // word // "' needs a value", wrong_usage)
           return
@@ -85,14 +92,51 @@ contains
         options%version = .true.
       case ("--fail-if-unstable")
         options%fail_if_unstable = .true.
+      case ("--part")
+        call read_part(value, options, error)
+      case ("--merge")
+        options%merge = .true.
+      case ("--one-line")
+        options%one_line = .true.
       case default
         call fatal_error(error, "unknown option '" // word // "'" // suggestion(word, long_names), wrong_usage)
       end select
       if (allocated(error)) return
     end do
-    if (options%help .or. options%version .or. allocated(options%input)) return
+    call refuse_together(options, error)
+    if (allocated(error) .or. options%help .or. options%version .or. allocated(options%input)) return
     call fatal_error(error, "no input file; usage: gestell [options] input.nml, and gestell --help", wrong_usage)
   end subroutine parse_command_line
+
+  !> The share of --part i/n.
+  subroutine read_part(value, options, error)
+    character(len=*), intent(in) :: value
+    type(options_type), intent(inout) :: options
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: reason
+    integer :: slash
+
+    options%in_parts = .true.
+    slash = index(value, "/")
+    if (slash > 0) then
+      call read_integer(value(:slash - 1), options%part, reason)
+      if (reason == "") call read_integer(value(slash + 1:), options%parts, reason)
+      if (reason == "" .and. options%part >= 1 .and. options%part <= options%parts) return
+    end if
+    call fatal_error(error, "--part " // value // ": must be i/n, as in 3/8: the third of eight parts", wrong_usage)
+  end subroutine read_part
+
+  !> Options that exclude each other.
+  subroutine refuse_together(options, error)
+    type(options_type), intent(in) :: options
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: names(*) = [character(len=10) :: "--check", "--part", "--merge", "--one-line"]
+    logical :: given(size(names))
+
+    given = [options%check, options%in_parts, options%merge, options%one_line]
+    if (count(given) > 1) call fatal_error(error, "options '" // trim(names(findloc(given, .true., dim=1))) // "' and '" // &
+      & trim(names(findloc(given, .true., dim=1, back=.true.))) // "' exclude each other", wrong_usage)
+  end subroutine refuse_together
 
   function argument(i) result(word)
     integer, intent(in) :: i
@@ -117,7 +161,12 @@ contains
       & "      --check             read and validate everything, turn the mechanism once," // newline // &
       & "                          compute nothing more" // newline // &
       & "  -q, --quiet             no report on standard output" // newline // &
-      & "      --fail-if-unstable  exit code 10 for a verdict other than stable" // newline // &
+      & "      --fail-if-unstable  exit code 10 for a verdict other than stable; of a" // newline // &
+      & "                          sweep, for any point's" // newline // &
+      & "      --part i/n          compute part i of n of a sweep, write no sweep.csv" // newline // &
+      & "      --merge             write the sweep.csv of all parts" // newline // &
+      & "      --one-line          a header and a line of CSV for each case on standard" // newline // &
+      & "                          output in place of report and files" // newline // &
       & "  -h, --help              this text" // newline // &
       & "  -V, --version           the version" // newline // newline // &
       & "exit codes: 0 done, 1 wrong usage, 2 invalid input, 3 the mechanism cannot be" // newline // &

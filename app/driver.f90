@@ -3,7 +3,9 @@ module driver
   use cli, only: options_type
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
   use gestell_base_version, only: version
+  use gestell_io_campaign, only: campaign_type
   use gestell_io_check, only: check_document
   use gestell_io_configuration, only: configuration_type, read_configuration
   use gestell_io_document, only: document_type
@@ -17,7 +19,9 @@ module driver
   use gestell_io_results, only: write_results, write_trade
   use gestell_io_schema, only: input_schema, schema_type
   use gestell_io_sweep_summary, only: summary_type
-  use sweeping, only: run_sweep
+  use gestell_io_text, only: counted
+  use one_line, only: print_case, print_sweep
+  use sweeping, only: compute_tiles, open_sweep
   use terminal, only: show_progress
   use gestell_study_analysis, only: analyse, analysis_type
   use gestell_study_model_trade, only: measure_model, model_trade_type
@@ -44,7 +48,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(configuration_type) :: configuration
     type(error_type), allocatable :: failure
-    type(summary_type) :: summary
     character(len=:), allocatable :: folder
 
     code = 0
@@ -52,7 +55,8 @@ contains
     if (allocated(error)) return
     call check_options(options, configuration, error)
     if (allocated(error)) return
-    if (.not. options%quiet) write (output_unit, "(a)", advance="no") report_machine(configuration, options%input)
+    if (.not. (options%quiet .or. options%one_line)) write (output_unit, "(a)", advance="no") &
+      & report_machine(configuration, options%input)
     if (options%check) then
       if (options%quiet) return
       if (.not. allocated(configuration%impossible)) write (output_unit, "(a)", advance="no") &
@@ -62,16 +66,13 @@ contains
       return
     end if
     folder = folder_name(options)
-    if (configuration%single()) call run_single(options, configuration, folder, code, failure, error)
-    if (allocated(error)) return
-    if (configuration%sweep) then
-      call run_sweep(configuration, folder, preamble(options, configuration), summary, error)
+    if (configuration%single() .and. .not. (options%in_parts .or. options%merge)) then
+      call run_single(options, configuration, folder, code, failure, error)
       if (allocated(error)) return
-      if (.not. options%quiet) write (output_unit, "(a)", advance="no") report_grid(configuration%plan) &
-        & // report_sweep(configuration%plan, summary)
-      if (options%fail_if_unstable .and. any(summary%verdicts(stable + 1:) > 0)) code = not_stable
     end if
-    if (.not. options%quiet) write (output_unit, "(/, a)") "files in " // folder // "/"
+    if (configuration%sweep) call run_sweep(options, configuration, folder, code, error)
+    if (allocated(error)) return
+    if (.not. (options%quiet .or. options%one_line)) write (output_unit, "(/, a)") "files in " // folder // "/"
     ! The verdict stands even where the vibration could not be computed.
     if (code == 0 .and. allocated(failure)) call move_alloc(failure, error)
   end subroutine run
@@ -82,7 +83,14 @@ contains
     type(configuration_type), intent(in) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. options%fail_if_unstable) return
+    associate (tasks => configuration%tasks)
+      if ((options%in_parts .or. options%merge) .and. .not. configuration%sweep) then
+        call fatal_error(error, "--part and --merge need the task 'sweep'", wrong_usage)
+      else if (options%one_line .and. .not. (configuration%sweep .or. tasks%stability .or. tasks%modes .or. tasks%response)) then
+        call fatal_error(error, "--one-line needs a task 'stability', 'modes', 'response' or 'sweep'", wrong_usage)
+      end if
+    end associate
+    if (allocated(error) .or. .not. options%fail_if_unstable) return
     if (.not. (configuration%tasks%stability .or. configuration%sweep)) then
       call fatal_error(error, "--fail-if-unstable needs the task 'stability' or 'sweep'", wrong_usage)
     else if (configuration%sweep) then
@@ -113,6 +121,11 @@ contains
       call move_alloc(failure, error)
       return
     end if
+    if (options%one_line) then
+      if (.not. configuration%sweep) call print_case(options%settings, configuration, analysis)
+      call take_verdict(options, configuration, analysis, code)
+      return
+    end if
     if (.not. options%quiet) then
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
@@ -127,10 +140,50 @@ contains
     if (allocated(error)) return
     if (configuration%trade) call write_trade(folder, preamble(options, configuration), trade, model_trade, error)
     if (allocated(error)) return
-    if (options%fail_if_unstable .and. configuration%tasks%stability) then
-      if (analysis%multipliers%verdict() /= "stable") code = not_stable
-    end if
+    call take_verdict(options, configuration, analysis, code)
   end subroutine run_single
+
+  !> The exit code of --fail-if-unstable.
+  subroutine take_verdict(options, configuration, analysis, code)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(in) :: configuration
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(inout) :: code
+
+    if (.not. (options%fail_if_unstable .and. configuration%tasks%stability)) return
+    if (analysis%multipliers%verdict() /= "stable") code = not_stable
+  end subroutine take_verdict
+
+  !> The points of a sweep: all, a part of them, or only the file.
+  subroutine run_sweep(options, configuration, folder, code, error)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(in) :: configuration
+    character(len=*), intent(in) :: folder
+    integer, intent(inout) :: code
+    type(error_type), allocatable, intent(out) :: error
+    type(campaign_type) :: campaign
+    type(summary_type) :: summary
+    logical, allocatable :: mine(:)
+
+    if (options%one_line) then
+      call print_sweep(configuration, summary, error)
+    else
+      call open_sweep(configuration, folder, options%part, options%parts, campaign, mine, error)
+      if (allocated(error)) return
+      if (.not. options%quiet) write (output_unit, "(a)", advance="no") report_grid(configuration%plan)
+      if (.not. options%merge) call compute_tiles(configuration%plan, campaign, mine, error)
+      if (allocated(error)) return
+      if (options%in_parts) then
+        if (.not. options%quiet) write (output_unit, "(/, a)") "Part " // text(options%part) // " of " // text(options%parts) &
+          & // ": " // counted(count(mine), "tile") // " done; --merge writes sweep.csv when all parts are."
+        return
+      end if
+      call campaign%finish(preamble(options, configuration), summary, error)
+      if (allocated(error)) return
+      if (.not. options%quiet) write (output_unit, "(a)", advance="no") report_sweep(configuration%plan, summary)
+    end if
+    if (options%fail_if_unstable .and. any(summary%verdicts(stable + 1:) > 0)) code = not_stable
+  end subroutine run_sweep
 
   subroutine read_input(options, configuration, error)
     type(options_type), intent(in) :: options

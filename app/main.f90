@@ -4,6 +4,7 @@ program main
   use driver, only: run
   use gestell_base_error, only: error_type
   use gestell_base_version, only: version
+  use limits, only: survive_file_limit
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   implicit none (type, external)
 
@@ -12,6 +13,7 @@ program main
   integer :: code
 
   code = 0
+  call survive_file_limit()
   call parse_command_line(options, error)
   if (.not. allocated(error)) then
     if (options%help) then

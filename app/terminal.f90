@@ -1,8 +1,9 @@
 !> A line on the terminal that says how far the work is; nothing where standard error is no terminal.
 module terminal
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
   use, intrinsic :: iso_c_binding, only: c_int
-  use, intrinsic :: iso_fortran_env, only: error_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64
   implicit none (type, external)
   private
 
@@ -19,22 +20,110 @@ module terminal
 
   integer(c_int), parameter :: standard_error = 2
 
+  !> Points done of many, with their rate.
+  type, public :: progress_type
+    private
+    logical :: shown = .false.
+    integer(int64) :: all = 0, done = 0
+    !> Seconds: of the start, and of the last line.
+    real(dp) :: begin = 0, last = 0
+  contains
+    procedure :: start
+    procedure :: add
+    procedure :: clear
+  end type progress_type
+
+  integer, parameter :: bar = 30, widest = 79
+  !> Seconds between two lines.
+  real(dp), parameter :: pause = 0.1_dp
+
 contains
 
   !> Shows `part`, from 0 to 1, in place of what it showed before; at 1 the line disappears.
   subroutine show_progress(part)
     real(dp), intent(in) :: part
-    integer, parameter :: width = 30
-    integer :: done
 
     if (c_isatty(standard_error) == 0) return
-    done = nint(width * part)
     if (part < 1) then
-      write (error_unit, "(6a)", advance="no") achar(13), "measuring [", repeat("#", done), repeat(".", width - done), "]"
+      call show("measuring " // bar_of(part))
     else
-      write (error_unit, "(3a)", advance="no") achar(13), repeat(" ", width + 12), achar(13)
+      call show("")
     end if
-    flush (error_unit)
   end subroutine show_progress
+
+  !> Begins with `all` points to come.
+  subroutine start(self, all)
+    class(progress_type), intent(out) :: self
+    integer(int64), intent(in) :: all
+
+    self%shown = c_isatty(standard_error) /= 0
+    self%all = all
+    self%begin = now()
+    self%last = self%begin
+  end subroutine start
+
+  !> So many points more are done.
+  subroutine add(self, points)
+    class(progress_type), intent(inout) :: self
+    integer(int64), intent(in) :: points
+    real(dp) :: time, rate
+
+    self%done = self%done + points
+    time = now()
+    if (.not. self%shown .or. time < self%last + pause) return
+    self%last = time
+    rate = real(self%done, dp) / (time - self%begin)
+    call show(bar_of(real(self%done, dp) / real(self%all, dp)) // " " // text(int(100 * self%done / self%all)) // " %, " &
+      & // concise(rate, 3) // " points/s, " // duration(real(self%all - self%done, dp) / rate) // " left")
+  end subroutine add
+
+  !> Removes the line.
+  subroutine clear(self)
+    class(progress_type), intent(in) :: self
+
+    if (self%shown) call show("")
+  end subroutine clear
+
+  !> Puts `words` in place of the line.
+  subroutine show(words)
+    character(len=*), intent(in) :: words
+
+    write (error_unit, "(4a)", advance="no") achar(13), words, repeat(" ", max(0, widest - len(words))), achar(13)
+    flush (error_unit)
+  end subroutine show
+
+  pure function bar_of(part) result(words)
+    real(dp), intent(in) :: part
+    character(len=bar + 2) :: words
+    integer :: done
+
+    done = nint(bar * part)
+    words = "[" // repeat("#", done) // repeat(".", bar - done) // "]"
+  end function bar_of
+
+  !> Seconds as 59 s, 59:59 or 59:59:59.
+  pure function duration(seconds) result(words)
+    real(dp), intent(in) :: seconds
+    character(len=:), allocatable :: words
+    character(len=24) :: buffer
+    integer :: left
+
+    left = nint(min(seconds, 1.0e9_dp))
+    if (left < 60) then
+      write (buffer, "(i0, a)") left, " s"
+    else if (left < 3600) then
+      write (buffer, "(i0, ':', i2.2)") left / 60, mod(left, 60)
+    else
+      write (buffer, "(i0, ':', i2.2, ':', i2.2)") left / 3600, mod(left / 60, 60), mod(left, 60)
+    end if
+    words = trim(buffer)
+  end function duration
+
+  real(dp) function now()
+    integer(int64) :: ticks, rate
+
+    call system_clock(ticks, rate)
+    now = real(ticks, dp) / real(rate, dp)
+  end function now
 
 end module terminal

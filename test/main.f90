@@ -6,6 +6,7 @@ program main
   use test_bounds, only: collect_bounds
   use test_boundary, only: collect_boundary
   use test_boundary_map, only: collect_boundary_map
+  use test_campaign, only: collect_campaign
   use test_cheapest, only: collect_cheapest
   use test_data, only: collect_data
   use test_equivalence, only: collect_equivalence
@@ -95,8 +96,9 @@ program main
     & new_testsuite("rows", collect_rows), &
     & new_testsuite("resonance", collect_resonance), &
     & new_testsuite("sweep", collect_sweep), &
-      & new_testsuite("peaks", collect_peaks), &
-      & new_testsuite("boundary", collect_boundary), &
+    & new_testsuite("campaign", collect_campaign), &
+    & new_testsuite("peaks", collect_peaks), &
+    & new_testsuite("boundary", collect_boundary), &
     & new_testsuite("boundary-map", collect_boundary_map), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("namelist", collect_namelist), &

@@ -11,7 +11,7 @@ module gestell_io_campaign
   use gestell_io_sweep, only: sweep_plan_type
   use gestell_io_sweep_csv, only: growing_table_type, header, open_table, rows
   use gestell_io_sweep_summary, only: summary_type
-  use gestell_io_text, only: counted, decimal
+  use gestell_io_text, only: decimal
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_study_tile_results, only: sweep_columns, tile_results_type
   use, intrinsic :: iso_fortran_env, only: int64
@@ -154,6 +154,8 @@ contains
       done = status == 0 .and. closed == 0 &
         & .and. file_size(origin_name(self) // ".new") == len(version) + 1 + len(content_word(self)) + 1
       if (done) call rename_file(origin_name(self) // ".new", origin_name(self), done)
+      ! another part may have been quicker
+      done = done .or. file_size(origin_name(self)) >= 0
     end if
     if (.not. done) call fatal_error(error, self%folder // "/sweep.blocks: cannot be written; is the disk full?", &
       & failed_computation)
@@ -238,8 +240,8 @@ contains
       list = list // decimal(i)
       named = named + 1
     end do
-    call fatal_error(error, self%folder // "/sweep.blocks: " // counted(missing, "tile") // " of " // decimal(size(self%done)) &
-      & // " missing: " // list, failed_computation)
+    call fatal_error(error, self%folder // "/sweep.blocks: " // decimal(missing) // " of " // decimal(size(self%done)) &
+      & // " tiles are missing: " // list, failed_computation)
   end subroutine tell_missing
 
   !> The last of the tiles that lie beside `first` along the second axis.

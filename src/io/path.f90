@@ -12,7 +12,7 @@ module gestell_io_path
   implicit none (type, external)
   private
 
-  public :: set_value, get_path, set_path_real
+  public :: set_value, get_path, position_of_equals, set_path_real
 
 contains
 

@@ -3,13 +3,15 @@ module gestell_io_sweep_csv
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_io_files, only: file_size, remove_file, rename_file
+  use gestell_io_path, only: position_of_equals
+  use gestell_io_scientific, only: number_width, put_number
   use gestell_study_grid, only: grid_type
   use gestell_study_tile_results, only: column_names, sweep_columns, verdict, verdict_names
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: header, open_table, rows
+  public :: case_lines, header, open_table, rows
 
   !> A file that grows under another name and takes its own when it is complete.
   type, public :: growing_table_type
@@ -23,13 +25,16 @@ module gestell_io_sweep_csv
   end type growing_table_type
 
   character, parameter :: newline = new_line("a")
-  !> As in all result files, and the width.
-  character(len=*), parameter :: number_form = "(es24.16e3)"
-  integer, parameter :: number_width = 24
+
+  !> A parameter's value, written once for many rows.
+  type :: text_type
+    character(len=number_width) :: word = ""
+    integer :: length = 0
+  end type text_type
 
 contains
 
-  !> The names of the columns. A path with a comma stands in quotes.
+  !> The names of the columns.
   pure function header(paths, columns) result(line)
     character(len=*), intent(in) :: paths(:)
     logical, intent(in) :: columns(sweep_columns)
@@ -38,17 +43,51 @@ contains
 
     line = ""
     do i = 1, size(paths)
-      if (scan(paths(i), ",""") > 0) then
-        line = line // """" // doubled(trim(paths(i))) // ""","
-      else
-        line = line // trim(paths(i)) // ","
-      end if
+      line = line // field(trim(paths(i))) // ","
     end do
     do i = 1, sweep_columns
       if (columns(i)) line = line // trim(column_names(i)) // ","
     end do
     line = line(:len(line) - 1)
   end function header
+
+  !> Header and line of one case: what was set by --set, then all columns that are wanted of `values`.
+  pure function case_lines(settings, columns, values) result(lines)
+    character(len=*), intent(in) :: settings(:)
+    logical, intent(in) :: columns(sweep_columns)
+    real(dp), intent(in) :: values(sweep_columns)
+    character(len=:), allocatable :: lines
+    character(len=len(settings)) :: paths(size(settings))
+    type(text_type) :: number
+    integer :: i, equals
+
+    allocate(character(len=0) :: lines)
+    do i = 1, size(settings)
+      equals = position_of_equals(settings(i))
+      paths(i) = adjustl(settings(i)(:equals - 1))
+      lines = lines // field(trim(adjustl(settings(i)(equals + 1:)))) // ","
+    end do
+    do i = 1, sweep_columns
+      if (.not. columns(i)) cycle
+      if (i == verdict) then
+        lines = lines // trim(verdict_names(nint(values(i)))) // ","
+      else
+        number = text_of(values(i))
+        lines = lines // number%word(:number%length) // ","
+      end if
+    end do
+    lines = header(paths, columns) // newline &
+      & // lines(:len(lines) - 1) // newline
+  end function case_lines
+
+  !> A text as a field of the file: in quotes if it has a comma or quotes itself.
+  pure function field(text) result(word)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: word
+
+    word = text
+    if (scan(text, ",""") > 0) word = """" // doubled(text) // """"
+  end function field
 
   !> A text with two quotes for each.
   pure function doubled(text) result(twice)
@@ -71,27 +110,26 @@ contains
     integer, intent(in) :: first(2)
     real(dp), contiguous, intent(in) :: values(:, :, :)
     character(len=:), allocatable :: lines
-    character(len=number_width) :: fast(size(values, 2)), slow
-    character(len=number_width), allocatable :: numbers(:, :, :)
+    type(text_type) :: fast(size(values, 2)), slow
     integer :: i, j, k, n, word
 
     allocate(character(len=size(values, 3) * size(values, 2) * (number_width + 1) * (size(values, 1) + 2)) :: lines)
-    allocate(numbers(size(values, 1), size(values, 2), size(values, 3)))
-    write (numbers, number_form) values
     word = 0
     if (columns(verdict)) word = count(columns(:verdict))
-    if (size(grid%axes) > 1) write (fast, number_form) grid%axes(2)%value([(first(2) + j - 1, j = 1, size(fast))])
+    if (size(grid%axes) > 1) fast = [(text_of(grid%axes(2)%value(first(2) + j - 1)), j = 1, size(fast))]
     n = 0
     do i = 1, size(values, 3)
-      write (slow, number_form) grid%axes(1)%value(first(1) + i - 1)
+      slow = text_of(grid%axes(1)%value(first(1) + i - 1))
       do j = 1, size(values, 2)
-        call put(lines, n, slow, ",")
-        if (size(grid%axes) > 1) call put(lines, n, fast(j), ",")
+        call put(lines, n, slow%word(:slow%length))
+        if (size(grid%axes) > 1) call put(lines, n, fast(j)%word(:fast(j)%length))
         do k = 1, size(values, 1)
           if (k == word) then
-            call put(lines, n, verdict_names(nint(values(k, j, i))), ",")
+            call put(lines, n, trim(verdict_names(nint(values(k, j, i)))))
           else
-            call put(lines, n, numbers(k, j, i), ",")
+            call put_number(lines, n, values(k, j, i))
+            n = n + 1
+            lines(n:n) = ","
           end if
         end do
         lines(n:n) = newline
@@ -100,17 +138,25 @@ contains
     lines = lines(:n)
   end function rows
 
-  !> Adds a word without its blanks, and a mark.
-  pure subroutine put(lines, n, word, mark)
+  !> The text of a parameter's value.
+  pure type(text_type) function text_of(value) result(text)
+    real(dp), intent(in) :: value
+    character(len=:), allocatable :: line
+
+    allocate(character(len=number_width) :: line)
+    call put_number(line, text%length, value)
+    text%word = line
+  end function text_of
+
+  !> Adds a word and a comma.
+  pure subroutine put(lines, n, word)
     character(len=:), allocatable, intent(inout) :: lines
     integer, intent(inout) :: n
-    character(len=*), intent(in) :: word, mark
-    integer :: first, last
+    character(len=*), intent(in) :: word
 
-    first = verify(word, " ")
-    last = len_trim(word)
-    lines(n + 1:n + last - first + 2) = word(first:last) // mark
-    n = n + last - first + 2
+    lines(n + 1:n + len(word)) = word
+    n = n + len(word) + 1
+    lines(n:n) = ","
   end subroutine put
 
   !> Begins the file `name`. Error: it cannot be written.

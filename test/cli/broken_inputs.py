@@ -335,7 +335,8 @@ OPTIONS = [
      "unknown option '--outpt'; did you mean '--output'?"),
     ("unknown option, nothing near", ["--frobnicate", "input.nml"], 1,
      "unknown option '--frobnicate'; known: '--set', '--output', '--check', '--quiet', '--help', "
-     "'--version', '--fail-if-unstable'"),
+     "'--version', '--fail-if-unstable', "
+     "'--part', '--merge', '--one-line'"),
     ("unknown short option", ["-x", "input.nml"], 1,
      "unknown option '-x'; known: '--set', '--output', '--check', '--quiet', '--help', '--version', "
      "'--fail-if-unstable'"),

@@ -27,6 +27,7 @@ from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
                      Table, body, check, equal, files, near, printed, series, tables)
 from mechanisms import MECHANISM_TESTS  # noqa: E402
+from sweeps import SWEEP_TESTS, write_sweep_golden  # noqa: E402
 from ways import WAYS_TESTS  # noqa: E402
 
 CHECKOUT = HERE.parents[1]
@@ -317,7 +318,7 @@ def test_help_and_version():
             equal(f"{arguments}, files", files(folder), ["input.nml"])
         check("help", len(texts) == 1, "one text", texts)
         for word in ("-s, --set", "-o, --output", "--check", "-q, --quiet", "-h, --help", "-V, --version",
-                     "--fail-if-unstable"):
+                     "--fail-if-unstable", "--part i/n", "--merge", "--one-line"):
             check(f"help names {word}", word in run.out, word, run.out)
         check("help, width", all(len(line) <= 80 for line in run.out.splitlines()), "at most 80 columns", run.out)
 
@@ -580,10 +581,11 @@ def main():
         if "--write-golden" in sys.argv:
             write_golden()
             write_averaged_golden()
+            write_sweep_golden()
         for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS,
-                     *WAYS_TESTS):
+                     *WAYS_TESTS, *SWEEP_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

@@ -1,0 +1,30 @@
+!> A family whose members several threads may ask for: one after the other, as reading documents is for one thread.
+module locked_family
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_study_family, only: family_type
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  type, extends(family_type), public :: locked_family_type
+    class(family_type), allocatable :: inner
+  contains
+    procedure :: member
+  end type locked_family_type
+
+contains
+
+  subroutine member(self, parameters, system, error)
+    class(locked_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+
+    ! the same lock as for writing: all of src/io is for one thread
+    !$omp critical (input_and_output)
+    call self%inner%member(parameters, system, error)
+    !$omp end critical (input_and_output)
+  end subroutine member
+
+end module locked_family

@@ -1,0 +1,506 @@
+"""Sweeps: points against single runs, bad inputs, parts, threads, and everything that can interrupt a run."""
+
+import csv
+import os
+import random
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+from broken_inputs import SOUND
+from harness import Folder, Run, Table, check, equal, files, near
+
+GOLDEN = Path(__file__).resolve().parent / "golden" / "sweep"
+FIRST, SECOND = "drive.speed_rpm", "support.stiffness"
+COLUMNS = ["rho_max", "log_rho_max", "rho_error", "verdict", "xi_peak_m", "eta_peak_m", "psi_peak_rad"]
+SWEEP = SOUND.replace("'stability', 'response'", "'sweep'")
+
+
+def axis(parameter, first, last, count, more=""):
+    return f"&sweep parameter='{parameter}', from={first}, to={last}, count={count}{more} /\n"
+
+
+TWO = axis(FIRST, 100, 500, 3) + axis(SECOND, 50000, 200000, 3, ", spacing='log'")
+# 16 tiles, tenths of a second in all: time enough to be interrupted
+LONG = axis(FIRST, 200, 500, 25, ", engine='direct', columns='rho_max','verdict'") + axis(SECOND, 50000, 200000, 40)
+EXPANDED = LONG.replace("'direct'", "'expansion'").replace("from=200, to=500", "from=480, to=500")
+
+
+class Points:
+    """A sweep.csv: its text columns too."""
+
+    def __init__(self, text):
+        self.preamble = [line for line in text.splitlines() if line.startswith("#")]
+        rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
+        self.header, self.rows = rows[0], rows[1:]
+
+    def column(self, name):
+        i = self.header.index(name)
+        return [row[i] if name == "verdict" else float(row[i]) for row in self.rows]
+
+
+def points(folder):
+    path = folder / "sweep.csv"
+    return Points(path.read_text()) if path.exists() else Points("none\n")
+
+
+def same(name, came, expected, tolerance):
+    """Numbers of two lists, relative to the greatest; NaN only where NaN is expected."""
+    greatest = max((abs(value) for value in expected if value == value), default=0.0)
+    wrong = [i for i, (one, two) in enumerate(zip(came, expected))
+             if not (one != one and two != two or abs(one - two) <= tolerance * greatest)]
+    check(name, not wrong and len(came) == len(expected), f"equal to {tolerance:g}", [(i, came[i]) for i in wrong[:3]])
+
+
+# ---- what a sweep gives ----------------------------------------------------------------------------------------------
+
+
+def test_golden():
+    with Folder(input=SWEEP + TWO) as folder:
+        run = Run(folder, "input.nml")
+        run.done("sweep")
+        equal("sweep, files", files(folder / "input"), ["sweep.csv"])
+        check("sweep, report", "SWEEP  of 9 points" in run.out and "stable      9 points" in run.out and "9 solutions" in run.out,
+              "points, verdicts, solutions", run.out)
+        check("sweep, nothing else is computed", "VERDICT" not in run.out, "no single verdict", run.out)
+        came, right = points(folder / "input"), points(GOLDEN)
+        equal("sweep, header", came.header, [FIRST, SECOND, *COLUMNS])
+        equal("sweep, preamble", came.preamble, right.preamble)
+        equal("sweep, parameters", [row[:2] for row in came.rows], [row[:2] for row in right.rows])
+        equal("sweep, verdicts", came.column("verdict"), right.column("verdict"))
+        for name in COLUMNS:
+            if name not in ("verdict", "rho_error"):
+                # the golden numbers were found with a tolerance of 1e-13, these with 1e-9; a peak loses two digits
+                same(f"sweep, {name}", came.column(name), right.column(name), 1e-7 if "peak" in name else 1e-8)
+
+
+def write_sweep_golden():
+    with Folder(input=SWEEP + TWO) as folder:
+        run = Run(folder, "input.nml", "-s", "accuracy.tolerance=1e-13")
+        assert run.code == 0, run.err
+        GOLDEN.mkdir(parents=True, exist_ok=True)
+        text = (folder / "input" / "sweep.csv").read_text().replace("# set: accuracy.tolerance=1e-13\n", "")
+        (GOLDEN / "sweep.csv").write_text(text)
+
+
+def test_as_single_runs():
+    """Every point as a run of its own gives it."""
+    with Folder(input=SWEEP + TWO + "&units stiffness='N/cm' /\n", single=SOUND) as folder:
+        Run(folder, "-q", "input.nml", "-s", "sweep(2).from=500", "-s", "sweep(2).to=2000").done("sweep in other units")
+        table = points(folder / "input")
+        for row in table.rows:
+            speed, stiffness = map(float, row[:2])
+            Run(folder, "-q", "single.nml", "-s", f"{FIRST}={row[0]}", "-s", f"{SECOND}={100 * stiffness!r}").done("single")
+            rho = Table(folder / "single" / "multipliers.csv")["abs"][0]
+            # both to 1e-9; the expansion is checked to the same
+            near(f"sweep as a single run, {speed}, {stiffness}", float(row[2]), rho, 1e-8)
+
+
+def test_shapes():
+    for rows, columns in ((1, 1), (1, 5), (5, 1), (2, 3)):
+        text = axis(FIRST, 200, 200 if rows == 1 else 300, rows) + axis(SECOND, 1e5, 1e5 if columns == 1 else 2e5, columns)
+        with Folder(input=SWEEP + text) as folder:
+            what = f"grid {rows} x {columns}"
+            Run(folder, "-q", "input.nml", "-s", "sweep.columns=rho_max").done(what)
+            table = points(folder / "input")
+            equal(f"{what}, header", table.header, [FIRST, SECOND, "rho_max"])
+            speeds, stiffnesses = table.column(FIRST), table.column(SECOND)
+            equal(f"{what}, rows", len(table.rows), rows * columns)
+            equal(f"{what}, first parameter slow", speeds, sorted(speeds))
+            equal(f"{what}, second parameter fast", stiffnesses, sorted(stiffnesses[:columns]) * rows)
+    with Folder(input=SWEEP + "&sweep parameter='frame.mass', from=18, count=1 /\n") as folder:
+        Run(folder, "-q", "input.nml").done("one value needs no to")
+        equal("one value, rows", len(points(folder / "input").rows), 1)
+    with Folder(input=SWEEP + axis("foundation.stiffness(1,1)", 0, 10, 3)) as folder:
+        Run(folder, "-q", "input.nml").done("a path with a comma")
+        equal("a path with a comma, header", points(folder / "input").header[:2], ["foundation.stiffness(1,1)", "rho_max"])
+
+
+def test_impossible():
+    """A range through a dead point: the sweep goes on."""
+    # the coupler must reach from the crank's circle to the rocker's: 0.33 - 0.16 to 0.07 + 0.40 - 0.16 and so on
+    with Folder(input=SWEEP + axis("joint(B).lengths(1)", 0.1, 0.5, 17)) as folder:
+        Run(folder, "-q", "input.nml").done("through a dead point")
+        table = points(folder / "input")
+        turns = [0.47 - 0.16 < length < 0.33 + 0.16 for length in table.column("joint(B).lengths(1)")]
+        equal("through a dead point", [word != "impossible" for word in table.column("verdict")], turns)
+        check("impossible, no numbers", all(row[1:4] + row[5:] == ["NaN"] * 6 for row, turn in zip(table.rows, turns) if not turn),
+              "NaN", table.rows)
+        run = Run(folder, "-q", "input.nml", "--fail-if-unstable")
+        equal("impossible is not stable", run.code, 10)
+        # the machine of the input itself need not turn
+        run = Run(folder, "input.nml", "-s", "joint(B).lengths(1)=0.1")
+        run.done("the input itself cannot turn")
+        equal("the input itself cannot turn, points", points(folder / "input").rows, table.rows)
+        run = Run(folder, "-q", "input.nml", "-s", "joint(B).lengths(1)=0.1", "-s", "case.tasks='sweep','stability'")
+        equal("the input itself cannot turn, but is asked for", run.code, 3)
+    # no point can turn
+    with Folder(input=SWEEP + TWO) as folder:
+        Run(folder, "-q", "input.nml", "-s", "joint(B).lengths(1)=0.1").done("no point can turn")
+        equal("no point can turn", set(points(folder / "input").column("verdict")), {"impossible"})
+
+
+def test_nearly_singular():
+    """The frame's inertia down to nothing: M is as good as singular at the end, and the sweep comes to its end."""
+    text = axis("frame.inertia", 1e-14, 1, 15, ", spacing='log'")
+    with Folder(input=SWEEP.replace("inertia=0.0060", "inertia=0").replace("inertia=0.0035", "inertia=0")
+                .replace("inertia=0.0070", "inertia=0") + text) as folder:
+        run = Run(folder, "-q", "input.nml", "-s", "frame.mass=1e-9")
+        run.done("M nearly singular")
+        words = set(points(folder / "input").column("verdict"))
+        check("M nearly singular, verdicts", words <= {"stable", "undecided", "unstable", "failed"}, "verdicts", words)
+
+
+def test_other_tasks():
+    with Folder(input=SOUND + TWO) as folder:
+        Run(folder, "-q", "input.nml").done("&sweep without the task")
+        equal("&sweep without the task, files", files(folder / "input"), ["harmonics.csv", "multipliers.csv", "response.csv"])
+        run = Run(folder, "input.nml", "-s", "case.tasks='sweep','stability'", "-o", "both")
+        run.done("sweep and stability")
+        equal("sweep and stability, files", files(folder / "both"), ["multipliers.csv", "sweep.csv"])
+        check("sweep and stability, report", "VERDICT" in run.out and "SWEEP" in run.out, "both", run.out)
+        run = Run(folder, "input.nml", "-s", "case.tasks='sweep'", "--check")
+        run.done("--check of a sweep")
+        check("--check of a sweep", "9 points in 1 tile" in run.out, "9 points in 1 tile", run.out)
+        run = Run(folder, "-q", "input.nml", "-s", "case.tasks='sweep'", "--fail-if-unstable", "-o", "f")
+        equal("all stable", run.code, 0)
+
+
+# ---- bad inputs ------------------------------------------------------------------------------------------------------
+
+LINE = SWEEP.count("\n") + 1
+REFUSED = [
+    ("unknown key", axis("drive.speed", 1, 2, 2), "parameter = 'drive.speed': unknown key 'speed': allowed are speed_rpm"),
+    ("unknown group", axis("frme.mass", 1, 2, 2), "parameter = 'frme.mass': unknown group &frme: did you mean &frame?"),
+    ("unknown link", axis("link(couplr).mass", 1, 2, 2),
+     "parameter = 'link(couplr).mass': unknown link 'couplr'; did you mean 'coupler'?"),
+    ("no path", axis("speed", 1, 2, 2),
+     "parameter = 'speed': a path is GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), as in drive.speed_rpm"),
+    ("a text", axis("frame.dof", 1, 2, 2), "parameter = 'frame.dof': is a text, only numbers can run"),
+    ("a whole number", axis("joint(B).branch", -1, 1, 3), "parameter = 'joint(B).branch': is a whole number, which cannot run"),
+    ("several values", axis("frame.origin", 1, 2, 2), "parameter = 'frame.origin': has 2 values: name one, as in frame.origin(1)"),
+    ("an order", axis("accuracy.tolerance", 1e-9, 1e-3, 2),
+     "parameter = 'accuracy.tolerance': &accuracy gives orders, only numbers of the machine can run"),
+    ("a sweep of a sweep", axis("sweep.from", 1, 2, 2),
+     "parameter = 'sweep.from': &sweep gives orders, only numbers of the machine can run"),
+    ("count 0", axis(FIRST, 1, 2, 0), "count = 0: must be at least 1"),
+    ("count negative", axis(FIRST, 1, 2, -3), "count = -3: must be at least 1"),
+    ("empty range", axis(FIRST, 1, 1, 2), "to = 1: the range is empty: from equals to"),
+    ("one value, two ends", axis(FIRST, 1, 2, 1), "count = 1: one value cannot be two: from and to differ"),
+    ("logarithmic through zero", axis(FIRST, -1, 2, 3, ", spacing='log'"),
+     "to = 2: a logarithmic range keeps off zero: from and to need the same sign"),
+    ("unknown spacing", axis(FIRST, 1, 2, 3, ", spacing='lin'"), "spacing = 'lin': unknown; known: 'linear', 'log'"),
+    ("unknown engine", axis(FIRST, 1, 2, 3, ", engine='drect'"), "engine = 'drect': unknown; did you mean 'direct'?"),
+    ("unknown column", axis(FIRST, 1, 2, 3, ", columns='verdict','rhomax'"),
+     "columns(2) = 'rhomax': unknown; did you mean 'rho_max'?"),
+    ("negative mass", axis("frame.mass", -1, 20, 3), "frame.mass = -1: must be positive"),
+    ("negative stiffness at the end", axis(SECOND, 10, -10, 3), "support.stiffness = -10: must not be negative"),
+    ("speed zero in between", axis(FIRST, -100, 100, 3), "drive.speed_rpm = 0: must not be zero"),
+    ("negative length", axis("joint(B).lengths(1)", 0.3, -0.1, 3), "joint(B).lengths(1) = -0.1: must be positive"),
+    ("unsymmetric stiffness", axis("foundation.stiffness(1,2)", 0, 5, 3),
+     "foundation.stiffness(1,2) = 2.5: the matrix must be symmetric, c12 is 2.5 and c21 is 0"),
+    ("from is missing", f"&sweep parameter='{FIRST}', to=2, count=3 /\n", "from: must be given"),
+    ("to is missing", f"&sweep parameter='{FIRST}', from=2, count=3 /\n", "to: must be given"),
+    ("count is missing", f"&sweep parameter='{FIRST}', from=2, to=3 /\n", "count: must be given"),
+    ("parameter is missing", "&sweep from=2, to=3, count=2 /\n", "parameter: must be given"),
+]
+REFUSED_SECOND = [
+    ("the same path twice", axis(FIRST, 1, 2, 2) * 2, "&sweep 2: parameter = 'drive.speed_rpm': runs already, in &sweep 1"),
+    ("all and one of them", axis(SECOND, 1, 2, 2) + axis("support(2).stiffness(1)", 1, 2, 2),
+     "&sweep 2: parameter = 'support(2).stiffness(1)': runs already, in &sweep 1"),
+    ("two engines", axis(FIRST, 1, 2, 3, ", engine='auto'") + axis(SECOND, 1, 2, 3, ", engine='direct'"),
+     "&sweep 2: engine = 'direct': is another one than in &sweep 1"),
+    ("two sets of columns", axis(FIRST, 1, 2, 3, ", columns='rho_max'") + axis(SECOND, 1, 2, 3, ", columns='verdict'"),
+     "&sweep 2: columns = 'verdict': are others than in &sweep 1"),
+]
+
+
+def test_refused():
+    for what, text, message in REFUSED:
+        with Folder(input=SWEEP + text) as folder:
+            Run(folder, "input.nml", "-q").refused(f"sweep, {what}", 2, f"input.nml:{LINE}: &sweep: {message}")
+            equal(f"sweep, {what}: nothing is written", files(folder), ["input.nml"])
+    for what, text, message in REFUSED_SECOND:
+        with Folder(input=SWEEP + text) as folder:
+            Run(folder, "input.nml", "-q").refused(f"sweep, {what}", 2, f"input.nml:{LINE + 1}: {message}")
+    with Folder(input=SWEEP + TWO + axis("frame.mass", 1, 2, 2)) as folder:
+        Run(folder, "input.nml").refused("three sweeps", 2, f"input.nml:{LINE + 2}: &sweep 3: is one too many: a sweep has one "
+                                         "or two parameters")
+    with Folder(input=SWEEP) as folder:
+        Run(folder, "input.nml").refused("no &sweep", 2, "input.nml:1: &case: tasks = 'sweep': needs a group &sweep: parameter, "
+                                         "from, to, count")
+    with Folder(input=SWEEP + TWO) as folder:
+        for what, options, code, message in (
+                ("--set", ["-s", "sweep(1).from=-1", "-s", "sweep(1).parameter=frame.mass"], 2,
+                 f"input.nml:{LINE}: &sweep 1: frame.mass = -1: must be positive"),
+                ("--set of a count", ["-s", "sweep(1).count=0"], 2, "--set sweep(1).count=0: must be at least 1"),
+                ("part 0", ["--part", "0/3"], 1, "--part 0/3: must be i/n, as in 3/8: the third of eight parts"),
+                ("part 4 of 3", ["--part=4/3"], 1, "--part 4/3: must be i/n, as in 3/8: the third of eight parts"),
+                ("part and merge", ["--part", "1/3", "--merge"], 1, "options '--part' and '--merge' exclude each other"),
+                ("part without a value", ["--part"], 1, "option '--part' needs a value"),
+                ("merge without the task", ["--merge", "-s", "case.tasks=response"], 1, "--part and --merge need the task 'sweep'"),
+                ("verdict is no column", ["--fail-if-unstable", "-s", "sweep.columns=rho_max"], 1,
+                 "--fail-if-unstable needs the column 'verdict' of the sweep"),
+                ("one line of nothing", ["--one-line", "-s", "case.tasks=trade"], 1,
+                 "--one-line needs a task 'stability', 'modes', 'response' or 'sweep'")):
+            Run(folder, "-q", "input.nml", *options).refused(f"sweep, {what}", code, message)
+            equal(f"sweep, {what}: nothing is written", files(folder), ["input.nml"])
+
+
+# ---- threads and parts -----------------------------------------------------------------------------------------------
+
+
+def undisturbed(folder):
+    run = Run(folder, "-q", "input.nml", "-o", "undisturbed")
+    run.done("undisturbed sweep")
+    return (folder / "undisturbed" / "sweep.csv").read_bytes() if run.code == 0 else b""
+
+
+def test_threads():
+    for text in (LONG, EXPANDED):
+        with Folder(input=SWEEP + text) as folder:
+            right = undisturbed(folder)
+            for threads in "1234":
+                Run(folder, "-q", "input.nml", "-o", threads, environment={"OMP_NUM_THREADS": threads}).done(f"{threads} threads")
+                equal(f"{threads} threads, same bytes", (folder / threads / "sweep.csv").read_bytes() == right, True)
+
+
+def test_parts():
+    with Folder(input=SWEEP + LONG) as folder:
+        right = undisturbed(folder)
+        for n in (1, 3, 20):
+            output = folder / str(n)
+            for i in range(1, n + 1):
+                run = Run(folder, "input.nml", "-o", str(n), "--part", f"{i}/{n}", "-s", "case.tasks='sweep','stability'")
+                run.done(f"part {i}/{n}")
+                check(f"part {i}/{n}, says so", f"Part {i} of {n}" in run.out and "VERDICT" not in run.out, "the part", run.out)
+                equal(f"part {i}/{n}, files", files(output), ["sweep.blocks"])
+                if i == 1 < n:
+                    run = Run(folder, "-q", "input.nml", "-o", str(n), "--merge", "-s", "case.tasks='sweep','stability'")
+                    run.refused("merge of too few", 4, re.compile(rf"{n}/sweep\.blocks: \d+ of 16 tiles are missing: [\d, .]+"))
+            Run(folder, "-q", "input.nml", "-o", str(n), "--merge", "-s", "case.tasks='sweep','stability'").done(f"{n} parts")
+            text = (output / "sweep.csv").read_bytes().replace(b"# set: case.tasks='sweep','stability'\n", b"")
+            equal(f"{n} parts, same bytes", text == right, True)
+            equal(f"{n} parts, files", files(output), ["sweep.csv"])
+        # two at the same time
+        runs = [subprocess.Popen([Run.program, "-q", "input.nml", "-o", "both", "--part", f"{i}/2"], cwd=folder) for i in (1, 2)]
+        equal("two parts at once", [run.wait() for run in runs], [0, 0])
+        Run(folder, "-q", "input.nml", "-o", "both").done("the rest without --merge")
+        equal("two parts at once, same bytes", (folder / "both" / "sweep.csv").read_bytes() == right, True)
+
+
+# ---- interruptions ---------------------------------------------------------------------------------------------------
+
+
+def test_killed():
+    """Killed at random moments, again and again: what a block holds is not computed again, the bytes are the same."""
+    chance = random.Random(6)
+    with Folder(input=SWEEP + LONG) as folder:
+        begin = time.monotonic()
+        right = undisturbed(folder)
+        seconds = time.monotonic() - begin
+        for trial in range(5):
+            output = folder / f"killed{trial}"
+            kept = 0
+            for _ in range(200):
+                run = subprocess.Popen([Run.program, "-q", "input.nml", "-o", output.name], cwd=folder, stderr=subprocess.PIPE)
+                try:
+                    run.wait(chance.uniform(0.1, 0.6) * seconds)
+                except subprocess.TimeoutExpired:
+                    run.send_signal(signal.SIGKILL)
+                message = run.communicate()[1]
+                if run.returncode == 0:
+                    break
+                equal(f"killed, trial {trial}", (run.returncode, message), (-signal.SIGKILL, b""))
+                check("killed, no half sweep.csv", not (output / "sweep.csv").exists()
+                      or (output / "sweep.csv").read_bytes() == right, "none, or all of it", "another")
+                blocks = [name for name in files(output / "sweep.blocks") if name.isdigit()]
+                check(f"killed, trial {trial}, blocks stay", len(blocks) >= kept or not blocks, f">= {kept}", len(blocks))
+                kept = len(blocks)
+            equal(f"killed, trial {trial}, same bytes", (output / "sweep.csv").read_bytes() == right, True)
+            equal(f"killed, trial {trial}, files", files(output), ["sweep.csv"])
+
+
+def first_part(folder, output, part="1/2"):
+    Run(folder, "-q", "input.nml", "-o", output, "--part", part).done("a part")
+    return folder / output / "sweep.blocks"
+
+
+def test_damaged():
+    """Blocks that are cut off, changed in a bit, empty, or not ours are computed again."""
+    with Folder(input=SWEEP + LONG) as folder:
+        right = undisturbed(folder)
+        for what, change in (
+                ("cut off", lambda data: data[:-8]),
+                ("cut off within a word", lambda data: data[:100]),
+                ("longer", lambda data: data + bytes(8)),
+                ("empty", lambda data: b""),
+                ("a bit of a number", lambda data: data[:200] + bytes([data[200] ^ 1]) + data[201:]),
+                ("a bit of the head", lambda data: data[:8] + bytes([data[8] ^ 128]) + data[9:]),
+                ("the last bit", lambda data: data[:-1] + bytes([data[-1] ^ 128])),
+                ("zeros", lambda data: bytes(len(data))),
+                ("a text", lambda data: b"gestell " * (len(data) // 8))):
+            output = "damaged " + what
+            blocks = first_part(folder, output)
+            victim = sorted(path for path in blocks.iterdir() if path.name.isdigit())[1]
+            victim.write_bytes(change(victim.read_bytes()))
+            run = Run(folder, "-q", "input.nml", "-o", output)
+            equal(f"block {what}", (run.code, run.err), (0, f"note: {output}/sweep.blocks: 1 damaged block: computed again\n"))
+            equal(f"block {what}, same bytes", (folder / output / "sweep.csv").read_bytes() == right, True)
+        # two blocks that changed places
+        blocks = first_part(folder, "swapped")
+        one, two = sorted(path for path in blocks.iterdir() if path.name.isdigit())[:2]
+        one.rename(blocks / "x")
+        two.rename(one)
+        (blocks / "x").rename(two)
+        run = Run(folder, "-q", "input.nml", "-o", "swapped")
+        equal("blocks swapped", (run.code, run.err), (0, "note: swapped/sweep.blocks: 2 damaged blocks: computed again\n"))
+        equal("blocks swapped, same bytes", (folder / "swapped" / "sweep.csv").read_bytes() == right, True)
+
+
+def test_foreign():
+    """Another input or version: refused, nothing changed. Layout and comments do not matter."""
+    other = SWEEP + LONG
+    with Folder(input=other, changed=other.replace("mass=18.0", "mass=18.5"),
+                same="! mine\n" + other.replace("mass=18.0, ", "\n mass=1.80d1 ! kg\n")) as folder:
+        right = undisturbed(folder)
+        hint = "; remove this folder to start afresh, or name another with --output"
+        blocks = first_part(folder, "out")
+        before = {path.name: path.read_bytes() for path in blocks.iterdir()}
+        for what, options in (("changed", ["changed.nml"]), ("--set", ["input.nml", "-s", "frame.mass=18.5"]),
+                              ("another grid", ["input.nml", "-s", "sweep(1).count=41"])):
+            run = Run(folder, "-q", *options, "-o", "out")
+            run.refused(f"foreign blocks, {what}", 1, "out/sweep.blocks: points of an unfinished sweep that do not fit, the input "
+                        "was another one" + hint)
+            after = {path.name: path.read_bytes() for path in blocks.iterdir()}
+            equal(f"foreign blocks, {what}: nothing changed", (files(folder / "out"), after == before), (["sweep.blocks"], True))
+        origin = blocks / "origin"
+        text = origin.read_text()
+        origin.write_text(text.replace(text.splitlines()[0], "0.0.9"))
+        run = Run(folder, "-q", "input.nml", "-o", "out")
+        check("foreign blocks, version", run.code == 1 and "version 0.0.9 of gestell began it" in run.err and hint in run.err,
+              "the version", run.err)
+        # the note is lost: the blocks know themselves
+        origin.unlink()
+        run = Run(folder, "-q", "changed.nml", "-o", "out")
+        run.refused("foreign blocks, no note", 1, "out/sweep.blocks: points of an unfinished sweep that do not fit, the input or "
+                    "the version differs" + hint)
+        Run(folder, "-q", "same.nml", "-o", "out").done("another layout goes on")
+        came = (folder / "out" / "sweep.csv").read_bytes().replace(b"same.nml", b"input.nml")
+        equal("another layout, same bytes", came == right, True)
+
+
+def limited(size):
+    """A disk that is full at `size` bytes a file."""
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+    return limit
+
+
+def test_full_disk():
+    """Exit code 4 and one line; the blocks so far stay, and with more room the rest follows."""
+    with Folder(input=SWEEP + LONG) as folder:
+        right = undisturbed(folder)
+        # too little for a block of 60 points, then for the table
+        for what, size in (("a block", 512), ("the table", len(right) - 1)):
+            run = Run(folder, "-q", "input.nml", "-o", what, preexec_fn=limited(size))
+            run.refused(f"disk full, {what}", 4, re.compile(rf"{what}/sweep.*: cannot be written: .+"))
+            check(f"disk full, {what}: no table", "sweep.csv" not in files(folder / what), "none", files(folder / what))
+            blocks = [name for name in files(folder / what / "sweep.blocks") if name.isdigit()]
+            equal(f"disk full, {what}: blocks stay", len(blocks), 0 if size == 512 else 16)
+            Run(folder, "-q", "input.nml", "-o", what).done(f"disk full, {what}: with more room")
+            equal(f"disk full, {what}: same bytes", (folder / what / "sweep.csv").read_bytes() == right, True)
+            equal(f"disk full, {what}: files", files(folder / what), ["sweep.csv"])
+        if os.geteuid() == 0 and shutil.which("mount"):
+            small_disk(folder, right)
+        else:
+            print("skipped: a small disk of its own, which only root can mount")
+
+
+def small_disk(folder, right):
+    """A file system that is full after some blocks."""
+    disk = folder / "disk"
+    disk.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=40k", "none", disk], stderr=subprocess.DEVNULL).returncode:
+        print("skipped: a small disk of its own, which cannot be mounted here")
+        return
+    try:
+        run = Run(folder, "-q", "input.nml", "-o", "disk/out")
+        run.refused("small disk", 4, re.compile(r"disk/out/sweep.*: cannot be written.*"))
+        kept = {path.name: path.read_bytes() for path in (disk / "out" / "sweep.blocks").iterdir() if path.name.isdigit()}
+        check("small disk, some blocks", 0 < len(kept) < 16, "some", len(kept))
+        subprocess.run(["mount", "-o", "remount,size=4m", disk], check=True)
+        Run(folder, "-q", "input.nml", "-o", "disk/out").done("small disk, with more room")
+        equal("small disk, same bytes", (disk / "out" / "sweep.csv").read_bytes() == right, True)
+    finally:
+        subprocess.run(["umount", disk], check=False)
+
+
+# ---- for shell scripts -----------------------------------------------------------------------------------------------
+
+
+def test_one_line():
+    with Folder(input=SOUND, sweep=SWEEP + TWO) as folder:
+        for tasks, columns in (("stability", COLUMNS[:4]), ("response", COLUMNS[4:]), ("stability,response", COLUMNS)):
+            run = Run(folder, "--one-line", "input.nml", "-s", f"case.tasks={tasks}", "-s", f"{FIRST}=300", "-s",
+                      "frame.origin=-0.2,0.2")
+            run.done(f"--one-line, {tasks}")
+            table = Points(run.out)
+            equal(f"--one-line, {tasks}, header", table.header, ["case.tasks", FIRST, "frame.origin", *columns])
+            equal(f"--one-line, {tasks}, line", [row[:3] for row in table.rows], [[tasks, "300", "-0.2,0.2"]])
+            equal(f"--one-line, {tasks}: no files", files(folder), ["input.nml", "sweep.nml"])
+        single = Points(run.out)
+        run = Run(folder, "--one-line", "-q", "sweep.nml")
+        run.done("--one-line, sweep")
+        lines = Points(run.out)
+        Run(folder, "-q", "sweep.nml").done("sweep to a file")
+        table = points(folder / "sweep")
+        equal("--one-line, sweep: as sweep.csv", (lines.header, lines.rows), (table.header, table.rows))
+        middle = [row for row in table.rows if float(row[0]) == 300 and abs(float(row[1]) - 1e5) < 1]
+        equal("the middle is there", len(middle), 1)
+        run = Run(folder, "--one-line", "input.nml", "-s", f"{FIRST}={middle[0][0]}", "-s", f"{SECOND}={middle[0][1]}")
+        came = Points(run.out)
+        for name in COLUMNS[:1] + COLUMNS[4:]:
+            right = float(middle[0][table.header.index(name)])
+            near(f"--one-line, as the sweep: {name}", came.column(name)[0], right, 1e-7 * abs(right))
+        equal("--one-line, another machine", single.rows[0][3:] != came.rows[0][2:], True)
+        run = Run(folder, "--one-line", "input.nml", "-s", "foundation.damping=0,0,0", "--fail-if-unstable")
+        equal("--one-line --fail-if-unstable", (run.code, Points(run.out).column("verdict")), (10, ["undecided"]))
+
+
+def test_progress():
+    """A bar on a terminal, at most ten times a second, and nothing of it elsewhere."""
+    with Folder(input=SWEEP + LONG + "&accuracy tolerance=1e-14 /\n") as folder:
+        try:
+            leader, follower = os.openpty()
+        except OSError:
+            print("skipped: the progress bar, without a terminal to show it")
+            return
+        begin = time.monotonic()
+        run = subprocess.Popen([Run.program, "-q", "input.nml"], cwd=folder, stderr=follower)
+        os.close(follower)
+        shown = b""
+        while True:
+            try:
+                piece = os.read(leader, 4096)
+            except OSError:
+                break
+            if not piece:
+                break
+            shown += piece
+        run.wait()
+        seconds = time.monotonic() - begin
+        os.close(leader)
+        bars = shown.count(b"points/s")
+        check("progress, bars", 1 <= bars <= 10 * seconds + 1, f"1 to {10 * seconds + 1:.0f}", bars)
+        check("progress, the line disappears", shown.split(b"\r")[-2].strip() == b"", "blanks", shown[-100:])
+
+
+SWEEP_TESTS = (test_golden, test_as_single_runs, test_shapes, test_impossible, test_nearly_singular, test_other_tasks,
+               test_refused, test_threads, test_parts, test_killed, test_damaged, test_foreign, test_full_disk, test_one_line,
+               test_progress)
