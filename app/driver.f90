@@ -1,5 +1,6 @@
 !> What the program does with an input file.
 module driver
+  use bordering, only: run_borders
   use cli, only: options_type
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
@@ -13,6 +14,7 @@ module driver
   use gestell_io_namelist, only: read_document
   use gestell_io_path, only: set_value
   use gestell_io_report, only: report_machine, report_results
+  use gestell_io_report_borders, only: report_borders, report_search
   use gestell_io_report_mechanism, only: report_mechanism, report_transmission
   use gestell_io_report_trade, only: report_model, report_trade
   use gestell_io_report_sweep, only: report_grid, report_sweep
@@ -23,6 +25,7 @@ module driver
   use one_line, only: print_case, print_sweep
   use sweeping, only: compute_tiles, open_sweep
   use terminal, only: show_progress
+  use gestell_study_boundary_task, only: border_results_type
   use gestell_study_analysis, only: analyse, analysis_type
   use gestell_study_model_trade, only: measure_model, model_trade_type
   use gestell_study_tile_results, only: stable, verdict
@@ -48,6 +51,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(configuration_type) :: configuration
     type(error_type), allocatable :: failure
+    type(border_results_type) :: borders
     character(len=:), allocatable :: folder
 
     code = 0
@@ -62,6 +66,7 @@ contains
       if (.not. allocated(configuration%impossible)) write (output_unit, "(a)", advance="no") &
         & report_mechanism(configuration%frame)
       if (configuration%sweep) write (output_unit, "(a)", advance="no") report_grid(configuration%plan)
+      if (configuration%boundary) write (output_unit, "(a)", advance="no") report_search(configuration%plan)
       write (output_unit, "(/, a)") "The input is sound; nothing more was computed (--check)."
       return
     end if
@@ -72,6 +77,12 @@ contains
     end if
     if (configuration%sweep) call run_sweep(options, configuration, folder, code, error)
     if (allocated(error)) return
+    if (configuration%boundary .and. .not. (options%in_parts .or. options%merge .or. options%one_line)) then
+      call run_borders(configuration, folder, preamble(options, configuration), borders, error)
+      if (allocated(error)) return
+      if (.not. options%quiet) write (output_unit, "(a)", advance="no") &
+        & report_search(configuration%plan) // report_borders(configuration%plan, borders)
+    end if
     if (.not. (options%quiet .or. options%one_line)) write (output_unit, "(/, a)") "files in " // folder // "/"
     ! The verdict stands even where the vibration could not be computed.
     if (code == 0 .and. allocated(failure)) call move_alloc(failure, error)

@@ -62,7 +62,7 @@ program stability_chart
   type(tile_results_type) :: results
   type(error_type), allocatable :: error
   character :: chart(columns, rows)
-  integer :: k
+  integer :: k, i
 
   call new_axis(axes(1), from=-2.0_dp, to=13.0_dp, count=columns, logarithmic=.false., error=error)
   if (.not. allocated(error)) call new_axis(axes(2), from=0.0_dp, to=6.0_dp, count=rows, logarithmic=.false., error=error)
@@ -74,7 +74,9 @@ program stability_chart
     tile = grid%tile(k)
     call solve_tile(family, grid, tile, order, results, error)
     if (allocated(error)) exit
-    chart(tile%first(1):tile%last(1), tile%first(2):tile%last(2)) = transpose(signs(nint(results%values(1, :, :))))
+    do i = tile%first(1), tile%last(1)
+      chart(i, tile%first(2):tile%last(2)) = signs(nint(results%values(1, :, i - tile%first(1) + 1)))
+    end do
   end do
   if (allocated(error)) then
     write (error_unit, "(a)") error%message

@@ -26,6 +26,8 @@ module gestell
     & mechanism_type, table_columns
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
+  use gestell_study_boundary_map, only: border_map_type, border_vertex_type, trace_borders
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
   use gestell_study_point, only: solve_point, sweep_order_type

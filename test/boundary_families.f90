@@ -6,7 +6,7 @@ module boundary_families
   use gestell_io_configuration, only: configuration_type, read_configuration
   use gestell_io_document, only: document_type
   use gestell_io_namelist, only: read_document
-  use gestell_io_path, only: set_path_real
+  use gestell_io_path, only: set_path_real, set_value
   use gestell_io_schema, only: input_schema
   use gestell_study_family, only: family_type
   use gestell_system_periodic, only: periodic_system
@@ -146,13 +146,20 @@ contains
     p(2:, 2:) = reshape([real(self%pair), aimag(self%pair), -aimag(self%pair), real(self%pair)], [2, 2])
   end subroutine height_matrix
 
-  !> The family of the machine in `file` over `paths`.
-  subroutine new_machine_family(file, paths, family, error)
+  !> The family of the machine in `file` over `paths`, with other `settings` if there are any.
+  subroutine new_machine_family(file, paths, family, error, settings)
     character(len=*), intent(in) :: file, paths(:)
     type(machine_family), intent(out) :: family
     type(error_type), allocatable, intent(out) :: error
+    character(len=*), intent(in), optional :: settings(:)
+    integer :: k
 
     call read_document(file, family%doc, error)
+    if (present(settings)) then
+      do k = 1, size(settings)
+        if (.not. allocated(error)) call set_value(family%doc, input_schema(), trim(settings(k)), error)
+      end do
+    end if
     if (.not. allocated(error)) call check_document(family%doc, input_schema(), error)
     family%paths(:size(paths)) = paths
   end subroutine new_machine_family

@@ -5,6 +5,7 @@ program main
   use test_base, only: collect_base
   use test_bounds, only: collect_bounds
   use test_boundary, only: collect_boundary
+  use test_boundary_machines, only: collect_boundary_machines
   use test_boundary_map, only: collect_boundary_map
   use test_campaign, only: collect_campaign
   use test_cheapest, only: collect_cheapest
@@ -99,6 +100,7 @@ program main
     & new_testsuite("campaign", collect_campaign), &
     & new_testsuite("peaks", collect_peaks), &
     & new_testsuite("boundary", collect_boundary), &
+    & new_testsuite("boundary-machines", collect_boundary_machines), &
     & new_testsuite("boundary-map", collect_boundary_map), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("namelist", collect_namelist), &

@@ -1,16 +1,13 @@
-!> Critical values of one parameter and the nearest stable system, against known borders and plain bisection.
+!> Critical values of one parameter and the nearest stable system, against known borders.
 module test_boundary
-  use boundary_families, only: flutter_family, height_family, machine_family, mathieu_family, new_machine_family
+  use boundary_families, only: flutter_family, height_family, mathieu_family
   use boundary_oracles, only: characteristic_values, mathieu_trace
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_study_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
-  use gestell_system_periodic, only: periodic_system
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -33,8 +30,7 @@ contains
       & new_unittest("flutter without damping", test_krein), &
       & new_unittest("an impossible range between two borders", test_gap), &
       & new_unittest("a logarithmic axis", test_logarithmic), &
-      & new_unittest("nearest stable system", test_nearest), &
-      & new_unittest("rocking sieve over speed: plain bisection", test_sieve)]
+      & new_unittest("nearest stable system", test_nearest)]
   end subroutine collect_boundary
 
   subroutine borders_of(family, axis, tolerance, borders, error)
@@ -282,61 +278,5 @@ contains
     call nearest_stable(height_family(), [0.6_dp, 1.0_dp], 2, [range, range], accuracy_type(), 1.0e-10_dp, nearest, failure)
     call check(error, nearest%value, 0.8_dp, thr=3.0e-9_dp, more="second parameter")
   end subroutine test_nearest
-
-  !> Parametric instability near twice the natural frequency, against bisection by solutions of the usual kind.
-  subroutine test_sieve(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(machine_family) :: sieve
-    type(gestell_error), allocatable :: failure
-    type(border_type), allocatable :: borders(:)
-    integer :: i
-
-    call new_machine_family("data/rocking_sieve.nml", ["drive.speed_rpm"], sieve, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    call borders_of(sieve, axis_type(120.0_dp, 300.0_dp, 10), 1.0e-11_dp, borders, error)
-    if (allocated(error)) return
-    call check(error, size(borders), 2)
-    if (allocated(error)) return
-    call check(error, all(borders%kind == "period_doubling"))
-    if (allocated(error)) return
-    do i = 1, 2
-      ! Verdicts fail to tell sides within their errors, 1e-12, times the change of the speed in which ln rho changes by 1.
-      call check(error, borders(i)%value, bisected(sieve, 120.0_dp + 109 * (i - 1), 229.0_dp + 71 * (i - 1)), thr=1.0e-8_dp)
-      if (allocated(error)) return
-    end do
-  end subroutine test_sieve
-
-  !> Where the largest multiplier is 1 between two values of the only parameter.
-  real(dp) function bisected(family, from, to) result(middle)
-    class(family_type), intent(in) :: family
-    real(dp), intent(in) :: from, to
-    class(periodic_system), allocatable :: system
-    type(floquet_type) :: floquet
-    type(multipliers_type) :: multipliers
-    type(gestell_error), allocatable :: failure
-    real(dp) :: ends(2), log_rho(3), t(3)
-    integer :: halving, k
-
-    ends = [from, to]
-    do halving = 1, 45
-      t = [ends(1), (ends(1) + ends(2)) / 2, ends(2)]
-      middle = t(2)
-      do k = 1, 2
-        call family%member([t(k)], system, failure)
-        if (.not. allocated(failure)) call solve_floquet(system, accuracy_type(tolerance=1.0e-12_dp), .false., floquet, failure)
-        if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
-        if (allocated(failure)) return
-        log_rho(k) = multipliers%log_abs(1)
-      end do
-      if (log_rho(1) * log_rho(2) > 0) then
-        ends(1) = middle
-      else
-        ends(2) = middle
-      end if
-    end do
-  end function bisected
 
 end module test_boundary

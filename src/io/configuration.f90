@@ -12,7 +12,7 @@ module gestell_io_configuration
   use gestell_io_mechanism, only: read_mechanism
   use gestell_io_message, only: input_error
   use gestell_io_schema, only: input_schema, schema_type
-  use gestell_io_sweep, only: read_sweep, sweep_plan_type
+  use gestell_io_sweep, only: read_borders, read_sweep, sweep_plan_type
   use gestell_io_units, only: find_unit, unit_names, unit_type, units_type
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism, only: mechanism_type
@@ -76,6 +76,10 @@ contains
     call read_sweep(doc, schema, units, configuration%plan, error)
     configuration%plan%order%accuracy = configuration%accuracy
     configuration%plan%order%averaged = configuration%tasks%averaged
+    if (allocated(error) .or. .not. configuration%boundary) return
+    configuration%plan%borders%accuracy = configuration%accuracy
+    configuration%plan%borders%averaged = configuration%tasks%averaged
+    call read_borders(doc, schema, configuration%plan, error)
   end subroutine read_configuration
 
   !> Whether anything is asked about the machine of the input itself, and not only about others.

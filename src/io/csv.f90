@@ -12,14 +12,15 @@ module gestell_io_csv
 contains
 
   !> Writes `values`, shape (columns, rows), to `folder`/`name`. With `first_index` an integer column leads, which
-  !> counts the rows from there; with `labels` the columns that these hold. `header` holds the names of all columns.
+  !> counts the rows from there; with `labels` the columns that these hold; with `tails` those that follow. `header` holds
+  !> the names of all columns.
   !> Error: the file cannot be written.
-  subroutine write_table(folder, name, preamble, header, values, error, first_index, labels)
+  subroutine write_table(folder, name, preamble, header, values, error, first_index, labels, tails)
     character(len=*), intent(in) :: folder, name, preamble(:), header
     real(dp), intent(in) :: values(:, :)
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: first_index
-    character(len=*), intent(in), optional :: labels(:)
+    character(len=*), intent(in), optional :: labels(:), tails(:)
     character(len=256) :: message
     character(len=:), allocatable :: line
     integer :: unit, status, i, k
@@ -38,6 +39,7 @@ contains
         line = row(values(:, k))
         if (present(first_index)) line = text(first_index + k - 1) // "," // line
         if (present(labels)) line = trim(labels(k)) // "," // line
+        if (present(tails)) line = line // "," // trim(tails(k))
       end if
       write (unit, "(a)", iostat=status, iomsg=message) line
       bytes = bytes + len(line) + 1

@@ -56,7 +56,8 @@ module gestell_io_schema
       group_rule("model",      required=.false., repeatable=.false.), &
       group_rule("accuracy",   required=.false., repeatable=.false.), &
       group_rule("response",   required=.false., repeatable=.false.), &
-      group_rule("sweep",      required=.false., repeatable=.true.)]
+      group_rule("sweep",      required=.false., repeatable=.true.), &
+      group_rule("boundary",   required=.false., repeatable=.false.)]
 
   type(key_rule), parameter :: key_table(*) = [ &
       key_rule("case", "title", text_key), &
@@ -122,7 +123,8 @@ module gestell_io_schema
       key_rule("sweep", "count", integer_key), &
       key_rule("sweep", "spacing", text_key), &
       key_rule("sweep", "engine", text_key), &
-      key_rule("sweep", "columns", text_key, 1, 1, 7)]
+      key_rule("sweep", "columns", text_key, 1, 1, 7), &
+      key_rule("boundary", "tolerance", real_key)]
 
 contains
 

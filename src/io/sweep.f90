@@ -2,21 +2,24 @@
 module gestell_io_sweep
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_io_document, only: document_type, group_type, groups_named, has, word_length
+  use gestell_io_document, only: document_type, group_type, groups_named, has, the_group, word_length
   use gestell_io_family, only: document_family_type, new_document_family
-  use gestell_io_get, only: at_least, get
+  use gestell_io_get, only: at_least, get, positive
   use gestell_io_locate, only: find_target, target_type
   use gestell_io_message, only: in_group, input_error, label
+  use gestell_io_path, only: get_path
   use gestell_io_schema, only: integer_key, schema_type, text_key
   use gestell_io_text, only: decimal, shown
   use gestell_io_units, only: units_type
+  use gestell_study_boundary, only: usual_deviation, usual_tolerance
+  use gestell_study_boundary_task, only: border_order_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_order_type
   use gestell_study_tile_results, only: column_names
   implicit none (type, external)
   private
 
-  public :: read_sweep
+  public :: read_borders, read_sweep
 
   !> A sweep as it was ordered. Accuracy and model stand in the same `order`, but come from their own groups.
   type, public :: sweep_plan_type
@@ -24,11 +27,15 @@ module gestell_io_sweep
     character(len=:), allocatable :: paths(:)
     type(grid_type) :: grid
     type(sweep_order_type) :: order
+    !> What is wanted of borders.
+    type(border_order_type) :: borders
     type(document_family_type) :: family
+    !> The parameters of the input's own machine, where it is one of the family.
+    real(dp), allocatable :: base(:)
   end type sweep_plan_type
 
   !> Groups whose keys are orders and no part of the machine.
-  character(len=*), parameter :: orders(*) = [character(len=8) :: "case", "accuracy", "response", "sweep"]
+  character(len=*), parameter :: orders(*) = [character(len=8) :: "case", "accuracy", "response", "sweep", "boundary"]
   character(len=*), parameter :: engines(*) = [character(len=9) :: "auto", "expansion", "direct"]
   character(len=*), parameter :: spacings(*) = [character(len=6) :: "linear", "log"]
   !> Values of an axis that are tried before anything is computed, at the most.
@@ -89,6 +96,54 @@ contains
     end if
     call try_values(groups, plan, error)
   end subroutine read_sweep
+
+  !> What is wanted of borders over the parameters of `plan`. Errors: a range that is a point, a tolerance out of bounds.
+  subroutine read_borders(doc, schema, plan, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(sweep_plan_type), intent(inout) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:)
+    type(group_type) :: group
+    integer :: k
+
+    groups = groups_named(doc, "sweep")
+    do k = 1, size(groups)
+      if (plan%grid%axes(k)%count > 1) cycle
+      call input_error(groups(k), "count", "must be at least 2 where a border is sought", error)
+      return
+    end do
+    group = the_group(doc, "boundary")
+    call get(group, "tolerance", plan%borders%tolerance, error, default=merge(usual_tolerance, usual_deviation, &
+      & size(groups) == 1), must=positive)
+    if (allocated(error)) return
+    if (plan%borders%tolerance < 1.0e-13_dp .or. plan%borders%tolerance > 0.1_dp) then
+      call input_error(group, "tolerance", "must lie between 1e-13 and 0.1", error)
+      return
+    end if
+    call read_base(doc, schema, plan)
+  end subroutine read_borders
+
+  !> The values that the document gives the parameters; none where it gives one of them no value, or several.
+  subroutine read_base(doc, schema, plan)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(sweep_plan_type), intent(inout) :: plan
+    type(document_type) :: copy
+    type(error_type), allocatable :: none
+    real(dp), allocatable :: values(:)
+    real(dp) :: base(size(plan%paths))
+    integer :: k
+
+    copy = doc
+    do k = 1, size(base)
+      call get_path(copy, schema, trim(plan%paths(k)), values, none)
+      if (allocated(none)) return
+      if (any(abs(values - values(1)) > 0)) return
+      base(k) = values(1)
+    end do
+    plan%base = base
+  end subroutine read_base
 
   !> The group &case, which orders the sweep.
   pure type(group_type) function case_group(doc) result(group)

@@ -185,7 +185,7 @@ contains
     type(vertices_type), intent(inout) :: curves
     integer, intent(inout) :: rough
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: most_divisions = 40
+    integer, parameter :: most_divisions = 12
     integer :: here, next
 
     here = start

@@ -101,15 +101,16 @@ contains
     end do
   end subroutine find_change
 
-  !> Follows |f(kind)|, which is least at `m` of the three points, to its minimum until its sign or the verdict changes or
-  !> the system is missing: `new` is that point, `event` that there is one. Every other step takes the minimum of the
-  !> parabola through the three points, the others the golden section; where the parabola remains far from zero the search
-  !> ends.
-  subroutine approach_zero(family, line, kind, l, m, r, new, event, error)
+  !> Follows |f(kind)|, which is least at `m` of the three points, to its minimum until its sign changes, the system is missing,
+  !> or with `any_change` the verdict changes: `new` is that point, `event` that there is one. Every other step takes the
+  !> minimum of the parabola through the three points, the others the golden section; where the parabola remains far from
+  !> zero the search ends.
+  subroutine approach_zero(family, line, kind, l, m, r, any_change, new, event, error)
     class(family_type), intent(in) :: family
     type(line_type), intent(in) :: line
     integer, intent(in) :: kind
     type(probe_type), intent(in) :: l, m, r
+    logical, intent(in) :: any_change
     type(probe_type), intent(out) :: new
     logical, intent(out) :: event
     type(error_type), allocatable, intent(out) :: error
@@ -142,7 +143,7 @@ contains
       event = new%missing()
       if (event) return
       if (kind == flutter .and. (new%reciprocal .neqv. m%reciprocal)) return
-      event = sign_here * new%f(kind) < 0 .or. (new%is_unstable() .neqv. m%is_unstable())
+      event = sign_here * new%f(kind) < 0 .or. (any_change .and. (new%is_unstable() .neqv. m%is_unstable()))
       if (event) return
       call narrow(x, f, next, sign_here * new%f(kind))
     end do

@@ -5,6 +5,7 @@ module gestell_study_boundary_scan
   use gestell_study_boundary_crossing, only: crossings_type, last_before, same_sign, separate
   use gestell_study_boundary_functions, only: border_kinds, flutter
   use gestell_study_boundary_line, only: line_type, probe_line, probe_type
+  use gestell_study_boundary_resolution, only: resolve
   use gestell_study_boundary_root, only: approach_zero
   use gestell_study_family, only: family_type
   implicit none (type, external)
@@ -35,8 +36,9 @@ contains
 
   !> Borders between the first and the last of the `nodes`, ascending, in pieces where there are systems.
   !>
-  !> Between neighbouring nodes the functions' signs and the verdicts are compared. Where a function does not change its
-  !> sign but is nearest to zero at a node, it is followed to its minimum: a narrow region may lie there.
+  !> Nodes are added where they do not resolve the functions. Between neighbours the functions' signs and the verdicts are
+  !> compared. Where a function does not change its sign but is nearest to zero at a node, it is followed to its minimum: a
+  !> narrow region may lie there.
   !> Error: the parameters make no sense.
   subroutine scan_line(family, line, nodes, found, error)
     class(family_type), intent(in) :: family
@@ -46,19 +48,23 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> One more search point beside each end: what falls away from the end has a minimum there.
     real(dp), parameter :: beside = 0.01_dp
-    type(probe_type), allocatable :: probes(:)
+    type(probe_type), allocatable :: probes(:), resolved(:)
     type(probe_type) :: last
     integer :: n, i, kind
 
-    n = size(nodes) + 2
+    allocate(resolved(size(nodes)))
+    resolved = nodes
+    call resolve(family, line, resolved, error)
+    if (allocated(error)) return
+    n = size(resolved) + 2
     allocate(probes(n))
-    probes(1) = nodes(1)
-    probes(3:n - 2) = nodes(2:size(nodes) - 1)
-    probes(n) = nodes(size(nodes))
-    associate (first => nodes(1)%t, final => nodes(size(nodes))%t)
-      call probe_line(family, line, first + beside * (nodes(2)%t - first), probes(2), error)
+    probes(1) = resolved(1)
+    probes(3:n - 2) = resolved(2:n - 3)
+    probes(n) = resolved(n - 2)
+    associate (first => probes(1)%t, final => probes(n)%t)
+      call probe_line(family, line, first + beside * (resolved(2)%t - first), probes(2), error)
       if (allocated(error)) return
-      call probe_line(family, line, final - beside * (final - nodes(size(nodes) - 1)%t), probes(n - 1), error)
+      call probe_line(family, line, final - beside * (final - resolved(n - 3)%t), probes(n - 1), error)
       if (allocated(error)) return
     end associate
 
@@ -101,7 +107,8 @@ contains
     dips = abs(m%f(kind)) <= abs(l%f(kind)) .and. abs(m%f(kind)) < abs(r%f(kind))
   end function dips
 
-  !> The borders about the least value of a function, if there are any.
+  !> The borders about the least value of a function, if there are any. What changes the verdict first may be another
+  !> function's region nearby: then the function is followed once more, as far as its own zeros.
   subroutine look_closer(family, line, kind, l, m, r, found, error)
     class(family_type), intent(in) :: family
     type(line_type), intent(in) :: line
@@ -111,19 +118,22 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(probe_type) :: new, low, high
     logical :: event
+    integer :: attempt
 
-    call approach_zero(family, line, kind, l, m, r, new, event, error)
-    if (allocated(error) .or. .not. event) return
-    if (new%missing()) then
-      call last_before(family, line, l, new, low, error)
-      if (.not. allocated(error)) call last_before(family, line, r, new, high, error)
-      if (allocated(error)) return
+    do attempt = 1, 2
+      call approach_zero(family, line, kind, l, m, r, attempt == 1, new, event, error)
+      if (allocated(error) .or. .not. event) return
+      low = new
+      high = new
+      if (new%missing()) then
+        call last_before(family, line, l, new, low, error)
+        if (.not. allocated(error)) call last_before(family, line, r, new, high, error)
+        if (allocated(error)) return
+      end if
       call separate(family, line, l, low, usual_depth, found, error)
       if (.not. allocated(error)) call separate(family, line, high, r, usual_depth, found, error)
-    else
-      call separate(family, line, l, new, usual_depth, found, error)
-      if (.not. allocated(error)) call separate(family, line, new, r, usual_depth, found, error)
-    end if
+      if (allocated(error) .or. new%missing() .or. .not. same_sign(new%f(kind), l%f(kind))) return
+    end do
   end subroutine look_closer
 
 end module gestell_study_boundary_scan

@@ -53,7 +53,7 @@ INPUTS = [
      "input.nml:2: unknown group &drve: did you mean &drive?"),
     ("unknown group, nothing near", added("&engine power=1 /"), 2,
      "input.nml:16: unknown group &engine: allowed are &case, &drive, &units, &joint, &link, "
-     "&mass_functions, &frame, &support, &foundation, &model, &accuracy, &response, &sweep"),
+     "&mass_functions, &frame, &support, &foundation, &model, &accuracy, &response, &sweep, &boundary"),
     ("group given twice", added("&drive speed_rpm=1 /"), 2,
      "input.nml:16: &drive: may stand only once (first in line 2)"),
     ("no drive", without(2), 2,
@@ -339,7 +339,7 @@ OPTIONS = [
      "'--part', '--merge', '--one-line'"),
     ("unknown short option", ["-x", "input.nml"], 1,
      "unknown option '-x'; known: '--set', '--output', '--check', '--quiet', '--help', '--version', "
-     "'--fail-if-unstable'"),
+     "'--fail-if-unstable', '--part', '--merge', '--one-line'"),
     ("--set without value", ["input.nml", "--set"], 1,
      "option '--set' needs a value"),
     ("-s without value", ["input.nml", "-s"], 1,

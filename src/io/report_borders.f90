@@ -1,0 +1,131 @@
+!> The report on borders of stability for people.
+module gestell_io_report_borders
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_io_sweep, only: sweep_plan_type
+  use gestell_io_text, only: counted, padded
+  use gestell_study_boundary, only: nearest_type
+  use gestell_study_boundary_functions, only: flutter, kind_names
+  use gestell_study_boundary_map, only: border_map_type, border_vertex_type
+  use gestell_study_boundary_task, only: border_results_type
+  implicit none (type, external)
+  private
+
+  public :: report_borders, report_search
+
+  character, parameter :: newline = new_line("a")
+  !> Curves that are listed, at the most.
+  integer, parameter :: most_listed = 40
+
+contains
+
+  !> Where borders are sought.
+  pure function report_search(plan) result(report)
+    type(sweep_plan_type), intent(in) :: plan
+    character(len=:), allocatable :: report
+    integer :: k
+
+    report = newline // "BORDERS OF STABILITY  to " // concise(plan%borders%tolerance, 2) // " of the ranges" // newline
+    do k = 1, size(plan%grid%axes)
+      associate (axis => plan%grid%axes(k))
+        report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9) // " to " // concise(axis%to, 9) // ", " &
+          & // counted(axis%count, "search point") // ", " // trim(merge("logarithmic", "linear     ", axis%logarithmic)) // newline
+      end associate
+    end do
+  end function report_search
+
+  !> What was found.
+  pure function report_borders(plan, results) result(report)
+    type(sweep_plan_type), intent(in) :: plan
+    type(border_results_type), intent(in) :: results
+    character(len=:), allocatable :: report
+    integer :: i, k
+
+    report = newline
+    if (allocated(results%map)) then
+      report = report // curves_of(results%map, plan%paths)
+    else
+      if (size(results%values) == 0) report = report // "  none between the search points" // newline
+      do i = 1, size(results%values)
+        associate (v => results%values(i))
+          report = report // padded(concise(v%value, 13), 20) // " +- " // concise(v%error, 2) // "  " // words(v%kind)
+          if (v%kind == kind_names(flutter)) report = report // " at " // concise(v%arg_rad) // " rad"
+          report = report // ", below " // trim(v%below) // ", above " // trim(v%above) // newline
+        end associate
+      end do
+    end if
+    if (.not. allocated(results%nearest)) return
+    report = report // newline // "  The machine of the input is " // trim(results%nearest(1)%verdict) &
+      & // "; the nearest that is not unstable" // newline
+    do k = 1, size(results%nearest)
+      report = report // "    along " // trim(plan%paths(k)) // ": " // way_to(results%nearest(k)) // newline
+    end do
+  end function report_borders
+
+  pure function way_to(nearest) result(sentence)
+    type(nearest_type), intent(in) :: nearest
+    character(len=:), allocatable :: sentence
+
+    if (nearest%found) then
+      sentence = concise(nearest%value, 12) // " (" // trim(merge("less", "more", nearest%distance < 0)) // " by " &
+        & // concise(abs(nearest%distance), 6) // "), " // trim(nearest%there)
+    else
+      sentence = "none in the range"
+    end if
+  end function way_to
+
+  pure function curves_of(map, paths) result(report)
+    type(border_map_type), intent(in) :: map
+    character(len=*), intent(in) :: paths(:)
+    character(len=:), allocatable :: report
+    integer :: c, first, last
+
+    report = "  " // counted(map%curves, "curve") // ", " // text(size(map%vertices)) // " vertices; (" &
+      & // trim(paths(1)) // ", " // trim(paths(2)) // ")" // newline
+    do c = 1, min(map%curves, most_listed)
+      first = findloc(map%vertices%curve, c, dim=1)
+      last = findloc(map%vertices%curve, c, dim=1, back=.true.)
+      report = report // "  curve" // padded(text(c), 4) // " from " // place(map%vertices(first)%parameters)
+      if (all(abs(map%vertices(first)%parameters - map%vertices(last)%parameters) <= 0)) then
+        report = report // " round and back"
+      else
+        report = report // " to " // place(map%vertices(last)%parameters)
+      end if
+      report = report // kinds_of(map%vertices(first:last)) // newline
+    end do
+    if (map%curves > most_listed) report = report // "  ... all in boundary.csv" // newline
+    if (map%rough > 0) report = report // "  note: " // counted(map%rough, "way") // " between vertices could " &
+      & // "not be refined, as at the tip of a tongue" // newline
+  end function curves_of
+
+  !> ": divergence, flutter", in the order in which they follow each other first.
+  pure function kinds_of(curve) result(list)
+    type(border_vertex_type), intent(in) :: curve(:)
+    character(len=:), allocatable :: list
+    integer :: i
+
+    list = ": " // words(curve(1)%kind)
+    do i = 2, size(curve)
+      if (index(list, words(curve(i)%kind)) == 0) list = list // ", " // words(curve(i)%kind)
+    end do
+  end function kinds_of
+
+  pure function place(parameters)
+    real(dp), intent(in) :: parameters(2)
+    character(len=:), allocatable :: place
+
+    place = "(" // concise(parameters(1), 6) // ", " // concise(parameters(2), 6) // ")"
+  end function place
+
+  !> With blanks in place of underscores.
+  pure function words(kind)
+    character(len=*), intent(in) :: kind
+    character(len=:), allocatable :: words
+    integer :: k
+
+    words = trim(kind)
+    k = index(words, "_")
+    if (k > 0) words(k:k) = " "
+  end function words
+
+end module gestell_io_report_borders

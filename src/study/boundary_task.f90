@@ -1,0 +1,110 @@
+!> The task `boundary`: borders over one or two parameters, and the way from an unstable machine to the nearest stable one.
+module gestell_study_boundary_task
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_model_frame, only: frame_type
+  use gestell_study_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type, usual_tolerance
+  use gestell_study_boundary_map, only: border_map_type, trace_borders
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: grid_type
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: solve_borders
+
+  !> What is wanted.
+  type, public :: border_order_type
+    type(accuracy_type) :: accuracy
+    !> Relative to the ranges: of values of one parameter, and of curves.
+    real(dp) :: tolerance = usual_tolerance
+    !> Whether M, B, C are averaged over the turn.
+    logical :: averaged = .false.
+  end type border_order_type
+
+  type, public :: border_results_type
+    !> One parameter: its critical values.
+    type(border_type), allocatable :: values(:)
+    !> Two: the curves.
+    type(border_map_type), allocatable :: map
+    !> From the base along each parameter; unallocated without a base, and where it is not unstable.
+    type(nearest_type), allocatable :: nearest(:)
+  end type border_results_type
+
+  !> The frames of a family with averaged coefficients.
+  type, extends(family_type) :: averaged_family_type
+    class(family_type), pointer :: family => null()
+  contains
+    procedure :: member => averaged_member
+  end type averaged_family_type
+
+contains
+
+  !> Borders within the ranges of `grid`; with `base` (all parameters) also what is stable nearest to it.
+  !> Error: the parameters make no sense.
+  subroutine solve_borders(family, grid, order, results, error, base)
+    class(family_type), intent(in), target :: family
+    type(grid_type), intent(in) :: grid
+    type(border_order_type), intent(in) :: order
+    type(border_results_type), intent(out) :: results
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: base(:)
+    type(averaged_family_type) :: averaged
+
+    if (order%averaged) then
+      averaged%family => family
+      call solve_family(averaged, grid, order, results, error, base)
+    else
+      call solve_family(family, grid, order, results, error, base)
+    end if
+  end subroutine solve_borders
+
+  subroutine solve_family(family, grid, order, results, error, base)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(border_order_type), intent(in) :: order
+    type(border_results_type), intent(inout) :: results
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: base(:)
+    type(accuracy_type) :: fine
+    integer :: k
+
+    fine = order%accuracy
+    fine%tolerance = min(fine%tolerance, border_accuracy)
+    if (size(grid%axes) == 1) then
+      call find_borders(family, grid%axes(1), fine, order%tolerance, results%values, error)
+    else
+      allocate(results%map)
+      call trace_borders(family, grid, order%accuracy, order%tolerance, results%map, error)
+    end if
+    if (allocated(error) .or. .not. present(base)) return
+    allocate(results%nearest(size(base)))
+    do k = 1, size(base)
+      call nearest_stable(family, base, k, grid%axes, fine, min(order%tolerance, usual_tolerance), results%nearest(k), error)
+      if (allocated(error)) return
+    end do
+    if (results%nearest(1)%found .and. .not. abs(results%nearest(1)%distance) > 0) deallocate(results%nearest)
+  end subroutine solve_family
+
+  subroutine averaged_member(self, parameters, system, error)
+    class(averaged_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+    type(averaged_system) :: model
+
+    call self%family%member(parameters, system, error)
+    if (allocated(error)) return
+    select type (system)
+    class is (frame_type)
+      call system%averaged(model)
+    class default
+      return
+    end select
+    deallocate(system)
+    allocate(system, source=model)
+  end subroutine averaged_member
+
+end module gestell_study_boundary_task

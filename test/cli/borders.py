@@ -1,0 +1,91 @@
+"""The task `boundary` as a user meets it: boundary.csv, the report, the nearest stable machine, what is refused."""
+
+import math
+from pathlib import Path
+
+from harness import Folder, Run, check, equal, files, near
+
+SIEVE = (Path(__file__).resolve().parents[2] / "data" / "rocking_sieve.nml").read_text().replace("'stability'", "'boundary'")
+SPEED = "&sweep parameter='drive.speed_rpm', from=120.0, to=300.0, count=10 /\n"
+DAMPING = "&sweep parameter='foundation.damping(3)', from=0.2, to=10.0, count=8 /\n"
+# As plain bisection by single solutions finds them (test/test_boundary.f90 does so too).
+BORDERS = (217.756724550, 245.981254672)
+
+
+def rows(folder):
+    """Header and rows of boundary.csv, words as they are."""
+    lines = [line for line in (folder / "boundary.csv").read_text().splitlines() if line[0] != "#"]
+    return lines[0], [line.split(",") for line in lines[1:]]
+
+
+def test_one_parameter():
+    with Folder(input=SIEVE + SPEED) as folder:
+        run = Run(folder, "input.nml")
+        if not run.done("borders over the speed"):
+            return
+        equal("borders: files", files(folder / "input"), ["boundary.csv"])
+        header, table = rows(folder / "input")
+        equal("borders: header", header, "curve,drive.speed_rpm,arg_rad,kind,drive.speed_rpm_error,below,above")
+        equal("borders: words", [(row[0], row[3], row[5], row[6]) for row in table],
+              [("1", "period_doubling", "stable", "unstable"), ("2", "period_doubling", "unstable", "stable")])
+        for row, border in zip(table, BORDERS):
+            near("borders: value", float(row[1]), border, 1e-8)
+            near("borders: argument", float(row[2]), math.pi, 1e-15)
+            for side, word in ((-1, row[5]), (1, row[6])):
+                value = float(row[1]) + 10 * side * float(row[4])
+                single = Run(folder, "-s", "case.tasks=stability", "-s", f"drive.speed_rpm={value!r}", "-s",
+                             "accuracy.tolerance=1e-12", "input.nml")
+                check(f"borders: verdict at {value}", f"VERDICT  {word}" in single.out, word, single.out[-900:-600])
+        check("borders: report", "217.7567" in run.out and "below stable, above unstable" in run.out, "both", run.out)
+        check("borders: nearest", "along drive.speed_rpm: 217.7567" in run.out and "less by 11.24" in run.out, "it", run.out)
+
+        again = Run(folder, "-s", "drive.speed_rpm=150", "input.nml")
+        check("borders: nothing to say of a stable machine", again.code == 0 and "nearest" not in again.out, "", again.out)
+        narrow = Run(folder, "-s", "sweep(1).from=225", "-s", "sweep(1).to=235", "input.nml")
+        check("borders: none", "none between the search points" in narrow.out and "none in the range" in narrow.out, "",
+              narrow.out)
+        equal("borders: none, file", rows(folder / "input")[1], [])
+
+
+def test_two_parameters():
+    with Folder(input=SIEVE + SPEED + DAMPING) as folder:
+        run = Run(folder, "input.nml")
+        if not run.done("borders over speed and damping"):
+            return
+        header, table = rows(folder / "input")
+        equal("curves: header", header, "curve,drive.speed_rpm,foundation.damping(3),arg_rad,kind,"
+              "drive.speed_rpm_error,foundation.damping(3)_error")
+        equal("curves: one, of one kind", {(row[0], row[4]) for row in table}, {("1", "period_doubling")})
+        # From edge to edge at the least damping, unstable on the left: from the right to the left, over the tip.
+        first, last = ([float(word) for word in row[1:3]] for row in (table[0], table[-1]))
+        near("curves: first vertex on the edge", first[1], 0.2, 1e-12)
+        near("curves: last vertex on the edge", last[1], 0.2, 1e-12)
+        check("curves: unstable side on the left", first[0] > 229 > last[0], "229 between", (first, last))
+        # At the damping of the input the curve passes through the critical values: the deviation is 1e-3 of 180 rpm.
+        for border in BORDERS:
+            places = []
+            for a, b in zip(table, table[1:]):
+                (x, y), (v, w) = ((float(row[1]), float(row[2])) for row in (a, b))
+                if (y - 1.5) * (w - 1.5) <= 0 and y != w:
+                    places.append(x + (v - x) * (1.5 - y) / (w - y))
+            near("curves: through the critical value", min(places, key=lambda x: abs(x - border)), border, 0.3)
+        check("curves: report", "1 curve, " in run.out and "period doubling" in run.out, "it", run.out)
+        bytes_of = (folder / "input" / "boundary.csv").read_bytes()
+        Run(folder, "-q", "input.nml").done("curves: again")
+        equal("curves: the same bytes", (folder / "input" / "boundary.csv").read_bytes() == bytes_of, True)
+
+
+def test_refused():
+    with Folder(input=SIEVE, one=SIEVE + SPEED, point=SIEVE + SPEED.replace("to=300.0, count=10", "count=1")) as folder:
+        Run(folder, "input.nml").refused(
+            "borders: over nothing", 2, "input.nml:4: &case: tasks = 'boundary': needs a group &sweep: parameter, from, to, count")
+        Run(folder, "point.nml").refused(
+            "borders: over a point", 2, "point.nml:11: &sweep: count = 1: must be at least 2 where a border is sought")
+        Run(folder, "-s", "boundary.tolerance=0.2", "one.nml").refused(
+            "borders: a coarse tolerance", 2, "--set boundary.tolerance=0.2: must lie between 1e-13 and 0.1")
+        done = Run(folder, "--check", "one.nml")
+        check("borders: --check", done.code == 0 and "10 search points" in done.out and not (folder / "one").exists(), "it",
+              done.out)
+
+
+BORDER_TESTS = (test_one_parameter, test_two_parameters, test_refused)
