@@ -35,6 +35,11 @@ class Case:
     def label(self):
         return f"{self.name} at {self.rpm:g} rpm"
 
+    @property
+    def size(self):
+        """Unit of x_p."""
+        return math.hypot(*(x / s for x, s in zip(self.xp, self.scale)))
+
     def errors(self, method, values):
         """True errors of Phi(T), or of the multipliers, and of x0."""
         if method in WHOLE:
@@ -91,10 +96,9 @@ class Program:
         return self.order(case, method, setting, seconds, LIMIT + seconds)
 
     def order(self, case, method, setting, seconds, limit):
-        size = math.hypot(*(x / s for x, s in zip(case.xp, case.scale)))
-        numbers = " ".join(repr(x) for x in (setting, seconds, size, *case.scale))
+        numbers = " ".join(repr(x) for x in (setting, seconds, case.size, *case.scale))
         try:
-            self.process.stdin.write(f"{case.name} {case.rpm:g} {method} {numbers}\n")
+            self.process.stdin.write(f"{case.name} {case.rpm:.17g} {method} {numbers}\n")
             ready, _, _ = select.select([self.process.stdout], [], [], limit)
             line = self.process.stdout.readline() if ready else ""
         except BrokenPipeError:

@@ -5,7 +5,8 @@
 #
 # What is missing of the peers is skipped with a word on how to install it. PYTHON names the Python with SciPy, numba and
 # numbalsoda, CC and CXX the compilers of the peers, FLAGS the flags of the library. A whole run takes an hour or so; with
-# --ours-only the library is measured alone, with --cases khang_four_bar:240 one case.
+# --ours-only the library is measured alone, with --cases khang_four_bar:240 one case. --charts-only measures the charts of a
+# million machines alone and renews the last section of bench/RESULTS.md.
 
 set -eu
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
@@ -16,8 +17,9 @@ peer_flags="-O3 -march=native"
 mkdir -p "$build"
 say() { printf 'bench: %s\n' "$*" >&2; }
 
+# library NAME FOLDER FLAGS
 library() {
-  fpm install --directory bench/speed --prefix "$build/$1" --profile release --flag "$2" >"$build/$1.log" 2>&1 ||
+  fpm install --directory "$2" --prefix "$build/$1" --profile release --flag "$3" >"$build/$1.log" 2>&1 ||
     { tail -n 20 "$build/$1.log" >&2; exit 1; }
 }
 
@@ -35,16 +37,35 @@ module() {
   "$python" -c "import $1" 2>/dev/null || skipped+=("$1 is skipped; to have it: pip install $1")
 }
 
+# The section on charts, the last of bench/RESULTS.md.
+charts() {
+  local alone=()
+  if [[ $ours_only ]]; then alone=(--ours-only); fi
+  say "charts"
+  library chart bench/chart "$flags"
+  library gestell . "$flags"
+  python3 bench/charts.py "$build" --python "$python" ${alone[@]+"${alone[@]}"} >"$build/charts.md"
+  sed -i '${/^$/d;}' "$build/charts.md"
+}
+
+ours_only='' charts_only='' options=()
+for word; do
+  case $word in
+    --charts-only) charts_only=yes ;;
+    --ours-only) ours_only=yes options+=("$word") ;;
+    *) options+=("$word") ;;
+  esac
+done
 python=${PYTHON:-python3}
 cc=${CC:-gcc} cxx=${CXX:-g++}
 skipped=()
 say "building"
-library speed "$flags"
+[[ $charts_only ]] || library speed bench/speed "$flags"
 peer gsl libgsl-dev "$cc" gsl.c -lgsl -lgslcblas
 peer boost libboost-dev "$cxx" boost.cpp
 peer sundials libsundials-dev "$cc" sundials.c -lsundials_arkode -lsundials_cvode -lsundials_nvecserial
 for name in scipy numba numbalsoda; do module $name; done
-if [[ " $* " == *" --ours-only "* ]]; then skipped=(); fi
+if [[ $ours_only ]]; then skipped=(); fi
 for line in ${skipped[@]+"${skipped[@]}"}; do say "$line"; done
 
 versions() {
@@ -75,15 +96,23 @@ print()
 PYTHON
 }
 
-say "comparing"
 "$python" -c 'import sys; sys.exit(sys.version_info < (3, 8))' || { say "$python is too old"; exit 1; }
-python3 bench/compare.py "$build" --python "$python" --csv "$build/trials.csv" "$@" >"$build/comparison.md"
+if [[ $charts_only ]]; then
+  charts
+  sed '/^## Charts$/,$d' bench/RESULTS.md | sed -e :a -e '/^\n*$/{$d;N;ba' -e '}' >"$build/before.md"
+  { cat "$build/before.md"; echo; cat "$build/charts.md"; } >bench/RESULTS.md
+  say "bench/RESULTS.md has its section on charts"
+  exit
+fi
+
+say "comparing"
+python3 bench/compare.py "$build" --python "$python" --csv "$build/trials.csv" ${options[@]+"${options[@]}"} >"$build/comparison.md"
 
 say "counting operations"
 "$cc" -O3 -march=native bench/peak.c -o "$build/peak"
 peak=$("$build/peak")
 if command -v valgrind >/dev/null; then
-  library counted "-O3 -march=x86-64-v3"
+  library counted bench/speed "-O3 -march=x86-64-v3"
   python3 bench/operations.py "$build/counted/bin/speed" "$build/speed/bin/speed" "$peak" data \
     "khang_four_bar 240 gauss8 32" "khang_four_bar 240 gauss10 16" "khang_four_bar 240 auto 1e-9" \
     "khang_four_bar 1 multipliers 1e-9" >"$build/operations.md"
@@ -91,12 +120,13 @@ else
   echo "Not counted: valgrind is missing (apt-get install valgrind)." >"$build/operations.md"
 fi
 
-fpm install --directory bench/kernel --prefix "$build/kernel" --profile release --flag "$flags" >"$build/kernel.log" 2>&1 ||
-  { tail -n 20 "$build/kernel.log" >&2; exit 1; }
+library kernel bench/kernel "$flags"
 "$build/kernel/bin/kernel" "$peak" >"$build/kernel.md"
 
 say "trying flags"
 bash bench/flags.sh >"$build/flags.md"
+
+charts
 
 cat - "$build/comparison.md" >bench/RESULTS.md <<TEXT
 # Results of the benchmarks
@@ -132,5 +162,7 @@ TEXT
   cat "$build/kernel.md"
   printf '\n## What flags are worth\n\nShortest times, in turn.\n\n'
   cat "$build/flags.md"
+  printf '\n'
+  cat "$build/charts.md"
 } >>bench/RESULTS.md
 say "bench/RESULTS.md is written"

@@ -117,6 +117,11 @@ static inline void add_support(machine *k, double x, double y, double kx, double
     }
 }
 
+static inline void scale_stiffness(machine *k, double factor) {
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) k->stiffness[i][j] *= factor;
+}
+
 /* ---- the frame -------------------------------------------------------------------------------------------------- */
 
 /* (9) to (12), M eliminated once for C, B and h together: G = -M^-1 [C B] and M^-1 h, then y' for all columns. */

@@ -19,13 +19,13 @@ MACHINES = {
 
 
 
-def mounting(name):
-    """Stiffness and damping of supports and foundation."""
+def mounting(name, factor=1.0):
+    """Stiffness, times a factor, and damping of supports and foundation."""
     supports, foundation = MACHINES[name][6:]
     c, b = np.zeros((3, 3)), np.diag(foundation)
     for x, y, kx, ky, bx, by in supports:
         along, across = np.array([1.0, 0.0, -y]), np.array([0.0, 1.0, x])
-        c = c + kx * np.outer(along, along) + ky * np.outer(across, across)
+        c = c + factor * (kx * np.outer(along, along) + ky * np.outer(across, across))
         b = b + bx * np.outer(along, along) + by * np.outer(across, across)
     return c, b
 
@@ -113,12 +113,12 @@ def kinematics(compiled):
     return {"khang_four_bar": four_bar, "compressor": slider_crank, "watt_six_bar": six_bar}
 
 
-def python_side(name, rpm, size, unit):
+def python_side(name, rpm, size, unit, factor=1.0):
     """side(t, y) in Python: numbers for the kinematics, numpy for the products."""
     sums = kinematics(lambda function: function)[name]
     mass, inertia, xi, eta, links, links_inertia = MACHINES[name][:6]
     w = rpm * pi / 30
-    c, b = mounting(name)
+    c, b = mounting(name, factor)
     unit = np.array(unit)
     steady = -np.hstack([c, b]) * unit
     rate = (unit[3:] / unit[:3])[:, None]
@@ -194,8 +194,8 @@ def compiled_sides(compiled):
     return {name: build(sums) for name, sums in kinematics(compiled).items()}
 
 
-def numbers(name, rpm, size, unit):
+def numbers(name, rpm, size, unit, factor=1.0):
     """0 the crank's speed, 1 to 6 as in MACHINES, 7 size, 8 to 13 units, 14 to 31 -[C B] by rows, times the units."""
-    c, b = mounting(name)
+    c, b = mounting(name, factor)
     steady = -np.hstack([c, b]) * np.array(unit)
     return np.concatenate([[rpm * pi / 30], MACHINES[name][:6], [size], unit, steady.ravel()])

@@ -65,10 +65,10 @@ def links_of(name, angle):
             yield mass, inertia, carried(p, q, length, along, left), u[0] * acceleration[1] - u[1] * acceleration[0]
 
 
-def plain_side(name, rpm, size, unit):
+def plain_side(name, rpm, size, unit, factor=1.0):
     mass, inertia, xi, eta, links, links_inertia = MACHINES[name][:6]
     w = rpm * np.pi / 30
-    stiffness, damping = mounting(name)
+    stiffness, damping = mounting(name, factor)
     unit = np.array(unit)
 
     def side(t, y):

@@ -24,15 +24,15 @@ def scipy_solver(kind):
         from model import compiled_sides, numbers
         sides = compiled_sides(njit)
 
-    def solver(method, name, rpm, size, unit):
+    def solver(method, name, rpm, size, unit, factor=1.0):
         if kind == "plain":
             from plain import plain_side
-            side = plain_side(name, rpm, size, unit)
+            side = plain_side(name, rpm, size, unit, factor)
         elif kind == "python":
             from model import python_side
-            side = python_side(name, rpm, size, unit)
+            side = python_side(name, rpm, size, unit, factor)
         else:
-            compiled, d = sides[name], numbers(name, rpm, size, unit)
+            compiled, d = sides[name], numbers(name, rpm, size, unit, factor)
 
             def side(t, y):
                 dy = np.empty(42)
@@ -64,11 +64,11 @@ def numbalsoda_solver():
             return side
         sides[name] = build(compiled)
 
-    def solver(method, name, rpm, size, unit):
+    def solver(method, name, rpm, size, unit, factor=1.0):
         integrate = getattr(numbalsoda, method)
 
         def solve(start, period, tolerance):
-            d = np.append(numbers(name, rpm, size, unit), 0.0)
+            d = np.append(numbers(name, rpm, size, unit, factor), 0.0)
             y, success = integrate(sides[name].address, start, np.array([0.0, period]), data=d, rtol=tolerance,
                                    atol=tolerance, mxstep=10**8)
             return success, y[-1], int(d[32])
@@ -106,7 +106,8 @@ def main():
     for line in sys.stdin:
         name, rpm, method, setting, seconds, size, *unit = line.split()
         unit = [float(u) for u in unit]
-        solve = solver(method, name, float(rpm), float(size), unit)
+        name, _, factor = name.partition("*")
+        solve = solver(method, name, float(rpm), float(size), unit, float(factor or 1.0))
         try:
             print(answer(solve, float(rpm), float(setting), float(seconds), float(size), np.array(unit)), file=answers, flush=True)
         except (ValueError, ArithmeticError):

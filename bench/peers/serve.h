@@ -6,7 +6,8 @@
  *
  *     shortest time, median time, runs, evaluations, Phi(T) in rows of six, x0
  *
- * or "failed". The setting is a tolerance or a number of steps, as the method wants. Included once, after `integrate`. */
+ * or "failed". The setting is a tolerance or a number of steps, as the method wants. The machine's name may be followed by a
+ * factor of the stiffness, as in khang_four_bar*0.5. Included once, after `integrate`. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -67,7 +68,10 @@ int main(void) {
   static double times[most_runs];
 
   while (scanf("%63s %lf %63s %lf %lf", name, &rpm, method, &setting, &seconds) == 5) {
+    char *factor = strchr(name, '*');
+    if (factor) *factor++ = 0;
     const right_hand_side side = find_machine(name, rpm, &k);
+    if (side && factor) scale_stiffness(&k, atof(factor));
     double y[numbers], x0[states];
     long evaluations = 0;
     int runs = 0, failed = side == 0 || scanf("%lf", &k.size) != 1;
