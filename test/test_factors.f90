@@ -1,14 +1,15 @@
 !> Multipliers and periodic motion where the product of the period's maps would lose them.
 module test_factors
+  use boundary_oracles, only: mathieu_trace
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
     & solve_periodic
   use gestell_system_periodic, only: periodic_system
-  use systems, only: oscillators_type
+  use systems, only: mathieu_type, oscillators_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use turning_system, only: turning_type
   implicit none (type, external)
@@ -51,8 +52,51 @@ contains
       & new_unittest("two equal vibrations beside a fast decay", test_equal), &
       & new_unittest("one state, multipliers from 1e-650 to 1e650", test_single), &
       & new_unittest("nothing moves", test_still), &
-      & new_unittest("given steps stay what they are", test_given)]
+      & new_unittest("given steps stay what they are", test_given), &
+      & new_unittest("what grows goes down again within the period", test_detour)]
   end subroutine collect_factors
+
+  !> Mathieu's equation at q = 25 beside its border at a0: Phi(t) grows thousandfold and is about 1 in the end, so roundings on
+  !> the way count as much more. Against the trace in quadruple precision; Phi(T) is a product here, or factors.
+  subroutine test_detour(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: a0 = -40.256779546566_dp, beside(6) = [-1.0e-3_dp, -1.0e-4_dp, -1.1e-5_dp, -1.0e-5_dp, -2.0e-6_dp, &
+      & 1.0e-5_dp]
+    type(gestell_error), allocatable :: failure
+    type(mathieu_type) :: system
+    type(floquet_type) :: floquet
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: multipliers
+    real(dp) :: right
+    integer :: k, way
+
+    do k = 1, size(beside)
+      system = mathieu_type(states=2, period=pi, a=a0 + beside(k), q=25.0_dp)
+      right = log_greatest(real(mathieu_trace(system%a, system%q), dp))
+      do way = 1, 2
+        if (way == 1) then
+          call solve_floquet(system, accuracy_type(tolerance=1.0e-12_dp), .false., floquet, failure)
+          if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
+        else
+          call solve_monodromy(system, accuracy_type(tolerance=1.0e-9_dp), .false., monodromy, failure)
+          if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
+        end if
+        call check(error, .not. allocated(failure))
+        if (allocated(error)) return
+        call check(error, abs(multipliers%log_abs(1) - right) <= multipliers%error(1), "the bound is beaten")
+        if (allocated(error)) return
+        call check(error, multipliers%error(1) < 1.0e-5_dp, "the bound says nothing")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_detour
+
+  !> ln |rho| of the greater one of two multipliers whose product is 1.
+  pure real(dp) function log_greatest(trace)
+    real(dp), intent(in) :: trace
+
+    log_greatest = acosh(max(1.0_dp, abs(trace) / 2))
+  end function log_greatest
 
   !> Pairs of conjugates that are equal, or nearly.
   subroutine test_equal(error)

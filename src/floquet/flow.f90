@@ -3,7 +3,8 @@ module gestell_floquet_flow
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_lanes, only: lanes
-  use gestell_base_matrix, only: unit_matrix
+  use gestell_base_lapack, only: inverse
+  use gestell_base_matrix, only: balanced, unit_matrix
   use gestell_floquet_mesh, only: merged
   use gestell_floquet_method, only: method_type
   use gestell_floquet_product, only: multiply_maps
@@ -29,16 +30,19 @@ contains
   end function end_of_block
 
   !> Phi(T) = A_m ... A_1, shape (n, n), (17), over the steps between `nodes`; where asked for also x_p(T), shape (n),
-  !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale.
+  !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale; and how much
+  !> more than Phi(T) a rounding on the way is worth, max over t of |Phi(T, t)| |Phi(t)| / |Phi(T)|, from 1 upward.
   !> Error: a step failed or the numbers overflow.
-  subroutine period_map(system, method, nodes, scale, phi, error, xp, reach)
+  subroutine period_map(system, method, nodes, scale, phi, error, xp, reach, detour)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
     real(dp), contiguous, intent(in) :: nodes(:), scale(:)
     real(dp), intent(out) :: phi(:, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(out), optional :: xp(:), reach
+    real(dp), intent(out), optional :: xp(:), reach, detour
     real(dp), allocatable :: a(:, :, :), b(:, :)
+    ! What is not allocated is absent where it is an argument.
+    real(dp), allocatable :: summit(:, :), height
     integer :: n, steps, first, last
     logical :: fits
 
@@ -47,6 +51,10 @@ contains
     phi = unit_matrix(n)
     if (present(xp)) xp = 0
     if (present(reach)) reach = 0
+    if (present(detour)) then
+      summit = phi
+      height = sqrt(real(n, dp))
+    end if
 
     last = 0
     do while (last < size(nodes) - 1)
@@ -55,10 +63,11 @@ contains
       steps = last - first + 1
       if (present(xp)) then
         call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error, b(:, :steps))
-        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, reach)
+        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, reach, &
+          & summit, height)
       else
         call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error)
-        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits)
+        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, summit=summit, height=height)
       end if
       if (allocated(error)) return
       if (.not. fits) then
@@ -66,7 +75,28 @@ contains
         return
       end if
     end do
+    if (present(detour)) detour = detour_by(balanced(phi, scale), balanced(summit, scale), height)
   end subroutine period_map
+
+  !> How much more than Phi(T) a rounding at the time of the greatest Phi(t), the summit, is worth. From there to the end the
+  !> motion is Phi(T) Phi(t)^-1; where it does not go down this is about 1, and is not looked at.
+  real(dp) function detour_by(phi, summit, height) result(detour)
+    real(dp), intent(in) :: phi(:, :), summit(:, :), height
+    real(dp), parameter :: much = 10
+    real(dp), allocatable :: back(:, :)
+    type(error_type), allocatable :: singular
+    real(dp) :: norm
+
+    norm = norm2(phi)
+    detour = 1
+    if (height < much * max(norm, sqrt(real(size(phi, 1), dp)))) return
+    call inverse(summit, back, singular)
+    if (allocated(singular)) then
+      detour = height / max(norm, tiny(norm))
+    else
+      detour = max(1.0_dp, norm2(matmul(phi, back)) * height / max(norm, tiny(norm)))
+    end if
+  end function detour_by
 
   !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.
   !> The phases become ends of steps beside `nodes`, so x has the accuracy of the method there.

@@ -47,6 +47,8 @@ module gestell_floquet_monodromy
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
     !> ln |det Phi(T)| - integral of tr P, zero by Liouville's theorem.
     real(dp) :: liouville_defect = 0
+    !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
+    real(dp) :: detour = 1
     !> Steps of the result, evaluations of the coefficients in all.
     integer :: steps = 0, evaluations = 0
     !> Where there is no result: a step or the product failed, as by overflow.
@@ -64,7 +66,7 @@ module gestell_floquet_monodromy
   !> The period's map with a number of steps.
   type :: level_type
     real(dp), allocatable :: nodes(:), phi(:, :), xp(:)
-    real(dp) :: norm = 0, reach = 0
+    real(dp) :: norm = 0, reach = 0, detour = 1
     integer :: steps = 0
   end type level_type
 
@@ -259,9 +261,10 @@ contains
     allocate(level%phi(system%states, system%states))
     if (forced) then
       allocate(level%xp(system%states))
-      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, level%xp, level%reach)
+      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, level%xp, level%reach, &
+        & level%detour)
     else
-      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error)
+      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, detour=level%detour)
     end if
     monodromy%broken = allocated(error)
     if (allocated(error)) return
@@ -278,6 +281,7 @@ contains
     call move_alloc(from%xp, to%xp)
     to%norm = from%norm
     to%reach = from%reach
+    to%detour = from%detour
     to%steps = from%steps
   end subroutine move_level
 
@@ -297,13 +301,13 @@ contains
 
   !> What the arithmetic leaves uncertain, relative to Phi(T): the roundings of n numbers in every step add up, for nearly
   !> constant coefficients all with the same sign, those of the coefficients shift the phase of the fastest motion; the
-  !> model's own come on top.
+  !> model's own come on top. All count for more where Phi(t) was greater on the way.
   pure real(dp) function roundoff(system, level, turns)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(in) :: level
     real(dp), intent(in) :: turns
 
-    roundoff = epsilon(1.0_dp) * (size(level%phi, 1) * level%steps + 2 * turns) + system%rounding
+    roundoff = (epsilon(1.0_dp) * (size(level%phi, 1) * level%steps + 2 * turns) + system%rounding) * level%detour
   end function roundoff
 
   !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, the result.
@@ -320,6 +324,7 @@ contains
     monodromy%xp_roundoff = roundoff(system, level, turns) * level%reach
     monodromy%xp_error = errors(2) * level%reach + monodromy%xp_roundoff
     monodromy%steps = level%steps
+    monodromy%detour = level%detour
     call move_alloc(level%nodes, monodromy%nodes)
     call move_alloc(level%phi, monodromy%phi)
     call move_alloc(level%xp, monodromy%xp)
@@ -341,7 +346,7 @@ contains
   end subroutine check_liouville
 
   !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are
-  !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|.
+  !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the detour.
   logical function loses_modes(self)
     class(monodromy_type), intent(in) :: self
     real(dp), parameter :: most_spread = 1.0e4_dp
@@ -349,6 +354,7 @@ contains
     type(error_type), allocatable :: singular
 
     loses_modes = .true.
+    if (self%detour >= most_spread) return
     ! The squares within a norm vanish below sqrt(tiny).
     if (self%norm < sqrt(tiny(1.0_dp)) / epsilon(1.0_dp)) return
     call inverse(balanced(self%phi, self%scale), inverted, singular)

@@ -17,17 +17,19 @@ contains
 
   !> Applies the maps `a`, shape (n, n, steps), and where forced `b`, shape (n, steps), to `phi`, shape (n, n), and to `xp`,
   !> shape (n). `reach` becomes the greatest size that xp has on the way, in the norm of x / scale, if that is greater.
-  !> `fits`: whether all numbers do.
-  pure subroutine multiply_maps(a, scale, phi, fits, b, xp, reach)
+  !> `fits`: whether all numbers do. `summit`, shape (n, n), and `height` become Phi where it was greatest on the way, in the
+  !> norm of D^-1 Phi D, D = diag(scale), and this norm, if that is greater.
+  pure subroutine multiply_maps(a, scale, phi, fits, b, xp, reach, summit, height)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), contiguous, intent(in) :: scale(:)
     real(dp), intent(inout) :: phi(:, :)
     logical, intent(out) :: fits
     real(dp), contiguous, intent(in), optional :: b(:, :)
-    real(dp), intent(inout), optional :: xp(:), reach
+    real(dp), intent(inout), optional :: xp(:), reach, summit(:, :), height
     ! [Phi x_p] before the first and after each step, its columns in lanes: column j in lane modulo(j - 1, lanes) + 1 of
     ! a group, x_p in `lane` of the last one, where `forced` is 1.
     real(dp) :: motion(lanes, size(scale), size(scale) / lanes + 1, 0:size(a, 3)), forced(lanes)
+    real(dp) :: norms(size(a, 3))
     integer :: n, steps, j, k, lane, group
 
     n = size(scale)
@@ -52,15 +54,58 @@ contains
       if (.not. fits) return
     end do
 
-    do j = 1, n
-      phi(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1, steps)
-    end do
+    call take_phi(motion(:, :, :, steps), phi)
     if (present(xp)) xp = motion(lane, :, group, steps)
-    if (.not. present(reach)) return
-    do k = 1, steps
-      reach = max(reach, norm2(motion(lane, :, group, k) / scale))
-    end do
+    if (present(reach)) then
+      do k = 1, steps
+        reach = max(reach, norm2(motion(lane, :, group, k) / scale))
+      end do
+    end if
+    if (.not. present(height)) return
+    norms = norms_of(n, scale, motion)
+    k = maxloc(norms, dim=1)
+    if (norms(k) <= height) return
+    height = norms(k)
+    call take_phi(motion(:, :, :, k), summit)
   end subroutine multiply_maps
+
+  !> Phi from its columns in lanes.
+  pure subroutine take_phi(motion, phi)
+    real(dp), contiguous, intent(in) :: motion(:, :, :)
+    real(dp), intent(inout) :: phi(:, :)
+    integer :: j
+
+    do j = 1, size(phi, 2)
+      phi(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1)
+    end do
+  end subroutine take_phi
+
+  !> The norms of D^-1 Phi D after every step, x_p left out; shape (steps).
+  pure function norms_of(n, scale, motion) result(norms)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: scale(n)
+    real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)
+    real(dp) :: norms(ubound(motion, 4))
+    real(dp) :: weights(lanes, n, size(motion, 3)), squares(lanes)
+    integer :: i, j, k, lane
+
+    weights = 0
+    do j = 1, n
+      weights(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1) = (scale(j) / scale)**2
+    end do
+    do k = 1, size(norms)
+      squares = 0
+      do j = 1, size(motion, 3)
+        do i = 1, n
+          !GCC$ unroll 1
+          do lane = 1, lanes
+            squares(lane) = squares(lane) + weights(lane, i, j) * motion(lane, i, j, k)**2
+          end do
+        end do
+      end do
+      norms(k) = sqrt(sum(squares))
+    end do
+  end function norms_of
 
   !> Y = A X for a single A, shape (n, n), and the columns of X and Y in lanes.
   pure subroutine apply(n, a, x, y)
