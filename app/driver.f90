@@ -34,7 +34,7 @@ module driver
   implicit none (type, external)
   private
 
-  public :: run
+  public :: folder_name, preamble, read_input, run
 
   !> Exit code of a run with --fail-if-unstable whose verdict is not stable.
   integer, parameter, public :: not_stable = 10

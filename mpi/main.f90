@@ -1,0 +1,62 @@
+!> Sweeps by many processes (ranks) of MPI, on one machine or many that share a file system.
+program main
+  use cli, only: options_type, parse_command_line
+  use gestell_base_error, only: error_type
+  use gestell_base_version, only: version
+  use limits, only: survive_file_limit
+  use mpi_f08, only: mpi_finalize, mpi_init
+  use ranked_sweep, only: run
+  use ranks, only: own_rank, share_error
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  implicit none (type, external)
+
+  type(options_type) :: options
+  type(error_type), allocatable :: error
+  logical :: speaks
+  integer :: code
+
+  code = 0
+  call survive_file_limit()
+  call mpi_init()
+  speaks = own_rank() == 0
+  call parse_command_line(options, error)
+  call share_error(error)
+  if (.not. allocated(error)) then
+    if (options%help) then
+      if (speaks) write (output_unit, "(a)") help_text()
+    else if (options%version) then
+      if (speaks) write (output_unit, "(a)") "gestell_mpi " // version
+    else
+      call run(options, error)
+    end if
+  end if
+  if (allocated(error)) then
+    if (speaks) write (error_unit, "(a)") error%message
+    code = error%code
+  end if
+  flush (output_unit)
+  call mpi_finalize()
+  ! All ranks end with the same code, that of gestell.
+  if (code /= 0) stop code, quiet=.true.
+
+contains
+
+  pure function help_text() result(text)
+    character(len=:), allocatable :: text
+    character, parameter :: newline = new_line("a")
+
+    text = "A sweep of gestell by many ranks of MPI, which share the folder of the results." // newline // newline // &
+      & "usage: mpirun -q -n RANKS gestell_mpi [options] input.nml" // newline // newline // &
+      & "  -s, --set PATH=VALUE    as in gestell" // newline // &
+      & "  -o, --output DIR        as in gestell" // newline // &
+      & "      --part i/n          compute part i of n, write no sweep.csv: gestell --merge" // newline // &
+      & "                          does, on one core; 1/1 are all points" // newline // &
+      & "  -q, --quiet             no report on standard output" // newline // &
+      & "  -h, --help              this text" // newline // &
+      & "  -V, --version           the version" // newline // newline // &
+      & "Whatever ends it, a second start finishes the rest, by gestell_mpi with any" // newline // &
+      & "number of ranks or by gestell. Exit codes are those of gestell; without -q" // newline // &
+      & "mpirun adds words of its own to every code other than 0."
+  end function help_text
+
+end program main

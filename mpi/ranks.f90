@@ -1,0 +1,73 @@
+!> What the ranks tell each other.
+module ranks
+  use gestell_base_error, only: error_type, fatal_error
+  use mpi_f08, only: mpi_2integer, mpi_allreduce, mpi_bcast, mpi_character, mpi_comm_rank, mpi_comm_size, mpi_comm_world, &
+    & mpi_in_place, mpi_integer, mpi_integer8, mpi_logical, mpi_lor, mpi_max, mpi_min, mpi_minloc, mpi_sum
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: number_of_ranks, own_rank, same_everywhere, share_error, share_marks, share_sum
+
+contains
+
+  integer function own_rank()
+    call mpi_comm_rank(mpi_comm_world, own_rank)
+  end function own_rank
+
+  integer function number_of_ranks()
+    call mpi_comm_size(mpi_comm_world, number_of_ranks)
+  end function number_of_ranks
+
+  !> The error of one rank becomes that of all: of those that have one, the rank with the least `order`, its own number by
+  !> default.
+  subroutine share_error(error, order)
+    type(error_type), allocatable, intent(inout) :: error
+    integer, intent(in), optional :: order
+    character(len=:), allocatable :: message
+    integer :: mine(2), first(2), length_and_code(2)
+
+    mine = [huge(1), own_rank()]
+    if (allocated(error)) then
+      mine(1) = mine(2)
+      if (present(order)) mine(1) = order
+    end if
+    call mpi_allreduce(mine, first, 1, mpi_2integer, mpi_minloc, mpi_comm_world)
+    if (first(1) == huge(1)) return
+    length_and_code = 0
+    if (first(2) == mine(2)) then
+      message = error%message
+      length_and_code = [len(message), error%code]
+    end if
+    call mpi_bcast(length_and_code, 2, mpi_integer, first(2), mpi_comm_world)
+    if (first(2) /= mine(2)) allocate(character(len=length_and_code(1)) :: message)
+    call mpi_bcast(message, length_and_code(1), mpi_character, first(2), mpi_comm_world)
+    if (allocated(error)) deallocate(error)
+    call fatal_error(error, message, length_and_code(2))
+  end subroutine share_error
+
+  !> A mark that one rank sets is set for all.
+  subroutine share_marks(marks)
+    logical, contiguous, intent(inout) :: marks(:)
+
+    call mpi_allreduce(mpi_in_place, marks, size(marks), mpi_logical, mpi_lor, mpi_comm_world)
+  end subroutine share_marks
+
+  !> The sum over all ranks.
+  subroutine share_sum(number)
+    integer, intent(inout) :: number
+
+    call mpi_allreduce(mpi_in_place, number, 1, mpi_integer, mpi_sum, mpi_comm_world)
+  end subroutine share_sum
+
+  !> Whether all ranks have the same number.
+  logical function same_everywhere(number)
+    integer(int64), intent(in) :: number
+    integer(int64) :: least, greatest
+
+    call mpi_allreduce(number, least, 1, mpi_integer8, mpi_min, mpi_comm_world)
+    call mpi_allreduce(number, greatest, 1, mpi_integer8, mpi_max, mpi_comm_world)
+    same_everywhere = least == greatest
+  end function same_everywhere
+
+end module ranks

@@ -1,0 +1,250 @@
+"""Sweeps by many ranks: the table is that of one process, whatever happens on the way.
+
+    ./bootstrap python3 mpi/test.py                   builds gestell and gestell_mpi, then tests
+    python3 mpi/test.py GESTELL GESTELL_MPI           tests programs that are there
+
+Needs mpifort and mpirun of Open MPI. The last line is "N passed, M failed".
+"""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+CHECKOUT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(CHECKOUT / "test" / "cli"))
+
+from broken_inputs import SOUND  # noqa: E402
+from harness import Count, Folder, Run, check, equal, files  # noqa: E402
+
+SECONDS = 60
+# More ranks than cores, as root too, and ranks that wait leave the core to those that work.
+MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+       "OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader",
+       "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+SWEEP = SOUND.replace("'stability', 'response'", "'sweep'") + """\
+&sweep parameter='drive.speed_rpm', from=150, to=450, count=24, engine='direct' /
+&sweep parameter='support.stiffness', from=1e5, to=4e5, count=30 /
+"""
+# 3 tiles along the first axis, 4 along the second
+TILES = 12
+
+
+class Ranks(Run):
+    """One run of gestell_mpi by some ranks."""
+
+    ranked = None
+
+    def __init__(self, folder, ranks, *arguments):
+        self.program = "mpirun"
+        super().__init__(folder, *command(ranks, *arguments)[1:], environment=MPI)
+
+
+def command(ranks, *arguments):
+    return ["mpirun", "-q", "-n", str(ranks), Ranks.ranked, *map(str, arguments)]
+
+
+def table(folder):
+    path = folder / "sweep.csv"
+    return path.read_bytes() if path.exists() else None
+
+
+def complete(name, run, folder, expected):
+    """The run ended well, the table is right and nothing else is left."""
+    run.done(name)
+    check(f"{name}: table", table(folder) == expected, "the bytes of one process", f"others, or none: {files(folder)}")
+    equal(f"{name}: files", files(folder), ["sweep.csv"])
+
+
+def undisturbed(folder):
+    run = Run(folder, "-q", "-o", "one", "input.nml")
+    run.done("one process")
+    return table(folder / "one")
+
+
+def test_any_number_of_ranks():
+    with Folder(input=SWEEP) as folder:
+        expected = undisturbed(folder)
+        for ranks in (1, 2, 3, 4):
+            complete(f"{ranks} ranks", Ranks(folder, ranks, "-q", "-o", f"n{ranks}", "input.nml"), folder / f"n{ranks}", expected)
+        run = Run(folder, "-q", "-o", "one", "--set", "frame.mass=20", "input.nml")
+        again = Ranks(folder, 3, "-q", "-o", "set", "--set", "frame.mass=20", "input.nml")
+        run.done("--set, one process")
+        complete("--set", again, folder / "set", table(folder / "one"))
+        check("--set: another machine", table(folder / "one") != expected, "another table", "the same")
+
+
+def test_more_ranks_than_tiles():
+    line = SWEEP.replace("count=24", "count=1").replace("to=450", "to=150").replace("count=30", "count=9")
+    with Folder(input=line) as folder:
+        expected = undisturbed(folder)
+        complete("more ranks than tiles", Ranks(folder, 4, "-q", "-o", "n", "input.nml"), folder / "n", expected)
+
+
+def test_report():
+    with Folder(input=SWEEP) as folder:
+        one, many = Run(folder, "-o", "n", "input.nml"), Ranks(folder, 2, "-o", "n", "input.nml")
+        many.done("report")
+        equal("report: that of gestell and who computed", many.out.replace("  computed by 2 ranks\n", ""), one.out)
+
+
+def test_parts():
+    with Folder(input=SWEEP) as folder:
+        expected = undisturbed(folder)
+        Ranks(folder, 2, "-q", "-o", "n", "--part", "2/3", "input.nml").done("part 2 of 3")
+        equal("part 2 of 3: its blocks", blocks(folder / "n"), [f"{tile:010}" for tile in range(2, TILES + 1, 3)])
+        Ranks(folder, 2, "-q", "-o", "n", "--part", "1/1", "input.nml").done("all, without the table")
+        equal("all, without the table: files", files(folder / "n"), ["sweep.blocks"])
+        complete("merged", Run(folder, "-q", "-o", "n", "--merge", "input.nml"), folder / "n", expected)
+
+
+def test_refusals():
+    with Folder(input=SWEEP, typo=SWEEP.replace("lengths", "lenghts"), single=SOUND,
+                range=SWEEP.replace("from=150", "from=450")) as folder:
+        for name in ("typo.nml", "range.nml", "none.nml"):
+            one = Run(folder, name)
+            many = Ranks(folder, 3, name)
+            equal(f"{name}: as gestell", (many.code, many.err, many.out), (one.code, one.err, ""))
+        Ranks(folder, 2).refused("no input", 1, "no input file; usage: gestell [options] input.nml, and gestell --help")
+        Ranks(folder, 2, "--check", "input.nml").refused(
+            "--check", 1, "--check, --fail-if-unstable, --merge and --one-line are for gestell, one process does them")
+        Ranks(folder, 2, "single.nml").refused("no sweep", 1, "single.nml: gestell_mpi computes sweeps, and the tasks name "
+                                               "none; gestell does the rest")
+        equal("refused: nothing is written", files(folder), ["input.nml", "range.nml", "single.nml", "typo.nml"])
+        for option in ("--help", "--version"):
+            run = Ranks(folder, 3, option)
+            run.done(option)
+            equal(f"{option}: said once", run.out.count("usage:" if option == "--help" else "gestell_mpi "), 1)
+
+
+def blocks(folder):
+    return [name for name in files(folder / "sweep.blocks") if name.isdigit()]
+
+
+def children(process):
+    """The processes that a process has started, and those that they have."""
+    found = []
+    for task in Path(f"/proc/{process}/task").glob("*/children"):
+        for child in task.read_text().split():
+            found += [int(child), *children(child)]
+    return found
+
+
+def interrupted(folder, output, ranks, wanted, victim):
+    """Begins a sweep and kills one rank, or mpirun, as soon as `wanted` blocks are there. Whether it came to that."""
+    process = subprocess.Popen(command(ranks, "-q", "-o", output, "input.nml"), cwd=folder, env={**os.environ, **MPI},
+                               stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    begin = time.monotonic()
+    while process.poll() is None and len(blocks(folder / output)) < wanted and time.monotonic() - begin < SECONDS:
+        time.sleep(0.002)
+    started = children(process.pid) if process.poll() is None else []
+    killed = process.pid if victim == "mpirun" else started[victim % len(started)] if started else None
+    if killed:
+        os.kill(killed, signal.SIGKILL)
+    process.wait(SECONDS)
+    begin = time.monotonic()
+    while any(Path(f"/proc/{child}").exists() for child in started) and time.monotonic() - begin < SECONDS:
+        time.sleep(0.01)
+    return killed is not None and table(folder / output) is None
+
+
+def test_killed():
+    draw = random.Random(6)
+    with Folder(input=SWEEP) as folder:
+        expected = undisturbed(folder)
+        came = 0
+        for k, (ranks, victim, then) in enumerate([(2, 0, 3), (2, 1, 2), (3, 1, 0), (2, "mpirun", 4)]):
+            name = f"k{k}"
+            came += interrupted(folder, name, ranks, draw.randrange(1, TILES - 3), victim)
+            if then:
+                run = Ranks(folder, then, "-q", "-o", name, "input.nml")
+            else:
+                run = Run(folder, "-q", "-o", name, "input.nml")
+            complete(f"killed ({victim} of {ranks}), finished by {then or 'gestell'}", run, folder / name, expected)
+        check("runs were killed before their end", came >= 3, "3 of 4 at least", came)
+
+
+def unwritable(folder, name, *tiles):
+    """A run that cannot write the blocks of some tiles: where the new file should be is a folder."""
+    store = folder / name / "sweep.blocks"
+    for tile in tiles:
+        (store / f"{tile:010}.new").mkdir(parents=True)
+    run = Ranks(folder, 2, "-q", "-o", name, "input.nml")
+    for tile in tiles:
+        (store / f"{tile:010}.new").rmdir()
+    return run
+
+
+def test_damaged_and_foreign():
+    with Folder(input=SWEEP) as folder:
+        expected = undisturbed(folder)
+        unwritable(folder, "n", TILES)
+        store = folder / "n" / "sweep.blocks"
+        first, second = blocks(folder / "n")[:2]
+        os.truncate(store / first, (store / first).stat().st_size - 8)
+        data = bytearray((store / second).read_bytes())
+        data[200] ^= 1
+        (store / second).write_bytes(data)
+        before = files(store)
+        for ranks in (1, 3):
+            run = Ranks(folder, ranks, "-q", "-o", "n", "--set", "frame.mass=20", "input.nml")
+            check(f"foreign blocks, {ranks} ranks", run.code == 1 and run.err.count("\n") == 1 and "--output" in run.err,
+                  "code 1 and one line", (run.code, run.err))
+        equal("foreign blocks: nothing is changed", files(store), before)
+        run = Ranks(folder, 3, "-q", "-o", "n", "input.nml")
+        equal("damaged blocks: one line", (run.code, run.err.count("\n"), "2 damaged blocks" in run.err), (0, 1, True))
+        equal("damaged blocks: table", table(folder / "n") == expected, True)
+
+
+def test_first_error():
+    with Folder(input=SWEEP) as folder:
+        expected = undisturbed(folder)
+        # the first of the two tiles is now that of one rank, now that of the other
+        for first in (5, 6, 7):
+            name = f"n{first}"
+            run = unwritable(folder, name, first, first + 1)
+            check(f"error: the first by number, {first}",
+                  run.code == 4 and run.err.count("\n") == 1 and f"/{first:010}: cannot" in run.err,
+                  f"code 4 and one line on tile {first}", (run.code, run.err))
+            kept = blocks(folder / name)
+            check("error: what was done stays", kept[:first - 1] == [f"{tile:010}" for tile in range(1, first)],
+                  f"the tiles before {first}", kept)
+        complete("after an error", Ranks(folder, 3, "-q", "-o", "n5", "input.nml"), folder / "n5", expected)
+        unwritable(folder, "n1", 1)
+        kept = blocks(folder / "n1")
+        check("error: no rank goes on for long", len(kept) <= TILES // 2, "most tiles are not begun", kept)
+
+
+def build(folder):
+    """The two programs, built alike."""
+    for package, compiler in ((".", os.environ.get("FPM_FC", "gfortran")), ("mpi", "mpifort")):
+        done = subprocess.run(["fpm", "install", "--profile", "release", "--directory", package, "--prefix", folder],
+                              cwd=CHECKOUT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              env={**os.environ, "FPM_FC": compiler})
+        if done.returncode != 0:
+            print(done.stdout)
+            sys.exit(f"{package} could not be built")
+    return Path(folder, "bin", "gestell"), Path(folder, "bin", "gestell_mpi")
+
+
+def main():
+    for program in ("mpifort", "mpirun"):
+        if not shutil.which(program):
+            sys.exit(f"no {program}: needed are the packages libopenmpi-dev and openmpi-bin")
+    with tempfile.TemporaryDirectory() as folder:
+        Run.program, Ranks.ranked = map(os.path.abspath, sys.argv[1:3] if len(sys.argv) > 2 else build(folder))
+        for name, test in list(globals().items()):
+            if name.startswith("test_"):
+                test()
+    print(f"{Count.passed} passed, {Count.failed} failed")
+    return Count.failed > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
