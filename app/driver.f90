@@ -133,7 +133,8 @@ contains
       return
     end if
     if (options%one_line) then
-      if (.not. configuration%sweep) call print_case(options%settings, configuration, analysis)
+      if (.not. configuration%sweep) call print_case(options%settings, configuration, analysis, error)
+      if (allocated(error)) return
       call take_verdict(options, configuration, analysis, code)
       return
     end if

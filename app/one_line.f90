@@ -1,7 +1,7 @@
 !> Results as lines on standard output, for shell scripts: a header and a line for each case.
 module one_line
   use cli, only: setting_type
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_io_configuration, only: configuration_type
   use gestell_io_sweep_csv, only: case_lines, header, rows
@@ -11,19 +11,34 @@ module one_line
   use gestell_study_tile_results, only: eta_peak, log_rho_max, psi_peak, rho_error, rho_max, sweep_columns, verdict, xi_peak
   use sweeping, only: compute_all
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use, intrinsic :: iso_fortran_env, only: output_unit
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_size_t
   implicit none (type, external)
   private
 
   public :: print_case, print_sweep
 
+  interface
+    !> POSIX write; a Fortran unit says nothing of a disk that is full.
+    integer(c_intptr_t) function c_write(handle, text, length) bind(c, name="write")
+      import :: c_char, c_int, c_intptr_t, c_size_t
+      implicit none (type, external)
+      integer(c_int), value :: handle
+      character(kind=c_char), intent(in) :: text(*)
+      integer(c_size_t), value :: length
+    end function c_write
+  end interface
+
+  integer(c_int), parameter :: standard_output = 1
+
 contains
 
   !> The machine of the input: what was set, then the columns of sweep.csv that its tasks ask for.
-  subroutine print_case(settings, configuration, analysis)
+  !> Error: it cannot be written.
+  subroutine print_case(settings, configuration, analysis, error)
     type(setting_type), intent(in) :: settings(:)
     type(configuration_type), intent(in) :: configuration
     type(analysis_type), intent(in) :: analysis
+    type(error_type), allocatable, intent(out) :: error
     real(dp) :: values(sweep_columns)
     logical :: columns(sweep_columns)
     character(len=:), allocatable :: assignments(:)
@@ -48,10 +63,10 @@ contains
       end associate
     end if
     if (allocated(analysis%vibration)) values([xi_peak, eta_peak, psi_peak]) = analysis%vibration%peak(:3)
-    write (output_unit, "(a)", advance="no") case_lines(assignments, columns, values)
+    call put(case_lines(assignments, columns, values), error)
   end subroutine print_case
 
-  !> All points of a sweep, in the grid's order. Error: they could not be computed.
+  !> All points of a sweep, in the grid's order. Errors: they could not be computed; they cannot be written.
   subroutine print_sweep(configuration, summary, error)
     type(configuration_type), intent(in) :: configuration
     type(summary_type), intent(out) :: summary
@@ -63,11 +78,30 @@ contains
       call compute_all(plan, values, error)
       if (allocated(error)) return
       call summary%add_points(plan%order%columns, [1, 1], values)
-      write (output_unit, "(a)") header(plan%paths, plan%order%columns)
+      call put(header(plan%paths, plan%order%columns) // new_line("a"), error)
       do i = 1, size(values, 3)
-        write (output_unit, "(a)", advance="no") rows(plan%grid, plan%order%columns, [i, 1], values(:, :, i:i))
+        if (allocated(error)) return
+        call put(rows(plan%grid, plan%order%columns, [i, 1], values(:, :, i:i)), error)
       end do
     end associate
   end subroutine print_sweep
+
+  !> Writes to standard output. Error: not all of it can be written.
+  subroutine put(words, error)
+    character(len=*), intent(in) :: words
+    type(error_type), allocatable, intent(out) :: error
+    integer(c_intptr_t) :: written
+    integer :: done
+
+    done = 0
+    do while (done < len(words))
+      written = c_write(standard_output, words(done + 1:), int(len(words) - done, c_size_t))
+      if (written <= 0) then
+        call fatal_error(error, "standard output cannot be written; is the disk full?", failed_computation)
+        return
+      end if
+      done = done + int(written)
+    end do
+  end subroutine put
 
 end module one_line

@@ -1,6 +1,6 @@
 !> The task `sweep`: tiles by threads, each tile by one.
 module sweeping
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_io_campaign, only: campaign_type, open_campaign
   use gestell_io_configuration, only: configuration_type
@@ -77,11 +77,15 @@ contains
     real(dp), allocatable, intent(out) :: values(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     type(work_type) :: work
-    integer :: shape(2), k
+    integer :: shape(2), k, status
 
     shape = 1
     shape(:size(plan%grid%axes)) = plan%grid%axes%count
-    allocate(values(count(plan%order%columns), shape(2), shape(1)))
+    allocate(values(count(plan%order%columns), shape(2), shape(1)), stat=status)
+    if (status /= 0) then
+      call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --one-line", failed_computation)
+      return
+    end if
     allocate(work%family%inner, source=plan%family)
     call work%progress%start(plan%grid%points())
     !$omp parallel do schedule(dynamic, 1)

@@ -44,7 +44,10 @@ contains
       & new_unittest("members as --set makes them", test_members), &
       & new_unittest("members that cannot be", test_impossible), &
       & new_unittest("tiles to a table", test_table), &
-      & new_unittest("foreign tiles", test_foreign)]
+      & new_unittest("foreign tiles", test_foreign), &
+      & new_unittest("another input begins at the same time", test_two_inputs), &
+      & new_unittest("another run ends first", test_overtaken), &
+      & new_unittest("blocks replaced before the end", test_replaced)]
   end subroutine collect_campaign
 
   !> Against the compiler's own writing: numbers of all sizes, whole numbers over powers of two, which are ties at the 17th
@@ -311,10 +314,86 @@ contains
     if (allocated(error)) return
     call open_campaign(campaign, folder, plan, 7_int64, failure)
     call check(error, .not. allocated(failure) .and. campaign%done(1))
+    call clear_folder
+  end subroutine test_foreign
+
+  !> Both found an empty folder; the one that comes second is refused.
+  subroutine test_two_inputs(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(sweep_plan_type) :: plan
+    type(campaign_type) :: one, two
+    type(failure_type), allocatable :: failure
+
+    call new_plan(plan, [3, 4])
+    call open_campaign(one, folder, plan, 7_int64, failure)
+    call open_campaign(two, folder, plan, 8_int64, failure)
+    call one%begin(failure)
+    call check(error, .not. allocated(failure))
+    if (.not. allocated(error)) call two%begin(failure)
+    if (.not. allocated(error)) call check(error, allocated(failure))
+    if (.not. allocated(error)) call check(error, failure%code, wrong_usage)
+    if (.not. allocated(error)) call two%store(1, results_of(plan%grid%tile(1)), failure)
+    if (.not. allocated(error)) call check(error, allocated(failure))
+    if (.not. allocated(error)) call check(error, file_size(folder // "/sweep.blocks/0000000001") < 0)
+    call clear_folder
+  end subroutine test_two_inputs
+
+  !> Two runs of one input: the first writes the table and removes the blocks, the other one is told so.
+  subroutine test_overtaken(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(sweep_plan_type) :: plan
+    type(campaign_type) :: one, two
+    type(summary_type) :: summary
+    type(failure_type), allocatable :: failure
+
+    call new_plan(plan, [3, 4])
+    call open_campaign(one, folder, plan, 7_int64, failure)
+    call open_campaign(two, folder, plan, 7_int64, failure)
+    call one%begin(failure)
+    call two%begin(failure)
+    call one%store(1, results_of(plan%grid%tile(1)), failure)
+    call two%store(1, results_of(plan%grid%tile(1)), failure)
+    call check(error, .not. allocated(failure))
+    call one%finish([character(len=5) :: "title"], summary, failure)
+    if (.not. allocated(error)) call check(error, .not. allocated(failure))
+    call two%store(1, results_of(plan%grid%tile(1)), failure)
+    if (.not. allocated(error)) call check(error, allocated(failure))
+    if (.not. allocated(error)) call check(error, failure%message, folder // "/sweep.blocks: is gone: another run has " &
+      & // "finished this sweep, or it was removed")
+    if (.not. allocated(error)) call check(error, file_size(folder // "/sweep.csv") > 0)
+    call clear_folder
+  end subroutine test_overtaken
+
+  !> Blocks of another input are no part of the table, however they came there.
+  subroutine test_replaced(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(sweep_plan_type) :: plan
+    type(campaign_type) :: one, two
+    type(summary_type) :: summary
+    type(failure_type), allocatable :: failure
+
+    call new_plan(plan, [3, 4])
+    call open_campaign(one, folder, plan, 7_int64, failure)
+    call open_campaign(two, folder, plan, 8_int64, failure)
+    call one%begin(failure)
+    call one%store(1, results_of(plan%grid%tile(1)), failure)
+    call remove_file(folder // "/sweep.blocks/origin")
+    call two%begin(failure)
+    call two%store(1, results_of(plan%grid%tile(1)), failure)
+    call check(error, .not. allocated(failure))
+    call one%finish([character(len=5) :: "title"], summary, failure)
+    if (.not. allocated(error)) call check(error, allocated(failure))
+    if (.not. allocated(error)) call check(error, max(file_size(folder // "/sweep.csv"), file_size(folder // "/sweep.csv.new")) < 0)
+    call clear_folder
+  end subroutine test_replaced
+
+  subroutine clear_folder()
     call remove_file(folder // "/sweep.blocks/0000000001")
     call remove_file(folder // "/sweep.blocks/origin")
+    call remove_file(folder // "/sweep.blocks/lock")
     call remove_folder(folder // "/sweep.blocks")
+    call remove_file(folder // "/sweep.csv")
     call remove_folder(folder)
-  end subroutine test_foreign
+  end subroutine clear_folder
 
 end module test_campaign

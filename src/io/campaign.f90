@@ -1,12 +1,13 @@
 !> The files of a sweep while it is computed: a block for every tile, and in the end the table. Whoever computes tiles,
 !> in one process or many, now or after an interruption, gives them to `store`; `finish` makes of them the same bytes.
+!> Whoever writes in the folder of the blocks holds the file `lock` there meanwhile.
 module gestell_io_campaign
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_hash, only: mix, mix_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
   use gestell_io_block, only: read_block, read_rows, write_block
-  use gestell_io_files, only: file_size, remove_file, remove_folder, rename_file
+  use gestell_io_files, only: file_size, lock_file, remove_file, remove_folder, rename_file, unlock_file
   use gestell_io_folder, only: make_folder
   use gestell_io_sweep, only: sweep_plan_type
   use gestell_io_sweep_csv, only: growing_table_type, header, open_table, rows
@@ -14,6 +15,7 @@ module gestell_io_campaign
   use gestell_io_text, only: decimal
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_study_tile_results, only: sweep_columns, tile_results_type
+  use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -35,6 +37,7 @@ module gestell_io_campaign
     procedure :: finish
     procedure, private :: block_name
     procedure, private :: tell_missing
+    procedure, private :: write_table
   end type campaign_type
 
   character, parameter :: newline = new_line("a")
@@ -100,6 +103,14 @@ contains
     name = campaign%folder // "/sweep.blocks/origin"
   end function origin_name
 
+  !> The file that is held while the folder of the blocks is changed.
+  pure function lock_name(campaign) result(name)
+    type(campaign_type), intent(in) :: campaign
+    character(len=:), allocatable :: name
+
+    name = campaign%folder // "/sweep.blocks/lock"
+  end function lock_name
+
   !> Version and content as words of the note.
   pure function content_word(campaign) result(word)
     type(campaign_type), intent(in) :: campaign
@@ -140,12 +151,24 @@ contains
   subroutine begin(self, error)
     class(campaign_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
-    integer :: unit, status, closed
-    logical :: done
+    integer(c_int) :: lock
 
     call make_folder(self%folder // "/sweep.blocks", error)
     if (allocated(error)) return
-    if (file_size(origin_name(self)) >= 0) return
+    call lock_file(lock_name(self), lock)
+    ! another process may have begun meanwhile
+    call compare_origin(self, error)
+    if (.not. allocated(error) .and. file_size(origin_name(self)) < 0) call write_origin(self, error)
+    call unlock_file(lock)
+  end subroutine begin
+
+  !> Writes the note. Error: it cannot be written.
+  subroutine write_origin(self, error)
+    class(campaign_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+    integer :: unit, status, closed
+    logical :: done
+
     open (newunit=unit, file=origin_name(self) // ".new", action="write", status="replace", iostat=status)
     done = status == 0
     if (done) then
@@ -154,12 +177,10 @@ contains
       done = status == 0 .and. closed == 0 &
         & .and. file_size(origin_name(self) // ".new") == len(version) + 1 + len(content_word(self)) + 1
       if (done) call rename_file(origin_name(self) // ".new", origin_name(self), done)
-      ! another part may have been quicker
-      done = done .or. file_size(origin_name(self)) >= 0
     end if
     if (.not. done) call fatal_error(error, self%folder // "/sweep.blocks: cannot be written; is the disk full?", &
       & failed_computation)
-  end subroutine begin
+  end subroutine write_origin
 
   pure function block_name(self, number) result(name)
     class(campaign_type), intent(in) :: self
@@ -177,10 +198,29 @@ contains
     integer, intent(in) :: number
     type(tile_results_type), intent(in) :: results
     type(error_type), allocatable, intent(out) :: error
+    integer(c_int) :: lock
 
-    call write_block(self%block_name(number), self%fingerprint, number, results, error)
+    call lock_file(lock_name(self), lock)
+    call compare_origin(self, error)
+    if (.not. allocated(error)) then
+      if (file_size(origin_name(self)) < 0) then
+        call tell_gone(self, error)
+      else
+        call write_block(self%block_name(number), self%fingerprint, number, results, error)
+      end if
+    end if
+    call unlock_file(lock)
     self%done(number) = .not. allocated(error)
   end subroutine store
+
+  !> The blocks are no longer there.
+  pure subroutine tell_gone(campaign, error)
+    type(campaign_type), intent(in) :: campaign
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, campaign%folder // "/sweep.blocks: is gone: another run has finished this sweep, or it was removed", &
+      & failed_computation)
+  end subroutine tell_gone
 
   !> Writes sweep.csv, headed by `preamble`, from the blocks of all tiles, and removes them.
   !> Errors: tiles are missing; the file cannot be written. The blocks stay then.
@@ -189,12 +229,35 @@ contains
     character(len=*), intent(in) :: preamble(:)
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
+    integer(c_int) :: lock
+    integer :: i
+
+    call self%tell_missing(error)
+    if (allocated(error)) return
+    call lock_file(lock_name(self), lock)
+    call self%write_table(preamble, summary, error)
+    if (.not. allocated(error)) then
+      do i = 1, size(self%done)
+        call remove_file(self%block_name(i))
+        call remove_file(self%block_name(i) // ".new")
+      end do
+      call remove_file(origin_name(self))
+      call remove_file(lock_name(self))
+      call remove_folder(self%folder // "/sweep.blocks")
+    end if
+    call unlock_file(lock)
+  end subroutine finish
+
+  !> Writes sweep.csv. Error: it cannot be written, or a block is gone or damaged.
+  subroutine write_table(self, preamble, summary, error)
+    class(campaign_type), intent(in) :: self
+    character(len=*), intent(in) :: preamble(:)
+    type(summary_type), intent(out) :: summary
+    type(error_type), allocatable, intent(out) :: error
     type(growing_table_type) :: table
     character(len=:), allocatable :: head
     integer :: first, last, i
 
-    call self%tell_missing(error)
-    if (allocated(error)) return
     call open_table(table, self%folder // "/sweep.csv", error)
     if (allocated(error)) return
     head = ""
@@ -210,14 +273,7 @@ contains
       call append_band(self, table, first, last, summary, error)
     end do
     if (.not. allocated(error)) call table%complete(error)
-    if (allocated(error)) return
-    do i = 1, size(self%done)
-      call remove_file(self%block_name(i))
-      call remove_file(self%block_name(i) // ".new")
-    end do
-    call remove_file(origin_name(self))
-    call remove_folder(self%folder // "/sweep.blocks")
-  end subroutine finish
+  end subroutine write_table
 
   subroutine tell_missing(self, error)
     class(campaign_type), intent(in) :: self
@@ -273,8 +329,16 @@ contains
 
     do k = first, last
       call read_block(self%block_name(k), fingerprint, number, results, sound)
+      tile = self%grid%tile(k)
+      if (sound) sound = fingerprint == self%fingerprint .and. number == k &
+        & .and. all(shape(results%values) == shape_of(self, tile))
       if (.not. sound) then
-        call fatal_error(error, self%block_name(k) // ": was damaged meanwhile; start again", failed_computation)
+        if (file_size(self%block_name(k)) < 0) then
+          call tell_gone(self, error)
+        else
+          call fatal_error(error, self%block_name(k) // ": was damaged meanwhile; start again", failed_computation)
+        end if
+        call table%abandon()
         return
       end if
       call summary%add_tile(results)

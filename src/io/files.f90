@@ -5,7 +5,10 @@ module gestell_io_files
   implicit none (type, external)
   private
 
-  public :: file_size, remove_file, remove_folder, rename_file
+  public :: file_size, lock_file, remove_file, remove_folder, rename_file, unlock_file
+
+  !> LOCK_EX of flock, and the rights of a file that is made.
+  integer(c_int), parameter :: exclusive = 2, rights = int(o"666", c_int)
 
   interface
     integer(c_int) function c_rename(old, new) bind(c, name="rename")
@@ -25,6 +28,26 @@ module gestell_io_files
       implicit none (type, external)
       character(kind=c_char), intent(in) :: path(*)
     end function c_rmdir
+
+    !> POSIX creat; mode_t is passed as an int, as variables of its size are.
+    integer(c_int) function c_creat(path, mode) bind(c, name="creat")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: mode
+    end function c_creat
+
+    integer(c_int) function c_flock(handle, operation) bind(c, name="flock")
+      import :: c_int
+      implicit none (type, external)
+      integer(c_int), value :: handle, operation
+    end function c_flock
+
+    integer(c_int) function c_close(handle) bind(c, name="close")
+      import :: c_int
+      implicit none (type, external)
+      integer(c_int), value :: handle
+    end function c_close
   end interface
 
 contains
@@ -59,5 +82,24 @@ contains
 
     status = c_rmdir(name // c_null_char)
   end subroutine remove_folder
+
+  !> Waits until no other process holds the empty file `name`, and holds it. The system lets go of it when the process
+  !> ends, however it does. Where there are no locks nothing is held.
+  subroutine lock_file(name, handle)
+    character(len=*), intent(in) :: name
+    integer(c_int), intent(out) :: handle
+    integer(c_int) :: status
+
+    handle = c_creat(name // c_null_char, rights)
+    if (handle >= 0) status = c_flock(handle, exclusive)
+  end subroutine lock_file
+
+  !> Lets go of it.
+  subroutine unlock_file(handle)
+    integer(c_int), intent(in) :: handle
+    integer(c_int) :: status
+
+    if (handle >= 0) status = c_close(handle)
+  end subroutine unlock_file
 
 end module gestell_io_files

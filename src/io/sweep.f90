@@ -16,6 +16,7 @@ module gestell_io_sweep
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_order_type
   use gestell_study_tile_results, only: column_names
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -40,6 +41,8 @@ module gestell_io_sweep
   character(len=*), parameter :: spacings(*) = [character(len=6) :: "linear", "log"]
   !> Values of an axis that are tried before anything is computed, at the most.
   integer, parameter :: most_tried = 10000
+  !> Points of a sweep, and of the search for borders, at the most: their tiles can be counted, what is found can be kept.
+  integer(int64), parameter :: most_points = 10_int64**11, most_searched = 10_int64**7
 
 contains
 
@@ -85,6 +88,8 @@ contains
       end if
     end if
     call new_grid(plan%grid, axes(:size(groups)))
+    call limit(plan%grid, groups, most_points, error)
+    if (allocated(error)) return
     call read_order(groups, plan%order, error)
     if (allocated(error)) return
     first = axes(:size(groups))%from
@@ -96,6 +101,21 @@ contains
     end if
     call try_values(groups, plan, error)
   end subroutine read_sweep
+
+  !> Error: the grid has more than `most` points.
+  subroutine limit(grid, groups, most, error)
+    type(grid_type), intent(in) :: grid
+    type(group_type), intent(in) :: groups(:)
+    integer(int64), intent(in) :: most
+    type(error_type), allocatable, intent(out) :: error
+    character(len=20) :: points, allowed
+
+    if (grid%points() <= most) return
+    write (points, "(i0)") grid%points()
+    write (allowed, "(i0)") most
+    call input_error(groups(size(groups)), "count", "there are " // trim(points) // " points then, at most " // trim(allowed) &
+      & // " can be computed", error)
+  end subroutine limit
 
   !> What is wanted of borders over the parameters of `plan`. Errors: a range that is a point, a tolerance out of bounds.
   subroutine read_borders(doc, schema, plan, error)
@@ -113,6 +133,8 @@ contains
       call input_error(groups(k), "count", "must be at least 2 where a border is sought", error)
       return
     end do
+    call limit(plan%grid, groups, most_searched, error)
+    if (allocated(error)) return
     group = the_group(doc, "boundary")
     call get(group, "tolerance", plan%borders%tolerance, error, default=merge(usual_tolerance, usual_deviation, &
       & size(groups) == 1), must=positive)
@@ -268,7 +290,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
     real(dp) :: values(size(groups))
-    integer :: i, k, zero
+    integer :: i, k, place, tried, zero
 
     do k = 1, size(groups)
       values = plan%grid%axes%from
@@ -276,9 +298,12 @@ contains
         zero = 1
         if (axis%count > 1) zero = nint(min(max(1 - axis%from / (axis%to - axis%from) * (axis%count - 1), 1.0_dp), &
           & real(axis%count, dp)))
-        do i = 1, axis%count
-          if (mod(i - 1, 1 + (axis%count - 1) / most_tried) > 0 .and. i /= zero .and. i < axis%count) cycle
-          values(k) = axis%value(i)
+        tried = min(axis%count, most_tried)
+        do i = 0, tried
+          ! evenly from end to end, and zero
+          place = zero
+          if (i < tried) place = 1 + int(int(i, int64) * (axis%count - 1) / max(1, tried - 1))
+          values(k) = axis%value(place)
           call plan%family%check(values, reason)
           if (allocated(reason)) exit
         end do

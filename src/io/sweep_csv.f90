@@ -22,6 +22,7 @@ module gestell_io_sweep_csv
   contains
     procedure :: append
     procedure :: complete
+    procedure :: abandon
   end type growing_table_type
 
   character, parameter :: newline = new_line("a")
@@ -209,6 +210,15 @@ contains
     end if
     if (status /= 0) call refuse(self, message, error)
   end subroutine complete
+
+  !> Ends the file without a name: it is gone.
+  subroutine abandon(self)
+    class(growing_table_type), intent(inout) :: self
+    integer :: status
+
+    close (self%unit, status="delete", iostat=status)
+    if (status /= 0) call remove_file(self%name // ".new")
+  end subroutine abandon
 
   subroutine refuse(table, message, error)
     class(growing_table_type), intent(in) :: table

@@ -41,7 +41,8 @@ module gestell_study_grid
 
 contains
 
-  !> An axis of `count` values. Errors: it is empty; a logarithmic one comes to zero.
+  !> An axis of `count` values. Errors: it is empty, or its length or ratio overflows; a logarithmic one comes
+  !> to zero.
   pure subroutine new_axis(axis, from, to, count, logarithmic, error)
     type(axis_type), intent(out) :: axis
     real(dp), intent(in) :: from, to
@@ -56,8 +57,12 @@ contains
       call fatal_error(error, "the range is empty: from equals to", invalid_input)
     else if (count == 1 .and. abs(to - from) > 0) then
       call fatal_error(error, "one value cannot be two: from and to differ", invalid_input)
-    else if (logarithmic .and. .not. (from * to > 0)) then
+    else if (logarithmic .and. .not. (from > 0 .and. to > 0 .or. from < 0 .and. to < 0)) then
       call fatal_error(error, "a logarithmic range keeps off zero: from and to need the same sign", invalid_input)
+    else if (max(abs(from), abs(to)) > huge(from) / 2) then
+      call fatal_error(error, "the range is too wide to be divided", invalid_input)
+    else if (logarithmic) then
+      if (abs(log(abs(to)) - log(abs(from))) > 700) call fatal_error(error, "the range is too wide to be divided", invalid_input)
     end if
   end subroutine new_axis
 

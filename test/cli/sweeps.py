@@ -193,6 +193,8 @@ REFUSED = [
     ("one value, two ends", axis(FIRST, 1, 2, 1), "count = 1: one value cannot be two: from and to differ"),
     ("logarithmic through zero", axis(FIRST, -1, 2, 3, ", spacing='log'"),
      "to = 2: a logarithmic range keeps off zero: from and to need the same sign"),
+    ("too wide for a logarithm", axis("support.angle", 1e-200, 1e200, 3, ", spacing='log'"),
+     "to = 1e+200: the range is too wide to be divided"),
     ("unknown spacing", axis(FIRST, 1, 2, 3, ", spacing='lin'"), "spacing = 'lin': unknown; known: 'linear', 'log'"),
     ("unknown engine", axis(FIRST, 1, 2, 3, ", engine='drect'"), "engine = 'drect': unknown; did you mean 'direct'?"),
     ("unknown column", axis(FIRST, 1, 2, 3, ", columns='verdict','rhomax'"),
@@ -209,6 +211,8 @@ REFUSED = [
     ("parameter is missing", "&sweep from=2, to=3, count=2 /\n", "parameter: must be given"),
 ]
 REFUSED_SECOND = [
+    ("too many points", axis(FIRST, 1, 2, 2000000000) + axis(SECOND, 1, 2, 51),
+     "&sweep 2: count = 51: there are 102000000000 points then, at most 100000000000 can be computed"),
     ("the same path twice", axis(FIRST, 1, 2, 2) * 2, "&sweep 2: parameter = 'drive.speed_rpm': runs already, in &sweep 1"),
     ("all and one of them", axis(SECOND, 1, 2, 2) + axis("support(2).stiffness(1)", 1, 2, 2),
      "&sweep 2: parameter = 'support(2).stiffness(1)': runs already, in &sweep 1"),
@@ -291,6 +295,32 @@ def test_parts():
         equal("two parts at once", [run.wait() for run in runs], [0, 0])
         Run(folder, "-q", "input.nml", "-o", "both").done("the rest without --merge")
         equal("two parts at once, same bytes", (folder / "both" / "sweep.csv").read_bytes() == right, True)
+
+
+def test_together():
+    """Two runs at the same time in one folder: the same input, and another one."""
+    gone = "both/sweep.blocks: is gone: another run has finished this sweep, or it was removed\n"
+    other = "both/sweep.blocks: points of an unfinished sweep that do not fit, the input was another one; remove this folder " \
+        "to start afresh, or name another with --output\n"
+    with Folder(input=SWEEP + LONG, other=(SWEEP + LONG).replace("mass=18.0", "mass=18.5")) as folder:
+        right = undisturbed(folder)
+        Run(folder, "-q", "other.nml", "-o", "o").done("the other input")
+        tables = {"input.nml": right, "other.nml": (folder / "o" / "sweep.csv").read_bytes()}
+        for second in ("input.nml", "other.nml"):
+            for trial in range(5):
+                shutil.rmtree(folder / "both", ignore_errors=True)
+                runs = [subprocess.Popen([Run.program, "-q", name, "-o", "both"], cwd=folder, stderr=subprocess.PIPE)
+                        for name in ("input.nml", second)]
+                ends = [(run.communicate()[1].decode(), run.returncode) for run in runs]
+                # one may also begin when the other has ended: then it goes through as well
+                name = "input.nml" if ends[0][1] == 0 else second
+                equal(f"together with {second}, one goes through", any(end == ("", 0) for end in ends), True)
+                check(f"together with {second}, the other is told", all(end in (("", 0), (gone, 4), (other, 1)) for end in ends),
+                      "one line", ends)
+                came = (folder / "both" / "sweep.csv").read_bytes()
+                good = came in tables.values() if ends[0][1] == ends[1][1] else came == tables[name]
+                equal(f"together with {second}, same bytes", good, True)
+                equal(f"together with {second}, files", files(folder / "both"), ["sweep.csv"])
 
 
 # ---- interruptions ---------------------------------------------------------------------------------------------------
@@ -473,6 +503,23 @@ def test_one_line():
         equal("--one-line --fail-if-unstable", (run.code, Points(run.out).column("verdict")), (10, ["undecided"]))
 
 
+def test_one_line_is_lost():
+    """Lines that cannot be written do not count as done; a grid too large for memory is refused."""
+    with Folder(input=SOUND, sweep=SWEEP + TWO) as folder:
+        for name in ("input.nml", "sweep.nml"):
+            if os.path.exists("/dev/full"):
+                with open("/dev/full", "w", encoding="ascii") as full:
+                    run = Run(folder, "--one-line", name, stdout=full)
+                run.refused(f"--one-line {name}, full disk", 4, "standard output cannot be written; is the disk full?")
+        # 5.6e12 bytes: more than any machine gives
+        run = Run(folder, "--one-line", "sweep.nml", "-s", "sweep.count=316000", preexec_fn=limited_memory)
+        run.refused("--one-line, memory", 4, "there is no memory for all points of the sweep at once; leave out --one-line")
+
+
+def limited_memory():
+    resource.setrlimit(resource.RLIMIT_AS, (2**36, 2**36))
+
+
 def test_progress():
     """A bar on a terminal, at most ten times a second, and nothing of it elsewhere."""
     with Folder(input=SWEEP + LONG + "&accuracy tolerance=1e-14 /\n") as folder:
@@ -502,5 +549,5 @@ def test_progress():
 
 
 SWEEP_TESTS = (test_golden, test_as_single_runs, test_shapes, test_impossible, test_nearly_singular, test_other_tasks,
-               test_refused, test_threads, test_parts, test_killed, test_damaged, test_foreign, test_full_disk, test_one_line,
-               test_progress)
+               test_refused, test_threads, test_parts, test_together, test_killed, test_damaged, test_foreign, test_full_disk, test_one_line,
+               test_one_line_is_lost, test_progress)
