@@ -43,7 +43,8 @@ contains
 
     x = chebyshev_points(n)
     c = matmul(chebyshev_coefficients(n), exp(x))
-    call check(error, maxval(abs(c(:3) - [1.2660658777520084_dp, 1.1303182079849700_dp, 0.2714953395340766_dp])) < 1.0e-15_dp)
+    ! Roundings of twenty products of the size of exp.
+    call check(error, maxval(abs(c(:3) - [1.2660658777520084_dp, 1.1303182079849700_dp, 0.2714953395340766_dp])) < 5.0e-15_dp)
     if (allocated(error)) return
     at = [-0.3_dp, 0.0_dp, 0.9_dp]
     t = chebyshev_values(at, 5)

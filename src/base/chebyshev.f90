@@ -10,14 +10,18 @@ module gestell_base_chebyshev
 
 contains
 
-  !> The points, descending from 1 to -1; shape (n).
+  !> The points, descending from 1 to -1 and symmetric to the last digit; shape (n).
   pure function chebyshev_points(n) result(x)
     integer, intent(in) :: n
     real(dp) :: x(n)
     integer :: j
 
-    ! sin keeps the points symmetric to the last digit.
-    x = [(sin(pi * (n - 1 - 2 * j) / (2 * max(n - 1, 1))), j = 0, n - 1)]
+    x = 0
+    do j = 1, n / 2
+      x(j) = sin(pi * (n + 1 - 2 * j) / (2 * (n - 1)))
+      if (j == 1) x(j) = 1
+      x(n + 1 - j) = -x(j)
+    end do
   end function chebyshev_points
 
   !> The matrix that takes values at the points to coefficients, shape (n, n).
