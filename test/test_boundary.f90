@@ -30,6 +30,7 @@ contains
       & new_unittest("flutter without damping", test_krein), &
       & new_unittest("an impossible range between two borders", test_gap), &
       & new_unittest("a logarithmic axis", test_logarithmic), &
+      & new_unittest("a range that descends", test_descending), &
       & new_unittest("nearest stable system", test_nearest)]
   end subroutine collect_boundary
 
@@ -249,6 +250,23 @@ contains
     call check(error, borders(1)%error, 1.0e-11_dp * log(1.0e5_dp) * sqrt(1.05_dp), thr=1.0e-10_dp)
   end subroutine test_logarithmic
 
+  !> rho = exp((p - 1)(p - 3)) from 5 down to -2, impossible between: stable from 1 to 3.
+  subroutine test_descending(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_type), allocatable :: borders(:)
+
+    call borders_of(height_family(kind="gap"), axis_type(5.0_dp, -2.0_dp, 15), 1.0e-10_dp, borders, error)
+    if (allocated(error)) return
+    call check(error, size(borders), 2)
+    if (allocated(error)) return
+    ! Tolerance times the range.
+    call check(error, borders(1)%value, 3.0_dp, thr=7.0e-10_dp)
+    if (allocated(error)) return
+    call check(error, borders(1)%below // borders(1)%above, "stable    unstable")
+    if (allocated(error)) return
+    call check(error, borders(2)%below // borders(2)%above, "unstable  stable")
+  end subroutine test_descending
+
   subroutine test_nearest(error)
     type(error_type), allocatable, intent(out) :: error
     type(axis_type), parameter :: range = axis_type(-2.0_dp, 5.0_dp, 15)
@@ -277,6 +295,13 @@ contains
     if (allocated(error)) return
     call nearest_stable(height_family(), [0.6_dp, 1.0_dp], 2, [range, range], accuracy_type(), 1.0e-10_dp, nearest, failure)
     call check(error, nearest%value, 0.8_dp, thr=3.0e-9_dp, more="second parameter")
+    if (allocated(error)) return
+    ! Unstable where p1 p2 > 1; 4 lies beyond zero from a logarithmic axis.
+    call nearest_stable(height_family(kind="saddle", offset=1.0_dp), [4.0_dp, 1.0_dp], 1, &
+      & [axis_type(-1.0_dp, -20.0_dp, 15, .true.), range], accuracy_type(), 1.0e-10_dp, nearest, failure)
+    call check(error, nearest%verdict == "unstable" .and. nearest%there == "stable", more="beyond zero")
+    if (allocated(error)) return
+    call check(error, nearest%distance, -5.0_dp, thr=1.0e-12_dp, more="beyond zero")
   end subroutine test_nearest
 
 end module test_boundary

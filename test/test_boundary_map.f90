@@ -21,6 +21,7 @@ contains
 
     testsuite = [ &
       & new_unittest("a circle: closed, followed to the tolerance, unstable outside", test_circle), &
+      & new_unittest("ranges that descend: the unstable side remains on the left", test_descending), &
       & new_unittest("two circles", test_circles), &
       & new_unittest("a circle cut by the range", test_cut), &
       & new_unittest("a saddle: both pairs of branches", test_saddle), &
@@ -79,7 +80,6 @@ contains
     type(axis_type), parameter :: axis = axis_type(-2.0_dp, 2.0_dp, 9)
     type(border_map_type) :: map
     real(dp), allocatable :: points(:, :)
-    real(dp) :: area
     integer :: i
 
     call trace(height_family(), [axis, axis], 1.0e-4_dp, map, error)
@@ -96,17 +96,44 @@ contains
     call check(error, all([(abs(norm2(map%vertices(i)%parameters) - 1) < 4.0e-6_dp, i = 1, size(map%vertices))]))
     if (allocated(error)) return
     ! The unstable outside on the left: clockwise. Area of a circle less than 2 pi times the deviation.
-    area = 0
-    do i = 2, size(map%vertices)
-      associate (v => map%vertices(i - 1)%parameters, w => map%vertices(i)%parameters)
-        area = area + (v(1) * w(2) - v(2) * w(1)) / 2
-      end associate
-    end do
-    call check(error, area, -acos(-1.0_dp), thr=2.6e-3_dp)
+    call check(error, area(map), -acos(-1.0_dp), thr=2.6e-3_dp)
     if (allocated(error)) return
     ! No more vertices than it takes: chords of angle sqrt(8 deviation) and half of that.
     call check(error, size(map%vertices) < 300)
   end subroutine test_circle
+
+  !> What the curves enclose, positive where they run counter-clockwise.
+  pure real(dp) function area(map)
+    type(border_map_type), intent(in) :: map
+    integer :: i
+
+    area = 0
+    do i = 2, size(map%vertices)
+      associate (v => map%vertices(i - 1), w => map%vertices(i))
+        if (v%curve == w%curve) area = area + (v%parameters(1) * w%parameters(2) - v%parameters(2) * w%parameters(1)) / 2
+      end associate
+    end do
+  end function area
+
+  !> One range that descends turns the plane over, two do not; on the left lies what is unstable, outside of circles.
+  subroutine test_descending(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(axis_type), parameter :: up(2) = [axis_type(-3.0_dp, 3.0_dp, 9), axis_type(-2.0_dp, 2.0_dp, 9)], &
+      & down(2) = [axis_type(3.0_dp, -3.0_dp, 9), axis_type(2.0_dp, -2.0_dp, 9)]
+    type(border_map_type) :: map
+    integer :: k
+
+    do k = 1, 3
+      call trace(height_family(kind="circles"), [merge(up(1), down(1), k == 2), merge(up(2), down(2), k == 1)], 1.0e-3_dp, &
+        & map, error)
+      if (allocated(error)) return
+      call check(error, map%curves == 2 .and. closed(map, 1) .and. closed(map, 2))
+      if (allocated(error)) return
+      ! Two circumferences of 2 pi times the deviation, 1e-3 of 6.
+      call check(error, area(map), -2 * acos(-1.0_dp), thr=0.08_dp)
+      if (allocated(error)) return
+    end do
+  end subroutine test_descending
 
   subroutine test_circles(error)
     type(error_type), allocatable, intent(out) :: error

@@ -24,7 +24,8 @@ contains
     testsuite = [ &
       & new_unittest("peaks between samples", test_between), &
       & new_unittest("a machine against single solutions", test_machine), &
-      & new_unittest("beside a resonance", test_resonance)]
+      & new_unittest("beside a resonance", test_resonance), &
+      & new_unittest("a light frame to twelve digits", test_twelve_digits)]
   end subroutine collect_peaks
 
   !> The greatest of a trigonometric polynomial from as few samples as determine it, against the greatest of very many.
@@ -95,6 +96,34 @@ contains
     if (allocated(error)) return
     call check(error, maxval(values(xi_peak, :, :)) > 100 * minval(values(xi_peak, :, :)), "there is no resonance")
   end subroutine test_resonance
+
+  !> Harmonics that are weak where the cell's corners lie are amplified in between: with twelve digits ordered all count.
+  subroutine test_twelve_digits(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_family) :: family
+    type(grid_type) :: grid
+    type(sweep_order_type) :: order
+    real(dp), allocatable :: values(:, :, :)
+    real(dp) :: own(sweep_columns)
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    call new_family(family, error)
+    if (allocated(error)) return
+    family%frame%mass = 1.8_dp
+    family%frame%inertia = 0.03_dp
+    order%accuracy%tolerance = 1.0e-12_dp
+    order%engine = "expansion"
+    call new_grid(grid, [axis_type(100.0_dp, 900.0_dp, 100)])
+    call solve_grid(family, grid, order, values, error)
+    if (allocated(error)) return
+    do i = 1, size(values, 3)
+      call solve_point(family, grid%parameters(i, 1), order, own, failure)
+      ! Of each peak by itself, much less than what is promised for the greatest.
+      call check(error, all(abs(values(xi_peak:, 1, i) / own(xi_peak:) - 1) <= 0.05_dp * peak_limit(order)), "a peak is wrong")
+      if (allocated(error)) return
+    end do
+  end subroutine test_twelve_digits
 
   !> Every seventh point against a solution of its own: peaks to the limit that is promised, in the units of the states.
   subroutine compare_peaks(family, grid, order, values, error)

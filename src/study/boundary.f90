@@ -23,7 +23,7 @@ module gestell_study_boundary
   !> A critical value of a parameter.
   type, public :: border_type
     real(dp) :: value = 0
-    !> So far to both sides of `value` the systems have the verdicts `below` and `above`: the border lies between.
+    !> At `value` minus and plus this the systems have the verdicts `below` and `above`: the border lies between.
     real(dp) :: error = 0
     !> 'divergence': a multiplier +1; 'period_doubling': -1; 'flutter': a conjugate pair; and the argument, 0 to pi.
     character(len=15) :: kind = ""
@@ -43,7 +43,7 @@ module gestell_study_boundary
 
 contains
 
-  !> All borders in the range of `axis`, ascending along it, as far as its `count` values give them away
+  !> All borders in the range of `axis`, in its direction, as far as its `count` values give them away
   !> (gestell_study_boundary_scan). `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis).
   !> Error: the parameters make no sense.
   subroutine find_borders(family, axis, accuracy, tolerance, borders, error)
@@ -71,8 +71,8 @@ contains
         borders(i)%error = abs(sensitivity(axis, crossing%t)) * crossing%error
         borders(i)%kind = kind_names(crossing%kind)
         borders(i)%arg_rad = crossing%arg
-        borders(i)%below = verdict_names(crossing%verdicts(1))
-        borders(i)%above = verdict_names(crossing%verdicts(2))
+        borders(i)%below = verdict_names(crossing%verdicts(merge(2, 1, axis%to < axis%from)))
+        borders(i)%above = verdict_names(crossing%verdicts(merge(1, 2, axis%to < axis%from)))
       end associate
     end do
   end subroutine find_borders
@@ -97,15 +97,17 @@ contains
     real(dp) :: home
     integer :: i
 
-    call line_along(axes, which, base, accuracy, tolerance, line)
-    home = coordinate(axes(which), base(which))
-    call probe_line(family, line, home, here, error)
+    ! `base` itself may lie where the axis does not lead, as beyond zero from a logarithmic one.
+    call line_along([(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, accuracy, tolerance, line)
+    call probe_line(family, line, 0.0_dp, here, error)
     if (allocated(error)) return
     nearest%verdict = verdict_names(here%verdict)
     if (.not. (here%missing() .or. here%is_unstable())) then
       nearest = nearest_type(nearest%verdict, .true., base(which), 0.0_dp, nearest%verdict)
       return
     end if
+    call line_along(axes, which, base, accuracy, tolerance, line)
+    home = coordinate(axes(which), base(which))
     u = skewed(axes(which)%count)
     if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
     call probe_all(family, line, u, probes, error)

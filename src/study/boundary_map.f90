@@ -134,7 +134,7 @@ contains
     type(vertices_type) :: curves
     integer, allocatable :: numbers(:)
     logical, allocatable :: done(:), reached(:)
-    integer :: start, closed
+    integer :: start, closed, i
 
     allocate(done(vertices%count), reached(vertices%count), source=.false.)
     allocate(numbers(0))
@@ -156,6 +156,11 @@ contains
     end do
     deallocate(map%vertices)
     allocate(map%vertices(curves%count))
+    if (mirrored(plane)) then
+      do start = 1, map%curves
+        call turn_round(pack([(i, i = 1, curves%count)], numbers == start), curves)
+      end do
+    end if
     do start = 1, curves%count
       associate (v => curves%list(start))
         map%vertices(start) = border_vertex_type(numbers(start), parameter_at(plane%axes, v%u), &
@@ -163,6 +168,21 @@ contains
       end associate
     end do
   end subroutine follow_curves
+
+  !> Whether left is right in the plane of the parameters: one of the ranges descends.
+  pure logical function mirrored(plane)
+    type(plane_type), intent(in) :: plane
+
+    mirrored = (plane%axes(1)%to < plane%axes(1)%from) .neqv. (plane%axes(2)%to < plane%axes(2)%from)
+  end function mirrored
+
+  !> Lets a curve, the vertices `places` of the `curves`, run the other way.
+  pure subroutine turn_round(places, curves)
+    integer, intent(in) :: places(:)
+    type(vertices_type), intent(inout) :: curves
+
+    curves%list(places) = curves%list(places(size(places):1:-1))
+  end subroutine turn_round
 
   !> The greatest distance in u of the vertices from `first` on from that one.
   pure real(dp) function extent(curves, first)

@@ -113,7 +113,7 @@ contains
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(out) :: fits
-    !> Part of the greatest amplitude below which a harmonic does not matter for the peak.
+    !> Part of the greatest amplitude below which a harmonic does not matter for the peak, at most.
     real(dp), parameter :: small = 1.0e-9_dp
     type(floquet_type) :: floquet
     type(vibration_type) :: vibration
@@ -130,7 +130,7 @@ contains
       sampler%free = system%free
       do i = 1, size(system%free)
         associate (amplitude => vibration%series(system%free(i))%amplitude)
-          order = findloc(amplitude > small * maxval(amplitude), .true., dim=1, back=.true.)
+          order = findloc(amplitude > min(small, accuracy%tolerance) * maxval(amplitude), .true., dim=1, back=.true.)
         end associate
         ! Two orders more, and a multiple of eight.
         sampler%times = max(sampler%times, 8 * ((2 * (order + 2)) / 8 + 1))

@@ -4,7 +4,7 @@ module gestell_study_vibration
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_periodic_solution, only: periodic_solution_type
-  use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
+  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_periodic
   use gestell_model_frame, only: frame_type
   implicit none (type, external)
   private
@@ -32,6 +32,9 @@ module gestell_study_vibration
   integer, parameter :: most_shared = 1024
   !> Samples per period beyond which a vibration is not refined further.
   integer, parameter :: most_samples = 2**14
+  !> Harmonics that count as resolved, relative to the greatest; of a coarser solution this part of its error: its steps
+  !> leave kinks that no number of samples resolves.
+  real(dp), parameter :: resolved = 1.0e-9_dp, part_of_error = 0.1_dp
 
 contains
 
@@ -44,6 +47,7 @@ contains
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: x(:, :), all(:, :), rows(:, :)
+    type(evidence_type) :: found
     real(dp) :: unresolved
     integer :: samples, k, i
 
@@ -55,6 +59,7 @@ contains
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
     if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
     allocate(vibration%series(quantities))
+    call evidence(floquet, found)
     do
       call follow(frame, floquet, vibration%start, [(real(k, dp) / samples, k = 0, samples)], x, error)
       if (allocated(error)) return
@@ -64,7 +69,7 @@ contains
         vibration%series(i) = fourier_series(all(i, :samples))
       end do
       unresolved = unresolved_part(frame, floquet, vibration%series)
-      if (unresolved < 1.0e-9_dp .or. 2 * samples > most_samples) exit
+      if (unresolved < max(resolved, part_of_error * found%error) .or. 2 * samples > most_samples) exit
       samples = 2 * samples
     end do
 
