@@ -1,5 +1,6 @@
 !> Rows and samples of the vibration: however many rows are ordered, the motion is sampled until it is resolved.
 module test_rows
+  use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
@@ -7,7 +8,7 @@ module test_rows
   use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
   use machines, only: frame_of_machine
-  use reference_machine, only: khang_machine
+  use reference_machine, only: khang_machine, machine_data
   use systems, only: diagonal
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
@@ -22,7 +23,8 @@ contains
 
     testsuite = [ &
       & new_unittest("many rows start and end with the period", test_many), &
-      & new_unittest("a high order that nobody announced is resolved", test_hidden)]
+      & new_unittest("a high order that nobody announced is resolved", test_hidden), &
+      & new_unittest("a loose tolerance: no samples for the kinks of the steps", test_few_samples)]
   end subroutine collect_rows
 
   !> More rows than samples: every third of them is a row of a third of the number.
@@ -83,5 +85,30 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_hidden
+
+  !> What a coarse integration leaves of kinks, no number of samples resolves, and it need not be resolved.
+  subroutine test_few_samples(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: loose, tight
+    type(gestell_error), allocatable :: failure
+
+    call machine_of_file("data/rocking_sieve.nml", machine, failure)
+    if (.not. allocated(failure)) machine%speed_rpm = 100
+    if (.not. allocated(failure)) call frame_of_machine(machine, frame, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false.), accuracy_type(tolerance=0.1_dp), loose, &
+      & failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false.), accuracy_type(tolerance=1.0e-12_dp), &
+      & tight, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, all(abs(loose%vibration%peak - tight%vibration%peak) <= loose%vibration%peak_error))
+    if (allocated(error)) return
+    ! 360 rows ordered, doubled once at most.
+    call check(error, size(loose%vibration%series(3)%amplitude) < 360)
+  end subroutine test_few_samples
 
 end module test_rows

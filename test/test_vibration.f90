@@ -1,6 +1,5 @@
 !> The frame's vibration: closure, energy, harmonics, peaks.
 module test_vibration
-  use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp, pi
@@ -33,7 +32,6 @@ contains
       & new_unittest("Parseval, mean and peak of the vibration", test_parseval), &
       & new_unittest("free degrees of freedom, forces on the ground, harmonics", test_freedoms), &
       & new_unittest("loose tolerances: claimed errors of the peaks hold", test_peak_errors), &
-      & new_unittest("a loose tolerance: no samples for the kinks of the steps", test_few_samples), &
       & new_unittest("only what was asked for", test_unasked)]
   end subroutine collect_vibration
 
@@ -362,31 +360,6 @@ contains
       end do
     end do
   end subroutine test_peak_errors
-
-  !> What a coarse integration leaves of kinks, no number of samples resolves, and it need not be resolved.
-  subroutine test_few_samples(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(machine_data) :: machine
-    type(frame_type) :: frame
-    type(analysis_type) :: loose, tight
-    type(gestell_error), allocatable :: failure
-
-    call machine_of_file("data/rocking_sieve.nml", machine, failure)
-    if (.not. allocated(failure)) machine%speed_rpm = 100
-    if (.not. allocated(failure)) call frame_of_machine(machine, frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false.), accuracy_type(tolerance=0.1_dp), loose, &
-      & failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false.), accuracy_type(tolerance=1.0e-12_dp), &
-      & tight, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    call check(error, all(abs(loose%vibration%peak - tight%vibration%peak) <= loose%vibration%peak_error))
-    if (allocated(error)) return
-    ! 360 rows ordered, doubled once at most.
-    call check(error, size(loose%vibration%series(3)%amplitude) < 360)
-  end subroutine test_few_samples
 
   subroutine test_unasked(error)
     type(error_type), allocatable, intent(out) :: error
