@@ -7,7 +7,7 @@ module test_peaks
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
-  use gestell_study_tile_results, only: sweep_columns, tile_results_type, xi_peak
+  use gestell_study_tile_results, only: rho_error, rho_max, sweep_columns, tile_results_type, xi_peak
   use sweeps, only: new_family, solve_grid
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -25,7 +25,8 @@ contains
       & new_unittest("peaks between samples", test_between), &
       & new_unittest("a machine against single solutions", test_machine), &
       & new_unittest("beside a resonance", test_resonance), &
-      & new_unittest("a light frame to twelve digits", test_twelve_digits)]
+      & new_unittest("a light frame to twelve digits", test_twelve_digits), &
+      & new_unittest("multipliers that are small beside the vibration", test_small)]
   end subroutine collect_peaks
 
   !> The greatest of a trigonometric polynomial from as few samples as determine it, against the greatest of very many.
@@ -124,6 +125,36 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_twelve_digits
+
+  !> Damped so that Phi(T) is small beside the motion that is expanded with it: its multipliers are as exact as without.
+  subroutine test_small(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_family) :: family
+    type(grid_type) :: grid
+    type(sweep_order_type) :: order
+    real(dp), allocatable :: values(:, :, :)
+    real(dp) :: own(sweep_columns)
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    call new_family(family, error)
+    if (allocated(error)) return
+    family%frame%damping = 5000 * family%frame%damping
+    order%accuracy%tolerance = 1.0e-6_dp
+    order%engine = "expansion"
+    call new_grid(grid, [axis_type(200.0_dp, 400.0_dp, 100)])
+    call solve_grid(family, grid, order, values, error)
+    if (allocated(error)) return
+    do i = 1, size(values, 3), 3
+      call solve_point(family, grid%parameters(i, 1), order, own, failure)
+      ! Phi(T) to 1e-6 of its size, and less than ten times that where multipliers of one size are not normal.
+      call check(error, values(rho_max, 1, i), own(rho_max), rel=.true., thr=1.0e-5_dp)
+      if (allocated(error)) return
+      ! Gershgorin's discs are 6 |E| at least, and norms vary within a cell.
+      call check(error, values(rho_error, 1, i) < 1.0e-3_dp, "the bound says nothing")
+      if (allocated(error)) return
+    end do
+  end subroutine test_small
 
   !> Every seventh point against a solution of its own: peaks to the limit that is promised, in the units of the states.
   subroutine compare_peaks(family, grid, order, values, error)

@@ -20,16 +20,16 @@ module gestell_study_evaluation
 
 contains
 
-  !> Sets the results in `cell`, a part of `tile`; `perturbation` bounds the error of the numbers in norm. A point whose vibration
-  !> is not sure, beside a resonance, gets a solution of its own. Error: that of a point.
-  subroutine evaluate(family, grid, tile, cell, order, sampler, expansion, perturbation, results, error)
+  !> Sets the results in `cell`, a part of `tile`; `perturbations` bound the errors of Phi(T) and of all numbers in norm. A
+  !> point whose vibration is not sure, beside a resonance, gets a solution of its own. Error: that of a point.
+  subroutine evaluate(family, grid, tile, cell, order, sampler, expansion, perturbations, results, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile, cell
     type(sweep_order_type), intent(in) :: order
     type(sampler_type), intent(in) :: sampler
     type(expansion_type), intent(in) :: expansion
-    real(dp), intent(in) :: perturbation
+    real(dp), intent(in) :: perturbations(2)
     type(tile_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: lines(:, :, :), to_points(:, :), numbers(:, :), columns(:, :)
@@ -43,7 +43,7 @@ contains
       ! One line, of all points.
       numbers = transpose(lines(1, :, :))
       allocate(columns(along(1), sweep_columns))
-      call set_columns(order, sampler, numbers, perturbation, columns)
+      call set_columns(order, sampler, numbers, perturbations, columns)
       do k = 1, size(ordered)
         results%values(k, 1, first(1):first(1) + along(1) - 1) = columns(:, ordered(k))
       end do
@@ -53,7 +53,7 @@ contains
       allocate(numbers(along(2), expansion%numbers), columns(along(2), sweep_columns))
       do i = 1, along(1)
         call multiply(along(2), expansion%numbers, expansion%points(2), to_points, lines(:, :, i), numbers)
-        call set_columns(order, sampler, numbers, perturbation, columns)
+        call set_columns(order, sampler, numbers, perturbations, columns)
         do k = 1, size(ordered)
           results%values(k, first(2):first(2) + along(2) - 1, first(1) + i - 1) = columns(:, ordered(k))
         end do
@@ -88,11 +88,11 @@ contains
   end subroutine solve_doubtful
 
   !> The columns, shape (points, columns), from the numbers, shape (points, numbers).
-  subroutine set_columns(order, sampler, numbers, perturbation, columns)
+  subroutine set_columns(order, sampler, numbers, perturbations, columns)
     type(sweep_order_type), intent(in) :: order
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: numbers(:, :)
-    real(dp), intent(in) :: perturbation
+    real(dp), intent(in) :: perturbations(2)
     real(dp), contiguous, intent(inout) :: columns(:, :)
     logical :: inside(size(numbers, 1)), outside(size(numbers, 1)), sure
     real(dp) :: peaks(sampler%states / 2)
@@ -100,16 +100,16 @@ contains
 
     n2 = sampler%states**2
     if (order%columns(rho_error) .or. order%columns(verdict)) then
-      call spectral_radii(numbers(:, :n2), perturbation, columns(:, rho_max), columns(:, log_rho_max), &
+      call spectral_radii(numbers(:, :n2), perturbations(1), columns(:, rho_max), columns(:, log_rho_max), &
         & columns(:, rho_error), inside, outside)
       columns(:, verdict) = merge(stable, merge(unstable, undecided, outside), inside)
     else if (order%columns(rho_max) .or. order%columns(log_rho_max)) then
-      call spectral_radii(numbers(:, :n2), perturbation, columns(:, rho_max), columns(:, log_rho_max))
+      call spectral_radii(numbers(:, :n2), perturbations(1), columns(:, rho_max), columns(:, log_rho_max))
     end if
     if (sampler%times == 0) return
     columns(:, xi_peak:psi_peak) = 0
     do k = 1, size(numbers, 1)
-      call peaks_of_numbers(sampler, numbers(k, :), perturbation, peak_limit(order), peaks, sure)
+      call peaks_of_numbers(sampler, numbers(k, :), perturbations(2), peak_limit(order), peaks, sure)
       if (.not. sure) peaks = ieee_value(1.0_dp, ieee_quiet_nan)
       columns(k, xi_peak - 1 + sampler%free) = peaks
       ! A degree of freedom that is locked rests, but is as little known.

@@ -19,8 +19,9 @@ module gestell_study_expansion
     integer :: points(2) = 1, numbers = 0
     !> Values at the points: (points of the second axis, numbers, points of the first).
     real(dp), allocatable :: values(:, :, :)
-    !> Bound on what the missing terms add up to, in norm, and the greatest and least norm of the values.
-    real(dp) :: rest = 0, greatest = 0, least = 0
+    !> Bound on what the missing terms add up to, in norm; the greatest norms of Phi(T) and of all numbers at a point, and the
+    !> least of Phi(T): beside the motion Phi(T) may be small.
+    real(dp) :: rest = 0, greatest(2) = 0, least = 0
   contains
     procedure :: lines
     procedure :: line
@@ -56,7 +57,9 @@ contains
       end do
     end do
     norms = norm2(expansion%values, dim=2)
-    expansion%greatest = maxval(norms)
+    expansion%greatest(2) = maxval(norms)
+    norms = norm2(expansion%values(:, :sampler%states**2, :), dim=2)
+    expansion%greatest(1) = maxval(norms)
     expansion%least = minval(norms)
     expansion%rest = missing(expansion)
   end subroutine expand

@@ -15,7 +15,7 @@ module gestell_study_pilot
 
 contains
 
-  !> The points that a series needs whose terms beyond stay below `tolerance` times the numbers' least norm on the line.
+  !> The points that a series needs whose terms beyond stay below `tolerance` times the least norm of Phi(T) on the line.
   !> The line: parameter `axis` moves through `variable`, the others are `fixed`. Zero: more than `most_points`, or `fits` is
   !> false and some member of the family has no solution.
   subroutine count_points(sampler, family, axis, variable, fixed, tolerance, needed, fits)
@@ -52,23 +52,24 @@ contains
         if (.not. fits) return
       end do
       call move_alloc(finer, values)
-      needed = needed_points(values, tolerance)
+      needed = needed_points(values, sampler%states**2, tolerance)
       if (needed > 0) return
       n = 2 * n - 1
     end do
   end subroutine count_points
 
   !> The least number of terms of the series through `values`, shape (numbers, points), beyond which those that follow add up
-  !> to less than `tolerance` times the least norm of the values. Zero: the series is too short to tell.
-  pure integer function needed_points(values, tolerance) result(needed)
+  !> to less than `tolerance` times the least norm of the first `measured` numbers. Zero: the series is too short to tell.
+  pure integer function needed_points(values, measured, tolerance) result(needed)
     real(dp), intent(in) :: values(:, :)
+    integer, intent(in) :: measured
     real(dp), intent(in) :: tolerance
     real(dp) :: size_of_term(size(values, 2)), limit, rest
     integer :: n, k
 
     n = size(values, 2)
     size_of_term = norm2(matmul(values, transpose(chebyshev_coefficients(n))), dim=1)
-    limit = tolerance * minval(norm2(values, dim=1))
+    limit = tolerance * minval(norm2(values(:measured, :), dim=1))
     needed = 0
     rest = 0
     do k = n, 1, -1

@@ -115,47 +115,53 @@ contains
     integer, intent(inout) :: plan
     type(error_type), allocatable, intent(out) :: error
     type(expansion_type) :: expansion
-    real(dp) :: perturbation, deviation
+    real(dp) :: perturbations(2), deviation
     logical :: fits
 
     plan = maxloc(points, dim=1)
     call expand(expansion, sampler, family, variables, points, fits)
     if (.not. fits .or. .not. expansion%rest <= order%accuracy%tolerance * expansion%least) return
-    perturbation = expansion%rest + sampler%error * expansion%greatest
-    call check_cell(family, grid, cell, order, expansion, perturbation, sampler, deviation, fits)
+    perturbations = expansion%rest + sampler%error * expansion%greatest
+    call check_cell(family, grid, cell, order, expansion, perturbations, sampler, deviation, fits)
     if (.not. fits) return
     plan = expand_it
     results%checks = results%checks + checked_points
     results%deviation = max(results%deviation, deviation)
-    call evaluate(family, grid, tile, cell, order, sampler, expansion, perturbation, results, error)
+    call evaluate(family, grid, tile, cell, order, sampler, expansion, perturbations, results, error)
   end subroutine expand_cell
 
   !> Compares the expansion with solutions of their own at points drawn at random. `fits`: none deviates by more than
-  !> `perturbation` and its own bound; `deviation`: the greatest one, relative to Phi.
-  subroutine check_cell(family, grid, cell, order, expansion, perturbation, sampler, deviation, fits)
+  !> `perturbations` (of Phi(T), of all numbers) and its own bound; `deviation`: the greatest one, relative to Phi.
+  subroutine check_cell(family, grid, cell, order, expansion, perturbations, sampler, deviation, fits)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: cell
     type(sweep_order_type), intent(in) :: order
     type(expansion_type), intent(in) :: expansion
-    real(dp), intent(in) :: perturbation
+    real(dp), intent(in) :: perturbations(2)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(out) :: deviation
     logical, intent(out) :: fits
     integer :: places(2, checked_points), k
     real(dp) :: parameters(size(grid%axes)), own(sampler%numbers_of_period()), expanded(1, expansion%numbers), bound, difference
+    integer :: ends(2), part
 
     deviation = 0
+    ! Phi(T) by itself, and all.
+    ends = [sampler%states**2, size(own)]
     places = random_points(cell, checked_points)
     do k = 1, checked_points
       parameters = grid%parameters(places(1, k), places(2, k))
       call sampler%check(family, parameters, order%accuracy, own, bound, fits)
       if (.not. fits) return
       call expansion%line(parameters(1), parameters(2:), expanded)
-      difference = norm2(expanded(1, :size(own)) - own)
-      deviation = max(deviation, difference / norm2(own))
-      fits = difference <= perturbation + bound * norm2(own)
-      if (fits .and. sampler%times > 0) call check_peaks(family, parameters, order, sampler, expanded(1, :), perturbation, fits)
+      do part = 1, 2
+        difference = norm2(expanded(1, :ends(part)) - own(:ends(part)))
+        deviation = max(deviation, difference / norm2(own(:ends(part))))
+        fits = fits .and. difference <= perturbations(part) + bound * norm2(own(:ends(part)))
+      end do
+      if (fits .and. sampler%times > 0) call check_peaks(family, parameters, order, sampler, expanded(1, :), perturbations(2), &
+        & fits)
       if (.not. fits) return
     end do
   end subroutine check_cell
