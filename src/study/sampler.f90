@@ -43,6 +43,8 @@ module gestell_study_sampler
   !> Where vibrations turn by more radians than this within the period, expansions need too many points, and reduction is
   !> the better way.
   real(dp), parameter :: most_turns = 700
+  !> Roundings in the series of numbers of size 1.
+  real(dp), parameter :: rounded = 16 * epsilon(1.0_dp)
   !> Times within a period for which expansions pay.
   integer, parameter :: most_times = 256
 
@@ -79,6 +81,8 @@ contains
       sampler%error = max(sampler%error, monodromy%error / monodromy%norm)
       if (k == 1) sampler%scale = scale
       if (forced) then
+        ! Phi(T) is lost in the roundings of Phi(t), which begins with E.
+        if (accuracy%tolerance * monodromy%norm < rounded) return
         call look_at_vibration(sampler, system, accuracy, fits)
         if (.not. fits) return
         fits = .false.
