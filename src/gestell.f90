@@ -16,6 +16,7 @@ module gestell
     & solve_periodic, ways
   use gestell_model_bodies, only: link_type
   use gestell_model_diagnosis, only: diagnose, diagnosis_type, shaking
+  use gestell_model_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque
   use gestell_model_frame, only: frame_type, freedom_names, new_frame
   use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_guide, only: guide_type
@@ -25,6 +26,8 @@ module gestell
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
     & mechanism_type, table_columns
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_model_quantity, only: accelerations, displacements, find_quantity, guide_forces, point_quantity, probe_type, &
+    & quantity_type, velocities
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
   use gestell_study_boundary_map, only: border_map_type, border_vertex_type, trace_borders
@@ -32,6 +35,7 @@ module gestell
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
   use gestell_study_point, only: solve_point, sweep_order_type
   use gestell_study_sweep, only: solve_tile
+  use gestell_study_statistics, only: band_rms, history_of, statistics_type, take_statistics
   use gestell_study_table, only: remember_mechanism
   use gestell_study_tile_results, only: column_eta_peak => eta_peak, column_log_rho_max => log_rho_max, &
     & column_psi_peak => psi_peak, column_rho_error => rho_error, column_rho_max => rho_max, column_verdict => verdict, &
@@ -39,7 +43,7 @@ module gestell
     & verdict_impossible => impossible, verdict_stable => stable, verdict_undecided => undecided, &
     & verdict_unstable => unstable
   use gestell_study_trade, only: cheapest, measure_trade, trade_row_type, trade_type
-  use gestell_study_vibration, only: vibration_type
+  use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)

@@ -11,11 +11,14 @@ module gestell_io_configuration
   use gestell_io_get, only: at_least, get, positive
   use gestell_io_mechanism, only: read_mechanism
   use gestell_io_message, only: input_error
+  use gestell_io_quantities, only: read_probes, read_quantities
   use gestell_io_schema, only: input_schema, schema_type
-  use gestell_io_sweep, only: read_borders, read_sweep, sweep_plan_type
+  use gestell_io_sweep, only: read_borders, read_sweep, read_speeds, sweep_plan_type
   use gestell_io_units, only: find_unit, unit_names, unit_type, units_type
   use gestell_model_frame, only: frame_type
+  use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mechanism_type
+  use gestell_model_quantity, only: accelerations, guide_forces, probe_type, quantity_type, velocities
   use gestell_study_analysis, only: tasks_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -33,6 +36,15 @@ module gestell_io_configuration
     type(frame_type) :: frame
     !> Whether points of a sweep are to be computed, or borders found among them, and the sweep then.
     logical :: sweep = .false., boundary = .false.
+    !> Forces by supports; torque and power of the drive; the mechanism through a turn.
+    logical :: forces = .false., power = .false., drawing = .false.
+    !> Over the speeds of the sweep: resonance curves, critical speeds, modes.
+    logical :: resonance = .false., critical = .false., campbell = .false.
+    logical :: sensitivity = .false.
+    type(probe_type), allocatable :: probes(:)
+    !> What is looked at over the speeds, to how many orders of the crank, and what sensitivity is about.
+    type(quantity_type), allocatable :: quantities(:), sensitive(:)
+    integer :: orders = 6
     type(sweep_plan_type), allocatable :: plan
     !> Hash of all that the input says (`content_of`).
     integer(int64) :: content = 0
@@ -40,10 +52,11 @@ module gestell_io_configuration
     type(error_type), allocatable :: impossible
   contains
     procedure :: single
+    procedure :: over_speed
   end type configuration_type
 
-  character(len=*), parameter :: task_names(*) = [character(len=9) :: "stability", "modes", "response", "trade", "sweep", &
-    & "boundary"]
+  character(len=*), parameter :: task_names(*) = [character(len=11) :: "stability", "modes", "response", "trade", "sweep", &
+    & "boundary", "forces", "power", "drawing", "resonance", "critical", "campbell", "sensitivity"]
   character(len=*), parameter :: coefficient_names(*) = [character(len=8) :: "periodic", "averaged"]
 
 contains
@@ -68,14 +81,18 @@ contains
     if (allocated(error)) return
     call read_frame(doc, units, mechanism, configuration%frame, error)
     if (allocated(error)) then
-      if (error%code /= impossible_mechanism .or. configuration%single()) return
+      if (error%code /= impossible_mechanism .or. configuration%single() .or. configuration%over_speed()) return
       call move_alloc(error, configuration%impossible)
     end if
-    if (.not. (configuration%sweep .or. configuration%boundary)) return
+    call read_probes(doc, units, configuration%probes, error)
+    if (.not. allocated(error) .and. .not. allocated(configuration%impossible)) call read_wanted(doc, configuration, error)
+    if (allocated(error)) return
+    if (.not. (configuration%sweep .or. configuration%boundary .or. configuration%over_speed())) return
     allocate(configuration%plan)
     call read_sweep(doc, schema, units, configuration%plan, error)
     configuration%plan%order%accuracy = configuration%accuracy
     configuration%plan%order%averaged = configuration%tasks%averaged
+    if (.not. allocated(error) .and. configuration%over_speed()) call read_speeds(doc, configuration%plan, error)
     if (allocated(error) .or. .not. configuration%boundary) return
     configuration%plan%borders%accuracy = configuration%accuracy
     configuration%plan%borders%averaged = configuration%tasks%averaged
@@ -86,9 +103,57 @@ contains
   pure logical function single(self)
     class(configuration_type), intent(in) :: self
 
-    single = self%tasks%stability .or. self%tasks%modes .or. self%tasks%response .or. self%trade &
-      & .or. .not. (self%sweep .or. self%boundary)
+    single = self%tasks%stability .or. self%tasks%modes .or. self%tasks%response .or. self%trade .or. self%forces &
+      & .or. self%power .or. self%drawing .or. self%sensitivity .or. .not. (self%sweep .or. self%boundary .or. self%over_speed())
   end function single
+
+  !> Whether anything is asked over the speeds of the sweep.
+  pure logical function over_speed(self)
+    class(configuration_type), intent(in) :: self
+
+    over_speed = self%resonance .or. self%critical .or. self%campbell
+  end function over_speed
+
+  !> The quantities that are wanted, and how much of the motion they need. Errors: one that is not there; what the
+  !> mechanism does not tell.
+  subroutine read_wanted(doc, configuration, error)
+    type(document_type), intent(in) :: doc
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: unused(1, 3)
+    logical :: known
+
+    associate (frame => configuration%frame, probes => configuration%probes, tasks => configuration%tasks)
+      call read_quantities(doc, "resonance", frame, probes, .true., configuration%quantities, error)
+      if (allocated(error)) return
+      call read_quantities(doc, "sensitivity", frame, probes, .false., configuration%sensitive, error)
+      if (allocated(error)) return
+      call get(the_group(doc, "resonance"), "orders", configuration%orders, error, default=6, must=at_least(1))
+      if (allocated(error)) return
+      call at_most(the_group(doc, "resonance"), "orders", configuration%orders, 50, error)
+      if (allocated(error)) return
+      if (configuration%forces) tasks%rows = merge(velocities, guide_forces, size(frame%free) == 3)
+      if (size(probes) > 0 .and. tasks%response) tasks%rows = max(tasks%rows, accelerations)
+      if (configuration%power) then
+        tasks%rows = max(tasks%rows, accelerations)
+        call frame%mechanism%tabulate_drive([0.0_dp], unused, known)
+        if (.not. known) then
+          call input_error(the_group(doc, "mass_functions"), "", "the task 'power' needs the key energy, the harmonics of " &
+            & // "sum [m (x'^2 + y'^2) + J phi'^2]", error)
+        else if (tasks%averaged) then
+          call input_error(the_group(doc, "model"), "coefficients", "the task 'power' needs 'periodic': with averaged " &
+            & // "masses power does not balance", error)
+        end if
+      end if
+      if (allocated(error) .or. .not. configuration%drawing) return
+      select type (mechanism => frame%mechanism)
+      type is (linkage_type)
+      class default
+        call input_error(the_group(doc, "mass_functions"), "", "there is nothing to draw: the task 'drawing' needs joints and " &
+          & // "links", error)
+      end select
+    end associate
+  end subroutine read_wanted
 
   !> Title, tasks, model and accuracy.
   subroutine read_orders(doc, configuration, error)
@@ -110,6 +175,13 @@ contains
     configuration%trade = any(tasks == "trade")
     configuration%sweep = any(tasks == "sweep")
     configuration%boundary = any(tasks == "boundary")
+    configuration%forces = any(tasks == "forces")
+    configuration%power = any(tasks == "power")
+    configuration%drawing = any(tasks == "drawing")
+    configuration%resonance = any(tasks == "resonance")
+    configuration%critical = any(tasks == "critical")
+    configuration%campbell = any(tasks == "campbell")
+    configuration%sensitivity = any(tasks == "sensitivity")
 
     group = the_group(doc, "response")
     call get(group, "points", configuration%tasks%points, error, default=360, must=at_least(1))

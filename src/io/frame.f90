@@ -17,10 +17,11 @@ module gestell_io_frame
 
   public :: read_drive_and_frame, read_frame
 
-  !> Drive, frame and mounting in SI; the mechanism is missing.
+  !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing.
   type, public :: frame_data_type
     real(dp) :: mass = 0, inertia = 0, origin(2) = 0, stiffness(3, 3) = 0, damping(3, 3) = 0, speed = 0
     integer, allocatable :: free(:)
+    type(support_type), allocatable :: supports(:)
   end type frame_data_type
 
 contains
@@ -37,7 +38,7 @@ contains
     call read_drive_and_frame(doc, units, data, error)
     if (allocated(error)) return
     call new_frame(frame, mechanism, data%mass, data%inertia, data%origin, data%stiffness, data%damping, data%speed, error, &
-      & data%free)
+      & data%free, data%supports)
     if (.not. allocated(error)) return
     if (allocated(error%subject)) then
       call name_line(doc, error)
@@ -53,7 +54,6 @@ contains
     type(frame_data_type), intent(out) :: data
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
-    type(support_type), allocatable :: supports(:)
     real(dp) :: speed_rpm
 
     group = the_group(doc, "drive")
@@ -65,12 +65,10 @@ contains
     end if
     data%speed = speed_rpm * 2 * pi / 60
 
-    call read_supports(groups_named(doc, "support"), units, supports, error)
+    call read_supports(groups_named(doc, "support"), units, data%supports, error)
     if (allocated(error)) return
     call read_foundation(the_group(doc, "foundation"), units, data%stiffness, data%damping, error)
     if (allocated(error)) return
-    data%stiffness = data%stiffness + stiffness_matrix(supports)
-    data%damping = data%damping + damping_matrix(supports)
 
     group = the_group(doc, "frame")
     call get(group, "mass", data%mass, error, must=positive, unit=units%mass)

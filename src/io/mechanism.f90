@@ -41,7 +41,7 @@ contains
     type(harmonic_mechanism_type), intent(out) :: harmonic
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
-    real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:)
+    real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:), energy(:)
     real(dp) :: mass, inertia
 
     group = the_group(doc, "mass_functions")
@@ -56,7 +56,9 @@ contains
     if (.not. allocated(error)) call get_harmonics(group, "a3", a3, error)
     if (.not. allocated(error)) call get_harmonics(group, "moment", moment, error)
     if (allocated(error)) return
-    call new_harmonic_mechanism(harmonic, mass, inertia, a1, a2, a3, moment, error)
+    if (has(group, "energy")) call get_harmonics(group, "energy", energy, error)
+    if (allocated(error)) return
+    call new_harmonic_mechanism(harmonic, mass, inertia, a1, a2, a3, moment, error, energy)
     if (allocated(error)) call in_group(group, error)
   end subroutine read_harmonics
 

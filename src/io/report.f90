@@ -76,7 +76,8 @@ contains
       if (allocated(analysis%multipliers)) report = report // multiplier_lines(analysis%multipliers)
       report = report // frequency_lines(frequencies, abs(frame%speed))
       if (allocated(analysis%vibration)) then
-        report = report // vibration_lines(analysis%vibration, frame, configuration%tasks%averaged)
+        if (configuration%tasks%response) report = report &
+          & // vibration_lines(analysis%vibration, frame, configuration%tasks%averaged)
         if (allocated(analysis%resonance)) report = report // resonance_lines(analysis%resonance)
         if (allocated(analysis%multipliers)) then
           if (analysis%multipliers%verdict() /= "stable") report = report // newline // &

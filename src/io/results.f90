@@ -35,7 +35,7 @@ contains
       if (tasks%modes) call write_modes(folder, preamble, frame, analysis%multipliers, error)
       if (allocated(error)) return
     end if
-    if (allocated(analysis%vibration)) then
+    if (allocated(analysis%vibration) .and. tasks%response) then
       call write_history(folder, preamble, frame, analysis%vibration, error)
       if (allocated(error)) return
       call write_harmonics(folder, preamble, frame, tasks%harmonics, analysis%vibration, error)

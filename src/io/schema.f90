@@ -53,15 +53,18 @@ module gestell_io_schema
       group_rule("frame",      required=.true.,  repeatable=.false.), &
       group_rule("support",    required=.false., repeatable=.true.), &
       group_rule("foundation", required=.false., repeatable=.false.), &
+      group_rule("probe",      required=.false., repeatable=.true.), &
       group_rule("model",      required=.false., repeatable=.false.), &
       group_rule("accuracy",   required=.false., repeatable=.false.), &
       group_rule("response",   required=.false., repeatable=.false.), &
       group_rule("sweep",      required=.false., repeatable=.true.), &
-      group_rule("boundary",   required=.false., repeatable=.false.)]
+      group_rule("boundary",   required=.false., repeatable=.false.), &
+      group_rule("resonance",  required=.false., repeatable=.false.), &
+      group_rule("sensitivity", required=.false., repeatable=.false.)]
 
   type(key_rule), parameter :: key_table(*) = [ &
       key_rule("case", "title", text_key), &
-      key_rule("case", "tasks", text_key, 1, 1, 10), &
+      key_rule("case", "tasks", text_key, 1, 1, 20), &
       key_rule("drive", "speed_rpm", real_key, required=.true.), &
       key_rule("units", "length", text_key), &
       key_rule("units", "mass", text_key), &
@@ -101,6 +104,7 @@ module gestell_io_schema
       key_rule("mass_functions", "a2", real_key, 1, 1, most_harmonics), &
       key_rule("mass_functions", "a3", real_key, 1, 1, most_harmonics), &
       key_rule("mass_functions", "moment", real_key, 1, 1, most_harmonics), &
+      key_rule("mass_functions", "energy", real_key, 1, 1, most_harmonics), &
       key_rule("frame", "mass", real_key), &
       key_rule("frame", "inertia", real_key), &
       key_rule("frame", "origin", real_key, 1, 2, 2), &
@@ -111,6 +115,10 @@ module gestell_io_schema
       key_rule("support", "angle", real_key), &
       key_rule("foundation", "stiffness", real_key, 2, 9, 9, rows=3), &
       key_rule("foundation", "damping", real_key, 1, 3, 3), &
+      key_rule("probe", "name", text_key, required=.true.), &
+      key_rule("probe", "position", real_key, 1, 2, 2, required=.true.), &
+      key_rule("probe", "limit_mm_s", real_key), &
+      key_rule("probe", "band_hz", real_key, 1, 2, 2), &
       key_rule("model", "coefficients", text_key), &
       key_rule("accuracy", "tolerance", real_key), &
       key_rule("accuracy", "method", text_key), &
@@ -124,7 +132,11 @@ module gestell_io_schema
       key_rule("sweep", "spacing", text_key), &
       key_rule("sweep", "engine", text_key), &
       key_rule("sweep", "columns", text_key, 1, 1, 7), &
-      key_rule("boundary", "tolerance", real_key)]
+      key_rule("boundary", "tolerance", real_key), &
+      key_rule("resonance", "quantities", text_key, 1, 1, 20), &
+      key_rule("resonance", "orders", integer_key), &
+      key_rule("sensitivity", "quantities", text_key, 1, 1, 20), &
+      key_rule("sensitivity", "parameters", text_key, 1, 1, 40)]
 
 contains
 

@@ -9,7 +9,7 @@ module gestell_io_sweep
   use gestell_io_message, only: in_group, input_error, label
   use gestell_io_path, only: get_path
   use gestell_io_schema, only: integer_key, schema_type, text_key
-  use gestell_io_text, only: decimal, shown
+  use gestell_io_text, only: decimal, lower, shown
   use gestell_io_units, only: units_type
   use gestell_study_boundary, only: usual_deviation, usual_tolerance
   use gestell_study_boundary_task, only: border_order_type
@@ -20,7 +20,7 @@ module gestell_io_sweep
   implicit none (type, external)
   private
 
-  public :: read_borders, read_sweep
+  public :: read_borders, read_speeds, read_sweep
 
   !> A sweep as it was ordered. Accuracy and model stand in the same `order`, but come from their own groups.
   type, public :: sweep_plan_type
@@ -36,7 +36,8 @@ module gestell_io_sweep
   end type sweep_plan_type
 
   !> Groups whose keys are orders and no part of the machine.
-  character(len=*), parameter :: orders(*) = [character(len=8) :: "case", "accuracy", "response", "sweep", "boundary"]
+  character(len=*), parameter :: orders(*) = [character(len=11) :: "case", "accuracy", "response", "sweep", "boundary", "probe", &
+    & "resonance", "sensitivity"]
   character(len=*), parameter :: engines(*) = [character(len=9) :: "auto", "expansion", "direct"]
   character(len=*), parameter :: spacings(*) = [character(len=6) :: "linear", "log"]
   !> Values of an axis that are tried before anything is computed, at the most.
@@ -116,6 +117,25 @@ contains
     call input_error(groups(size(groups)), "count", "there are " // trim(points) // " points then, at most " // trim(allowed) &
       & // " can be computed", error)
   end subroutine limit
+
+  !> What tasks over the speed need of the parameters of `plan`. Errors: another parameter, a range through standstill.
+  subroutine read_speeds(doc, plan, error)
+    type(document_type), intent(in) :: doc
+    type(sweep_plan_type), intent(in) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:)
+
+    groups = groups_named(doc, "sweep")
+    if (size(groups) > 1) then
+      call input_error(groups(2), "", "is one too many: the tasks resonance, critical, campbell run over the speed alone", error)
+    else if (lower(trim(plan%paths(1))) /= "drive.speed_rpm") then
+      call input_error(groups(1), "parameter", "must be 'drive.speed_rpm' for the tasks resonance, critical, campbell", error)
+    else if (.not. plan%grid%axes(1)%from / plan%grid%axes(1)%to > 0) then
+      call input_error(groups(1), "to", "the range goes through standstill: from and to need the same sign", error)
+    else if (plan%grid%axes(1)%count < 2) then
+      call input_error(groups(1), "count", "must be at least 2 for the tasks resonance, critical, campbell", error)
+    end if
+  end subroutine read_speeds
 
   !> What is wanted of borders over the parameters of `plan`. Errors: a range that is a point, a tolerance out of bounds.
   subroutine read_borders(doc, schema, plan, error)

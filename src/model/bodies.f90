@@ -5,12 +5,12 @@ module gestell_model_bodies
   use gestell_model_joints_guide, only: direction
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_path, only: batch, find_direction, keep, path_type
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
-    & table_columns
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, &
+    & energy_d, energy_v, mass_functions_type, spin_v, table_columns
   implicit none (type, external)
   private
 
-  public :: sum_masses, tabulate_masses
+  public :: sum_drive, sum_masses, tabulate_masses
 
   !> Sums that cancel to this part of their terms' magnitudes are zero: a balanced mechanism does not shake at all.
   real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
@@ -32,13 +32,13 @@ contains
     type(mass_functions_type), intent(out) :: a
     type(point_type) :: center
     type(jet) :: size1, size2
-    real(dp) :: turn, a4_size
+    real(dp) :: rate, turn, a4_size
     integer :: i
 
     a4_size = 0
     do i = 1, size(links)
       associate (link => links(i))
-        call body_motion(link, at, center, turn)
+        call body_motion(link, at, center, rate, turn)
         a%a1 = a%a1 + link%mass * center%x
         a%a2 = a%a2 + link%mass * center%y
         a%a3 = a%a3 + link%mass * (center%x * center%x + center%y * center%y)
@@ -54,24 +54,46 @@ contains
     if (abs(a%a4) <= noise * a4_size) a%a4 = 0
   end subroutine sum_masses
 
-  !> The motion of a link's centre of mass, and its angular acceleration d2(phi_i) / dphi2.
-  pure subroutine body_motion(link, at, center, turn)
+  !> What the drive feels, summed over the links, with all joints at `at`: shape (drive_columns).
+  pure subroutine sum_drive(links, at, drive)
+    type(link_type), intent(in) :: links(:)
+    type(point_type), intent(in) :: at(:)
+    real(dp), intent(out) :: drive(drive_columns)
+    type(point_type) :: center
+    real(dp) :: rate, turn
+    integer :: i
+
+    drive = 0
+    do i = 1, size(links)
+      call body_motion(links(i), at, center, rate, turn)
+      associate (m => links(i)%mass, j => links(i)%inertia, x => center%x, y => center%y)
+        drive(spin_v) = drive(spin_v) + m * (x%v * y%d - y%v * x%d) + j * rate
+        drive(energy_v) = drive(energy_v) + m * (x%d**2 + y%d**2) + j * rate**2
+        drive(energy_d) = drive(energy_d) + 2 * (m * (x%d * x%dd + y%d * y%dd) + j * rate * turn)
+      end associate
+    end do
+  end subroutine sum_drive
+
+  !> The motion of a link's centre of mass, and its angular velocity and acceleration, d(phi_i) / dphi and d2(phi_i) / dphi2.
+  pure subroutine body_motion(link, at, center, rate, turn)
     type(link_type), intent(in) :: link
     type(point_type), intent(in) :: at(:)
     type(point_type), intent(out) :: center
-    real(dp), intent(out) :: turn
+    real(dp), intent(out) :: rate, turn
     type(point_type) :: u
 
     if (link%to == 0) then
       center%x = at(link%from)%x + link%center(1)
       center%y = at(link%from)%y + link%center(2)
+      rate = 0
       turn = 0
       return
     end if
     u = direction(at(link%from), at(link%to))
     center%x = at(link%from)%x + link%center(1) * u%x - link%center(2) * u%y
     center%y = at(link%from)%y + link%center(1) * u%y + link%center(2) * u%x
-    ! u = (cos phi, sin phi): phi'' = u x u''.
+    ! u = (cos phi, sin phi): phi' = u x u', phi'' = u x u''.
+    rate = u%x%v * u%y%d - u%y%v * u%x%d
     turn = u%x%v * u%y%dd - u%y%v * u%x%dd
   end subroutine body_motion
 

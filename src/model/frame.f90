@@ -6,6 +6,7 @@ module gestell_model_frame
   use gestell_base_text, only: concise
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, a4_v, mass_functions_type, &
     & mechanism_type, table_columns
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_tabulated, only: new_tabulated, tabulated_type
   use gestell_system_averaged, only: average, averaged_system, term_size
   use gestell_system_second_order, only: second_order_system
@@ -27,6 +28,8 @@ module gestell_model_frame
     real(dp) :: mass = 0, inertia = 0, origin(2) = 0
     !> c_ij (N/m, N, N m) and b_ij (N s/m, N s, N m s) of supports and foundation.
     real(dp) :: stiffness(3, 3) = 0, damping(3, 3) = 0
+    !> The supports that c_ij and b_ij contain, where they are known one by one: what is left is the foundation's.
+    type(support_type), allocatable :: supports(:)
     !> Crank speed Omega (rad/s), negative: clockwise.
     real(dp) :: speed = 0
     !> The degrees of freedom that are free, as places in `freedom_names`.
@@ -46,17 +49,27 @@ module gestell_model_frame
 
 contains
 
-  !> A frame on its mounting with its mechanism, which is turned once. `free` defaults to all three.
+  !> A frame on its mounting with its mechanism, which is turned once. `free` defaults to all three. `stiffness` and
+  !> `damping` are the foundation's where `supports` are given, which are added to them, else those of the whole mounting.
   !> Errors: a parameter that is not finite or out of its range; speed zero; the mechanism cannot turn.
-  subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free)
+  subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: free(:)
+    type(support_type), intent(in), optional :: supports(:)
     integer :: i
 
-    if (.not. all(ieee_is_finite([mass, inertia, origin, reshape(stiffness, [9]), reshape(damping, [9]), speed]))) then
+    frame%stiffness = stiffness
+    frame%damping = damping
+    allocate(frame%supports(0))
+    if (present(supports)) then
+      frame%supports = supports
+      frame%stiffness = stiffness + stiffness_matrix(supports)
+      frame%damping = damping + damping_matrix(supports)
+    end if
+    if (.not. all(ieee_is_finite([mass, inertia, origin, reshape(frame%stiffness, [9]), reshape(frame%damping, [9]), speed]))) then
       call fatal_error(error, "the frame's data are not finite", invalid_input)
     else if (mass < 0 .or. inertia < 0) then
       call fatal_error(error, "the frame's mass and inertia must not be negative", invalid_input)
@@ -77,8 +90,6 @@ contains
     frame%mass = mass
     frame%inertia = inertia
     frame%origin = origin
-    frame%stiffness = stiffness
-    frame%damping = damping
     frame%speed = speed
     frame%free = [1, 2, 3]
     if (present(free)) frame%free = free

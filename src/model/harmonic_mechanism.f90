@@ -6,8 +6,8 @@ module gestell_model_harmonic_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
   use gestell_model_joints_path, only: batch, take_batch
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
-    & mechanism_type, table_columns
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, energy_d, &
+    & energy_v, mass_functions_type, mechanism_type, spin_v, table_columns
   implicit none (type, external)
   private
 
@@ -17,24 +17,34 @@ module gestell_model_harmonic_mechanism
   !> factors of cos and sin of the crank angle, of twice the crank angle, and so on; shapes 1 + 2 orders.
   type, extends(mechanism_type), public :: harmonic_mechanism_type
     real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:)
+    !> K = sum [m (x'^2 + y'^2) + J phi'^2] in the same way, where it is known: only the drive's torque needs it.
+    real(dp), allocatable :: energy(:)
   contains
     procedure :: mass_functions
     procedure :: tabulate
+    procedure :: tabulate_drive
   end type harmonic_mechanism_type
 
 contains
 
   !> A mechanism of `mass` (kg) and sum of moments of inertia `inertia` (kg m^2) with these harmonics (kg m, kg m,
-  !> kg m^2, kg m^2). Errors: a negative mass, an even number of coefficients, functions that no masses can have.
-  subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error)
+  !> kg m^2, kg m^2, and if given kg m^2). Errors: a negative mass, an even number of coefficients, functions that no masses
+  !> can have.
+  subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error, energy)
     type(harmonic_mechanism_type), intent(out) :: mechanism
     real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
     type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: energy(:)
 
     if (.not. (mass >= 0 .and. inertia >= 0)) then
       call fatal_error(error, "mass and inertia of the mechanism must not be negative", invalid_input)
     else if (any(modulo([size(a1), size(a2), size(a3), size(moment)], 2) == 0)) then
       call fatal_error(error, "harmonics are a mean and then pairs of cosine and sine: an odd number of values", invalid_input)
+    end if
+    if (present(energy)) then
+      if (modulo(size(energy), 2) == 0) call fatal_error(error, "harmonics are a mean and then pairs of cosine and sine: " &
+        & // "an odd number of values", invalid_input)
+      mechanism%energy = energy
     end if
     if (allocated(error)) return
     mechanism%mass = mass
@@ -119,6 +129,25 @@ contains
       table(first:last, :) = sums(:last - first + 1, :)
     end do
   end subroutine tabulate
+
+  !> What the drive feels, shape (angles, drive_columns): known where the energy is.
+  subroutine tabulate_drive(self, angles, table, known)
+    class(harmonic_mechanism_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+    real(dp), intent(out) :: table(:, :)
+    logical, intent(out) :: known
+    type(jet) :: spin, energy
+    integer :: k
+
+    table = 0
+    known = allocated(self%energy)
+    if (.not. known) return
+    do k = 1, size(angles)
+      spin = series(self%moment, angles(k))
+      energy = series(self%energy, angles(k))
+      table(k, [spin_v, energy_v, energy_d]) = [spin%v, energy%v, energy%d]
+    end do
+  end subroutine tabulate_drive
 
   !> Adds c_k c + s_k s with its derivatives, where the series goes so far.
   pure subroutine add_harmonic(coefficients, k, c, s, value, d, dd)

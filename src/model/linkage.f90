@@ -3,7 +3,7 @@ module gestell_model_linkage
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_model_assembly, only: prove_assembly
-  use gestell_model_bodies, only: link_type, sum_masses
+  use gestell_model_bodies, only: link_type, sum_drive, sum_masses
   use gestell_model_joints_driven, only: crank_joint, ground_joint
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
@@ -11,7 +11,7 @@ module gestell_model_linkage
   use gestell_model_joints_rrp, only: rrp_joint
   use gestell_model_joints_rrr, only: rrr_joint
   use gestell_model_joints_sliders, only: prp_joint, rpp_joint
-  use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type
   use gestell_model_linkage_table, only: tabulate_linkage
   implicit none (type, external)
   private
@@ -38,6 +38,7 @@ module gestell_model_linkage
     procedure :: points
     procedure :: mass_functions
     procedure :: tabulate
+    procedure :: tabulate_drive
     procedure :: prepare
   end type linkage_type
 
@@ -344,5 +345,23 @@ contains
 
     call tabulate_linkage(self%joints, self%links, angles, table)
   end subroutine tabulate
+
+  !> What the drive feels at many crank angles (rad), shape (angles, drive_columns).
+  subroutine tabulate_drive(self, angles, table, known)
+    class(linkage_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+    real(dp), intent(out) :: table(:, :)
+    logical, intent(out) :: known
+    type(point_type) :: at(size(self%joints))
+    real(dp) :: row(drive_columns)
+    integer :: k
+
+    do k = 1, size(angles)
+      call self%points(angles(k), at)
+      call sum_drive(self%links, at, row)
+      table(k, :) = row
+    end do
+    known = .true.
+  end subroutine tabulate_drive
 
 end module gestell_model_linkage

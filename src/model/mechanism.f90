@@ -18,6 +18,10 @@ module gestell_model_mechanism
   integer, parameter, public :: a1_v = 1, a1_d = 2, a1_dd = 3, a2_v = 4, a2_d = 5, a2_dd = 6, a3_v = 7, a3_d = 8, &
     & a3_dd = 9, a4_v = 10, table_columns = 10
 
+  !> Columns of a table of what the drive feels, shape (angles, drive_columns): H = sum [m (x y' - y x') + J phi'], so that
+  !> a4 = H', and twice the kinetic energy at unit speed, K = sum [m (x'^2 + y'^2) + J phi'^2], with its derivative (kg m^2).
+  integer, parameter, public :: spin_v = 1, energy_v = 2, energy_d = 3, drive_columns = 3
+
   !> A mechanism that one crank drives. Extend it for what is no linkage.
   type, abstract, public :: mechanism_type
     !> Total mass m_G (kg) and sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
@@ -27,6 +31,7 @@ module gestell_model_mechanism
   contains
     procedure(mass_functions_at), deferred :: mass_functions
     procedure :: tabulate => tabulate_one_by_one
+    procedure :: tabulate_drive => drive_is_unknown
     procedure :: prepare => nothing_to_prepare
   end type mechanism_type
 
@@ -59,6 +64,19 @@ contains
       table(k, a4_v) = a%a4
     end do
   end subroutine tabulate_one_by_one
+
+  !> What the drive feels at many crank angles (rad), shape (angles, drive_columns). Override it where it is `known`.
+  subroutine drive_is_unknown(self, angles, table, known)
+    class(mechanism_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+    real(dp), intent(out) :: table(:, :)
+    logical, intent(out) :: known
+
+    associate (unused_mechanism => self, unused_angles => angles)
+    end associate
+    table = 0
+    known = .false.
+  end subroutine drive_is_unknown
 
   !> Makes the mechanism ready: a frame does so once with its own copy. Error: it cannot turn.
   subroutine nothing_to_prepare(self, error)

@@ -4,7 +4,7 @@ module gestell_model_mounting
   implicit none (type, external)
   private
 
-  public :: damping_matrix, stiffness_matrix
+  public :: damping_matrix, stiffness_matrix, support_axes
 
   !> A spring-damper pair at `position` in the frame's system (m), along its own two axes, turned by `angle` (rad).
   type, public :: support_type
@@ -46,12 +46,20 @@ contains
     real(dp) :: c(3, 3)
     real(dp) :: g(3, 2)
 
+    g = support_axes(support)
+    c = k(1) * outer(g(:, 1)) + k(2) * outer(g(:, 2))
+  end function pair
+
+  !> g of both axes, shape (3, 2): the first two rows are the axes' directions.
+  pure function support_axes(support) result(g)
+    type(support_type), intent(in) :: support
+    real(dp) :: g(3, 2)
+
     associate (x => support%position(1), y => support%position(2), cosine => cos(support%angle), sine => sin(support%angle))
       g(:, 1) = [cosine, sine, x * sine - y * cosine]
       g(:, 2) = [-sine, cosine, x * cosine + y * sine]
     end associate
-    c = k(1) * outer(g(:, 1)) + k(2) * outer(g(:, 2))
-  end function pair
+  end function support_axes
 
   pure function outer(g) result(c)
     real(dp), intent(in) :: g(3)

@@ -23,6 +23,7 @@ module gestell_model_tabulated
     procedure :: remember
     procedure :: mass_functions
     procedure :: tabulate
+    procedure :: tabulate_drive
     procedure :: prepare
   end type tabulated_type
 
@@ -99,5 +100,14 @@ contains
     self%inertia = self%source%inertia
     self%feature = self%source%feature
   end subroutine take_over
+
+  subroutine tabulate_drive(self, angles, table, known)
+    class(tabulated_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+    real(dp), intent(out) :: table(:, :)
+    logical, intent(out) :: known
+
+    call self%source%tabulate_drive(angles, table, known)
+  end subroutine tabulate_drive
 
 end module gestell_model_tabulated

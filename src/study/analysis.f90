@@ -23,6 +23,10 @@ module gestell_study_analysis
     integer :: points = 360, harmonics = 20
     !> Whether M, B, C are averaged over the turn.
     logical :: averaged = .false.
+    !> Rows of the whole motion that are kept, 0: none (gestell_model_quantity): what forces, probes and power are made of.
+    integer :: rows = 0
+  contains
+    procedure :: vibration
   end type tasks_type
 
   !> What was asked for; the rest stays unallocated.
@@ -39,6 +43,13 @@ module gestell_study_analysis
 
 contains
 
+  !> Whether the periodic vibration has to be computed.
+  pure logical function vibration(self)
+    class(tasks_type), intent(in) :: self
+
+    vibration = self%response .or. self%rows > 0
+  end function vibration
+
   !> Verdict and vibration of a frame. Errors: those of the parts; where the vibration fails, the multipliers are there,
   !> and the message names what it resonates with.
   subroutine analyse(frame, tasks, accuracy, analysis, error)
@@ -51,9 +62,9 @@ contains
 
     if (tasks%averaged) then
       call frame%averaged(model)
-      call solve_floquet(model, accuracy, tasks%response, analysis%floquet, error)
+      call solve_floquet(model, accuracy, tasks%vibration(), analysis%floquet, error)
     else
-      call solve_floquet(frame, accuracy, tasks%response, analysis%floquet, error)
+      call solve_floquet(frame, accuracy, tasks%vibration(), analysis%floquet, error)
     end if
     if (allocated(error)) return
     if (tasks%stability .or. tasks%modes) then
@@ -61,9 +72,15 @@ contains
       call solve_multipliers(analysis%floquet, tasks%modes, analysis%multipliers, error)
       if (allocated(error)) return
     end if
-    if (.not. tasks%response) return
+    if (.not. tasks%vibration()) return
     allocate(analysis%vibration)
-    call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
+    if (tasks%rows == 0) then
+      call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
+    else if (tasks%averaged) then
+      call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, tasks%rows, model)
+    else
+      call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, tasks%rows)
+    end if
     if (allocated(error)) then
       deallocate(analysis%vibration)
       if (error%message == resonance) call name_resonance(frame, analysis, error)

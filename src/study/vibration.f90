@@ -6,6 +6,9 @@ module gestell_study_vibration
   use gestell_floquet_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_periodic
   use gestell_model_frame, only: frame_type
+  use gestell_model_quantity, only: velocities
+  use gestell_study_motion, only: motion_errors, whole_motion
+  use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private
 
@@ -26,6 +29,9 @@ module gestell_study_vibration
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
     !> |x(T) - x(0)| of the motion that was followed, relative to the greatest |x(t)|, in balanced units.
     real(dp) :: closing_defect = 0
+    !> Where more was ordered: the motion as in gestell_model_quantity at equidistant phases that resolve it, shape (rows,
+    !> samples), at the times of the history, shape (rows, points + 1), and estimates of the errors, shape (rows).
+    real(dp), allocatable :: motion(:, :), motion_history(:, :), motion_error(:)
   end type vibration_type
 
   !> Rows that serve as samples too, at the most.
@@ -39,14 +45,17 @@ module gestell_study_vibration
 contains
 
   !> The periodic vibration of `frame`, at `points` + 1 times, with at least `harmonics` harmonics. `floquet` must
-  !> have been solved with forcing. Errors: resonance; overflow.
-  subroutine solve_vibration(frame, floquet, points, harmonics, vibration, error)
+  !> have been solved with forcing. With `rows` also that many rows of the motion; `system` is the averaged model where `floquet`
+  !> solves that. Errors: resonance; overflow.
+  subroutine solve_vibration(frame, floquet, points, harmonics, vibration, error, rows, system)
     type(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
     integer, intent(in) :: points, harmonics
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: x(:, :), all(:, :), rows(:, :)
+    integer, intent(in), optional :: rows
+    class(second_order_system), intent(in), optional :: system
+    real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:)
     type(evidence_type) :: found
     real(dp) :: unresolved
     integer :: samples, k, i
@@ -61,7 +70,8 @@ contains
     allocate(vibration%series(quantities))
     call evidence(floquet, found)
     do
-      call follow(frame, floquet, vibration%start, [(real(k, dp) / samples, k = 0, samples)], x, error)
+      phases = [(real(k, dp) / samples, k = 0, samples)]
+      call follow(frame, floquet, vibration%start, phases, x, error)
       if (allocated(error)) return
       all = all_quantities(frame, x)
       ! One by one: gfortran 12 does not free the components of a constructor's elements.
@@ -69,6 +79,10 @@ contains
         vibration%series(i) = fourier_series(all(i, :samples))
       end do
       unresolved = unresolved_part(frame, floquet, vibration%series)
+      if (present(rows)) then
+        call take_motion(frame, system, phases, x, rows, vibration%motion)
+        unresolved = max(unresolved, unresolved_rows(frame, system, phases, x, vibration%motion))
+      end if
       if (unresolved < max(resolved, part_of_error * found%error) .or. 2 * samples > most_samples) exit
       samples = 2 * samples
     end do
@@ -76,9 +90,17 @@ contains
     if (points <= most_shared) then
       vibration%history = all(:, ::samples / points)
     else
-      call follow(frame, floquet, vibration%start, [(real(k, dp) / points, k = 0, points)], rows, error)
+      call follow(frame, floquet, vibration%start, [(real(k, dp) / points, k = 0, points)], ordered, error)
       if (allocated(error)) return
-      vibration%history = all_quantities(frame, rows)
+      vibration%history = all_quantities(frame, ordered)
+    end if
+    if (present(rows)) then
+      if (points <= most_shared) then
+        vibration%motion_history = vibration%motion(:, ::samples / points)
+      else
+        call take_motion(frame, system, [(real(k, dp) / points, k = 0, points)], ordered, rows, vibration%motion_history)
+      end if
+      vibration%motion = vibration%motion(:, :samples)
     end if
     vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, quantities)]
     vibration%rms = [(vibration%series(i)%rms(), i = 1, quantities)]
@@ -87,7 +109,61 @@ contains
         & / max(maxval(norm2(x / scale, dim=1)), tiny(1.0_dp))
     end associate
     vibration%peak_error = peak_errors(frame, floquet, vibration, maxval(abs(x), dim=2))
+    if (.not. present(rows)) return
+    allocate(vibration%motion_error(rows))
+    associate (states => [vibration%peak_error(frame%free), vibration%peak_error(3 + frame%free)])
+      call take_errors(frame, system, phases(:samples), states, vibration%motion_error)
+    end associate
   end subroutine solve_vibration
+
+  !> The motion, of the averaged model where there is one.
+  subroutine take_motion(frame, system, phases, x, rows, motion)
+    type(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in), optional :: system
+    real(dp), intent(in) :: phases(:), x(:, :)
+    integer, intent(in) :: rows
+    real(dp), allocatable, intent(out) :: motion(:, :)
+
+    if (present(system)) then
+      call whole_motion(frame, system, phases, x, rows, motion)
+    else
+      call whole_motion(frame, frame, phases, x, rows, motion)
+    end if
+  end subroutine take_motion
+
+  !> The greatest tail of the harmonics of accelerations and guides' forces, relative to each. What is roundoff beside the
+  !> terms that they are sums of counts as resolved.
+  real(dp) function unresolved_rows(frame, system, phases, x, motion)
+    type(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in), optional :: system
+    real(dp), intent(in) :: phases(:), x(:, :), motion(:, :)
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    type(fourier_type) :: series
+    real(dp) :: terms(size(motion, 1))
+    integer :: samples, k
+
+    samples = size(phases) - 1
+    call take_errors(frame, system, phases(:samples), maxval(abs(x), dim=2), terms)
+    unresolved_rows = 0
+    do k = velocities + 1, size(motion, 1)
+      series = fourier_series(motion(k, :samples))
+      if (series%tail() * maxval(series%amplitude) > rounding * terms(k)) unresolved_rows = max(unresolved_rows, series%tail())
+    end do
+  end function unresolved_rows
+
+  !> How errors of the states show in the motion's rows.
+  subroutine take_errors(frame, system, phases, states, errors)
+    type(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in), optional :: system
+    real(dp), intent(in) :: phases(:), states(:)
+    real(dp), intent(out) :: errors(:)
+
+    if (present(system)) then
+      call motion_errors(frame, system, phases, states, errors)
+    else
+      call motion_errors(frame, frame, phases, states, errors)
+    end if
+  end subroutine take_errors
 
   !> The greatest tail of the free states' harmonics, relative to the state's own size. What is roundoff beside the other
   !> states, in balanced units, counts as resolved; the forces follow from the states.

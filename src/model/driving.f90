@@ -1,0 +1,83 @@
+!> The torque that keeps the crank at its constant speed, and where its power goes.
+!>
+!> With S = sum m r about F, r = (xi_0 + x, eta_0 + y), A = sum [m r x r' + J phi'], K = sum [m |r'|^2 + J phi'^2] and the
+!> moment of inertia J(phi) of (9), all functions of the crank angle phi, ' = d/dphi, the kinetic energy is up to terms of
+!> third order in the frame's small motion v = (xi, eta) and psi
+!>
+!>     T = m |v.|^2 / 2 + v. . [psi. k x S + Omega (S' + psi k x S')] + J psi.^2 / 2 + psi. Omega A + Omega^2 K / 2.
+!>
+!> Its Lagrange equations for v and psi are (1) to (3); that for phi is the driving torque,
+!>
+!>     M_d = Omega^2 K' / 2 + v.. . (S' + psi k x S') + psi.. A - psi.^2 J' / 2,
+!>
+!> of which the first term is all on a rigid frame. Along a solution of (8) the power balance holds without remainder:
+!>
+!>     d/dt (T + q^T C_0 q / 2) = M_d Omega - q.^T B_0 q.,
+!>
+!> C_0, B_0 the mounting's matrices.
+module gestell_model_driving
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, a3_d, a3_v, drive_columns, energy_d, energy_v, spin_v, &
+    & table_columns
+  implicit none (type, external)
+  private
+
+  public :: drive_power
+
+  !> Rows of what the drive does: torque on the crank (N m, counter-clockwise positive), the torque on a rigid frame, the
+  !> drive's power, that of the dampers (W), the energy of mechanism, frame and springs (J).
+  integer, parameter, public :: torque = 1, rigid_torque = 2, drive_watts = 3, damper_watts = 4, stored_energy = 5, &
+    & power_rows = 5
+
+contains
+
+  !> The drive at phases of the turn, shape (power_rows, phases), from the motion there: q, q', q'', shape (9, phases).
+  !> `known`: the mechanism tells its kinetic energy.
+  subroutine drive_power(frame, phases, motion, power, known)
+    type(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
+    real(dp), intent(out) :: power(:, :)
+    logical, intent(out) :: known
+    real(dp), allocatable :: masses(:, :), drive(:, :)
+    real(dp) :: angles(size(phases)), s(2), s_d(2), spin, inertia, inertia_d
+    integer :: k
+
+    angles = frame%crank_angles(phases)
+    allocate(masses(size(phases), table_columns), drive(size(phases), drive_columns))
+    call frame%mechanism%tabulate(angles, masses)
+    call frame%mechanism%tabulate_drive(angles, drive, known)
+    power = 0
+    if (.not. known) return
+    associate (omega => frame%speed, origin => frame%origin, mass => frame%mechanism%mass)
+      do k = 1, size(phases)
+        associate (a => masses(k, :), q => motion(1:3, k), v => motion(4:6, k), acceleration => motion(7:9, k))
+          s = mass * origin + [a(a1_v), a(a2_v)]
+          s_d = [a(a1_d), a(a2_d)]
+          spin = drive(k, spin_v) + origin(1) * s_d(2) - origin(2) * s_d(1)
+          inertia = frame%inertia + frame%mechanism%inertia + mass * sum(origin**2) + a(a3_v) &
+            & + 2 * dot_product(origin, [a(a1_v), a(a2_v)])
+          inertia_d = a(a3_d) + 2 * dot_product(origin, s_d)
+          power(rigid_torque, k) = omega**2 * drive(k, energy_d) / 2
+          power(torque, k) = power(rigid_torque, k) + dot_product(acceleration(:2), s_d + q(3) * turned(s_d)) &
+            & + acceleration(3) * spin - v(3)**2 * inertia_d / 2
+          power(drive_watts, k) = omega * power(torque, k)
+          power(damper_watts, k) = dot_product(v, matmul(frame%damping, v))
+          power(stored_energy, k) = (frame%mass + mass) * sum(v(:2)**2) / 2 &
+            & + dot_product(v(:2), v(3) * turned(s) + omega * (s_d + q(3) * turned(s_d))) &
+            & + inertia * v(3)**2 / 2 + v(3) * omega * spin + omega**2 * drive(k, energy_v) / 2 &
+            & + dot_product(q, matmul(frame%stiffness, q)) / 2
+        end associate
+      end do
+    end associate
+  end subroutine drive_power
+
+  !> k x s.
+  pure function turned(s)
+    real(dp), intent(in) :: s(2)
+    real(dp) :: turned(2)
+
+    turned = [-s(2), s(1)]
+  end function turned
+
+end module gestell_model_driving

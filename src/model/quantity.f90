@@ -1,0 +1,239 @@
+!> Quantities of the vibration that are linear in the motion, as rows of weights: displacements, velocities and
+!> accelerations of points of the frame, forces of single supports and in total.
+!>
+!> The motion of the frame is one column of 12 numbers, for (xi, eta, psi) each: q, q', q'', and the forces of the guides on
+!> the ground, which hold the degrees of freedom that are not free.
+module gestell_model_quantity
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  use gestell_model_frame, only: frame_type
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_axes, support_type
+  implicit none (type, external)
+  private
+
+  public :: find_quantity, point_quantity
+
+  !> Rows of the motion: the last of q, q', q'' and the guides' forces.
+  integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12
+
+  !> A point of the frame that is watched, in the frame's system (m); the greatest vibration velocity (m/s, root of the mean
+  !> square in the band of frequencies, Hz, in any direction) that is allowed, 0: no limit.
+  type, public :: probe_type
+    character(len=64) :: name = ""
+    real(dp) :: position(2) = 0, limit = 0, band(2) = [10.0_dp, 1000.0_dp]
+  end type probe_type
+
+  type, public :: quantity_type
+    !> As the user names it, and its unit.
+    character(len=80) :: name = ""
+    character(len=8) :: unit = ""
+    !> Shape (guide_forces, 1), or (guide_forces, 2) of a magnitude, whose components along x and y the columns give.
+    real(dp), allocatable :: weights(:, :)
+  contains
+    procedure :: rows
+  end type quantity_type
+
+  character(len=*), parameter :: coordinates(6) = [character(len=7) :: "xi", "eta", "psi", "xi_dot", "eta_dot", "psi_dot"]
+  character(len=*), parameter :: coordinate_units(6) = [character(len=5) :: "m", "m", "rad", "m/s", "m/s", "rad/s"]
+  character(len=*), parameter :: point_parts(9) = [character(len=2) :: "x", "y", "d", "vx", "vy", "v", "ax", "ay", "a"]
+  character(len=*), parameter :: point_units(3) = [character(len=5) :: "m", "m/s", "m/s^2"]
+  character(len=*), parameter :: force_parts(3) = [character(len=2) :: "fx", "fy", "f"]
+
+contains
+
+  !> How many rows of the motion the quantity needs.
+  pure integer function rows(self)
+    class(quantity_type), intent(in) :: self
+    integer :: k
+
+    rows = velocities
+    do k = velocities + 1, guide_forces
+      if (any(abs(self%weights(k, :)) > 0)) rows = merge(accelerations, guide_forces, k <= accelerations)
+    end do
+  end function rows
+
+  !> The quantity of that name: xi, eta, psi and with _dot; fx, fy, m, f (forces and moment on the ground as in the
+  !> response, the magnitude of the whole force, that of guides with it); support(2).fx, .fy, .f; foundation.fx, .fy, .f, .m;
+  !> guide.fx, .fy, .f, .m; probe(name).x, .y, .d, .vx, .vy, .v, .ax, .ay, .a.
+  !> Error: there is none.
+  pure subroutine find_quantity(frame, probes, name, quantity, error)
+    type(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    character(len=*), intent(in) :: name
+    type(quantity_type), intent(out) :: quantity
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: forces(guide_forces, 3)
+    integer :: dot, part, number, k
+
+    dot = index(name, ".", back=.true.)
+    if (index(name, ")", back=.true.) > dot) dot = 0
+    part = findloc(coordinates, name, dim=1)
+    if (part > 0) then
+      allocate(quantity%weights(guide_forces, 1), source=0.0_dp)
+      quantity%weights(part, 1) = 1
+      quantity%unit = coordinate_units(part)
+    else if (any(name == [character(len=2) :: force_parts, "m"])) then
+      call total_forces(frame, forces)
+      if (name == "f") call add_guides(forces)
+      call take_forces(forces, name, quantity)
+    else if (dot > 1 .and. index(name, "probe(") == 1) then
+      do k = 1, size(probes)
+        if (name(:dot - 1) /= "probe(" // trim(probes(k)%name) // ")") cycle
+        if (any(point_parts == name(dot + 1:))) call point_quantity(probes(k), name(dot + 1:), quantity)
+      end do
+    else if (dot > 1) then
+      call part_forces(frame, name(:dot - 1), number, forces)
+      if (number >= 0 .and. (number == 0 .or. name(dot + 1:) /= "m")) call take_forces(forces, name(dot + 1:), quantity)
+    end if
+    quantity%name = name
+    if (allocated(quantity%weights)) return
+    call explain(frame, probes, name, error)
+  end subroutine find_quantity
+
+  pure subroutine explain(frame, probes, name, error)
+    type(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    character(len=*), intent(in) :: name
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: words
+
+    words = "'" // name // "' is no quantity: there are xi, eta, psi, xi_dot, eta_dot, psi_dot, fx, fy, m, f"
+    if (size(frame%supports) > 0) words = words // ", support(1).fx (.fy, .f; to " // text(size(frame%supports)) // ")"
+    words = words // ", foundation.fx, guide.fx (.fy, .f, .m)"
+    if (size(probes) > 0) words = words // ", probe(" // trim(probes(1)%name) // ").x (.y, .d, .vx, .vy, .v, .ax, .ay, .a)"
+    call fatal_error(error, words, invalid_input)
+  end subroutine explain
+
+  !> The forces that `place` (support(2), foundation, guide) exerts on the ground; `number`: of the support, 0 for the others,
+  !> -1: there is no such place.
+  pure subroutine part_forces(frame, place, number, forces)
+    type(frame_type), intent(in) :: frame
+    character(len=*), intent(in) :: place
+    integer, intent(out) :: number
+    real(dp), intent(out) :: forces(guide_forces, 3)
+
+    forces = 0
+    number = 0
+    if (place == "foundation") then
+      call foundation_forces(frame, forces)
+    else if (place == "guide") then
+      call add_guides(forces)
+    else
+      do number = 1, size(frame%supports)
+        if (place == "support(" // text(number) // ")") exit
+      end do
+      if (number > size(frame%supports)) then
+        number = -1
+      else
+        call support_forces(frame%supports(number), forces)
+      end if
+    end if
+  end subroutine part_forces
+
+  !> The force of one support on the ground, of which each of its axes carries (k g.q + b g.q') n.
+  pure subroutine support_forces(support, forces)
+    type(support_type), intent(in) :: support
+    real(dp), intent(out) :: forces(guide_forces, 3)
+    real(dp) :: g(3, 2)
+    integer :: i, j
+
+    g = support_axes(support)
+    forces = 0
+    do i = 1, 3
+      do j = 1, 2
+        forces(:3, i) = forces(:3, i) + support%stiffness(j) * g(i, j) * g(:, j)
+        forces(4:6, i) = forces(4:6, i) + support%damping(j) * g(i, j) * g(:, j)
+      end do
+    end do
+  end subroutine support_forces
+
+  !> What supports and foundation together exert, and their moment about F at rest.
+  pure subroutine total_forces(frame, forces)
+    type(frame_type), intent(in) :: frame
+    real(dp), intent(out) :: forces(guide_forces, 3)
+
+    forces = 0
+    forces(:3, :) = transpose(frame%stiffness)
+    forces(4:6, :) = transpose(frame%damping)
+  end subroutine total_forces
+
+  !> What is left of the mounting without its supports; differences that are rounding are zero.
+  pure subroutine foundation_forces(frame, forces)
+    type(frame_type), intent(in) :: frame
+    real(dp), intent(out) :: forces(guide_forces, 3)
+    real(dp), parameter :: rounding = 16 * epsilon(1.0_dp)
+
+    forces = 0
+    associate (c => frame%stiffness - stiffness_matrix(frame%supports), b => frame%damping - damping_matrix(frame%supports))
+      forces(:3, :) = merge(transpose(c), 0.0_dp, abs(transpose(c)) > rounding * size_of(frame%stiffness))
+      forces(4:6, :) = merge(transpose(b), 0.0_dp, abs(transpose(b)) > rounding * size_of(frame%damping))
+    end associate
+  end subroutine foundation_forces
+
+  !> How large the terms of a mounting's matrix may be.
+  pure function size_of(c) result(terms)
+    real(dp), intent(in) :: c(3, 3)
+    real(dp) :: terms(3, 3)
+    integer :: i, k
+
+    terms = reshape([((sqrt(abs(c(i, i))) * sqrt(abs(c(k, k))), i = 1, 3), k = 1, 3)], [3, 3])
+  end function size_of
+
+  pure subroutine add_guides(forces)
+    real(dp), intent(inout) :: forces(guide_forces, 3)
+    integer :: i
+
+    do i = 1, 3
+      forces(accelerations + i, i) = forces(accelerations + i, i) + 1
+    end do
+  end subroutine add_guides
+
+  pure subroutine take_forces(forces, part, quantity)
+    real(dp), intent(in) :: forces(guide_forces, 3)
+    character(len=*), intent(in) :: part
+    type(quantity_type), intent(inout) :: quantity
+
+    quantity%unit = "N"
+    select case (part)
+    case ("fx")
+      quantity%weights = forces(:, 1:1)
+    case ("fy")
+      quantity%weights = forces(:, 2:2)
+    case ("f")
+      quantity%weights = forces(:, 1:2)
+    case ("m")
+      quantity%weights = forces(:, 3:3)
+      quantity%unit = "Nm"
+    case default
+      quantity%unit = ""
+    end select
+  end subroutine take_forces
+
+  !> The displacement (part x, y, d for the magnitude), velocity (vx, vy, v) or acceleration (ax, ay, a) of a point of the
+  !> frame at (X, Y): (xi - Y psi, eta + X psi) and its derivatives.
+  pure subroutine point_quantity(probe, part, quantity)
+    type(probe_type), intent(in) :: probe
+    character(len=*), intent(in) :: part
+    type(quantity_type), intent(out) :: quantity
+    real(dp) :: along(guide_forces, 2)
+    integer :: number, first
+
+    number = findloc(point_parts, part, dim=1)
+    first = 3 * ((number - 1) / 3)
+    along = 0
+    along(first + 1, 1) = 1
+    along(first + 3, 1) = -probe%position(2)
+    along(first + 2, 2) = 1
+    along(first + 3, 2) = probe%position(1)
+    number = number - first
+    quantity%name = "probe(" // trim(probe%name) // ")." // part
+    quantity%unit = point_units(1 + first / 3)
+    if (number == 3) then
+      quantity%weights = along
+    else
+      quantity%weights = along(:, number:number)
+    end if
+  end subroutine point_quantity
+
+end module gestell_model_quantity

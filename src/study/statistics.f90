@@ -1,0 +1,127 @@
+!> What an engineer reads off a quantity over one period: peak, root of the mean square, crest factor, harmonics.
+module gestell_study_statistics
+  use gestell_base_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_base_kinds, only: dp
+  use gestell_model_quantity, only: quantity_type
+  use gestell_study_vibration, only: vibration_type
+  implicit none (type, external)
+  private
+
+  public :: band_rms, history_of, take_statistics
+
+  type, public :: statistics_type
+    !> Harmonics, shape (1), of a magnitude those of its components along x and y, shape (2).
+    type(fourier_type), allocatable :: series(:)
+    !> max |.| over the period, an estimate of its error, root of the mean square.
+    real(dp) :: peak = 0, peak_error = 0, rms = 0
+    !> Phase of the period, t / T, of the sample nearest to the peak.
+    real(dp) :: peak_phase = 0
+  contains
+    procedure :: crest
+    procedure :: amplitude
+  end type statistics_type
+
+contains
+
+  !> `vibration` must hold the rows of the motion that the quantity needs.
+  subroutine take_statistics(vibration, quantity, statistics)
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: quantity
+    type(statistics_type), intent(out) :: statistics
+    real(dp), allocatable :: samples(:, :)
+    real(dp) :: error
+    integer :: i
+
+    call components(quantity, vibration%motion, samples)
+    allocate(statistics%series(size(samples, 2)))
+    error = 0
+    do i = 1, size(samples, 2)
+      statistics%series(i) = fourier_series(samples(:, i))
+      statistics%rms = hypot(statistics%rms, statistics%series(i)%rms())
+      error = hypot(error, dot_product(abs(quantity%weights(:size(vibration%motion_error), i)), vibration%motion_error))
+    end do
+    if (size(samples, 2) == 1) then
+      statistics%peak = statistics%series(1)%peak(samples(:, 1))
+    else
+      ! The square is a series of twice the orders, but what the samples do not resolve of it is as small as their own tail.
+      associate (largest => max(maxval(abs(samples)), tiny(1.0_dp)))
+        statistics%peak = largest * sqrt(greatest(sum((samples / largest)**2, dim=2)))
+      end associate
+    end if
+    statistics%peak_phase = real(maxloc(norm2(samples, dim=2), dim=1) - 1, dp) / size(samples, 1)
+    statistics%peak_error = error
+  end subroutine take_statistics
+
+  !> The quantity's components at the samples of a motion, shape (samples, 1 or 2).
+  pure subroutine components(quantity, motion, samples)
+    type(quantity_type), intent(in) :: quantity
+    real(dp), intent(in) :: motion(:, :)
+    real(dp), allocatable, intent(out) :: samples(:, :)
+
+    allocate(samples(size(motion, 2), size(quantity%weights, 2)))
+    samples = matmul(transpose(motion), quantity%weights(:size(motion, 1), :))
+  end subroutine components
+
+  !> The quantity at the times of the history, a magnitude without sign; shape (points + 1).
+  pure subroutine history_of(vibration, quantity, history)
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: quantity
+    real(dp), allocatable, intent(out) :: history(:)
+    real(dp), allocatable :: samples(:, :)
+
+    call components(quantity, vibration%motion_history, samples)
+    if (size(samples, 2) == 1) then
+      history = samples(:, 1)
+    else
+      history = norm2(samples, dim=2)
+    end if
+  end subroutine history_of
+
+  !> Peak over root of the mean square; 0 where nothing moves.
+  pure real(dp) function crest(self)
+    class(statistics_type), intent(in) :: self
+
+    crest = 0
+    if (self%rms > 0) crest = self%peak / self%rms
+  end function crest
+
+  !> The amplitude of an order from 1 on; of a magnitude, the root of the sum of its components' squares. Orders that the
+  !> samples do not reach are zero.
+  pure real(dp) function amplitude(self, order)
+    class(statistics_type), intent(in) :: self
+    integer, intent(in) :: order
+    integer :: i
+
+    amplitude = 0
+    do i = 1, size(self%series)
+      if (order <= size(self%series(i)%amplitude)) amplitude = hypot(amplitude, self%series(i)%amplitude(order))
+    end do
+  end function amplitude
+
+  !> Root of the mean square of the components' orders whose frequency, order / period, lies in `band` (both ends included),
+  !> along each component and in the direction in which it is greatest; of one component both are the same.
+  pure subroutine band_rms(statistics, period, band, along, greatest_direction)
+    type(statistics_type), intent(in) :: statistics
+    real(dp), intent(in) :: period, band(2)
+    real(dp), intent(out) :: along(:), greatest_direction
+    real(dp) :: square(2, 2)
+    complex(dp) :: c(2)
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    integer :: k, i, n
+
+    n = size(statistics%series)
+    square = 0
+    do k = 1, size(statistics%series(1)%amplitude)
+      if (k / period < band(1) * (1 - rounding) .or. k / period > band(2) * (1 + rounding)) cycle
+      c = 0
+      do i = 1, n
+        c(i) = statistics%series(i)%amplitude(k) * exp(cmplx(0, statistics%series(i)%phase(k), dp))
+      end do
+      square = square + real(spread(c, 2, 2) * conjg(spread(c, 1, 2)), dp) / 2
+    end do
+    along = [(sqrt(square(i, i)), i = 1, n)]
+    ! The greater eigenvalue of a symmetric 2 x 2 matrix.
+    greatest_direction = sqrt((square(1, 1) + square(2, 2)) / 2 + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
+  end subroutine band_rms
+
+end module gestell_study_statistics
