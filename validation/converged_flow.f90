@@ -5,7 +5,7 @@ module converged_flow
   implicit none (type, external)
   private
 
-  public :: converged_monodromy, converged_initial_state, multiplier_moduli, liouville_exponent
+  public :: converged_monodromy, converged_initial_state, converged_motion, multiplier_moduli, liouville_exponent
 
   !> Half the order; column j of the extrapolation has 2 j substeps
   integer, parameter :: columns = 4
@@ -51,19 +51,40 @@ contains
     x0 = x(:, 1)
   end function converged_initial_state
 
-  !> The flow over one period of (x, 1)' = [P f; 0 0] (x, 1): Phi(T) with x_p(T) as its seventh column.
-  function augmented_flow(machine, omega, steps) result(flow)
+  !> The periodic vibration at the times 0, T/parts, ..., T, shape (6, parts + 1); `parts` divides `steps`.
+  function converged_motion(machine, omega, steps, parts) result(x)
+    type(four_bar), intent(in) :: machine
+    real(dp), intent(in) :: omega
+    integer, intent(in) :: steps, parts
+    real(dp) :: x(6, 0:parts)
+
+    real(dp) :: flow(7, 7)
+    integer :: k
+
+    x(:, 0) = converged_initial_state(machine, omega, steps)
+    do k = 1, parts
+      flow = augmented_flow(machine, omega, steps, k * steps / parts)
+      x(:, k) = matmul(flow(1:6, 1:6), x(:, 0)) + flow(1:6, 7)
+    end do
+  end function converged_motion
+
+  !> The flow over one period, or the first `taken` of its steps, of (x, 1)' = [P f; 0 0] (x, 1): Phi(T) with x_p(T) as its
+  !> seventh column.
+  function augmented_flow(machine, omega, steps, taken) result(flow)
     type(four_bar), intent(in) :: machine
     real(dp), intent(in) :: omega
     integer, intent(in) :: steps
+    integer, intent(in), optional :: taken
     real(dp) :: flow(7, 7)
 
     real(dp) :: table(7, 7, columns), coarser(7, 7), finer(7, 7), h
-    integer :: i, j, k
+    integer :: last, i, j, k
 
     h = 2 * pi / abs(omega) / steps
+    last = steps
+    if (present(taken)) last = taken
     flow = identity(7)
-    do i = 1, steps
+    do i = 1, last
       do j = 1, columns
         finer = modified_midpoint(machine, omega, (i - 1) * h, h, 2 * j, flow)
         do k = 1, j - 1

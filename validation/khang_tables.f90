@@ -6,7 +6,7 @@ program khang_tables
   use original_program, only: program_options, as_printed, runge_kutta_weights, monodromy, initial_state
   use library_values, only: solve_by_library
   use printed_tables, only: speed_rpm, table_2, table_3, quantity, six_decimals
-  use converged_flow, only: converged_monodromy, converged_initial_state, multiplier_moduli, liouville_exponent
+  use converged_flow, only: converged_monodromy, converged_initial_state, converged_motion, multiplier_moduli, liouville_exponent
   use table_3_evidence, only: reproduced, range_alone, range_together, distributions
   implicit none (type, external)
 
@@ -14,15 +14,20 @@ program khang_tables
   integer, parameter :: reference_steps = 600
   !> By the library, at both speeds: right values and the errors that it claims
   real(dp) :: right_x0(6, 2), x0_error(6, 2), right_rho(2), rho_error(2)
+  !> Displacements at `parts` + 1 crank angles of the turn, and the claimed errors
+  integer, parameter :: parts = 12
+  real(dp) :: turn(3, 0:parts, 2), turn_error(3, 2)
   integer :: failures, speed
 
   do speed = 1, 2
-    call solve_by_library(speed_rpm(speed), right_x0(:, speed), x0_error(:, speed), right_rho(speed), rho_error(speed))
+    call solve_by_library(speed_rpm(speed), right_x0(:, speed), x0_error(:, speed), right_rho(speed), rho_error(speed), &
+      & turn(:, :, speed), turn_error(:, speed))
   end do
   failures = 0
   call show_table_3()
   call show_evidence()
   call show_table_2()
+  call show_turn()
   call show_orders()
   if (failures > 0) error stop "khang_tables: a claim about the printed tables does not hold"
   print '(/,a)', 'All claims hold.'
@@ -146,6 +151,23 @@ contains
       call claim(abs(maxval(moduli) - right_rho(i)) < rho_error(i) + 1.0e-9_dp, 'right value of Table 2')
     end do
   end subroutine show_table_2
+
+  !> The quantities of Bilder 3 to 5, whose curves are lost: right values, checked against the reference.
+  subroutine show_turn()
+    real(dp) :: x(6, 0:parts)
+    integer :: i, k
+
+    print '(/,a)', 'Bilder 3 to 5: the vibration over a turn, n = 240 and n = 360'
+    print '(a)', '  crank      xi (mm)  eta (mm)  psi (mrad)     xi (mm)  eta (mm)  psi (mrad)'
+    do k = 0, parts
+      print '(i7,2(f13.5,f10.5,f12.5))', 360 * k / parts, 1.0e3_dp * turn(:, k, :)
+    end do
+    do i = 1, 2
+      x = converged_motion(four_bar(), crank_speed(speed_rpm(i)), reference_steps, parts)
+      call claim(all(abs(turn(:, :, i) - x(:3, :)) < spread(turn_error(:, i), 2, parts + 1) + 1.0e-9_dp), &
+        & 'the vibration over a turn')
+    end do
+  end subroutine show_turn
 
   subroutine show_orders()
     real(dp) :: last(3)

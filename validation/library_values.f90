@@ -14,10 +14,11 @@ module library_values
 
 contains
 
-  !> The initial state of the periodic vibration and rho_max at a speed in 1/min, with the bounds that the library claims.
-  subroutine solve_by_library(speed_rpm, x0, x0_error, rho_max, rho_error)
+  !> The initial state of the periodic vibration and rho_max at a speed in 1/min, with the bounds that the library claims;
+  !> the displacements at equidistant times from 0 to T, shape (3, times), and the claimed errors of their peaks.
+  subroutine solve_by_library(speed_rpm, x0, x0_error, rho_max, rho_error, turn, turn_error)
     real(dp), intent(in) :: speed_rpm
-    real(dp), intent(out) :: x0(6), x0_error(6), rho_max, rho_error
+    real(dp), intent(out) :: x0(6), x0_error(6), rho_max, rho_error, turn(:, :), turn_error(3)
     type(document_type) :: doc
     type(configuration_type) :: configuration
     type(analysis_type) :: analysis
@@ -27,10 +28,13 @@ contains
     if (.not. allocated(error)) call set_path_real(doc, input_schema(), "drive.speed_rpm", speed_rpm, error)
     if (.not. allocated(error)) call check_document(doc, input_schema(), error)
     if (.not. allocated(error)) call read_configuration(doc, configuration, error)
+    configuration%tasks%points = size(turn, 2) - 1
     if (.not. allocated(error)) call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, error)
     if (allocated(error)) error stop "khang_tables: " // error%message
     x0 = analysis%vibration%start%x0
     x0_error = analysis%vibration%start%error
+    turn = analysis%vibration%history(:3, :)
+    turn_error = analysis%vibration%peak_error(:3)
     rho_max = abs(analysis%multipliers%rho(1))
     rho_error = rho_max * analysis%multipliers%error(1)
   end subroutine solve_by_library

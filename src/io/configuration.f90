@@ -46,6 +46,9 @@ module gestell_io_configuration
     type(quantity_type), allocatable :: quantities(:), sensitive(:)
     integer :: orders = 6
     type(sweep_plan_type), allocatable :: plan
+    !> The input as it was typed, and its units.
+    type(document_type) :: document
+    type(units_type) :: units
     !> Hash of all that the input says (`content_of`).
     integer(int64) :: content = 0
     !> Why the machine of the input itself cannot turn, where only others are asked for.
@@ -67,29 +70,29 @@ contains
     type(document_type), intent(in) :: doc
     type(configuration_type), intent(out) :: configuration
     type(error_type), allocatable, intent(out) :: error
-    type(units_type) :: units
     class(mechanism_type), allocatable :: mechanism
     type(schema_type) :: schema
 
     schema = input_schema()
+    configuration%document = doc
     configuration%content = content_of(doc, schema)
     call read_orders(doc, configuration, error)
     if (allocated(error)) return
-    call read_units(doc, units, error)
+    call read_units(doc, configuration%units, error)
     if (allocated(error)) return
-    call read_mechanism(doc, units, mechanism, error)
+    call read_mechanism(doc, configuration%units, mechanism, error)
     if (allocated(error)) return
-    call read_frame(doc, units, mechanism, configuration%frame, error)
+    call read_frame(doc, configuration%units, mechanism, configuration%frame, error)
     if (allocated(error)) then
       if (error%code /= impossible_mechanism .or. configuration%single() .or. configuration%over_speed()) return
       call move_alloc(error, configuration%impossible)
     end if
-    call read_probes(doc, units, configuration%probes, error)
+    call read_probes(doc, configuration%units, configuration%probes, error)
     if (.not. allocated(error) .and. .not. allocated(configuration%impossible)) call read_wanted(doc, configuration, error)
     if (allocated(error)) return
     if (.not. (configuration%sweep .or. configuration%boundary .or. configuration%over_speed())) return
     allocate(configuration%plan)
-    call read_sweep(doc, schema, units, configuration%plan, error)
+    call read_sweep(doc, schema, configuration%units, configuration%plan, error)
     configuration%plan%order%accuracy = configuration%accuracy
     configuration%plan%order%averaged = configuration%tasks%averaged
     if (.not. allocated(error) .and. configuration%over_speed()) call read_speeds(doc, configuration%plan, error)
