@@ -15,6 +15,7 @@ program main
   use test_floquet, only: collect_floquet
   use test_guards, only: collect_guards
   use test_hill, only: collect_hill
+  use test_html, only: collect_html
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
   use test_lanes, only: collect_lanes
@@ -61,6 +62,7 @@ program main
   suites = [ &
     & new_testsuite("base", collect_base), &
     & new_testsuite("mesh", collect_mesh), &
+    & new_testsuite("html", collect_html), &
     & new_testsuite("method", collect_method), &
     & new_testsuite("methods", collect_methods), &
     & new_testsuite("cheapest", collect_cheapest), &
