@@ -3,8 +3,10 @@
 Run from the checkout: ./bootstrap python3 test/documents.py. The last line is "N passed, M failed".
 """
 
+import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -107,6 +109,65 @@ def columns(gestell, folder):
             check(f"doc/output.md: {name}.csv {column}", f"`{column}`" in document)
 
 
+# Pages whose every command is run. A page is one script of bash, in a folder that holds the checkout as `gestell`:
+# "```sh" is run, the text of "```text" below it must be what it printed ("..." stands for lines left out), and any other
+# block is a file if the line above it ends in "`NAME`:", one that grows if that line says "add".
+PAGES = ["doc/tutorial.md", *sorted(str(page.relative_to(ROOT)) for page in (ROOT / "doc").glob("howto_*.md"))]
+
+
+def page_blocks(page):
+    """(language, text, name of the file or None, whether it is added to) of each block."""
+    found = []
+    for above, language, block in re.findall(r"^([^\n]*)\n+```(\w+)\n(.*?)^```$", text(page), re.M | re.S):
+        file = re.search(r"`([\w./-]+)`:$", above.strip())
+        found.append((language, block, file and file.group(1), "add" in above.lower()))
+    return found
+
+
+def script_of(blocks, outputs):
+    """A script of bash: the page's files and commands, the output of command i in the file i."""
+    lines = ["set -e"]
+    for i, (language, block, file, grows) in enumerate(blocks):
+        if language == "sh":
+            lines += [f"exec >{shlex.quote(str(outputs))}/{i} 2>&1", block]
+        elif file:
+            lines += [f"cat {'>>' if grows else '>'}{file} <<'END-OF-FILE'", f"{block}END-OF-FILE"]
+    return "\n".join(lines) + "\n"
+
+
+def printed(excerpt, output):
+    """Whether the parts of the excerpt between lines "..." stand in the output, in their order."""
+    at, out = 0, re.sub(r" +$", "", but_for_rounding(output), flags=re.M)
+    for part in re.split(r"^ *\.\.\.\n", but_for_rounding(excerpt), flags=re.M):
+        at = out.find(part, at)
+        if at < 0:
+            return False
+        at += len(part)
+    return True
+
+
+def run_page(page, folder):
+    outputs, work = folder / "outputs" / page, folder / "work" / page
+    outputs.mkdir(parents=True)
+    work.mkdir(parents=True)
+    (work / "gestell").symlink_to(ROOT)
+    blocks = page_blocks(page)
+    own = {"HOME": str(folder / "home"), "PATH": f"{folder}/home/.local/bin:{os.environ['PATH']}"}
+    done = subprocess.run(
+        ["bash"], input=script_of(blocks, outputs), cwd=work, env=os.environ | own, capture_output=True, text=True, timeout=600
+    )
+    output = ""
+    for i, (language, block, file, _) in enumerate(blocks):
+        check(f"{page}: a file without a name", language in ("sh", "text") or file, block)
+        if language == "sh":
+            log = outputs / str(i)
+            output = log.read_text() if log.exists() else "(not reached)\n"
+            last = i == max((k for k, b in enumerate(blocks) if b[0] == "sh" and (outputs / str(k)).exists()), default=i)
+            check(f"{page}: {block}", log.exists() and (done.returncode == 0 or not last), output + done.stderr)
+        elif language == "text":
+            check(f"{page}: what is printed", printed(block, output), f"{block}--- but\n{output}")
+
+
 def links():
     for document in [ROOT / "README.md", *sorted((ROOT / "doc").glob("*.md"))]:
         for target in re.findall(r"\]\(([^)#]+)\)", document.read_text(encoding="utf-8")):
@@ -117,12 +178,14 @@ def links():
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        install = program("fpm", "install", "--prefix", folder / "installed")
+        install = program("fpm", "install", "--profile", "release", "--prefix", folder / "home/.local")
         check("fpm install", install.returncode == 0, install.stderr[-2000:])
-        gestell = folder / "installed/bin/gestell"
+        gestell = folder / "home/.local/bin/gestell"
         excerpts(gestell, folder)
         options(gestell)
         columns(gestell, folder)
+        for page in PAGES:
+            run_page(page, folder)
     keys()
     links()
     run_commands()

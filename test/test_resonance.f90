@@ -24,7 +24,8 @@ contains
     testsuite = [ &
       & new_unittest("digits lost are digits claimed", test_digits), &
       & new_unittest("at resonance an error names multiplier and order", test_singular), &
-      & new_unittest("a frame that nothing holds", test_loose)]
+      & new_unittest("a frame that nothing holds", test_loose), &
+      & new_unittest("soft springs are no resonance", test_soft)]
   end subroutine collect_resonance
 
   !> The paper's frame, undamped, free along x only: there M and C are constant. The crank turns at 1 / 5 of its frequency,
@@ -130,5 +131,29 @@ contains
     if (allocated(error)) return
     call check(error, index(failure%message, "holds the frame") > 0, more=failure%message)
   end subroutine test_loose
+
+  !> The paper's frame, free along x only, the crank 32, 64 and 128 times as fast as its vibration: |1 - rho| is about 2 pi / 32
+  !> and less, and the condition above 10, without an order to resonate with.
+  subroutine test_soft(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(gestell_error), allocatable :: failure
+    real(dp) :: stiffness
+    integer :: i
+
+    do i = 1, 3
+      call one_freedom(order * 16 * 2.0_dp**i - 1, frame, stiffness, failure)
+      if (.not. allocated(failure)) call analyse(frame, tasks_type(), accuracy_type(), analysis, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      call check(error, analysis%vibration%start%condition > 10, more="condition")
+      if (allocated(error)) return
+      call check(error, .not. allocated(analysis%resonance), more="called near resonance")
+      if (allocated(error)) return
+    end do
+  end subroutine test_soft
 
 end module test_resonance

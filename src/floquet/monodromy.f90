@@ -330,8 +330,8 @@ contains
     call move_alloc(level%xp, monodromy%xp)
   end subroutine accept
 
-  !> Liouville: ln |det Phi(T)| equals the integral of tr P. Where the determinant underflows, the defect is the integral
-  !> itself: large, as it should be where nothing is proved.
+  !> By Liouville ln |det Phi(T)| equals the integral of tr P. Where the determinant underflows, the defect is that
+  !> integral, large as it should be where nothing is proved.
   subroutine check_liouville(system, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(monodromy_type), intent(inout) :: monodromy

@@ -102,7 +102,8 @@ contains
     call solve_multipliers(analysis%floquet, .false., multipliers, error)
     if (.not. allocated(error)) call find_resonance(frame, multipliers, found, error)
     if (allocated(error)) return
-    analysis%resonance = found
+    ! What is slower than half the crank, as on soft springs, resonates with none of its orders.
+    if (found%order > 0 .or. found%loose() .or. present(failure)) analysis%resonance = found
     if (.not. present(failure)) return
     call describe_resonance(found, sentence)
     failure%message = failure%message // "; " // sentence

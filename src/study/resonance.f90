@@ -19,6 +19,8 @@ module gestell_study_resonance
     !> nearest order of the crank; frequency 0: nothing holds the frame in some direction.
     real(dp) :: frequency = 0, ratio = 0
     integer :: order = 0
+  contains
+    procedure :: loose
   end type resonance_type
 
 contains
@@ -43,13 +45,21 @@ contains
     resonance%order = nint(min(ratios(mode), 1.0e9_dp))
   end subroutine find_resonance
 
+  !> Whether nothing, or next to nothing, holds the frame in some direction: no vibration swings so slowly that is meant.
+  pure logical function loose(self)
+    class(resonance_type), intent(in) :: self
+    real(dp), parameter :: slowest = 1.0e-3_dp
+
+    loose = self%ratio < slowest
+  end function loose
+
   !> In one sentence.
   pure subroutine describe_resonance(resonance, sentence)
     type(resonance_type), intent(in) :: resonance
     character(len=:), allocatable, intent(out) :: sentence
 
     sentence = "multiplier " // text(resonance%multiplier) // " lies " // concise(resonance%distance, 2) // " from 1: "
-    if (resonance%order == 0) then
+    if (resonance%loose()) then
       sentence = sentence // "nothing, or next to nothing, holds the frame in some direction"
     else
       sentence = sentence // "the free vibration of " // concise(resonance%frequency / (2 * pi), 6) // " Hz swings " &
