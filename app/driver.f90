@@ -10,6 +10,7 @@ module driver
   use gestell_io_check, only: check_document
   use gestell_io_configuration, only: configuration_type, read_configuration
   use gestell_io_document, only: document_type
+  use gestell_io_findings, only: report_findings, write_findings
   use gestell_io_folder, only: make_folder
   use gestell_io_namelist, only: read_document
   use gestell_io_path, only: set_value
@@ -27,6 +28,7 @@ module driver
   use terminal, only: show_progress
   use gestell_study_boundary_task, only: border_results_type
   use gestell_study_analysis, only: analyse, analysis_type
+  use gestell_study_findings, only: find, findings_type
   use gestell_study_model_trade, only: measure_model, model_trade_type
   use gestell_study_tile_results, only: stable, verdict
   use gestell_study_trade, only: measure_trade, trade_type
@@ -120,6 +122,7 @@ contains
     type(analysis_type) :: analysis
     type(trade_type) :: trade
     type(model_trade_type) :: model_trade
+    type(findings_type) :: findings
     real(dp), allocatable :: frequencies(:)
 
     if (configuration%trade) then
@@ -138,17 +141,22 @@ contains
       call take_verdict(options, configuration, analysis, code)
       return
     end if
+    if (allocated(analysis%vibration)) call find(configuration%frame, analysis%vibration, &
+      & configuration%probes(:merge(size(configuration%probes), 0, configuration%tasks%response)), configuration%forces, &
+      & configuration%power, findings)
     if (.not. options%quiet) then
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
       write (output_unit, "(a)", advance="no") report_transmission(configuration%frame) &
-        & // report_results(configuration, analysis, frequencies)
+        & // report_results(configuration, analysis, frequencies) // report_findings(findings)
       if (configuration%trade) write (output_unit, "(a)", advance="no") report_trade(trade) // report_model(model_trade)
     end if
 
     call make_folder(folder, error)
     if (allocated(error)) return
     call write_results(folder, preamble(options, configuration), configuration%frame, configuration%tasks, analysis, error)
+    if (allocated(error)) return
+    call write_findings(folder, preamble(options, configuration), findings, configuration%tasks%harmonics, error)
     if (allocated(error)) return
     if (configuration%trade) call write_trade(folder, preamble(options, configuration), trade, model_trade, error)
     if (allocated(error)) return

@@ -31,8 +31,10 @@ module gestell
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
   use gestell_study_boundary_map, only: border_map_type, border_vertex_type, trace_borders
+  use gestell_study_drive, only: drive_type, find_drive, torque_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
+  use gestell_study_ground, only: along_x, along_y, find_places, moment, place_type, whole_force
   use gestell_study_point, only: solve_point, sweep_order_type
   use gestell_study_sweep, only: solve_tile
   use gestell_study_statistics, only: band_rms, history_of, statistics_type, take_statistics
@@ -44,6 +46,7 @@ module gestell
     & verdict_unstable => unstable
   use gestell_study_trade, only: cheapest, measure_trade, trade_row_type, trade_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
+  use gestell_study_watched, only: probe_part_names, probe_parts, watch, watched_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)

@@ -102,7 +102,8 @@ def columns(gestell, folder):
     program(gestell, "--set", "case.tasks=modes,response", "-o", "all", ROOT / "data/khang_four_bar.nml", where=folder)
     document = text("doc/output.md")
     program(gestell, "--set", "case.tasks=trade", "-o", "all", ROOT / "data/rocking_sieve.nml", where=folder)
-    for name in ("multipliers", "response", "trade"):
+    program(gestell, "-o", "all", ROOT / "data/compressor.nml", where=folder)
+    for name in ("multipliers", "response", "trade", "power"):
         lines = (folder / "all" / f"{name}.csv").read_text().splitlines()
         header = next(line for line in lines if line[0] != "#")
         for column in header.split(","):

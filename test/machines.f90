@@ -5,7 +5,7 @@ module machines
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_model_mounting, only: support_type
   use reference_machine, only: joint_data, machine_data
   implicit none (type, external)
   private
@@ -93,13 +93,12 @@ contains
         supports(i) = support_type(s%position, s%stiffness, s%damping, s%angle_deg * pi / 180)
       end associate
     end do
-    damping = damping_matrix(supports)
+    damping = 0
     do i = 1, 3
-      damping(i, i) = damping(i, i) + machine%foundation_damping(i)
+      damping(i, i) = machine%foundation_damping(i)
     end do
-    call new_frame(frame, linkage, machine%frame_mass, machine%frame_inertia, machine%origin, &
-      & machine%foundation_stiffness + stiffness_matrix(supports), damping, machine%speed_rpm * 2 * pi / 60, error, &
-      & pack([1, 2, 3], machine%free))
+    call new_frame(frame, linkage, machine%frame_mass, machine%frame_inertia, machine%origin, machine%foundation_stiffness, &
+      & damping, machine%speed_rpm * 2 * pi / 60, error, pack([1, 2, 3], machine%free), supports)
   end subroutine frame_of_machine
 
   pure character(len=3) function name(letter, i)

@@ -10,9 +10,12 @@ program main
   use test_campaign, only: collect_campaign
   use test_cheapest, only: collect_cheapest
   use test_data, only: collect_data
+  use test_drive, only: collect_drive
   use test_equivalence, only: collect_equivalence
   use test_factors, only: collect_factors
   use test_floquet, only: collect_floquet
+  use test_forces, only: collect_forces
+  use test_forces_limits, only: collect_forces_limits
   use test_guards, only: collect_guards
   use test_hill, only: collect_hill
   use test_html, only: collect_html
@@ -38,6 +41,7 @@ program main
   use test_reach, only: collect_reach
   use test_reduction, only: collect_reduction
   use test_resonance, only: collect_resonance
+  use test_probes, only: collect_probes
   use test_rows, only: collect_rows
   use test_set, only: collect_set
   use test_spectra, only: collect_spectra
@@ -93,6 +97,10 @@ program main
     & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("population", collect_population), &
     & new_testsuite("vibration", collect_vibration), &
+    & new_testsuite("forces", collect_forces), &
+    & new_testsuite("forces-limits", collect_forces_limits), &
+    & new_testsuite("probes", collect_probes), &
+    & new_testsuite("drive", collect_drive), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("averaged", collect_averaged), &
     & new_testsuite("model-trade", collect_model_trade), &

@@ -7,7 +7,7 @@ module gestell_io_csv
   implicit none (type, external)
   private
 
-  public :: write_table
+  public :: field, write_table
 
 contains
 
@@ -56,6 +56,22 @@ contains
     if (status /= 0) call fatal_error(error, folder // "/" // name // ": cannot be written: " // trim(message), &
       & failed_computation)
   end subroutine write_table
+
+  !> A text as a field of the file: in quotes if it has a comma or quotes itself, which are doubled then.
+  pure function field(words) result(word)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: word
+    integer :: i
+
+    word = words
+    if (scan(words, ",""") == 0) return
+    word = """"
+    do i = 1, len(words)
+      word = word // words(i:i)
+      if (words(i:i) == """") word = word // """"
+    end do
+    word = word // """"
+  end function field
 
   !> Numbers with 17 digits between commas: written at once, for that is what most of a run's time goes into.
   pure function row(values) result(line)

@@ -2,6 +2,7 @@
 module gestell_io_sweep_csv
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_io_csv, only: field
   use gestell_io_files, only: file_size, remove_file, rename_file
   use gestell_io_path, only: position_of_equals
   use gestell_io_scientific, only: number_width, put_number
@@ -80,28 +81,6 @@ contains
     lines = header(paths, columns) // newline &
       & // lines(:len(lines) - 1) // newline
   end function case_lines
-
-  !> A text as a field of the file: in quotes if it has a comma or quotes itself.
-  pure function field(text) result(word)
-    character(len=*), intent(in) :: text
-    character(len=:), allocatable :: word
-
-    word = text
-    if (scan(text, ",""") > 0) word = """" // doubled(text) // """"
-  end function field
-
-  !> A text with two quotes for each.
-  pure function doubled(text) result(twice)
-    character(len=*), intent(in) :: text
-    character(len=:), allocatable :: twice
-    integer :: i
-
-    twice = ""
-    do i = 1, len(text)
-      twice = twice // text(i:i)
-      if (text(i:i) == """") twice = twice // """"
-    end do
-  end function doubled
 
   !> The lines of points, values of shape (ordered columns, points of the second axis, points of the first), of which the
   !> first is point `first` on the axes.

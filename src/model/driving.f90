@@ -14,7 +14,7 @@
 !>
 !>     d/dt (T + q^T C_0 q / 2) = M_d Omega - q.^T B_0 q.,
 !>
-!> C_0, B_0 the mounting's matrices.
+!> C_0, B_0 the mounting's matrices. (The part of C_0 that is not symmetric, as no spring has it, takes power beside B_0.)
 module gestell_model_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -33,12 +33,15 @@ module gestell_model_driving
 contains
 
   !> The drive at phases of the turn, shape (power_rows, phases), from the motion there: q, q', q'', shape (9, phases).
-  !> `known`: the mechanism tells its kinetic energy.
-  subroutine drive_power(frame, phases, motion, power, known)
+  !> `known`: the mechanism tells its kinetic energy. With `errors` of the motion's rows, shape (9), also `torque_error`, what
+  !> they do to the torque at most.
+  subroutine drive_power(frame, phases, motion, power, known, errors, torque_error)
     type(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
     real(dp), intent(out) :: power(:, :)
     logical, intent(out) :: known
+    real(dp), intent(in), optional :: errors(:)
+    real(dp), intent(out), optional :: torque_error
     real(dp), allocatable :: masses(:, :), drive(:, :)
     real(dp) :: angles(size(phases)), s(2), s_d(2), spin, inertia, inertia_d
     integer :: k
@@ -48,6 +51,7 @@ contains
     call frame%mechanism%tabulate(angles, masses)
     call frame%mechanism%tabulate_drive(angles, drive, known)
     power = 0
+    if (present(torque_error)) torque_error = 0
     if (.not. known) return
     associate (omega => frame%speed, origin => frame%origin, mass => frame%mechanism%mass)
       do k = 1, size(phases)
@@ -62,11 +66,15 @@ contains
           power(torque, k) = power(rigid_torque, k) + dot_product(acceleration(:2), s_d + q(3) * turned(s_d)) &
             & + acceleration(3) * spin - v(3)**2 * inertia_d / 2
           power(drive_watts, k) = omega * power(torque, k)
-          power(damper_watts, k) = dot_product(v, matmul(frame%damping, v))
+          power(damper_watts, k) = dot_product(v, matmul(frame%damping, v)) &
+            & + dot_product(v, matmul(frame%stiffness - transpose(frame%stiffness), q)) / 2
           power(stored_energy, k) = (frame%mass + mass) * sum(v(:2)**2) / 2 &
             & + dot_product(v(:2), v(3) * turned(s) + omega * (s_d + q(3) * turned(s_d))) &
             & + inertia * v(3)**2 / 2 + v(3) * omega * spin + omega**2 * drive(k, energy_v) / 2 &
             & + dot_product(q, matmul(frame%stiffness, q)) / 2
+          if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, &
+            & dot_product(abs(s_d + q(3) * turned(s_d)), errors(7:8)) + abs(spin) * errors(9) &
+            & + abs(dot_product(acceleration(:2), turned(s_d))) * errors(3) + abs(v(3) * inertia_d) * errors(6))
         end associate
       end do
     end associate

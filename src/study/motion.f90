@@ -4,6 +4,7 @@ module gestell_study_motion
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: accelerations, displacements, guide_forces, velocities
+  use gestell_system_averaged, only: averaged_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private
@@ -20,20 +21,24 @@ contains
   subroutine whole_motion(frame, system, phases, x, rows, motion)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
-    real(dp), intent(in) :: phases(:), x(:, :)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: x(:, :)
     integer, intent(in) :: rows
     real(dp), allocatable, intent(out) :: motion(:, :)
+    class(second_order_system), allocatable :: whole
     integer :: f, first, last
 
     f = size(frame%free)
     allocate(motion(rows, size(phases)), source=0.0_dp)
     motion(frame%free, :) = x(:f, :)
     motion(displacements + frame%free, :) = x(f + 1:, :)
-    do first = 1, merge(size(phases), 0, rows > velocities), block_length
+    if (rows <= velocities) return
+    if (rows >= guide_forces) call free_all(frame, system, whole)
+    do first = 1, size(phases), block_length
       last = min(first + block_length - 1, size(phases))
       call add_accelerations(frame, system, phases(first:last), x(:, first:last), motion(:, first:last))
+      if (rows >= guide_forces .and. f < 3) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
     end do
-    if (rows >= guide_forces) call add_guides(frame, phases, motion)
   end subroutine whole_motion
 
   !> q'' from (23).
@@ -53,22 +58,38 @@ contains
     end do
   end subroutine add_accelerations
 
-  !> What is missing in the equations (1) to (3) of the degrees of freedom that are not free: the guides exert it on the
-  !> ground.
-  subroutine add_guides(frame, phases, motion)
+  !> The frame with all three degrees of freedom free, averaged where `system` is.
+  subroutine free_all(frame, system, whole)
     type(frame_type), intent(in) :: frame
-    real(dp), intent(in) :: phases(:)
+    class(second_order_system), intent(in) :: system
+    class(second_order_system), allocatable, intent(out) :: whole
+    type(frame_type), allocatable :: free
+    type(averaged_system), allocatable :: model
+
+    allocate(free, source=frame)
+    free%free = [1, 2, 3]
+    free%states = 6
+    select type (system)
+    class is (averaged_system)
+      allocate(model)
+      call free%averaged(model)
+      call move_alloc(model, whole)
+    class default
+      call move_alloc(free, whole)
+    end select
+  end subroutine free_all
+
+  !> What is missing in the equations (1) to (3) of the degrees of freedom that are not free: the guides exert it on the
+  !> ground. `whole` has them all.
+  subroutine add_guides(frame, whole, phases, motion)
+    type(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in) :: whole
+    real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(inout) :: motion(:, :)
-    type(frame_type), allocatable :: whole
-    real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), some(:)
+    real(dp) :: m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3), h(size(phases), 3)
     integer :: i, k
 
-    if (size(frame%free) == 3) return
-    allocate(whole, source=frame)
-    whole%free = [1, 2, 3]
-    allocate(m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3), h(size(phases), 3))
-    allocate(some, source=phases)
-    call whole%sample_second_order(some, m, b, c, h)
+    call whole%sample_second_order(phases, m, b, c, h)
     do k = 1, size(phases)
       do i = 1, 3
         if (any(frame%free == i)) cycle
@@ -82,10 +103,11 @@ contains
   subroutine motion_errors(frame, system, phases, states, errors)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
-    real(dp), intent(in) :: phases(:), states(:)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: states(:)
     real(dp), intent(out) :: errors(:)
-    type(frame_type), allocatable :: whole
-    real(dp), allocatable :: p(:, :, :), m(:, :, :), b(:, :, :), c(:, :, :), some(:)
+    class(second_order_system), allocatable :: whole
+    real(dp), allocatable :: p(:, :, :), m(:, :, :), b(:, :, :), c(:, :, :)
     integer :: f, i, k
 
     f = size(frame%free)
@@ -99,11 +121,9 @@ contains
       errors(velocities + frame%free) = max(errors(velocities + frame%free), matmul(abs(p(f + 1:, :, k)), states))
     end do
     if (size(errors) < guide_forces .or. f == 3) return
-    allocate(whole, source=frame)
-    whole%free = [1, 2, 3]
+    call free_all(frame, system, whole)
     allocate(m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3))
-    allocate(some, source=phases)
-    call whole%sample_second_order(some, m, b, c)
+    call whole%sample_second_order(phases, m, b, c)
     do i = 1, 3
       if (any(frame%free == i)) cycle
       do k = 1, size(phases)

@@ -1,24 +1,25 @@
 !> What an engineer reads off a quantity over one period: peak, root of the mean square, crest factor, harmonics.
 module gestell_study_statistics
-  use gestell_base_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_base_fourier, only: fourier_type, greatest
   use gestell_base_kinds, only: dp
   use gestell_model_quantity, only: quantity_type
   use gestell_study_vibration, only: vibration_type
   implicit none (type, external)
   private
 
-  public :: band_rms, history_of, take_statistics
+  public :: band_rms, history_of, take_statistics, top
 
   type, public :: statistics_type
     !> Harmonics, shape (1), of a magnitude those of its components along x and y, shape (2).
     type(fourier_type), allocatable :: series(:)
     !> max |.| over the period, an estimate of its error, root of the mean square.
     real(dp) :: peak = 0, peak_error = 0, rms = 0
-    !> Phase of the period, t / T, of the sample nearest to the peak.
+    !> Phase of the period, t / T, at the peak: that of the parabola through the highest sample and its neighbours.
     real(dp) :: peak_phase = 0
   contains
     procedure :: crest
     procedure :: amplitude
+    procedure :: strongest
   end type statistics_type
 
 contains
@@ -36,7 +37,7 @@ contains
     allocate(statistics%series(size(samples, 2)))
     error = 0
     do i = 1, size(samples, 2)
-      statistics%series(i) = fourier_series(samples(:, i))
+      call combine(quantity%weights(:, i), vibration%motion_series, statistics%series(i))
       statistics%rms = hypot(statistics%rms, statistics%series(i)%rms())
       error = hypot(error, dot_product(abs(quantity%weights(:size(vibration%motion_error), i)), vibration%motion_error))
     end do
@@ -48,9 +49,43 @@ contains
         statistics%peak = largest * sqrt(greatest(sum((samples / largest)**2, dim=2)))
       end associate
     end if
-    statistics%peak_phase = real(maxloc(norm2(samples, dim=2), dim=1) - 1, dp) / size(samples, 1)
+    statistics%peak_phase = top(norm2(samples, dim=2))
     statistics%peak_error = error
   end subroutine take_statistics
+
+  !> The series of a weighted sum of the rows that these are the series of.
+  pure subroutine combine(weights, rows, series)
+    real(dp), intent(in) :: weights(:)
+    type(fourier_type), intent(in) :: rows(:)
+    type(fourier_type), intent(out) :: series
+    complex(dp) :: c(size(rows(1)%amplitude))
+    integer :: k
+
+    c = 0
+    do k = 1, size(rows)
+      if (.not. abs(weights(k)) > 0) cycle
+      series%mean = series%mean + weights(k) * rows(k)%mean
+      c = c + weights(k) * rows(k)%amplitude * exp(cmplx(0.0_dp, rows(k)%phase, dp))
+    end do
+    series%amplitude = abs(c)
+    series%phase = atan2(aimag(c), real(c))
+  end subroutine combine
+
+  !> Where equidistant samples over the period are greatest, in [0, 1).
+  pure real(dp) function top(samples)
+    real(dp), intent(in) :: samples(:)
+    real(dp) :: before, after, bend
+    integer :: i, n
+
+    n = size(samples)
+    i = maxloc(samples, dim=1)
+    before = samples(i) - samples(1 + modulo(i - 2, n))
+    after = samples(i) - samples(1 + modulo(i, n))
+    bend = before + after
+    top = i - 1
+    if (bend > 0) top = top + (before - after) / (2 * bend)
+    top = modulo(top / n, 1.0_dp)
+  end function top
 
   !> The quantity's components at the samples of a motion, shape (samples, 1 or 2).
   pure subroutine components(quantity, motion, samples)
@@ -97,6 +132,15 @@ contains
       if (order <= size(self%series(i)%amplitude)) amplitude = hypot(amplitude, self%series(i)%amplitude(order))
     end do
   end function amplitude
+
+  !> The order of the greatest amplitude; 0 where nothing moves.
+  pure integer function strongest(self)
+    class(statistics_type), intent(in) :: self
+    integer :: k
+
+    strongest = maxloc([(self%amplitude(k), k = 1, size(self%series(1)%amplitude))], dim=1)
+    if (.not. self%amplitude(strongest) > 0) strongest = 0
+  end function strongest
 
   !> Root of the mean square of the components' orders whose frequency, order / period, lies in `band` (both ends included),
   !> along each component and in the direction in which it is greatest; of one component both are the same.

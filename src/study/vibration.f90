@@ -30,8 +30,9 @@ module gestell_study_vibration
     !> |x(T) - x(0)| of the motion that was followed, relative to the greatest |x(t)|, in balanced units.
     real(dp) :: closing_defect = 0
     !> Where more was ordered: the motion as in gestell_model_quantity at equidistant phases that resolve it, shape (rows,
-    !> samples), at the times of the history, shape (rows, points + 1), and estimates of the errors, shape (rows).
+    !> samples), at the times of the history, shape (rows, points + 1), estimates of the errors and harmonics, shapes (rows).
     real(dp), allocatable :: motion(:, :), motion_history(:, :), motion_error(:)
+    type(fourier_type), allocatable :: motion_series(:)
   end type vibration_type
 
   !> Rows that serve as samples too, at the most.
@@ -81,7 +82,8 @@ contains
       unresolved = unresolved_part(frame, floquet, vibration%series)
       if (present(rows)) then
         call take_motion(frame, system, phases, x, rows, vibration%motion)
-        unresolved = max(unresolved, unresolved_rows(frame, system, phases, x, vibration%motion))
+        call take_series(vibration)
+        unresolved = max(unresolved, unresolved_rows(frame, system, phases, x, vibration%motion_series))
       end if
       if (unresolved < max(resolved, part_of_error * found%error) .or. 2 * samples > most_samples) exit
       samples = 2 * samples
@@ -120,7 +122,8 @@ contains
   subroutine take_motion(frame, system, phases, x, rows, motion)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in), optional :: system
-    real(dp), intent(in) :: phases(:), x(:, :)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: x(:, :)
     integer, intent(in) :: rows
     real(dp), allocatable, intent(out) :: motion(:, :)
 
@@ -131,23 +134,41 @@ contains
     end if
   end subroutine take_motion
 
-  !> The greatest tail of the harmonics of accelerations and guides' forces, relative to each. What is roundoff beside the
-  !> terms that they are sums of counts as resolved.
-  real(dp) function unresolved_rows(frame, system, phases, x, motion)
-    type(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in), optional :: system
-    real(dp), intent(in) :: phases(:), x(:, :), motion(:, :)
-    real(dp), parameter :: rounding = 1.0e-12_dp
-    type(fourier_type) :: series
-    real(dp) :: terms(size(motion, 1))
+  !> The harmonics of the motion's rows; those of the states are there already.
+  pure subroutine take_series(vibration)
+    type(vibration_type), intent(inout) :: vibration
     integer :: samples, k
 
-    samples = size(phases) - 1
-    call take_errors(frame, system, phases(:samples), maxval(abs(x), dim=2), terms)
+    samples = size(vibration%motion, 2) - 1
+    if (allocated(vibration%motion_series)) deallocate(vibration%motion_series)
+    allocate(vibration%motion_series(size(vibration%motion, 1)))
+    do k = 1, size(vibration%motion_series)
+      if (k <= velocities) then
+        vibration%motion_series(k) = vibration%series(k)
+      else
+        vibration%motion_series(k) = fourier_series(vibration%motion(k, :samples))
+      end if
+    end do
+  end subroutine take_series
+
+  !> The greatest tail of the harmonics of accelerations and guides' forces, relative to each. What is roundoff beside the
+  !> terms that they are sums of counts as resolved.
+  real(dp) function unresolved_rows(frame, system, phases, x, series)
+    type(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in), optional :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: x(:, :)
+    type(fourier_type), intent(in) :: series(:)
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    real(dp) :: terms(size(series))
+    integer :: k
+
+    call take_errors(frame, system, phases(:size(phases) - 1), maxval(abs(x), dim=2), terms)
     unresolved_rows = 0
-    do k = velocities + 1, size(motion, 1)
-      series = fourier_series(motion(k, :samples))
-      if (series%tail() * maxval(series%amplitude) > rounding * terms(k)) unresolved_rows = max(unresolved_rows, series%tail())
+    do k = velocities + 1, size(series)
+      associate (tail => series(k)%tail())
+        if (tail * maxval(series(k)%amplitude) > rounding * terms(k)) unresolved_rows = max(unresolved_rows, tail)
+      end associate
     end do
   end function unresolved_rows
 
@@ -155,7 +176,8 @@ contains
   subroutine take_errors(frame, system, phases, states, errors)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in), optional :: system
-    real(dp), intent(in) :: phases(:), states(:)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: states(:)
     real(dp), intent(out) :: errors(:)
 
     if (present(system)) then

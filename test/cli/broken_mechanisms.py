@@ -104,7 +104,7 @@ PRP_HAS = ("a joint of type 'PRP' has no such key, it has guide, guide_point, gu
 PARALLEL = "its guides become parallel, or the joints that carry one of them meet"
 INDEFINITE = "the matrix is not positive (semi-)definite: it would push the frame away in some direction"
 PAIRS = "is a mean and then pairs of cosine and sine: needs an odd number of values"
-MASS_KEYS = "allowed are mass, inertia, a1, a2, a3, moment"
+MASS_KEYS = "allowed are mass, inertia, a1, a2, a3, moment, energy"
 UNITS_KEYS = "allowed are length, mass, inertia, stiffness, force, moment, damping, rotary_damping, angle"
 
 # what is wrong, input, exit code, standard error

@@ -25,6 +25,7 @@ from averaged import AVERAGED_TESTS, write_averaged_golden  # noqa: E402
 from borders import BORDER_TESTS  # noqa: E402
 from broken_inputs import INPUTS, OPTIONS, SOUND  # noqa: E402
 from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
+from findings import FINDINGS_TESTS, write_findings_golden  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
                      Table, body, check, equal, files, near, printed, series, tables)
 from mechanisms import MECHANISM_TESTS  # noqa: E402
@@ -583,10 +584,11 @@ def main():
             write_golden()
             write_averaged_golden()
             write_sweep_golden()
+            write_findings_golden()
         for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS,
-                     *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS):
+                     *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

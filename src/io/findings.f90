@@ -1,0 +1,44 @@
+!> Files and report of what was asked about the vibration: forces on the ground, probes, the drive.
+module gestell_io_findings
+  use gestell_base_error, only: error_type
+  use gestell_io_forces_csv, only: write_forces
+  use gestell_io_power_csv, only: write_power
+  use gestell_io_probes_csv, only: write_probes
+  use gestell_io_report_drive, only: drive_lines
+  use gestell_io_report_forces, only: force_lines
+  use gestell_io_report_probes, only: probe_lines
+  use gestell_study_findings, only: findings_type
+  implicit none (type, external)
+  private
+
+  public :: report_findings, write_findings
+
+contains
+
+  !> Writes the files of what there is into `folder`; `preamble` heads each, orders go up to `harmonics`.
+  !> Error: a file cannot be written.
+  subroutine write_findings(folder, preamble, findings, harmonics, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(findings_type), intent(in) :: findings
+    integer, intent(in) :: harmonics
+    type(error_type), allocatable, intent(out) :: error
+
+    if (allocated(findings%places)) call write_forces(folder, preamble, findings, harmonics, error)
+    if (allocated(error)) return
+    if (allocated(findings%watched)) call write_probes(folder, preamble, findings, harmonics, error)
+    if (allocated(error)) return
+    if (allocated(findings%drive)) call write_power(folder, preamble, findings, error)
+  end subroutine write_findings
+
+  !> The sections of what there is.
+  pure function report_findings(findings) result(lines)
+    type(findings_type), intent(in) :: findings
+    character(len=:), allocatable :: lines
+
+    lines = ""
+    if (allocated(findings%places)) lines = lines // force_lines(findings%places, findings%speed)
+    if (allocated(findings%watched)) lines = lines // probe_lines(findings%watched, findings%period)
+    if (allocated(findings%drive)) lines = lines // drive_lines(findings%drive, findings%speed)
+  end function report_findings
+
+end module gestell_io_findings

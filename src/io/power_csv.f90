@@ -1,0 +1,23 @@
+!> power.csv: the driving torque over the turn, and where its power goes.
+module gestell_io_power_csv
+  use gestell_base_error, only: error_type
+  use gestell_io_findings_csv, only: write_turn
+  use gestell_study_findings, only: findings_type
+  implicit none (type, external)
+  private
+
+  public :: write_power
+
+contains
+
+  !> Error: the file cannot be written.
+  subroutine write_power(folder, preamble, findings, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(findings_type), intent(in) :: findings
+    type(error_type), allocatable, intent(out) :: error
+
+    call write_turn(folder, "power.csv", preamble, ",torque_Nm,rigid_torque_Nm,drive_W,dampers_W,energy_J", &
+      & findings%speed, findings%period, transpose(findings%drive%history), error)
+  end subroutine write_power
+
+end module gestell_io_power_csv

@@ -1,0 +1,42 @@
+!> The drive, for people.
+module gestell_io_report_drive
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, fixed
+  use gestell_io_text, only: padded
+  use gestell_study_drive, only: drive_type, torque_type
+  implicit none (type, external)
+  private
+
+  public :: drive_lines
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Torque over the turn and the balance of power. `speed`: of the crank (rad/s).
+  pure function drive_lines(drive, speed) result(lines)
+    type(drive_type), intent(in) :: drive
+    real(dp), intent(in) :: speed
+    character(len=:), allocatable :: lines
+
+    lines = newline // "DRIVE, torque on the crank (N m, counter-clockwise positive)" // newline // &
+      & "                              peak    at crank deg         rms        mean" // newline &
+      & // torque_line("on the frame as it is", drive%actual, speed) // "   peak's error " // concise(drive%peak_error, 1) &
+      & // newline // torque_line("on a rigid frame", drive%rigid, speed) // newline &
+      & // "  mean power of the drive " // concise(drive%drive_mean, 5) // " W, of the dampers " // concise(drive%dampers_mean, 5) &
+      & // " W, greatest of the drive " // concise(drive%greatest, 4) // " W; the balance is missed by " &
+      & // concise(drive%defect(), 1) // " of that" // newline
+  end function drive_lines
+
+  pure function torque_line(name, told, speed) result(line)
+    character(len=*), intent(in) :: name
+    type(torque_type), intent(in) :: told
+    real(dp), intent(in) :: speed
+    character(len=:), allocatable :: line
+
+    line = "  " // name // repeat(" ", max(0, 22 - len(name))) // padded(concise(told%peak, 5), 10) &
+      & // padded(fixed(sign(360.0_dp, speed) * told%peak_phase, 1), 16) // padded(concise(told%rms, 5), 12) &
+      & // padded(concise(told%mean, 5), 12)
+  end function torque_line
+
+end module gestell_io_report_drive

@@ -1,0 +1,86 @@
+!> Forces on the ground, for people.
+module gestell_io_report_forces
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, fixed, text
+  use gestell_io_text, only: padded
+  use gestell_study_ground, only: along_x, along_y, moment, place_type, whole_force
+  implicit none (type, external)
+  private
+
+  public :: force_lines
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Every place and the total, and which support carries most.
+  pure function force_lines(places, speed) result(lines)
+    type(place_type), intent(in) :: places(:)
+    real(dp), intent(in) :: speed
+    character(len=:), allocatable :: lines
+    integer :: i, most
+
+    lines = newline // "FORCES ON THE GROUND (N), f the size of the vector" // newline // &
+      & "                                fx peak       rms   fy peak       rms    f peak    error       rms  crest   strongest" &
+      & // newline
+    do i = 1, size(places)
+      lines = lines // place_line(places(i)) // newline
+    end do
+    most = most_loaded(places)
+    if (most > 0) then
+      if (places(most)%statistics(whole_force)%peak > 0) lines = lines // "  support " // trim(places(most)%name) &
+        & // " carries most: up to " // concise(places(most)%statistics(whole_force)%peak, 5) // " N" // newline
+    end if
+    associate (total => places(size(places)))
+      if (total%statistics(whole_force)%peak > 0) lines = lines // "  all together up to " &
+        & // concise(total%statistics(whole_force)%peak, 5) // " N" // crank_angle(total, whole_force) // newline
+      if (total%statistics(moment)%peak > 0) lines = lines // "  their moment about F up to " &
+        & // concise(total%statistics(moment)%peak, 5) // " N m" // crank_angle(total, moment) // ", rms " &
+        & // concise(total%statistics(moment)%rms, 5) // " N m" // newline
+    end associate
+
+  contains
+
+    !> Where the peak is.
+    pure function crank_angle(place, part) result(words)
+      type(place_type), intent(in) :: place
+      integer, intent(in) :: part
+      character(len=:), allocatable :: words
+
+      words = ", at a crank angle of " // fixed(sign(360.0_dp, speed) * place%statistics(part)%peak_phase, 1) // " deg"
+    end function crank_angle
+
+  end function force_lines
+
+  pure function place_line(place) result(line)
+    type(place_type), intent(in) :: place
+    character(len=:), allocatable :: line
+    integer :: order
+
+    line = "  " // trim(place%name)
+    if (.not. place%turns) line = "  support " // trim(place%name) // " at (" // concise(place%position(1), 4) // ", " &
+      & // concise(place%position(2), 4) // ")"
+    line = line // repeat(" ", max(0, 29 - len(line)))
+    associate (fx => place%statistics(along_x), fy => place%statistics(along_y), f => place%statistics(whole_force))
+      order = f%strongest()
+      line = line // padded(concise(fx%peak, 5), 10) // padded(concise(fx%rms, 5), 10) // padded(concise(fy%peak, 5), 10) &
+        & // padded(concise(fy%rms, 5), 10) // padded(concise(f%peak, 5), 10) // padded(concise(f%peak_error, 1), 9) &
+        & // padded(concise(f%rms, 5), 10) // padded(fixed(f%crest(), 2), 7)
+      if (order > 0) line = line // "   " // text(order) // " (" // concise(f%amplitude(order), 4) // ")"
+    end associate
+  end function place_line
+
+  !> The support whose force is greatest; 0: there is none.
+  pure integer function most_loaded(places) result(most)
+    type(place_type), intent(in) :: places(:)
+    integer :: i
+
+    most = 0
+    do i = 1, size(places)
+      if (places(i)%turns) cycle
+      if (most == 0) most = i
+      if (places(i)%statistics(whole_force)%peak > places(most)%statistics(whole_force)%peak) most = i
+    end do
+  end function most_loaded
+
+end module gestell_io_report_forces

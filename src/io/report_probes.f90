@@ -1,0 +1,77 @@
+!> The vibration at probes, for people.
+module gestell_io_report_probes
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_io_text, only: padded
+  use gestell_study_watched, only: probe_parts, watched_type
+  implicit none (type, external)
+  private
+
+  public :: probe_lines
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Every probe, with its verdict where it has a limit. `period`: of the crank (s).
+  pure function probe_lines(watched, period) result(lines)
+    type(watched_type), intent(in) :: watched(:)
+    real(dp), intent(in) :: period
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = newline // "VIBRATION AT PROBES, peaks of the size of the vector, and rms in the direction where it is greatest" &
+      & // newline // "                               displacement mm  velocity mm/s  acceleration m/s^2   rms in band mm/s" &
+      & // newline
+    do i = 1, size(watched)
+      lines = lines // probe_line(watched(i)) // newline // band_line(watched(i), period) // newline
+    end do
+  end function probe_lines
+
+  pure function probe_line(watched) result(line)
+    type(watched_type), intent(in) :: watched
+    character(len=:), allocatable :: line
+    real(dp), parameter :: factors(3) = [1.0e3_dp, 1.0e3_dp, 1.0_dp]
+    integer, parameter :: widths(3) = [17, 15, 20]
+    integer :: k
+
+    line = "  " // trim(watched%probe%name) // " at (" // concise(watched%probe%position(1), 4) // ", " &
+      & // concise(watched%probe%position(2), 4) // ")"
+    line = line // repeat(" ", max(0, 29 - len(line)))
+    do k = 1, 3
+      line = line // padded(concise(factors(k) * watched%statistics(k * probe_parts / 3)%peak, 5), widths(k))
+    end do
+    line = line // padded(concise(1000 * watched%greatest, 5), 13) // " +- " // concise(1000 * watched%error, 1)
+  end function probe_line
+
+  !> Which orders the band holds, and the verdict.
+  pure function band_line(watched, period) result(line)
+    type(watched_type), intent(in) :: watched
+    real(dp), intent(in) :: period
+    character(len=:), allocatable :: line
+    real(dp) :: orders(2)
+
+    associate (band => watched%probe%band, limit => watched%probe%limit)
+      line = "    band " // concise(band(1)) // " to " // concise(band(2)) // " Hz: "
+      orders = min(band * period, 1.0e9_dp)
+      orders = [max(1, ceiling(orders(1) * (1 - 1.0e-12_dp))), floor(orders(2) * (1 + 1.0e-12_dp))]
+      if (orders(2) < orders(1)) then
+        line = line // "no order of the crank lies in it"
+      else
+        line = line // "orders " // text(nint(orders(1))) // " to " // text(nint(orders(2))) // " of the crank"
+      end if
+      select case (watched%verdict())
+      case ("within")
+        line = line // "; WITHIN the limit of " // concise(1000 * limit) // " mm/s, at " &
+          & // concise(100 * watched%greatest / limit, 3) // " % of it"
+      case ("above")
+        line = line // "; ABOVE the limit of " // concise(1000 * limit) // " mm/s, by " &
+          & // concise(100 * (watched%greatest / limit - 1), 3) // " %"
+      case ("undecided")
+        line = line // "; UNDECIDED against the limit of " // concise(1000 * limit) // " mm/s: the error reaches across it"
+      case default ! no limit
+      end select
+    end associate
+  end function band_line
+
+end module gestell_io_report_probes

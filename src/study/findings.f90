@@ -1,0 +1,48 @@
+!> What was asked about the vibration: forces on the ground, probes, the drive.
+module gestell_study_findings
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  use gestell_model_quantity, only: accelerations, probe_type
+  use gestell_study_drive, only: drive_type, find_drive
+  use gestell_study_ground, only: find_places, place_type
+  use gestell_study_vibration, only: vibration_type
+  use gestell_study_watched, only: watch, watched_type
+  implicit none (type, external)
+  private
+
+  public :: find
+
+  !> What was not asked for stays unallocated.
+  type, public :: findings_type
+    !> Crank speed (rad/s) and period (s).
+    real(dp) :: speed = 1, period = 1
+    type(place_type), allocatable :: places(:)
+    type(watched_type), allocatable :: watched(:)
+    type(drive_type), allocatable :: drive
+  end type findings_type
+
+contains
+
+  !> Evaluates a vibration that holds the rows of the motion that are needed. `forces`, `power`: what is asked for beside the
+  !> probes.
+  subroutine find(frame, vibration, probes, forces, power, findings)
+    type(frame_type), intent(in) :: frame
+    type(vibration_type), intent(in) :: vibration
+    type(probe_type), intent(in) :: probes(:)
+    logical, intent(in) :: forces, power
+    type(findings_type), intent(out) :: findings
+    logical :: known
+
+    findings%speed = frame%speed
+    findings%period = frame%period
+    if (.not. allocated(vibration%motion)) return
+    if (forces) call find_places(frame, vibration, findings%places)
+    if (size(vibration%motion, 1) < accelerations) return
+    if (size(probes) > 0) call watch(frame, vibration, probes, findings%watched)
+    if (.not. power) return
+    allocate(findings%drive)
+    call find_drive(frame, vibration, findings%drive, known)
+    if (.not. known) deallocate(findings%drive)
+  end subroutine find
+
+end module gestell_study_findings

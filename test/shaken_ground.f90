@@ -1,0 +1,65 @@
+!> What tests of forces, probes and drive share: frames of machines, their places, comparisons with a message.
+module shaken_ground
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_quantity, only: guide_forces
+  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_ground, only: find_places, place_type
+  use machines, only: frame_of_machine
+  use reference_machine, only: machine_data
+  use testdrive, only: check, error_type, test_failed
+  implicit none (type, external)
+  private
+
+  public :: make, near, solve_places
+
+contains
+
+  !> Places of a frame's vibration, the history at `points` + 1 times.
+  subroutine solve_places(frame, points, tolerance, analysis, places, error, averaged)
+    type(frame_type), intent(in) :: frame
+    integer, intent(in) :: points
+    real(dp), intent(in) :: tolerance
+    type(analysis_type), intent(out) :: analysis
+    type(place_type), allocatable, intent(out) :: places(:)
+    type(error_type), allocatable, intent(out) :: error
+    logical, intent(in), optional :: averaged
+    type(gestell_error), allocatable :: failure
+    type(tasks_type) :: tasks
+
+    tasks = tasks_type(points=points, rows=guide_forces)
+    if (present(averaged)) tasks%averaged = averaged
+    call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call find_places(frame, analysis%vibration, places)
+  end subroutine solve_places
+
+  !> A frame of a machine that must be one.
+  subroutine make(machine, frame, error)
+    type(machine_data), intent(in) :: machine
+    type(frame_type), intent(out) :: frame
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+
+    call frame_of_machine(machine, frame, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine make
+
+  subroutine near(error, came, expected, tolerance, what)
+    type(error_type), allocatable, intent(inout) :: error
+    real(dp), intent(in) :: came(:), expected(:), tolerance
+    character(len=*), intent(in) :: what
+    character(len=120) :: numbers
+
+    if (allocated(error)) return
+    write (numbers, "(3(a, es12.4))") ": off by ", maxval(abs(came - expected)), ", allowed ", tolerance, ", size ", &
+      & maxval(abs(expected))
+    call check(error, maxval(abs(came - expected)) <= tolerance, more=what // trim(numbers))
+  end subroutine near
+
+end module shaken_ground

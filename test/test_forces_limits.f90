@@ -1,0 +1,207 @@
+!> Forces on the ground: what they tend to, and symmetries.
+module test_forces_limits
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_frame, only: frame_type
+  use gestell_model_quantity, only: accelerations
+  use gestell_study_analysis, only: analysis_type
+  use gestell_study_ground, only: along_x, along_y, moment, place_type, whole_force
+  use reference_cases, only: random_machine
+  use reference_linear, only: qp
+  use reference_linkage, only: mass_functions, mass_functions_type
+  use reference_machine, only: khang_machine, machine_data
+  use shaken_ground, only: make, near, solve => solve_places
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_forces_limits
+
+contains
+
+  subroutine collect_forces_limits(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("rigid mounts feel the shaking force", test_rigid), &
+      & new_unittest("a guide is a stiff spring", test_guide), &
+      & new_unittest("a machine in the mirror", test_mirror), &
+      & new_unittest("averaged model: its guides are averaged too", test_averaged_guides)]
+  end subroutine collect_forces_limits
+
+  !> On mounts s times as stiff the forces tend to those on a frame at rest, -Omega^2 (a_1'', a_2'') and the moment, as 1/s.
+  subroutine test_rigid(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 128
+    real(dp), parameter :: scales(3) = [1.0e2_dp, 1.0e4_dp, 1.0e6_dp]
+    type(machine_data) :: machine
+    type(mass_functions_type) :: a
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(place_type), allocatable :: places(:)
+    real(dp) :: rigid(0:points - 1, 3), miss(3, 3), omega
+    integer :: i, k
+
+    do i = 1, size(scales)
+      machine = khang_machine(240.0_dp)
+      do k = 1, 4
+        machine%supports(k)%stiffness = machine%supports(k)%stiffness * scales(i)
+        ! So much damping that no order of the crank meets a resonance.
+        machine%supports(k)%damping = 0.02_dp * sqrt(machine%supports(k)%stiffness * 19.35_dp / 4)
+      end do
+      call make(machine, frame, error)
+      if (allocated(error)) return
+      call solve(frame, points, 1.0e-10_dp, analysis, places, error)
+      if (allocated(error)) return
+      omega = frame%speed
+      do k = 0, points - 1
+        a = mass_functions(machine, 2 * real(pi, qp) * k / points)
+        rigid(k, :) = real(-omega**2 * [a%a1(2), a%a2(2), &
+          & machine%origin(1) * a%a2(2) - machine%origin(2) * a%a1(2) + a%a4], dp)
+      end do
+      associate (total => places(size(places))%history(:points, :))
+        miss(:, i) = [maxval(abs(total(:, along_x) - rigid(:, 1))), maxval(abs(total(:, along_y) - rigid(:, 2))), &
+          & maxval(abs(total(:, moment) - rigid(:, 3)))] / maxval(abs(rigid), dim=1)
+      end associate
+    end do
+    do k = 1, 3
+      ! At the first scale higher orders still count; from 1e4 on the first one in 1/s is all, to a few percent.
+      call check(error, miss(k, 1) > 50 * miss(k, 2) .and. miss(k, 1) < 200 * miss(k, 2), more="1e2 to 1e4")
+      if (allocated(error)) return
+      call check(error, miss(k, 2) / miss(k, 3), 100.0_dp, thr=5.0_dp, more="1e4 to 1e6")
+      if (allocated(error)) return
+      call check(error, miss(k, 3) < 1.0e-6_dp, more="limit")
+      if (allocated(error)) return
+    end do
+  end subroutine test_rigid
+
+  !> What holds eta: a guide, or a foundation's spring that gets stiffer. The miss goes as 1/stiffness.
+  subroutine test_guide(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 128
+    real(dp), parameter :: stiffness(2) = [1.0e9_dp, 1.0e11_dp]
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(place_type), allocatable :: guided(:), places(:)
+    real(dp) :: miss(4, 2)
+    integer :: i
+
+    machine = khang_machine(240.0_dp)
+    machine%foundation_damping = [200.0_dp, 0.0_dp, 10.0_dp]
+    machine%free(2) = .false.
+    call make(machine, frame, error)
+    if (.not. allocated(error)) call solve(frame, points, 1.0e-11_dp, analysis, guided, error)
+    if (allocated(error)) return
+    machine%free(2) = .true.
+    do i = 1, 2
+      machine%foundation_stiffness(2, 2) = stiffness(i)
+      machine%foundation_damping(2) = 0.05_dp * sqrt(stiffness(i) * 19.35_dp)
+      call make(machine, frame, error)
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-11_dp, analysis, places, error)
+      if (allocated(error)) return
+      associate (total => places(size(places))%history, held => guided(size(guided))%history)
+        miss(:3, i) = maxval(abs(total(:, [1, 2, 4]) - held(:, [1, 2, 4])), dim=1) / maxval(abs(held(:, [1, 2, 4])), dim=1)
+        ! The spring carries along y what the guide does, but for the supports' share, 4 * 196133 / stiffness.
+        miss(4, i) = maxval(abs(places(5)%history(:, along_y) - guided(6)%history(:, along_y))) / maxval(abs(held(:, along_y)))
+      end associate
+    end do
+    call check(error, maxval(miss(:3, 2)) < 1.0e-6_dp .and. miss(4, 2) < 2.0e-5_dp, more="limit")
+    if (allocated(error)) return
+    do i = 1, 4
+      ! First order in 1/stiffness, to a few percent.
+      call check(error, miss(i, 1) / miss(i, 2), 100.0_dp, thr=5.0_dp, more="rate")
+      if (allocated(error)) return
+    end do
+  end subroutine test_guide
+
+  !> y becomes -y, counter-clockwise clockwise: fx stays, fy and the moment change their signs.
+  subroutine test_mirror(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 90
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(place_type), allocatable :: places(:), mirrored(:)
+    integer :: i, number
+
+    do number = 1, 4
+      machine = random_machine(number, 1.0_dp, 20.0_dp)
+      machine%free(1 + mod(number, 3)) = number == 1
+      call make(machine, frame, error)
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, analysis, places, error)
+      if (allocated(error)) return
+      machine = mirror(machine)
+      call make(machine, frame, error)
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, analysis, mirrored, error)
+      if (allocated(error)) return
+      do i = 1, size(places)
+        associate (s => places(size(places))%statistics, this => places(i)%history, other => mirrored(i)%history)
+          ! Both are good to 1e-12 times a condition of up to 100.
+          call near(error, other(:, along_x), this(:, along_x), 1.0e-9_dp * s(whole_force)%peak, "x")
+          call near(error, other(:, along_y), -this(:, along_y), 1.0e-9_dp * s(whole_force)%peak, "y")
+          call near(error, other(:, moment), -this(:, moment), 1.0e-9_dp * s(moment)%peak, "moment")
+          if (allocated(error)) return
+        end associate
+      end do
+    end do
+  end subroutine test_mirror
+
+  !> A crank-rocker upside down.
+  function mirror(machine) result(other)
+    type(machine_data), intent(in) :: machine
+    type(machine_data) :: other
+    integer :: i
+
+    other = machine
+    other%speed_rpm = -machine%speed_rpm
+    other%origin(2) = -machine%origin(2)
+    do i = 1, size(other%joints)
+      other%joints(i)%position(2) = -machine%joints(i)%position(2)
+      other%joints(i)%phase_deg = -machine%joints(i)%phase_deg
+      other%joints(i)%branch = -machine%joints(i)%branch
+    end do
+    do i = 1, size(other%links)
+      other%links(i)%center(2) = -machine%links(i)%center(2)
+    end do
+    do i = 1, size(other%supports)
+      other%supports(i)%position(2) = -machine%supports(i)%position(2)
+      other%supports(i)%angle_deg = -machine%supports(i)%angle_deg
+    end do
+  end function mirror
+
+  !> psi alone is free, its coefficients averaged: what xi and eta would do, held by the guide, is
+  !> -Omega^2 a'' - <M> psi'' less the mounting's share, with the mean of a1, a2 over the turn.
+  subroutine test_averaged_guides(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 128
+    type(machine_data) :: machine
+    type(mass_functions_type) :: a(0:points - 1)
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(place_type), allocatable :: places(:)
+    real(dp) :: mean(2), expected(points, 2)
+    integer :: k
+
+    machine = khang_machine(360.0_dp)
+    machine%free = [.false., .false., .true.]
+    call make(machine, frame, error)
+    if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, analysis, places, error, averaged=.true.)
+    if (allocated(error)) return
+    mean = 0
+    do k = 0, points - 1
+      a(k) = mass_functions(machine, 2 * real(pi, qp) * k / points)
+      mean = mean + real([a(k)%a1(0), a(k)%a2(0)], dp) / points
+    end do
+    mean = mean + real(a(0)%mass, dp) * machine%origin
+    associate (motion => analysis%vibration%motion_history)
+      do k = 1, points
+        expected(k, 1) = real(-frame%speed**2 * a(k - 1)%a1(2), dp) + mean(2) * motion(accelerations, k)
+        expected(k, 2) = real(-frame%speed**2 * a(k - 1)%a2(2), dp) - mean(1) * motion(accelerations, k)
+      end do
+    end associate
+    ! Roundings of forces of about 30 N.
+    call near(error, places(size(places))%history(:points, along_x), expected(:, 1), 1.0e-11_dp, "x")
+    call near(error, places(size(places))%history(:points, along_y), expected(:, 2), 1.0e-11_dp, "y")
+  end subroutine test_averaged_guides
+
+end module test_forces_limits

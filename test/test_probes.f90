@@ -1,0 +1,301 @@
+!> Points of the frame that are watched.
+module test_probes
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_quantity, only: accelerations, probe_type
+  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_ground, only: along_x, along_y, find_places, place_type
+  use gestell_study_watched, only: probe_parts, velocity_part, watch, watched_type
+  use reference_cases, only: random_linkage, random_machine
+  use reference_machine, only: khang_machine, machine_data
+  use reference_momentum, only: derivative
+  use shaken_ground, only: make, near
+  use systems, only: diagonal
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_probes
+
+contains
+
+  subroutine collect_probes(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("velocity and acceleration are derivatives", test_derivatives), &
+      & new_unittest("a rocking frame in closed form, both ways round", test_rocking), &
+      & new_unittest("at a support: its force over its stiffness", test_support), &
+      & new_unittest("the band: edges on orders, greatest direction", test_band), &
+      & new_unittest("verdict against the limit", test_verdict), &
+      & new_unittest("claimed errors hold", test_errors)]
+  end subroutine collect_probes
+
+  subroutine solve(frame, points, tolerance, probes, analysis, watched, error, averaged)
+    type(frame_type), intent(in) :: frame
+    integer, intent(in) :: points
+    real(dp), intent(in) :: tolerance
+    type(probe_type), intent(in) :: probes(:)
+    type(analysis_type), intent(out) :: analysis
+    type(watched_type), allocatable, intent(out) :: watched(:)
+    type(error_type), allocatable, intent(out) :: error
+    logical, intent(in), optional :: averaged
+    type(gestell_error), allocatable :: failure
+    type(tasks_type) :: tasks
+
+    tasks = tasks_type(points=points, rows=accelerations)
+    if (present(averaged)) tasks%averaged = averaged
+    call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call watch(frame, analysis%vibration, probes, watched)
+  end subroutine solve
+
+  pure type(probe_type) function probe_at(x, y)
+    real(dp), intent(in) :: x, y
+
+    probe_at%name = "p"
+    probe_at%position = [x, y]
+  end function probe_at
+
+  !> d/dt of displacement and velocity over the turn, periodic and averaged; sizes are those of the vectors; Parseval.
+  subroutine test_derivatives(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 512
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(watched_type), allocatable :: watched(:)
+    integer :: number, k
+
+    do number = 1, 6
+      machine = random_linkage(number, 1.0_dp, 20.0_dp)
+      machine%free(1 + mod(number, 3)) = number < 3
+      call make(machine, frame, error)
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, [probe_at(0.3_dp, -0.2_dp)], analysis, watched, error, &
+        & averaged=number == 6)
+      if (allocated(error)) return
+      associate (h => watched(1)%history(:points, :), s => watched(1)%statistics)
+        do k = 1, probe_parts
+          if (mod(k, 3) == 0) then
+            call near(error, h(:, k), hypot(h(:, k - 2), h(:, k - 1)), 1.0e-15_dp * s(k)%peak, "size")
+          else if (k > 3) then
+            ! 1e-12 of the motion, times the orders that matter.
+            call near(error, h(:, k), derivative(h(:, k - 3), frame%period), 1.0e-9_dp * s(3 * ceiling(k / 3.0))%peak, "derivative")
+          end if
+          call near(error, [s(k)%rms], [sqrt(sum(h(:, k)**2) / points)], 1.0e-12_dp * s(k)%peak, "rms")
+          ! Orders up to 40 count; points 0.7 deg apart.
+          call near(error, [s(k)%peak], [maxval(abs(h(:, k)))], 0.5_dp * (40 * pi / points)**2 * s(k)%peak, "peak")
+          if (allocated(error)) return
+        end do
+      end associate
+    end do
+  end subroutine test_derivatives
+
+  !> A moment function H = p sin phi alone rocks the frame: (J s^2 + b s + c) psi = -Omega^2 p cos(Omega t). A point moves
+  !> by (-Y, X) psi.
+  subroutine test_rocking(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 72
+    real(dp), parameter :: p = 0.02_dp, inertia = 1.5_dp, stiffness = 2.0e4_dp, damping = 30, omega = 60, at(2) = [0.4_dp, -0.7_dp]
+    type(harmonic_mechanism_type) :: mechanism
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(watched_type), allocatable :: watched(:)
+    type(gestell_error), allocatable :: failure
+    complex(dp) :: psi, e, iw
+    integer :: turn, k, i
+
+    call new_harmonic_mechanism(mechanism, 1.0_dp, 0.5_dp, [0.0_dp], [0.0_dp], [0.0_dp], [0.0_dp, 0.0_dp, p], failure)
+    iw = cmplx(0.0_dp, omega, dp)
+    psi = -omega**2 * p / (inertia * iw**2 + damping * iw + stiffness)
+    do turn = 1, 2
+      call new_frame(frame, mechanism, 10.0_dp, inertia - 0.5_dp, [0.0_dp, 0.0_dp], diagonal([1.0e4_dp, 1.0e4_dp, stiffness]), &
+        & diagonal([1.0_dp, 1.0_dp, damping]), merge(omega, -omega, turn == 1), failure)
+      if (allocated(failure)) call test_failed(error, failure%message)
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, [probe_at(at(1), at(2))], analysis, watched, error)
+      if (allocated(error)) return
+      associate (h => watched(1)%history, s => watched(1)%statistics)
+        do i = 0, points
+          e = exp(iw * frame%period * i / points)
+          do k = 0, 2
+            ! The tolerance 1e-12 of Phi and condition about 1.
+            call near(error, h(i + 1, 3 * k + 1:3 * k + 2), [-at(2), at(1)] * real(iw**k * psi * e, dp), &
+              & 1.0e-10_dp * abs(iw**k * psi), "history")
+          end do
+          if (allocated(error)) return
+        end do
+        do k = 0, 2
+          call near(error, [s(3 * k + 1)%peak, s(3 * k + 2)%peak, s(3 * k + 3)%peak], [abs(at(2)), abs(at(1)), norm2(at)] &
+            & * abs(iw**k * psi), 1.0e-10_dp * abs(iw**k * psi), "peak")
+          call near(error, [s(3 * k + 2)%series(1)%phase(1)], [atan2(aimag(iw**k * psi), real(iw**k * psi))], 1.0e-10_dp, "phase")
+        end do
+        call near(error, [watched(1)%band, watched(1)%greatest], [0.0_dp, 0.0_dp, 0.0_dp], 1.0e-13_dp, "9.5 Hz lies below")
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine test_rocking
+
+  !> Without dampers a support's force is its stiffness times the displacement of its head, along its axes.
+  subroutine test_support(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 60
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(watched_type), allocatable :: watched(:)
+    type(place_type), allocatable :: places(:)
+    real(dp) :: along(points + 1), across(points + 1), turn
+    integer :: number, i
+
+    do number = 1, 4
+      machine = random_machine(number, 1.0_dp, 20.0_dp)
+      machine%foundation_damping = [20.0_dp, 20.0_dp, 2.0_dp]
+      do i = 1, size(machine%supports)
+        machine%supports(i)%damping = 0
+        machine%supports(i)%angle_deg = 25.0_dp * i
+      end do
+      call make(machine, frame, error)
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-10_dp, [(probe_at(machine%supports(i)%position(1), &
+        & machine%supports(i)%position(2)), i = 1, size(machine%supports))], analysis, watched, error)
+      if (allocated(error)) return
+      call find_places(frame, analysis%vibration, places)
+      do i = 1, size(watched)
+        turn = 25.0_dp * i * pi / 180
+        associate (h => watched(i)%history, k => machine%supports(i)%stiffness, f => places(i)%history)
+          along = k(1) * (cos(turn) * h(:, 1) + sin(turn) * h(:, 2))
+          across = k(2) * (cos(turn) * h(:, 2) - sin(turn) * h(:, 1))
+          ! Roundings of sums whose terms may cancel.
+          call near(error, f(:, along_x), cos(turn) * along - sin(turn) * across, 1.0e-12_dp * maxval(k) &
+            & * maxval(abs(h(:, 3))), "x")
+          call near(error, f(:, along_y), sin(turn) * along + cos(turn) * across, 1.0e-12_dp * maxval(k) &
+            & * maxval(abs(h(:, 3))), "y")
+          if (allocated(error)) return
+        end associate
+      end do
+    end do
+  end subroutine test_support
+
+  !> Bands that end exactly at orders hold these, and no more; the greatest direction against all directions.
+  subroutine test_band(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 512, directions = 900
+    real(dp), parameter :: speeds(3) = [240.0_dp, -367.0_dp, 370.33_dp], beside = 1.0e-9_dp
+    !> The orders that the probes' bands hold.
+    integer, parameter :: orders(2, 4) = reshape([2, 5, 3, 4, 1, 60, 5, 5], [2, 4])
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(watched_type), allocatable :: watched(:)
+    type(probe_type) :: probes(4)
+    real(dp) :: part(points, 2), rms(2), greatest, turn
+    integer :: i, k, j
+
+    do i = 1, size(speeds)
+      call make(khang_machine(speeds(i)), frame, error)
+      if (allocated(error)) return
+      probes = probe_at(0.2_dp, -0.15_dp)
+      probes(1)%band = [2, 5] / frame%period
+      probes(2)%band = [2 * (1 + beside), 5 * (1 - beside)] / frame%period
+      probes(3)%band = [0.0_dp, 60 / frame%period]
+      probes(4)%band = [4.5_dp, 5.5_dp] / frame%period
+      call solve(frame, points, 1.0e-12_dp, probes, analysis, watched, error)
+      if (allocated(error)) return
+      do k = 1, size(probes)
+        do j = 1, 2
+          part(:, j) = orders_of(watched(k)%history(:points, 3 + j), orders(1, k), orders(2, k))
+        end do
+        rms = sqrt(sum(part**2, dim=1) / points)
+        greatest = 0
+        do j = 1, directions
+          turn = pi * j / directions
+          greatest = max(greatest, sqrt(sum((cos(turn) * part(:, 1) + sin(turn) * part(:, 2))**2) / points))
+        end do
+        call near(error, watched(k)%band, rms, 1.0e-11_dp * norm2(rms), "along x and y")
+        ! A direction is at most 0.1 deg away: 1 - cos of it.
+        call near(error, [watched(k)%greatest], [greatest], 2.0e-6_dp * greatest, "greatest")
+        if (allocated(error)) return
+        call check(error, watched(k)%greatest >= greatest * (1 - 1.0e-12_dp), more="no direction exceeds the greatest")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_band
+
+  !> The orders `first` to `last` of equidistant samples over a period.
+  pure function orders_of(samples, first, last) result(part)
+    real(dp), intent(in) :: samples(:)
+    integer, intent(in) :: first, last
+    real(dp) :: part(size(samples)), c(size(samples)), s(size(samples))
+    integer :: i, k
+
+    part = 0
+    do k = first, last
+      c = [(cos(2 * pi * modulo(k * i, size(samples)) / size(samples)), i = 0, size(samples) - 1)]
+      s = [(sin(2 * pi * modulo(k * i, size(samples)) / size(samples)), i = 0, size(samples) - 1)]
+      part = part + 2 * (sum(samples * c) * c + sum(samples * s) * s) / size(samples)
+    end do
+  end function orders_of
+
+  !> Limits above, below and within the error of what is measured; none.
+  subroutine test_verdict(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=9), parameter :: verdicts(4) = [character(len=9) :: "within", "above", "undecided", ""]
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(watched_type), allocatable :: watched(:)
+    real(dp) :: limits(4)
+    integer :: k
+
+    call make(khang_machine(240.0_dp), frame, error)
+    if (.not. allocated(error)) call solve(frame, 64, 1.0e-4_dp, [probe_at(0.2_dp, -0.15_dp)], analysis, watched, error)
+    if (allocated(error)) return
+    associate (w => watched(1))
+      call check(error, w%error > 1.0e-9_dp * w%greatest .and. w%error < 0.1_dp * w%greatest, more="an error that is of use")
+      limits = [w%greatest + 2 * w%error, w%greatest - 2 * w%error, w%greatest, 0.0_dp]
+      do k = 1, 4
+        w%probe%limit = limits(k)
+        if (.not. allocated(error)) call check(error, trim(w%verdict()), trim(verdicts(k)))
+      end do
+    end associate
+  end subroutine test_verdict
+
+  !> At loose tolerances: what is claimed covers what is missed against a solution at 1e-13.
+  subroutine test_errors(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: tolerances(3) = [1.0e-2_dp, 1.0e-4_dp, 1.0e-7_dp]
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(watched_type), allocatable :: exact(:), watched(:)
+    real(dp) :: miss, greatest
+    integer :: number, i, k
+
+    greatest = 0
+    do number = 1, 6
+      call make(random_machine(20 + number, 3.0_dp, 30.0_dp), frame, error)
+      if (.not. allocated(error)) call solve(frame, 64, 1.0e-13_dp, [probe_at(-0.3_dp, 0.4_dp)], analysis, exact, error)
+      if (allocated(error)) return
+      do i = 1, size(tolerances)
+        call solve(frame, 64, tolerances(i), [probe_at(-0.3_dp, 0.4_dp)], analysis, watched, error)
+        if (allocated(error)) return
+        do k = 1, probe_parts
+          miss = max(abs(watched(1)%statistics(k)%peak - exact(1)%statistics(k)%peak), &
+            & abs(watched(1)%statistics(k)%rms - exact(1)%statistics(k)%rms))
+          greatest = max(greatest, miss / watched(1)%statistics(k)%peak_error)
+          call check(error, miss <= watched(1)%statistics(k)%peak_error + exact(1)%statistics(k)%peak_error, more="peak or rms")
+          if (allocated(error)) return
+        end do
+        miss = maxval(abs([watched(1)%band - exact(1)%band, watched(1)%greatest - exact(1)%greatest]))
+        call check(error, miss <= watched(1)%error + exact(1)%error .and. &
+          & abs(watched(1)%error - watched(1)%statistics(velocity_part)%peak_error) <= 0, more="band")
+        if (allocated(error)) return
+      end do
+    end do
+    ! They are of use too: somewhere a good part of the claim is real.
+    call check(error, greatest > 1.0e-3_dp, more="claims are idle")
+  end subroutine test_errors
+
+end module test_probes
