@@ -24,6 +24,7 @@ module driver
   use gestell_io_sweep_summary, only: summary_type
   use gestell_io_text, only: counted
   use one_line, only: print_case, print_sweep
+  use over_modes, only: run_over_modes
   use sweeping, only: compute_tiles, open_sweep
   use terminal, only: show_progress
   use gestell_study_boundary_task, only: border_results_type
@@ -54,7 +55,7 @@ contains
     type(configuration_type) :: configuration
     type(error_type), allocatable :: failure
     type(border_results_type) :: borders
-    character(len=:), allocatable :: folder
+    character(len=:), allocatable :: folder, report
 
     code = 0
     call read_input(options, configuration, error)
@@ -84,6 +85,11 @@ contains
       if (allocated(error)) return
       if (.not. options%quiet) write (output_unit, "(a)", advance="no") &
         & report_search(configuration%plan) // report_borders(configuration%plan, borders)
+    end if
+    if (configuration%campbell .or. configuration%critical) then
+      call run_over_modes(configuration, folder, preamble(options, configuration), report, error)
+      if (allocated(error)) return
+      if (.not. (options%quiet .or. options%one_line)) write (output_unit, "(a)", advance="no") report
     end if
     if (.not. (options%quiet .or. options%one_line)) write (output_unit, "(/, a)") "files in " // folder // "/"
     ! The verdict stands even where the vibration could not be computed.

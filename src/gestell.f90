@@ -31,10 +31,15 @@ module gestell
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
   use gestell_study_boundary_map, only: border_map_type, border_vertex_type, trace_borders
+  use gestell_study_campbell, only: campbell_order_type, campbell_point_type, campbell_type, solve_campbell
+  use gestell_study_campbell_crossings, only: crossing_type, find_crossings
+  use gestell_study_critical, only: critical_type, find_critical
   use gestell_study_drive, only: drive_type, find_drive, torque_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
   use gestell_study_ground, only: along_x, along_y, find_places, moment, place_type, whole_force
+  use gestell_study_mode_solution, only: solve_modes
+  use gestell_study_mode_type, only: mode_type
   use gestell_study_point, only: solve_point, sweep_order_type
   use gestell_study_sweep, only: solve_tile
   use gestell_study_statistics, only: band_rms, history_of, statistics_type, take_statistics

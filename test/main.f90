@@ -8,6 +8,9 @@ program main
   use test_boundary_machines, only: collect_boundary_machines
   use test_boundary_map, only: collect_boundary_map
   use test_campaign, only: collect_campaign
+  use test_campbell, only: collect_campbell
+  use test_campbell_critical, only: collect_campbell_critical
+  use test_campbell_modes, only: collect_campbell_modes
   use test_cheapest, only: collect_cheapest
   use test_data, only: collect_data
   use test_drive, only: collect_drive
@@ -106,6 +109,9 @@ program main
     & new_testsuite("model-trade", collect_model_trade), &
     & new_testsuite("rows", collect_rows), &
     & new_testsuite("resonance", collect_resonance), &
+    & new_testsuite("modes", collect_campbell_modes), &
+    & new_testsuite("campbell", collect_campbell), &
+    & new_testsuite("critical", collect_campbell_critical), &
     & new_testsuite("sweep", collect_sweep), &
     & new_testsuite("campaign", collect_campaign), &
     & new_testsuite("peaks", collect_peaks), &

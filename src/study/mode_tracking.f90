@@ -1,0 +1,87 @@
+!> Which modes at one speed are which at another one.
+module gestell_study_mode_tracking
+  use gestell_base_kinds, only: dp
+  use gestell_study_mode_type, only: assurance, mode_type, most_freedoms
+  implicit none (type, external)
+  private
+
+  public :: track
+
+  !> Likeness from which two modes are taken for the same without further proof, and how much less like all other
+  !> assignments have to be.
+  real(dp), parameter :: alike = 0.8_dp, apart = 0.7_dp
+
+contains
+
+  !> Puts `modes` into the order of `last`, and names each by the component that continues the one of `last`: the most like
+  !> in shape and frequency. `mass`: the mean mass matrix, shape (f, f); `crank`: |Omega| (rad/s). `like`: each is like the last
+  !> one, so that a smaller step need not be taken; `sure`: no other assignment is nearly as good either, as where modes mix.
+  !> A mode that is not told takes the place that is left.
+  pure subroutine track(last, mass, crank, modes, like, sure)
+    type(mode_type), intent(in) :: last(:)
+    real(dp), intent(in) :: mass(:, :), crank
+    type(mode_type), intent(inout) :: modes(:)
+    logical, intent(out) :: like, sure
+    type(mode_type) :: ordered(size(modes))
+    real(dp) :: likeness(size(last), size(modes)), total, best, second, least
+    integer :: component(size(last), size(modes)), order(size(modes)), trial(size(modes)), f, i, j, k
+
+    f = size(last)
+    do i = 1, f
+      do j = 1, f
+        call compare(last(j), modes(i), mass, crank, likeness(j, i), component(j, i))
+      end do
+    end do
+    best = -1
+    second = -1
+    do k = 0, f**f - 1
+      trial = [(1 + mod(k / f**(j - 1), f), j = 1, f)]
+      if (any([(count(trial == j) /= 1, j = 1, f)])) cycle
+      total = product([(likeness(j, trial(j)), j = 1, f)])
+      if (total > best) then
+        second = best
+        best = total
+        order = trial
+      else
+        second = max(second, total)
+      end if
+    end do
+    least = 1
+    do j = 1, f
+      ordered(j) = modes(order(j))
+      ordered(j)%principal = component(j, order(j))
+      if (ordered(j)%told .and. last(j)%told) least = min(least, likeness(j, order(j)))
+    end do
+    like = least >= alike
+    sure = like .and. second <= apart * best
+    modes = ordered
+  end subroutine track
+
+  !> How like a mode is to the last one, by its best component, from 0 to 1.
+  pure subroutine compare(last, mode, mass, crank, likeness, component)
+    type(mode_type), intent(in) :: last, mode
+    real(dp), intent(in) :: mass(:, :), crank
+    real(dp), intent(out) :: likeness
+    integer, intent(out) :: component
+    !> Of what is not known; of components weaker than the strongest; a step of the frequency, in the crank's speed, that
+    !> halves the likeness.
+    real(dp), parameter :: unknown = 1.0e-3_dp, weight = 2, step = 0.25_dp
+    real(dp) :: full(most_freedoms, most_freedoms), one
+    integer :: k
+
+    likeness = unknown
+    component = 1
+    if (.not. (last%told .and. mode%told)) return
+    full = 0
+    full(:size(mass, 1), :size(mass, 2)) = mass
+    do k = 1, mode%components
+      one = assurance(last%shape(), mode%shapes(:, k), full) &
+        & / (1 + ((mode%frequencies(k) - last%frequency()) / (step * crank))**2)
+      if (k > 1) one = one * min(1.0_dp, weight * mode%shares(k) / mode%shares(1))
+      if (one <= likeness) cycle
+      likeness = one
+      component = k
+    end do
+  end subroutine compare
+
+end module gestell_study_mode_tracking

@@ -1,0 +1,327 @@
+!> Modes over the speed, and their crossings with the orders of the crank.
+module test_campbell
+  use data_files, only: machine_of_file
+  use families, only: machine_family
+  use gestell_base_error, only: gestell_error => error_type, fatal_error, impossible_mechanism
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_study_campbell_crossings, only: crossing_type, find_crossings
+  use gestell_study_family, only: family_type
+  use gestell_study_mode_type, only: assurance
+  use gestell_system_periodic, only: periodic_system
+  use machines, only: frame_of_machine
+  use reference_flow, only: flow_map
+  use reference_frame, only: frame_of
+  use reference_linear, only: qp
+  use reference_machine, only: khang_machine, machine_data, period
+  use test_campbell_modes, only: rotor
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_campbell
+
+  !> The paper's machine, but between two speeds there is none.
+  type, extends(family_type) :: broken_family
+    type(machine_family) :: inner
+    real(dp) :: hole(2) = 0
+  contains
+    procedure :: member
+  end type broken_family
+
+contains
+
+  subroutine collect_campbell(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("constant coefficients: crossings at w / k", test_constant), &
+      & new_unittest("ends of locked intervals, against the reference", test_locked), &
+      & new_unittest("crossings do not depend on the speeds that are ordered", test_speeds), &
+      & new_unittest("a mirrored machine that turns the other way", test_mirrored), &
+      & new_unittest("the crank's phase at the start", test_phase), &
+      & new_unittest("modes keep their numbers where they mix", test_mixing), &
+      & new_unittest("a gap in the range", test_gap)]
+  end subroutine collect_campbell
+
+  subroutine solve(machine, speeds, orders, campbell, crossings, error, averaged)
+    type(machine_data), intent(in) :: machine
+    real(dp), intent(in) :: speeds(:)
+    integer, intent(in) :: orders
+    type(campbell_type), intent(out) :: campbell
+    type(crossing_type), allocatable, intent(out) :: crossings(:)
+    type(error_type), allocatable, intent(out) :: error
+    logical, intent(in), optional :: averaged
+    type(machine_family) :: family
+    type(campbell_order_type) :: order
+    type(gestell_error), allocatable :: failure
+
+    order%orders = orders
+    if (present(averaged)) order%averaged = averaged
+    call frame_of_machine(machine, family%frame, failure)
+    if (.not. allocated(failure)) call solve_campbell(family, speeds, order, campbell, failure)
+    if (.not. allocated(failure)) call find_crossings(family, order, campbell, crossings, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine solve
+
+  pure function spaced(from, to, count) result(speeds)
+    real(dp), intent(in) :: from, to
+    integer, intent(in) :: count
+    real(dp) :: speeds(count)
+    integer :: i
+
+    speeds = [(from + (to - from) * (i - 1) / (count - 1), i = 1, count)]
+  end function spaced
+
+  !> All of them, once each, by periodic and by averaged coefficients. The frequencies themselves are tested with the modes.
+  subroutine test_constant(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: orders = 5
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: crossings(:)
+    real(dp) :: w(3), exact
+    integer :: mode, k, found, way
+
+    do way = 1, 2
+      call solve(rotor(300.0_dp), spaced(250.0_dp, 1500.0_dp, 11), orders, campbell, crossings, error, averaged=way == 2)
+      if (allocated(error)) return
+      w = campbell%points(1)%modes%frequency()
+      found = 0
+      do mode = 1, 3
+        do k = 1, orders
+          exact = w(mode) / k * 60 / (2 * pi)
+          if (exact < 250 .or. exact > 1500) cycle
+          found = found + 1
+          call check(error, found <= size(crossings), more="missing")
+          if (allocated(error)) return
+          associate (c => crossings(found))
+            call check(error, c%mode == mode .and. abs(c%order - k) <= 0 .and. .not. c%locked, more="order")
+            if (allocated(error)) return
+            ! Both frequencies have errors.
+            call check(error, abs(c%speed - exact) <= c%error + campbell%points(1)%modes(mode)%error * 60 / (2 * pi * k), &
+              & more="beyond the error")
+            if (allocated(error)) return
+            call check(error, c%error < 1.0e-6_dp, more="the error says nothing")
+            if (allocated(error)) return
+          end associate
+        end do
+      end do
+      call check(error, size(crossings), found, more="too many")
+      if (allocated(error)) return
+    end do
+  end subroutine test_constant
+
+  !> The sieve, damped and not: at the ends two multipliers meet, trace^2 = 4 det of the reference's Phi(T).
+  subroutine test_locked(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: crossings(:)
+    type(gestell_error), allocatable :: failure
+    integer :: way, i, side
+    real(qp) :: inside, outside
+
+    do way = 1, 2
+      call machine_of_file("data/rocking_sieve.nml", machine, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      if (way == 2) machine%foundation_damping = 0
+      call solve(machine, spaced(20.0_dp, 300.0_dp, 8), 2, campbell, crossings, error)
+      if (allocated(error)) return
+      ! Half the speed, where the vibration grows; the speed; twice the speed. Undamped also 1.5, where it grows too.
+      call check(error, size(crossings), merge(3, 4, way == 1), more="crossings")
+      if (allocated(error)) return
+      call check(error, abs(crossings(1)%order - 0.5_dp) <= 0 .and. crossings(1)%at%growth > 0.5_dp, more="half the speed")
+      if (allocated(error)) return
+      do i = 1, size(crossings)
+        associate (c => crossings(i))
+          ! Undamped, (J q')' + c q = 0 with J = J0 + J1 cos(phi) has no intervals of whole orders: two periodic motions coexist
+          ! there, as of Ince's equation.
+          call check(error, c%locked .neqv. (way == 2 .and. abs(c%order - anint(c%order)) <= 0), more="locked")
+          if (allocated(error)) return
+          ! The ends are zeros of differences of exponents squared, so known to about as many digits as these themselves.
+          call check(error, c%error < 1.0e-7_dp, more="the error says nothing")
+          if (allocated(error)) return
+          do side = 1, 2
+            associate (step => (c%error + 1.0e-11_dp * c%speed) * merge(1, -1, side == 1))
+              call discriminant(machine, c%ends(side) + step, inside)
+              call discriminant(machine, c%ends(side) - step, outside)
+            end associate
+            call check(error, (inside > 0 .eqv. c%locked) .and. outside < 0, more="end beyond its error")
+            if (allocated(error)) return
+          end do
+        end associate
+      end do
+    end do
+  end subroutine test_locked
+
+  subroutine discriminant(machine, speed, value)
+    type(machine_data), intent(in) :: machine
+    real(dp), intent(in) :: speed
+    real(qp), intent(out) :: value
+    type(machine_data) :: other
+    real(qp) :: phi(2, 2), particular(2)
+
+    other = machine
+    other%speed_rpm = speed
+    call flow_map(frame_of(other), 0.0_qp, period(other), 1.0e-24_qp, phi, particular)
+    value = (phi(1, 1) - phi(2, 2))**2 + 4 * phi(1, 2) * phi(2, 1)
+  end subroutine discriminant
+
+  !> The same crossings in another order of speeds.
+  subroutine compare(a, b, sign, error)
+    type(crossing_type), intent(in) :: a(:), b(:)
+    real(dp), intent(in) :: sign
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    call check(error, size(a), size(b), more="number of crossings")
+    if (allocated(error)) return
+    do i = 1, size(a)
+      call check(error, a(i)%mode == b(i)%mode .and. abs(a(i)%order - b(i)%order) <= 0, more="mode and order")
+      if (allocated(error)) return
+      call check(error, abs(a(i)%speed - sign * b(i)%speed) <= a(i)%error + b(i)%error, more="speed")
+      if (allocated(error)) return
+      ! The error of each is a bound for the growth too.
+      call check(error, abs(a(i)%at%growth - b(i)%at%growth) <= a(i)%at%error + b(i)%at%error, more="growth")
+      if (allocated(error)) return
+      call check(error, a(i)%error < 1.0e-5_dp, more="the error says nothing")
+      if (allocated(error)) return
+    end do
+  end subroutine compare
+
+  subroutine test_speeds(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: few(:), many(:), backward(:)
+
+    call solve(khang_machine(240.0_dp), spaced(300.0_dp, 800.0_dp, 4), 5, campbell, few, error)
+    if (.not. allocated(error)) call solve(khang_machine(240.0_dp), spaced(300.0_dp, 800.0_dp, 38), 5, campbell, many, error)
+    if (.not. allocated(error)) call solve(khang_machine(240.0_dp), spaced(800.0_dp, 300.0_dp, 9), 5, campbell, backward, error)
+    if (allocated(error)) return
+    ! Frequencies 20.26, 32.05, 52.49 Hz over 5 to 13.3 Hz: orders 2 to 4, 3 to 5, 4 and 5.
+    call check(error, size(few), 8, more="crossings")
+    if (.not. allocated(error)) call compare(few, many, 1.0_dp, error)
+    if (.not. allocated(error)) call compare(few, backward, 1.0_dp, error)
+  end subroutine test_speeds
+
+  !> Mirrored at the x-axis.
+  subroutine test_mirrored(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: here(:), there(:)
+    integer :: i
+
+    machine = khang_machine(240.0_dp, mass_factor=5.0_dp)
+    call solve(machine, spaced(300.0_dp, 600.0_dp, 5), 4, campbell, here, error)
+    if (allocated(error)) return
+    do i = 1, size(machine%joints)
+      machine%joints(i)%position(2) = -machine%joints(i)%position(2)
+      machine%joints(i)%branch = -machine%joints(i)%branch
+    end do
+    do i = 1, size(machine%links)
+      machine%links(i)%center(2) = -machine%links(i)%center(2)
+    end do
+    machine%origin(2) = -machine%origin(2)
+    do i = 1, size(machine%supports)
+      machine%supports(i)%position(2) = -machine%supports(i)%position(2)
+    end do
+    call solve(machine, spaced(-300.0_dp, -600.0_dp, 5), 4, campbell, there, error)
+    if (.not. allocated(error)) call check(error, size(here) > 3, more="crossings")
+    if (.not. allocated(error)) call compare(here, there, -1.0_dp, error)
+  end subroutine test_mirrored
+
+  subroutine test_phase(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: here(:), there(:)
+
+    machine = khang_machine(240.0_dp, mass_factor=5.0_dp)
+    call solve(machine, spaced(300.0_dp, 600.0_dp, 5), 4, campbell, here, error)
+    machine%joints(3)%phase_deg = 130
+    if (.not. allocated(error)) call solve(machine, spaced(300.0_dp, 600.0_dp, 5), 4, campbell, there, error)
+    if (.not. allocated(error)) call compare(here, there, 1.0_dp, error)
+  end subroutine test_phase
+
+  !> Near 707 rpm the first two frequencies of the paper's machine differ by the crank's: the modes mix. Before and after each
+  !> has its own shape and frequency.
+  subroutine test_mixing(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: crossings(:)
+    integer :: i, k
+
+    call solve(khang_machine(240.0_dp), [600.0_dp, (680 + 3.1_dp * i, i = 0, 17), 800.0_dp], 1, campbell, crossings, error)
+    if (allocated(error)) return
+    call check(error, any(.not. campbell%points%sure), more="sure")
+    if (allocated(error)) return
+    call check(error, size(campbell%points) < 100, more="too much inserted")
+    if (allocated(error)) return
+    do i = 1, size(campbell%points)
+      associate (first => campbell%points(1), point => campbell%points(i))
+        do k = 1, 3
+          ! They repel each other by 0.5 rad/s at the most.
+          call check(error, abs(point%modes(k)%frequency() - first%modes(k)%frequency()) < 1, more="frequency")
+          if (allocated(error)) return
+          ! Half of each vibration is the other's shape in the middle of the range in which they mix, 15 rpm wide.
+          if (abs(point%speed - 707) < 15) cycle
+          call check(error, point%sure, more="not sure")
+          if (allocated(error)) return
+          call check(error, assurance(point%modes(k)%shape(), first%modes(k)%shape(), point%mass) > 0.9_dp, more="shape")
+          if (allocated(error)) return
+        end do
+      end associate
+    end do
+  end subroutine test_mixing
+
+  subroutine member(self, parameters, system, error)
+    class(broken_family), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(gestell_error), allocatable, intent(out) :: error
+
+    if (parameters(1) > self%hole(1) .and. parameters(1) < self%hole(2)) then
+      call fatal_error(error, "a hole", impossible_mechanism)
+      return
+    end if
+    call self%inner%member(parameters, system, error)
+  end subroutine member
+
+  !> What lies in the gap is not found, what lies beside it is, and modes keep their numbers over it.
+  subroutine test_gap(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(broken_family) :: family
+    type(campbell_order_type) :: order
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: crossings(:)
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    order%orders = 5
+    call frame_of_machine(khang_machine(240.0_dp), family%inner%frame, failure)
+    family%hole = [390.0_dp, 420.0_dp]
+    if (.not. allocated(failure)) call solve_campbell(family, spaced(300.0_dp, 500.0_dp, 21), order, campbell, failure)
+    if (.not. allocated(failure)) call find_crossings(family, order, campbell, crossings, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, count(.not. campbell%points%solved), 2, more="points in the gap")
+    if (allocated(error)) return
+    do i = 1, size(campbell%points)
+      if (.not. campbell%points(i)%solved) cycle
+      ! The frequencies change by less than 0.1 rad/s over the range.
+      call check(error, maxval(abs(campbell%points(i)%modes%frequency() - campbell%points(1)%modes%frequency())) < 0.1_dp, &
+        & more="numbers")
+      if (allocated(error)) return
+    end do
+    ! 303.9 (1, 4), 480.7 (2, 4), 384.6 (2, 5); not 405.2 (1, 3).
+    call check(error, size(crossings), 3, more="crossings")
+  end subroutine test_gap
+
+end module test_campbell
