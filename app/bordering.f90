@@ -4,6 +4,7 @@ module bordering
   use gestell_io_borders_csv, only: write_borders
   use gestell_io_configuration, only: configuration_type
   use gestell_io_folder, only: make_folder
+  use gestell_io_plot_borders, only: plot_borders
   use gestell_study_boundary_task, only: border_results_type, solve_borders
   implicit none (type, external)
   private
@@ -12,7 +13,7 @@ module bordering
 
 contains
 
-  !> Finds the borders and writes boundary.csv to `folder`.
+  !> Finds the borders and writes boundary.csv with its script to `folder`.
   subroutine run_borders(configuration, folder, preamble, results, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: folder, preamble(:)
@@ -27,6 +28,7 @@ contains
       end if
       if (.not. allocated(error)) call make_folder(folder, error)
       if (.not. allocated(error)) call write_borders(folder, preamble, plan%paths, results, error)
+      if (.not. allocated(error)) call plot_borders(folder, preamble, plan%paths, plan%grid, results, error)
     end associate
   end subroutine run_borders
 

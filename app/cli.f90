@@ -18,14 +18,14 @@ module cli
     character(len=:), allocatable :: output
     type(setting_type), allocatable :: settings(:)
     logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false., &
-      & merge = .false., one_line = .false.
+      & merge = .false., one_line = .false., plot = .false.
     !> The share of a sweep that is computed: part `part` of `parts`.
     integer :: part = 1, parts = 1
     logical :: in_parts = .false.
   end type options_type
 
   character(len=*), parameter :: long_names(*) = [character(len=18) :: "--set", "--output", "--check", "--quiet", "--help", &
-    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line"]
+    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line", "--plot"]
   !> Those that take a value.
   character(len=*), parameter :: with_value(*) = [character(len=8) :: "-s", "--set", "-o", "--output", "--part"]
 
@@ -98,6 +98,8 @@ contains
         options%merge = .true.
       case ("--one-line")
         options%one_line = .true.
+      case ("--plot")
+        options%plot = .true.
       case default
         call fatal_error(error, "unknown option '" // word // "'" // suggestion(word, long_names), wrong_usage)
       end select
@@ -134,8 +136,15 @@ contains
     logical :: given(size(names))
 
     given = [options%check, options%in_parts, options%merge, options%one_line]
-    if (count(given) > 1) call fatal_error(error, "options '" // trim(names(findloc(given, .true., dim=1))) // "' and '" // &
-      & trim(names(findloc(given, .true., dim=1, back=.true.))) // "' exclude each other", wrong_usage)
+    if (count(given) > 1) then
+      call fatal_error(error, "options '" // trim(names(findloc(given, .true., dim=1))) // "' and '" // &
+        & trim(names(findloc(given, .true., dim=1, back=.true.))) // "' exclude each other", wrong_usage)
+    else if (options%plot .and. options%in_parts) then
+      call fatal_error(error, "options '--part' and '--plot' exclude each other: a part is no picture; give --plot to --merge", &
+        & wrong_usage)
+    else if (options%plot .and. options%one_line) then
+      call fatal_error(error, "options '--one-line' and '--plot' exclude each other", wrong_usage)
+    end if
   end subroutine refuse_together
 
   function argument(i) result(word)
@@ -167,6 +176,8 @@ contains
       & "      --merge             write the sweep.csv of all parts" // newline // &
       & "      --one-line          a header and a line of CSV for each case on standard" // newline // &
       & "                          output in place of report and files" // newline // &
+      & "      --plot              draw pictures, SVG and PNG, by gnuplot; with --check" // newline // &
+      & "                          only the mechanism's" // newline // &
       & "  -h, --help              this text" // newline // &
       & "  -V, --version           the version" // newline // newline // &
       & "exit codes: 0 done, 1 wrong usage, 2 invalid input, 3 the mechanism cannot be" // newline // &

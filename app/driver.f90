@@ -12,8 +12,10 @@ module driver
   use gestell_io_document, only: document_type
   use gestell_io_findings, only: report_findings, write_findings
   use gestell_io_folder, only: make_folder
+  use gestell_io_mechanism_csv, only: write_mechanism
   use gestell_io_namelist, only: read_document
   use gestell_io_path, only: set_value
+  use gestell_io_plot_sweep, only: plot_sweep
   use gestell_io_report, only: report_machine, report_results
   use gestell_io_report_borders, only: report_borders, report_search
   use gestell_io_report_mechanism, only: report_mechanism, report_transmission
@@ -25,6 +27,7 @@ module driver
   use gestell_io_text, only: counted
   use one_line, only: print_case, print_sweep
   use over_modes, only: run_over_modes
+  use plotting, only: draw_pictures, find_gnuplot
   use sweeping, only: compute_tiles, open_sweep
   use terminal, only: show_progress
   use gestell_study_boundary_task, only: border_results_type
@@ -55,33 +58,34 @@ contains
     type(configuration_type) :: configuration
     type(error_type), allocatable :: failure
     type(border_results_type) :: borders
+    type(summary_type) :: summary
     character(len=:), allocatable :: folder, report
 
     code = 0
-    call read_input(options, configuration, error)
+    if (options%plot) call find_gnuplot(error)
+    if (.not. allocated(error)) call read_input(options, configuration, error)
     if (allocated(error)) return
     call check_options(options, configuration, error)
     if (allocated(error)) return
     if (.not. (options%quiet .or. options%one_line)) write (output_unit, "(a)", advance="no") &
       & report_machine(configuration, options%input)
+    folder = folder_name(options)
     if (options%check) then
-      if (options%quiet) return
-      if (.not. allocated(configuration%impossible)) write (output_unit, "(a)", advance="no") &
-        & report_mechanism(configuration%frame)
-      if (configuration%sweep) write (output_unit, "(a)", advance="no") report_grid(configuration%plan)
-      if (configuration%boundary) write (output_unit, "(a)", advance="no") report_search(configuration%plan)
-      write (output_unit, "(/, a)") "The input is sound; nothing more was computed (--check)."
+      if (.not. options%quiet) call report_check(configuration)
+      if (options%plot) call draw(options, configuration, folder, error)
       return
     end if
-    folder = folder_name(options)
     if (configuration%single() .and. .not. (options%in_parts .or. options%merge)) then
       call run_single(options, configuration, folder, code, failure, error)
       if (allocated(error)) return
     end if
-    if (configuration%sweep) call run_sweep(options, configuration, folder, code, error)
+    if (configuration%sweep) call run_sweep(options, configuration, folder, code, summary, error)
     if (allocated(error)) return
     if (configuration%boundary .and. .not. (options%in_parts .or. options%merge .or. options%one_line)) then
       call run_borders(configuration, folder, preamble(options, configuration), borders, error)
+      if (configuration%sweep .and. allocated(borders%map) .and. .not. allocated(error)) call plot_sweep(folder, &
+        & preamble(options, configuration), configuration%plan%paths, configuration%plan%grid, &
+        & configuration%plan%order%columns, summary, error, borders%map%curves)
       if (allocated(error)) return
       if (.not. options%quiet) write (output_unit, "(a)", advance="no") &
         & report_search(configuration%plan) // report_borders(configuration%plan, borders)
@@ -92,9 +96,41 @@ contains
       if (.not. (options%quiet .or. options%one_line)) write (output_unit, "(a)", advance="no") report
     end if
     if (.not. (options%quiet .or. options%one_line)) write (output_unit, "(/, a)") "files in " // folder // "/"
+    if (options%plot) call draw(options, configuration, folder, error)
+    if (allocated(error)) return
     ! The verdict stands even where the vibration could not be computed.
     if (code == 0 .and. allocated(failure)) call move_alloc(failure, error)
   end subroutine run
+
+  !> What --check tells.
+  subroutine report_check(configuration)
+    type(configuration_type), intent(in) :: configuration
+
+    if (.not. allocated(configuration%impossible)) write (output_unit, "(a)", advance="no") &
+      & report_mechanism(configuration%frame)
+    if (configuration%sweep) write (output_unit, "(a)", advance="no") report_grid(configuration%plan)
+    if (configuration%boundary) write (output_unit, "(a)", advance="no") report_search(configuration%plan)
+    write (output_unit, "(/, a)") "The input is sound; nothing more was computed (--check)."
+  end subroutine report_check
+
+  !> The pictures of a run; with --check the mechanism's alone. Errors: the mechanism's files cannot be written; gnuplot fails.
+  subroutine draw(options, configuration, folder, error)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(in) :: configuration
+    character(len=*), intent(in) :: folder
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: drawn
+
+    if (.not. (allocated(configuration%impossible) .or. options%merge)) then
+      call make_folder(folder, error)
+      if (.not. allocated(error)) call write_mechanism(folder, preamble(options, configuration), configuration%frame, error)
+      if (allocated(error)) return
+    end if
+    call draw_pictures(folder, options%check, drawn, error)
+    if (allocated(error) .or. options%quiet) return
+    if (drawn == "") drawn = "none"
+    write (output_unit, "(a)") "pictures in " // folder // "/, .svg and .png: " // drawn
+  end subroutine draw
 
   !> What the options ask of the input's tasks. Error: wrong usage.
   subroutine check_options(options, configuration, error)
@@ -165,6 +201,8 @@ contains
     call write_findings(folder, preamble(options, configuration), findings, configuration%tasks%harmonics, error)
     if (allocated(error)) return
     if (configuration%trade) call write_trade(folder, preamble(options, configuration), trade, model_trade, error)
+    if (configuration%drawing .and. .not. allocated(error)) call write_mechanism(folder, preamble(options, configuration), &
+      & configuration%frame, error)
     if (allocated(error)) return
     call take_verdict(options, configuration, analysis, code)
   end subroutine run_single
@@ -181,14 +219,14 @@ contains
   end subroutine take_verdict
 
   !> The points of a sweep: all, a part of them, or only the file.
-  subroutine run_sweep(options, configuration, folder, code, error)
+  subroutine run_sweep(options, configuration, folder, code, summary, error)
     type(options_type), intent(in) :: options
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: folder
     integer, intent(inout) :: code
+    type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
     type(campaign_type) :: campaign
-    type(summary_type) :: summary
     logical, allocatable :: mine(:)
 
     if (options%one_line) then

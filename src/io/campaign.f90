@@ -9,6 +9,7 @@ module gestell_io_campaign
   use gestell_io_block, only: read_block, read_rows, write_block
   use gestell_io_files, only: file_size, lock_file, remove_file, remove_folder, rename_file, unlock_file
   use gestell_io_folder, only: make_folder
+  use gestell_io_plot_sweep, only: plot_sweep
   use gestell_io_sweep, only: sweep_plan_type
   use gestell_io_sweep_csv, only: growing_table_type, header, open_table, rows
   use gestell_io_sweep_summary, only: summary_type
@@ -248,7 +249,7 @@ contains
     call unlock_file(lock)
   end subroutine finish
 
-  !> Writes sweep.csv. Error: it cannot be written, or a block is gone or damaged.
+  !> Writes sweep.csv with its script. Error: it cannot be written, or a block is gone or damaged.
   subroutine write_table(self, preamble, summary, error)
     class(campaign_type), intent(in) :: self
     character(len=*), intent(in) :: preamble(:)
@@ -273,6 +274,7 @@ contains
       call append_band(self, table, first, last, summary, error)
     end do
     if (.not. allocated(error)) call table%complete(error)
+    if (.not. allocated(error)) call plot_sweep(self%folder, preamble, self%paths, self%grid, self%columns, summary, error)
   end subroutine write_table
 
   subroutine tell_missing(self, error)

@@ -5,6 +5,9 @@ module gestell_io_results
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_base_text, only: exact, text
   use gestell_io_csv, only: write_table
+  use gestell_io_plot_multipliers, only: plot_modes, plot_multipliers
+  use gestell_io_plot_trade, only: plot_trade
+  use gestell_io_plot_response, only: plot_harmonics, plot_response
   use gestell_model_frame, only: frame_type
   use gestell_study_analysis, only: analysis_type, tasks_type
   use gestell_study_model_trade, only: model_trade_type
@@ -20,7 +23,7 @@ module gestell_io_results
 
 contains
 
-  !> Writes the files of what was asked for into `folder`; `preamble` heads each.
+  !> Writes the files of what was asked for into `folder`, each with its script for gnuplot; `preamble` heads each.
   !> Error: a file cannot be written.
   subroutine write_results(folder, preamble, frame, tasks, analysis, error)
     character(len=*), intent(in) :: folder, preamble(:)
@@ -28,17 +31,24 @@ contains
     type(tasks_type), intent(in) :: tasks
     type(analysis_type), intent(in) :: analysis
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: verdict
 
     if (allocated(analysis%multipliers)) then
       call write_multipliers(folder, preamble, analysis%multipliers, error)
-      if (allocated(error)) return
-      if (tasks%modes) call write_modes(folder, preamble, frame, analysis%multipliers, error)
+      if (.not. allocated(error)) call plot_multipliers(folder, preamble, frame, analysis%multipliers, error)
+      if (.not. allocated(error) .and. tasks%modes) then
+        call write_modes(folder, preamble, frame, analysis%multipliers, error)
+        if (.not. allocated(error)) call plot_modes(folder, preamble, frame, analysis%multipliers, error)
+      end if
       if (allocated(error)) return
     end if
     if (allocated(analysis%vibration) .and. tasks%response) then
+      verdict = ""
+      if (allocated(analysis%multipliers)) verdict = trim(analysis%multipliers%verdict())
       call write_history(folder, preamble, frame, analysis%vibration, error)
-      if (allocated(error)) return
-      call write_harmonics(folder, preamble, frame, tasks%harmonics, analysis%vibration, error)
+      if (.not. allocated(error)) call plot_response(folder, preamble, frame, analysis%vibration, verdict, error)
+      if (.not. allocated(error)) call write_harmonics(folder, preamble, frame, tasks%harmonics, analysis%vibration, error)
+      if (.not. allocated(error)) call plot_harmonics(folder, preamble, frame, tasks%harmonics, analysis%vibration, error)
     end if
   end subroutine write_results
 
@@ -156,6 +166,7 @@ contains
     end if
     call write_table(folder, "trade.csv", lines, &
       & "method,order,steps,evaluations,error_phi,error_rho,error_x0,seconds", values(:, :n), error, labels=labels(:n))
+    if (.not. allocated(error)) call plot_trade(folder, preamble, trade, n > size(trade%rows), error)
   end subroutine write_trade
 
 end module gestell_io_results

@@ -12,7 +12,7 @@ module gestell_io_sweep_csv
   implicit none (type, external)
   private
 
-  public :: case_lines, header, open_table, rows
+  public :: case_lines, field, header, open_table, rows
 
   !> A file that grows under another name and takes its own when it is complete.
   type, public :: growing_table_type

@@ -104,7 +104,10 @@ class Folder:
 
 
 def files(folder):
-    return sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
+    """What is in a folder, without the scripts for gnuplot beside their tables."""
+    if not folder.is_dir():
+        return []
+    return sorted(path.name for path in folder.iterdir() if path.suffix != ".gp" or not path.with_suffix(".csv").exists())
 
 
 class Table:

@@ -29,6 +29,7 @@ from findings import FINDINGS_TESTS, write_findings_golden  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
                      Table, body, check, equal, files, near, printed, series, tables)
 from mechanisms import MECHANISM_TESTS  # noqa: E402
+from plots import PLOT_TESTS  # noqa: E402
 from sweeps import SWEEP_TESTS, write_sweep_golden  # noqa: E402
 from ways import WAYS_TESTS  # noqa: E402
 
@@ -234,7 +235,7 @@ def test_same_bytes():
             run = Run(folder, "input.nml", "-o", output, environment={"OMP_NUM_THREADS": str(threads)})
             run.done(f"{threads} threads")
         first, again, two = ({path.name: path.read_bytes() for path in (folder / f"o{i}").iterdir()} for i in (1, 2, 3))
-        equal("same bytes, again", again == first and len(first) == 3, True)
+        equal("same bytes, again", again == first and len(first) == 6, True)
         equal("same bytes, two threads", two == first, True)
 
 
@@ -588,7 +589,7 @@ def main():
         for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS,
-                     *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS):
+                     *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

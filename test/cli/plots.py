@@ -1,0 +1,270 @@
+"""Pictures: the scripts beside the tables, and what gnuplot makes of them."""
+
+import math
+import os
+import shutil
+import subprocess
+import xml.etree.ElementTree
+
+from broken_inputs import SOUND
+from harness import Folder, Run, Table, check, equal, near, series
+
+GNUPLOT = shutil.which("gnuplot")
+ALL = SOUND.replace("'stability', 'response'", "'stability', 'modes', 'response', 'drawing'")
+SWEEP = SOUND.replace("'stability', 'response'", "'sweep'")
+BORDERS = SOUND.replace("'stability', 'response'", "'sweep', 'boundary'")
+SPEEDS = "&sweep parameter='drive.speed_rpm', from={}, to={}, count={} {} /\n"
+STIFFNESS = "&sweep parameter='support.stiffness', from={}, to={}, count={} {} /\n"
+# A frame that rocks, unstable in part of the range of speeds.
+ROCKING = """&case title='Rocking', tasks='sweep','boundary' /
+&drive speed_rpm=229 /
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius=0.12 /
+&link name='eccentric', from='O', to='A', mass=9, inertia=0.02, center=0.12,0 /
+&frame mass=40, inertia=2, origin=0.5,0, dof='psi' /
+&foundation stiffness=8*0,630, damping=0,0,1.5 /
+"""
+MASS_FUNCTIONS = """&case title='Given', tasks='stability','response' /
+&drive speed_rpm=240 /
+&mass_functions mass=1, inertia=0.01, a1=0,0.01,0, a2=0,0,0.01, a3=0.01 /
+&frame mass=18, inertia=0.78, origin=0,0 /
+&support position=0,-0.2, stiffness=2e5,2e5, damping=10,10 /
+&foundation stiffness=8*0,1e4 /
+"""
+
+
+def bare(folder):
+    """All names in a folder."""
+    return sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
+
+
+def sound_picture(what, path):
+    """A picture of either format, its texts where it is an SVG."""
+    data = path.read_bytes() if path.exists() else b""
+    if path.suffix == ".png":
+        check(f"{what}, {path.name}", data.startswith(b"\x89PNG\r\n\x1a\n") and len(data) > 3000, "a PNG", data[:20])
+        return ""
+    try:
+        root = xml.etree.ElementTree.fromstring(data)
+    except xml.etree.ElementTree.ParseError as error:
+        check(f"{what}, {path.name}", False, "XML", (str(error), data[:60]))
+        return ""
+    texts = [" ".join("".join(one.itertext()).split()) for one in root.iter("{http://www.w3.org/2000/svg}text")]
+    check(f"{what}, {path.name}", root.tag.endswith("svg") and texts, "an SVG with texts", root.tag)
+    return "\n".join(texts)
+
+
+def drawn(what, folder):
+    """Every table has its script, which runs without a word; the texts of the pictures by name."""
+    texts = {}
+    tables = {path.stem for path in folder.glob("*.csv")}
+    equal(f"{what}, scripts", sorted(path.stem for path in folder.glob("*.gp")), sorted(tables))
+    if not GNUPLOT:
+        return texts
+    for name in sorted(tables):
+        done = subprocess.run([GNUPLOT, "-d", f"{name}.gp"], cwd=folder, capture_output=True, timeout=60)
+        equal(f"{what}, gnuplot {name}.gp", (done.returncode, done.stdout + done.stderr), (0, b""))
+        texts[name] = sound_picture(what, folder / f"{name}.svg")
+        sound_picture(what, folder / f"{name}.png")
+    return texts
+
+
+def test_scripts():
+    with Folder(input=ALL) as folder:
+        Run(folder, "-q", "input.nml").done("scripts")
+        names = ["harmonics", "mechanism", "modes", "multipliers", "response"]
+        equal("scripts, files", bare(folder / "input"), sorted(f"{name}.{end}" for name in names for end in ("csv", "gp")))
+        texts = drawn("scripts", folder / "input")
+        units = dict(harmonics=["ξ (mm)", "moment (N m)", "frequency (Hz)"], mechanism=["ξ (m)", "η (m)", "crank", "B0"],
+                     modes=["|ξ|"], multipliers=["stable", "Re ρ", "0.99"], response=["ψ (mrad)", "force x (N)", "crank angle (deg)"])
+        for name, words in units.items():
+            script = (folder / "input" / f"{name}.gp").read_text()
+            for word in ["four-bar", "240 rpm" if name != "mechanism" else "60 deg", *words]:
+                check(f"{name}.gp, {word}", word in script or word in texts.get(name, ""), word, script[-800:])
+                if GNUPLOT:
+                    check(f"{name}.svg, {word}", word in texts[name], word, texts[name])
+            check(f"{name}.gp, no folders", str(folder) not in script, "names alone", script)
+
+
+def test_titles():
+    """The user's text is text, whatever stands in it."""
+    titles = ["It''s \"x\" \\n a\\ {b} _c ^d @e & <f> `touch bad` $5 # % %5.3f", "Ä ξ 日本 ½", "ends in \\", "''", "\"", "`touch bad`",
+              "{/Symbol=90 r", "%", "a" * 300, "", "   ", "]]> <!-- --> &amp; &#65; &x &#x41;"]
+    for i, title in enumerate(titles):
+        text = ALL.replace("'four-bar'", f"'{title}'").replace("name='crank'", f"name='{title[:30].rstrip() or 'x'}'")
+        if title in ("''", "ends in \\", "`touch bad`") or i == 0:
+            text = ALL.replace("'four-bar'", f"'{title}'")
+        with Folder(input=text) as folder:
+            what = f"title {title[:20]!r}"
+            if not Run(folder, "-q", "input.nml").done(what):
+                continue
+            for name, texts in drawn(what, folder / "input").items():
+                plain = " ".join(title.replace("''", "'").replace("]]>", "]] >").replace("&#", "& #").split())
+                check(f"{what}, {name}", plain[:84] in texts, plain, texts[:200])
+            equal(f"{what}, nothing is run", list(folder.rglob("bad")), [])
+    with Folder(input=ALL.encode().replace(b"four-bar", b"F\xff\xc3\xed\xa0\x80r")) as folder:
+        Run(folder, "-q", "input.nml").done("title that is no UTF-8")
+        for name, texts in drawn("title that is no UTF-8", folder / "input").items():
+            check(f"title that is no UTF-8, {name}", "F?????r" in texts, "F?????r", texts[:200])
+
+
+def test_nothing_to_plot():
+    """Ranges that are empty, numbers that are none."""
+    still = ALL.replace("mass=0.50, inertia=0.0035", "mass=0, inertia=0").replace("mass=0.60, inertia=0.0070", "mass=0, inertia=0")
+    still = still.replace("mass=0.25, inertia=0.0060", "mass=0, inertia=0")
+    cases = dict(psi=(ALL.replace("origin=-0.20,0.20", "origin=-0.20,0.20, dof='psi'"), ()), still=(still, ()),
+                 one_row=(ALL, ("response.points=1", "response.harmonics=0")), many=(ALL, ("response.harmonics=500",)),
+                 clockwise=(ALL, ("drive.speed_rpm=-240",)), tiny=(ALL, ("support.stiffness=1e-3",)),
+                 damped=(ALL, ("foundation.damping=1e6,1e6,1e6",)), stiff=(ALL, ("support.stiffness=1e12",)),
+                 slow=(ALL, ("drive.speed_rpm=2",)))
+    for what, (text, settings) in cases.items():
+        with Folder(input=text) as folder:
+            run = Run(folder, "-q", "input.nml", *(word for one in settings for word in ("-s", one)))
+            if run.done(what):
+                drawn(what, folder / "input")
+
+
+def test_sweeps():
+    one, two = SPEEDS, STIFFNESS
+    cases = {
+        "curves": one.format(200, 300, 8, ""),
+        "many points": one.format(200, 300, 50, ""),
+        "one point": one.format(200, 200, 1, ""),
+        "logarithmic": one.format(100, 1000, 5, ", spacing='log'"),
+        "narrow logarithmic": one.format(220, 221, 3, ", spacing='log'"),
+        "downward": one.format(300, 200, 5, ""),
+        "clockwise, logarithmic": one.format(-100, -400, 5, ", spacing='log'"),
+        "through a dead point": "&sweep parameter='joint(B).lengths(1)', from=0.1, to=0.5, count=9 /\n",
+        "all impossible": "&sweep parameter='joint(B).lengths(1)', from=0.01, to=0.02, count=4 /\n",
+        "a path with a comma": "&sweep parameter='foundation.stiffness(1,1)', from=0, to=10, count=3 /\n",
+        "verdicts": one.format(200, 300, 8, ", columns='verdict'"),
+        "peaks": one.format(200, 300, 8, ", columns='eta_peak_m'"),
+        "chart": one.format(200, 300, 5, "") + two.format(1e5, 3e5, 4, ", spacing='log'"),
+        "chart, 1 x 5": one.format(200, 200, 1, "") + two.format(1e5, 3e5, 5, ""),
+        "chart, 5 x 1": one.format(200, 300, 5, "") + two.format(1e5, 1e5, 1, ""),
+        "chart, 1 x 1": one.format(200, 200, 1, "") + two.format(1e5, 1e5, 1, ""),
+        "chart, 2 x 2": one.format(200, 300, 2, "") + two.format(1e5, 3e5, 2, ""),
+        "chart, downward": one.format(300, 200, 5, "") + two.format(3e5, 1e5, 4, ", spacing='log'"),
+        "chart of verdicts": one.format(200, 300, 4, ", columns='verdict'") + two.format(1e5, 3e5, 4, ""),
+        "chart of peaks": one.format(200, 300, 4, ", columns='psi_peak_rad'") + two.format(1e5, 3e5, 4, ""),
+        "chart, all impossible": "&sweep parameter='joint(B).lengths(1)', from=0.01, to=0.02, count=3 /\n"
+                                 + two.format(1e5, 3e5, 3, ""),
+    }
+    for what, groups in cases.items():
+        with Folder(input=SWEEP + groups) as folder:
+            if Run(folder, "-q", "input.nml").done(what):
+                texts = drawn(what, folder / "input").get("sweep", "")
+                path = groups.split("'")[1]
+                check(f"{what}, axis", not GNUPLOT or path in texts or what.endswith("1 x 5"), path, texts)
+
+
+def test_borders():
+    damping = "&sweep parameter='foundation.damping(3)', from=0.05, to=8, count=12 {} /\n"
+    cases = {"values": SPEEDS.format(90, 300, 30, ""), "values, logarithmic": SPEEDS.format(90, 300, 30, ", spacing='log'"),
+             "no value": SPEEDS.format(90, 120, 5, ""), "curve": SPEEDS.format(90, 300, 20, "") + damping.format(""),
+             "curve, logarithmic": SPEEDS.format(300, 90, 20, "") + damping.format(", spacing='log'"),
+             "no curve": SPEEDS.format(90, 120, 5, "") + damping.format("")}
+    for what, groups in cases.items():
+        with Folder(input=ROCKING + groups) as folder:
+            if Run(folder, "-q", "input.nml").done(f"borders, {what}"):
+                texts = drawn(f"borders, {what}", folder / "input").get("boundary", "")
+                word = "none found" if what.startswith("no ") else "period doubling"
+                check(f"borders, {what}, words", not GNUPLOT or word in texts, word, texts)
+                border = "boundary.csv" in (folder / "input" / "sweep.gp").read_text()
+                equal(f"borders, {what}, in the chart", border, what.startswith("curve"))
+
+
+def test_drawing():
+    """The links keep their lengths, the crank its angle; SOUND's machine, with numbers of its input."""
+    with Folder(input=ALL.replace("'stability', 'modes', 'response', 'drawing'", "'drawing'"), given=MASS_FUNCTIONS) as folder:
+        Run(folder, "-q", "input.nml").done("drawing")
+        equal("drawing, files", bare(folder / "input"), ["mechanism.csv", "mechanism.gp"])
+        table = Table(folder / "input" / "mechanism.csv")
+        equal("drawing, header", table.header, "crank_deg," + ",".join(
+            f"{part}.{axis}_m" for part in ("joint(A0)", "joint(B0)", "joint(A)", "joint(B)", "link(crank)", "link(coupler)",
+                                            "link(rocker)") for axis in "xy"))
+        equal("drawing, angles", table["crank_deg"], [float(i) for i in range(361)])
+
+        def at(part):
+            return [complex(x, y) for x, y in zip(table[f"{part}.x_m"], table[f"{part}.y_m"])]
+
+        a0, b0, a, b = (at(f"joint({name})") for name in ("A0", "B0", "A", "B"))
+        # roundoff of coordinates below 1 m
+        near("drawing, origin in the frame's system", a0[0], -0.20 + 0.20j, 1e-15)
+        near("drawing, second ground joint", b0[100], 0.20 + 0.20j, 1e-15)
+        for i in (0, 37, 180, 359):
+            near(f"drawing, crank at {i} deg", a[i] - a0[i], 0.07 * complex(math.cos(math.radians(i)), math.sin(math.radians(i))),
+                 1e-15)
+        series("drawing, coupler", [abs(q - p) for p, q in zip(a, b)], [0.37] * 361, 1e-14)
+        series("drawing, rocker", [abs(q - p) for p, q in zip(b0, b)], [0.16] * 361, 1e-14)
+        check("drawing, branch", all(((q - p).conjugate() * (r - p)).imag > 0 for p, q, r in zip(a, b0, b)), "B on the left", "right")
+        center = [p + 0.18 * (q - p) / abs(q - p) for p, q in zip(a, b)]
+        near("drawing, centre of the coupler", max(abs(p - q) for p, q in zip(center, at("link(coupler)"))), 0, 1e-14)
+        run = Run(folder, "given.nml", "-s", "case.tasks='drawing'")
+        equal("drawing of mass functions", (run.code, "nothing to draw" in run.err), (2, True))
+
+
+def test_plot_option():
+    if not GNUPLOT:
+        print("skip  --plot: gnuplot is not there (apt-get install gnuplot-nox)")
+        return
+    endings = ("csv", "gp", "png", "svg")
+    names = ("harmonics", "mechanism", "multipliers", "response")
+    every = sorted(f"{name}.{end}" for name in names for end in endings)
+    with Folder(input=SOUND, given=MASS_FUNCTIONS, sweep=SWEEP + SPEEDS.format(200, 300, 6, "")) as folder:
+        run = Run(folder, "input.nml", "--plot")
+        run.done("--plot")
+        equal("--plot, files", bare(folder / "input"), every)
+        check("--plot, report", run.out.endswith("pictures in input/, .svg and .png: mechanism, multipliers, response, harmonics\n"),
+              "the pictures", run.out[-200:])
+        for name in ("a b", "it's", "-x", "$(touch bad)", "\"q\"", "a;b", "ä"):
+            Run(folder, "-q", "--plot", "-o", name, "input.nml").done(f"--plot to {name}")
+            equal(f"--plot to {name}, files", bare(folder / name), every)
+        equal("--plot, nothing else is run", list(folder.rglob("bad")), [])
+        Run(folder, "-q", "input.nml").done("without --plot again")
+        equal("pictures of older numbers are gone", [name for name in bare(folder / "input") if name[-3:] in ("png", "svg")],
+              ["mechanism.png", "mechanism.svg"])
+        run = Run(folder, "--check", "--plot", "-o", "checked", "input.nml")
+        run.done("--check --plot")
+        equal("--check --plot, files", bare(folder / "checked"), [f"mechanism.{end}" for end in endings])
+        check("--check --plot, report", "The input is sound" in run.out and run.out.endswith(": mechanism\n"), "both", run.out[-200:])
+        run = Run(folder, "--check", "--plot", "-o", "checked_given", "given.nml")
+        run.done("--check --plot of mass functions")
+        equal("--check --plot of mass functions, nothing", bare(folder / "checked_given"), [])
+        Run(folder, "-q", "--plot", "given.nml").done("--plot of mass functions")
+        equal("--plot of mass functions, files", bare(folder / "given"),
+              sorted(f"{name}.{end}" for name in ("harmonics", "multipliers", "response") for end in endings))
+        Run(folder, "-q", "sweep.nml", "--part", "1/1", "-o", "parts").done("a part")
+        Run(folder, "-q", "sweep.nml", "--merge", "--plot", "-o", "parts").done("--merge --plot")
+        equal("--merge --plot, files", bare(folder / "parts"), [f"sweep.{end}" for end in endings])
+        for option in (["--part", "1/2"], ["--one-line"]):
+            run = Run(folder, "sweep.nml", *option, "--plot", "-o", "none")
+            equal(f"{option[0]} --plot", (run.code, "exclude each other" in run.err, bare(folder / "none")), (1, True, []))
+
+
+def test_no_gnuplot():
+    with Folder(input=SOUND) as folder:
+        (folder / "empty").mkdir()
+        run = Run(folder, "input.nml", "--plot", environment={"PATH": str(folder / "empty")})
+        equal("no gnuplot", (run.code, run.out, run.err), (1, "", "--plot needs the program gnuplot (in Debian the package "
+              "gnuplot-nox); without --plot the scripts for it are written all the same\n"))
+        equal("no gnuplot, nothing is written", bare(folder), ["empty", "input.nml"])
+        Run(folder, "-q", "input.nml", environment={"PATH": str(folder / "empty")}).done("no gnuplot, no --plot")
+        fake = folder / "empty" / "gnuplot"
+        fake.write_text("#!/bin/sh\nexit 3\n")
+        fake.chmod(0o755)
+        run = Run(folder, "-q", "input.nml", "--plot", "-o", "o", environment={"PATH": f"{folder / 'empty'}:{os.environ['PATH']}"})
+        equal("gnuplot fails", (run.code, run.err), (4, "o/mechanism.gp: gnuplot cannot draw it (exit code 3); run gnuplot "
+              "mechanism.gp in that folder to see why\n"))
+        check("gnuplot fails, the numbers are there", (folder / "o" / "response.csv").exists(), "response.csv", bare(folder / "o"))
+
+
+def test_trade():
+    with Folder(input=SOUND.replace("'stability', 'response'", "'trade'")) as folder:
+        Run(folder, "-q", "input.nml").done("picture of the trade")
+        texts = drawn("picture of the trade", folder / "input").get("trade", "")
+        check("picture of the trade, methods", not GNUPLOT or "gauss8" in texts and "time of a solution (s)" in texts, "gauss8", texts)
+
+
+PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_sweeps, test_borders, test_drawing, test_plot_option,
+              test_no_gnuplot, test_trade)
