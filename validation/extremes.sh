@@ -3,6 +3,6 @@
 # `reference [FAMILY]` in its place computes anew what the tables are measured against, validation/extremes/references.dat.
 
 set -eu
-cd -- "$(dirname -- "${BASH_SOURCE[0]}")/extremes"
+cd -- "$(dirname -- "${BASH_SOURCE[0]}")"
 export LC_ALL=C OPENBLAS_NUM_THREADS=1
-exec fpm run --profile release -- "$@"
+exec fpm run extremes --profile release -- "$@"

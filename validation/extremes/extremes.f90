@@ -1,7 +1,7 @@
 !> Tables of doc/extremes.md: the paper's machine far from home, every number against a reference in quadruple precision.
 !>
 !>   extremes [FAMILY]             the tables as Markdown, all or one; seconds go to the error output
-!>   extremes reference [FAMILY]   computes the reference's values anew, all or one family's, into references.dat
+!>   extremes reference [FAMILY]   computes the reference's values anew, all or one family's, into extremes/references.dat
 !>
 !> Stops with an error if a true error is above the claimed one, or a verdict is wrong.
 program extremes
@@ -13,7 +13,7 @@ program extremes
   use, intrinsic :: iso_fortran_env, only: dp => real64, error_unit, output_unit
   implicit none (type, external)
 
-  character(len=*), parameter :: data_file = 'references.dat'
+  character(len=*), parameter :: data_file = 'extremes/references.dat'
   !> Claimed over true error.
   real(dp), parameter :: too_wide = 1.0e6_dp
   type(case_type), allocatable :: cases(:)

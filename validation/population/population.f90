@@ -1,7 +1,7 @@
 !> Error bounds, verdicts and theorems over a population of random machines, against a solution in quadruple precision
 !> that shares nothing with the library:
 !>
-!>     fpm run --directory validation/population --profile release -- [MACHINES [FIRST]]
+!>     fpm run population --directory validation --profile release -- [MACHINES [FIRST]]
 !>
 !> examines MACHINES machines (default 100) from number FIRST (default 1) on, a tenth of a second each. Stops with an
 !> error where a bound is beaten, a verdict wrong, a theorem broken beyond the bounds, or two methods disagree by more.
