@@ -18,14 +18,14 @@ module cli
     character(len=:), allocatable :: output
     type(setting_type), allocatable :: settings(:)
     logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false., &
-      & merge = .false., one_line = .false., plot = .false.
+      & merge = .false., one_line = .false., plot = .false., report = .false.
     !> The share of a sweep that is computed: part `part` of `parts`.
     integer :: part = 1, parts = 1
     logical :: in_parts = .false.
   end type options_type
 
   character(len=*), parameter :: long_names(*) = [character(len=18) :: "--set", "--output", "--check", "--quiet", "--help", &
-    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line", "--plot"]
+    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line", "--plot", "--report"]
   !> Those that take a value.
   character(len=*), parameter :: with_value(*) = [character(len=8) :: "-s", "--set", "-o", "--output", "--part"]
 
@@ -100,6 +100,8 @@ contains
         options%one_line = .true.
       case ("--plot")
         options%plot = .true.
+      case ("--report")
+        options%report = .true.
       case default
         call fatal_error(error, "unknown option '" // word // "'" // suggestion(word, long_names), wrong_usage)
       end select
@@ -144,6 +146,9 @@ contains
         & wrong_usage)
     else if (options%plot .and. options%one_line) then
       call fatal_error(error, "options '--one-line' and '--plot' exclude each other", wrong_usage)
+    else if (options%report .and. any(given([1, 2, 4]))) then
+      call fatal_error(error, "options '" // trim(names(findloc(given, .true., dim=1))) // "' and '--report' exclude each other", &
+        & wrong_usage)
     end if
   end subroutine refuse_together
 
@@ -178,6 +183,8 @@ contains
       & "                          output in place of report and files" // newline // &
       & "      --plot              draw pictures, SVG and PNG, by gnuplot; with --check" // newline // &
       & "                          only the mechanism's" // newline // &
+      & "      --report            report.html: input, verdict, tables, pictures on a page" // newline // &
+      & "                          that needs nothing beside it; draws as --plot does" // newline // &
       & "  -h, --help              this text" // newline // &
       & "  -V, --version           the version" // newline // newline // &
       & "exit codes: 0 done, 1 wrong usage, 2 invalid input, 3 the mechanism cannot be" // newline // &

@@ -22,8 +22,8 @@ contains
 
     code = 1
     call execute_command_line("command -v gnuplot >/dev/null 2>&1", exitstat=code, cmdstat=status)
-    if (code /= 0 .or. status /= 0) call fatal_error(error, "--plot needs the program gnuplot (in Debian the package " // &
-      & "gnuplot-nox); without --plot the scripts for it are written all the same", wrong_usage)
+    if (code /= 0 .or. status /= 0) call fatal_error(error, "--plot and --report need the program gnuplot (in Debian " // &
+      & "the package gnuplot-nox); without them the scripts for it are written all the same", wrong_usage)
   end subroutine find_gnuplot
 
   !> Draws what has a script in `folder` but no picture: a script that is written takes the pictures of an older one away.

@@ -56,6 +56,7 @@ module gestell_io_configuration
   contains
     procedure :: single
     procedure :: over_speed
+    procedure :: result_names
   end type configuration_type
 
   character(len=*), parameter :: task_names(*) = [character(len=11) :: "stability", "modes", "response", "trade", "sweep", &
@@ -116,6 +117,28 @@ contains
 
     over_speed = self%resonance .or. self%critical .or. self%campbell
   end function over_speed
+
+  !> The names, without ending, of all files that the tasks leave; `vibrates`: the input's own machine has a vibration;
+  !> `drawn`: its mechanism is drawn.
+  function result_names(self, vibrates, drawn) result(names)
+    class(configuration_type), intent(in) :: self
+    logical, intent(in) :: vibrates, drawn
+    character(len=20), allocatable :: names(:)
+    logical :: response, forces, probes
+
+    response = self%tasks%response .and. vibrates
+    forces = self%forces .and. vibrates
+    probes = response .and. size(self%probes) > 0
+    names = [character(len=20) :: &
+      & pack(["mechanism"], [drawn]), pack(["multipliers"], [self%tasks%stability .or. self%tasks%modes]), &
+      & pack(["modes"], [self%tasks%modes]), pack(["response ", "harmonics"], [response, response]), &
+      & pack([character(len=18) :: "supports", "supports_history", "supports_harmonics"], [forces, forces, forces]), &
+      & pack([character(len=16) :: "probes", "probes_history", "probes_harmonics"], [probes, probes, probes]), &
+      & pack(["power"], [self%power .and. vibrates]), pack(["trade"], [self%trade]), pack(["sweep"], [self%sweep]), &
+      & pack(["boundary"], [self%boundary]), pack(["campbell ", "crossings"], [self%campbell, self%campbell]), &
+      & pack(["critical"], [self%critical]), pack(["resonance", "peaks    "], [self%resonance, self%resonance]), &
+      & pack(["sensitivity"], [self%sensitivity])]
+  end function result_names
 
   !> The quantities that are wanted, and how much of the motion they need. Errors: one that is not there; what the
   !> mechanism does not tell.

@@ -128,7 +128,7 @@ contains
     do i = 1, size(cells, 2)
       one = ""
       do k = 1, size(heads)
-        one = one // value_cell(cells(k, i))
+        one = one // value_cell(cells(k, i), digits_of(heads(k)%text))
       end do
       lines = lines // row(one)
     end do
@@ -146,15 +146,23 @@ contains
     do k = 1, size(heads)
       one = cell("row", label(heads(k)%text))
       do i = 1, size(cells, 2)
-        one = one // value_cell(cells(k, i))
+        one = one // value_cell(cells(k, i), digits_of(heads(k)%text))
       end do
       lines = lines // row(one)
     end do
     lines = lines // "</tbody>" // newline
   end function turned
 
-  pure function value_cell(word) result(words)
+  !> Digits that are shown: two of an error.
+  pure integer function digits_of(name)
+    character(len=*), intent(in) :: name
+
+    digits_of = merge(2, 6, index(name, "error") > 0)
+  end function digits_of
+
+  pure function value_cell(word, digits) result(words)
     type(word_type), intent(in) :: word
+    integer, intent(in) :: digits
     character(len=:), allocatable :: words
     real(dp) :: value
     integer :: status
@@ -170,7 +178,7 @@ contains
     else if (scan(word%text, ".eE") == 0) then
       words = cell("n", word%text)
     else
-      words = cell("n", concise(value, 6))
+      words = cell("n", concise(value, digits))
     end if
   end function value_cell
 

@@ -246,8 +246,8 @@ def test_no_gnuplot():
     with Folder(input=SOUND) as folder:
         (folder / "empty").mkdir()
         run = Run(folder, "input.nml", "--plot", environment={"PATH": str(folder / "empty")})
-        equal("no gnuplot", (run.code, run.out, run.err), (1, "", "--plot needs the program gnuplot (in Debian the package "
-              "gnuplot-nox); without --plot the scripts for it are written all the same\n"))
+        equal("no gnuplot", (run.code, run.out, run.err), (1, "", "--plot and --report need the program gnuplot (in Debian the package "
+              "gnuplot-nox); without them the scripts for it are written all the same\n"))
         equal("no gnuplot, nothing is written", bare(folder), ["empty", "input.nml"])
         Run(folder, "-q", "input.nml", environment={"PATH": str(folder / "empty")}).done("no gnuplot, no --plot")
         fake = folder / "empty" / "gnuplot"

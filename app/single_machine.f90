@@ -1,0 +1,90 @@
+!> The machine of the input itself: analysed, reported, written.
+module single_machine
+  use cli, only: options_type
+  use console, only: console_type
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_io_configuration, only: configuration_type
+  use gestell_io_findings, only: report_findings, write_findings
+  use gestell_io_folder, only: make_folder
+  use gestell_io_mechanism_csv, only: write_mechanism
+  use gestell_io_report, only: report_results
+  use gestell_io_report_mechanism, only: report_transmission
+  use gestell_io_report_trade, only: report_model, report_trade
+  use gestell_io_results, only: write_results, write_trade
+  use gestell_study_analysis, only: analyse, analysis_type
+  use gestell_study_findings, only: find, findings_type
+  use gestell_study_model_trade, only: measure_model, model_trade_type
+  use gestell_study_trade, only: measure_trade, trade_type
+  use one_line, only: print_case
+  use terminal, only: show_progress
+  implicit none (type, external)
+  private
+
+  public :: run_single
+
+  !> What the rest of a run needs to know of it.
+  type, public :: single_results_type
+    !> Its verdict, empty where it was not asked for; whether it has a vibration.
+    character(len=10) :: verdict = ""
+    logical :: vibrates = .false.
+  end type single_results_type
+
+  !> Seconds that measuring the trade may take, about.
+  real(dp), parameter :: trade_budget = 10
+
+contains
+
+  !> The machine of the input itself. `failure`: what the verdict does not depend on could not be computed.
+  subroutine run_single(options, configuration, folder, preamble, console, results, failure, error)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(in) :: configuration
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(console_type), intent(inout) :: console
+    type(single_results_type), intent(out) :: results
+    type(error_type), allocatable, intent(out) :: failure, error
+    type(analysis_type) :: analysis
+    type(trade_type) :: trade
+    type(model_trade_type) :: model_trade
+    type(findings_type) :: findings
+    real(dp), allocatable :: frequencies(:)
+
+    if (configuration%trade) then
+      call measure_trade(configuration%frame, trade_budget, trade, error, show_progress)
+      if (.not. allocated(error)) call measure_model(configuration%frame, configuration%accuracy, model_trade, error)
+      if (allocated(error)) return
+    end if
+    call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, failure)
+    if (allocated(failure) .and. .not. allocated(analysis%multipliers)) then
+      call move_alloc(failure, error)
+      return
+    end if
+    if (allocated(analysis%multipliers)) results%verdict = analysis%multipliers%verdict()
+    results%vibrates = allocated(analysis%vibration)
+    if (options%one_line) then
+      if (.not. configuration%sweep) call print_case(options%settings, configuration, analysis, error)
+      return
+    end if
+    if (allocated(analysis%vibration)) call find(configuration%frame, analysis%vibration, &
+      & configuration%probes(:merge(size(configuration%probes), 0, configuration%tasks%response)), configuration%forces, &
+      & configuration%power, findings)
+    if (.not. console%silent .or. options%report) then
+      call configuration%frame%natural_frequencies(frequencies, error)
+      if (allocated(error)) return
+      call console%say(report_transmission(configuration%frame) // report_results(configuration, analysis, frequencies) &
+        & // report_findings(findings))
+      if (configuration%trade) call console%say(report_trade(trade) // report_model(model_trade))
+    end if
+
+    call make_folder(folder, error)
+    if (allocated(error)) return
+    call write_results(folder, preamble, configuration%frame, configuration%tasks, analysis, error)
+    if (allocated(error)) return
+    call write_findings(folder, preamble, findings, configuration%tasks%harmonics, error)
+    if (allocated(error)) return
+    if (configuration%trade) call write_trade(folder, preamble, trade, model_trade, error)
+    if (configuration%drawing .and. .not. allocated(error)) call write_mechanism(folder, preamble, &
+      & configuration%frame, error)
+  end subroutine run_single
+
+end module single_machine
