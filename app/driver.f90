@@ -26,6 +26,7 @@ module driver
   use one_line, only: print_sweep
   use over_modes, only: run_over_modes
   use plotting, only: draw_pictures, find_gnuplot
+  use resonating, only: run_resonance
   use single_machine, only: run_single, single_results_type
   use sweeping, only: compute_tiles, open_sweep
   use gestell_study_boundary_task, only: border_results_type
@@ -108,6 +109,11 @@ contains
       end if
       if (configuration%campbell .or. configuration%critical) then
         call run_over_modes(configuration, folder, preamble, report, error)
+        if (allocated(error)) return
+        call console%say(report)
+      end if
+      if (configuration%resonance) then
+        call run_resonance(configuration, folder, preamble, report, error)
         if (allocated(error)) return
         call console%say(report)
       end if

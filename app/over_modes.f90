@@ -5,6 +5,7 @@ module over_modes
   use gestell_io_campbell_csv, only: write_campbell, write_critical, write_crossings
   use gestell_io_configuration, only: configuration_type
   use gestell_io_folder, only: make_folder
+  use gestell_io_plot_campbell, only: plot_campbell, plot_critical, plot_crossings
   use gestell_io_report_campbell, only: report_campbell, report_critical
   use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_study_campbell_crossings, only: crossing_type, find_crossings
@@ -45,10 +46,13 @@ contains
     if (configuration%campbell) then
       call write_campbell(folder, preamble, campbell, error)
       if (.not. allocated(error)) call write_crossings(folder, preamble, crossings, error)
+      if (.not. allocated(error)) call plot_campbell(folder, preamble, campbell, crossings, order%orders, error)
+      if (.not. allocated(error)) call plot_crossings(folder, preamble, crossings, error)
       report = report_campbell(campbell, crossings)
     end if
     if (allocated(error) .or. .not. configuration%critical) return
     call write_critical(folder, preamble, critical, error)
+    if (.not. allocated(error)) call plot_critical(folder, preamble, critical, error)
     report = report // report_critical(critical)
   end subroutine run_over_modes
 

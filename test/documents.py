@@ -130,6 +130,8 @@ def script_of(blocks, outputs):
     lines = ["set -e"]
     for i, (language, block, file, grows) in enumerate(blocks):
         if language == "sh":
+            if not shutil.which("gnuplot"):
+                block = block.replace(" --plot", "")
             lines += [f"exec >{shlex.quote(str(outputs))}/{i} 2>&1", block]
         elif file:
             lines += [f"cat {'>>' if grows else '>'}{file} <<'END-OF-FILE'", f"{block}END-OF-FILE"]
@@ -145,6 +147,13 @@ def printed(excerpt, output):
             return False
         at += len(part)
     return True
+
+
+def pictures(page, work):
+    """A picture of a page is one that its commands have made, pictures/PAGE/FOLDER/NAME.svg in FOLDER."""
+    for picture in re.findall(r"\(pictures/\w+/([\w./]+\.svg)\)", text(page)):
+        if shutil.which("gnuplot"):
+            check(f"{page}: {picture} is made", any(work.glob(f"*/{picture}")))
 
 
 def run_page(page, folder):
@@ -166,7 +175,8 @@ def run_page(page, folder):
             last = i == max((k for k, b in enumerate(blocks) if b[0] == "sh" and (outputs / str(k)).exists()), default=i)
             check(f"{page}: {block}", log.exists() and (done.returncode == 0 or not last), output + done.stderr)
         elif language == "text":
-            check(f"{page}: what is printed", printed(block, output), f"{block}--- but\n{output}")
+            check(f"{page}: what is printed", block and printed(block, output), f"{block}--- but\n{output}")
+    pictures(page, work)
 
 
 def links():
@@ -174,6 +184,18 @@ def links():
         for target in re.findall(r"\]\(([^)#]+)\)", document.read_text(encoding="utf-8")):
             if "://" not in target:
                 check(f"{document.name}: link {target}", (document.parent / target).exists())
+
+
+def tables():
+    """Every table has a head, a row and a line below it, and rows of as many columns."""
+    for document in [ROOT / "README.md", *sorted((ROOT / "doc").glob("*.md"))]:
+        plain = re.sub(r"^```.*?^```$", "", document.read_text(encoding="utf-8"), flags=re.M | re.S)
+        bad = []
+        for table in re.findall(r"(?:^\|[ -].*\n)+", plain, re.M):
+            rows = [re.sub(r"`[^`]*`", "", row).count("|") for row in table.splitlines()]
+            if not re.match(r".*\n\|[| :-]+\n", table) or min(rows) < max(rows):
+                bad.append(table[:200])
+        check(f"{document.name}: tables", not bad, "\n".join(bad))
 
 
 def main():
@@ -187,8 +209,12 @@ def main():
         columns(gestell, folder)
         for page in PAGES:
             run_page(page, folder)
+        written = {file.name for file in folder.rglob("*.csv") if file.read_text(encoding="utf-8").startswith("# ")}
+        for name in sorted(written):
+            check(f"doc/output.md: {name}", f"`{name}`" in text("doc/output.md"))
     keys()
     links()
+    tables()
     run_commands()
     print(f"{passed} passed, {failed} failed")
     return failed > 0

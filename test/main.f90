@@ -45,6 +45,7 @@ program main
   use test_reduction, only: collect_reduction
   use test_resonance, only: collect_resonance
   use test_probes, only: collect_probes
+  use test_resonance_curve, only: collect_resonance_curve
   use test_rows, only: collect_rows
   use test_set, only: collect_set
   use test_spectra, only: collect_spectra
@@ -112,6 +113,7 @@ program main
     & new_testsuite("modes", collect_campbell_modes), &
     & new_testsuite("campbell", collect_campbell), &
     & new_testsuite("critical", collect_campbell_critical), &
+    & new_testsuite("resonance-curve", collect_resonance_curve), &
     & new_testsuite("sweep", collect_sweep), &
     & new_testsuite("campaign", collect_campaign), &
     & new_testsuite("peaks", collect_peaks), &

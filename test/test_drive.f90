@@ -30,6 +30,7 @@ contains
 
     testsuite = [ &
       & new_unittest("torque by Lagrange's equation at random states", test_lagrange), &
+      & new_unittest("what errors of the motion do to the torque, row by row", test_torque_error), &
       & new_unittest("power balances at every time and over the turn", test_balance), &
       & new_unittest("an unbalance in closed form", test_unbalance), &
       & new_unittest("by mass functions as by links; unknown without the energy", test_mass_functions), &
@@ -101,6 +102,43 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_lagrange
+
+  !> An error of one row of the motion changes the torque by as much as is told, to first order; rows that it does not depend
+  !> on by nothing; together the claims add up.
+  subroutine test_torque_error(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: small = 1.0e-6_dp
+    type(frame_type) :: frame
+    type(random_type) :: random
+    real(dp) :: power(power_rows, 1), changed(power_rows, 1), motion(9, 1), errors(9), told, sum_of_all, rate
+    logical :: known
+    integer :: i
+
+    call make(random_linkage(3, 1.0_dp, 20.0_dp), frame, error)
+    if (allocated(error)) return
+    call random%start(1, 8)
+    rate = 2 * pi / frame%period
+    motion(:, 1) = [(random%about_zero(0.1_dp), i = 1, 9)]
+    motion(4:6, 1) = rate * motion(4:6, 1)
+    motion(7:9, 1) = rate**2 * motion(7:9, 1)
+    call drive_power(frame, [0.37_dp], motion, power, known)
+    sum_of_all = 0
+    do i = 1, 9
+      errors = 0
+      errors(i) = small * max(abs(motion(i, 1)), 1.0e-3_dp)
+      motion(i, 1) = motion(i, 1) + errors(i)
+      call drive_power(frame, [0.37_dp], motion, changed, known, errors, told)
+      motion(i, 1) = motion(i, 1) - errors(i)
+      ! Second order, and roundings of the torque.
+      call near(error, [told], [abs(changed(torque, 1) - power(torque, 1))], 10 * small * told + 1.0e-12_dp * &
+        & abs(power(torque, 1)), "row")
+      if (allocated(error)) return
+      sum_of_all = sum_of_all + told
+    end do
+    errors = small * max(abs(motion(:, 1)), 1.0e-3_dp)
+    call drive_power(frame, [0.37_dp], motion, changed, known, errors, told)
+    call near(error, [told], [sum_of_all], 10 * small * told, "all")
+  end subroutine test_torque_error
 
   !> d/dt of the energy, by its harmonics, is the drive's power less the dampers'; over the turn nothing is left. Either way
   !> round, with guides, with a foundation.

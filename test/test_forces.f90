@@ -28,6 +28,7 @@ contains
       & new_unittest("parts add up; peak, rms, crest by hand", test_parts), &
       & new_unittest("rotating unbalance: supports and guide in closed form", test_unbalance), &
       & new_unittest("claimed errors of the peaks hold", test_errors), &
+      & new_unittest("more rows than samples: the same history", test_many_rows), &
       & new_unittest("names of quantities", test_names)]
   end subroutine collect_forces
 
@@ -236,6 +237,29 @@ contains
     ! They are of use too: somewhere a good part of the claim is real.
     call check(error, greatest > 1.0e-3_dp, more="claims are idle")
   end subroutine test_errors
+
+  !> A history of very many rows has times of its own: the same numbers at the times that both have.
+  subroutine test_many_rows(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(place_type), allocatable :: few(:), many(:)
+    integer :: i
+
+    machine = khang_machine(-300.0_dp)
+    machine%free(1) = .false.
+    call make(machine, frame, error)
+    if (.not. allocated(error)) call solve(frame, 250, 1.0e-12_dp, analysis, few, error)
+    if (.not. allocated(error)) call solve(frame, 2500, 1.0e-12_dp, analysis, many, error)
+    if (allocated(error)) return
+    do i = 1, size(few)
+      call check(error, size(many(i)%history, 1), 2501)
+      ! Times differ by roundings, steps of the integration by its error.
+      call near(error, [many(i)%history(::10, :)], [few(i)%history], 1.0e-9_dp * maxval(abs(few(size(few))%history)), "rows")
+      if (allocated(error)) return
+    end do
+  end subroutine test_many_rows
 
   !> Every name that is told finds its quantity, with its unit; others are refused with those that there are.
   subroutine test_names(error)

@@ -31,7 +31,8 @@ contains
       & new_unittest("at a support: its force over its stiffness", test_support), &
       & new_unittest("the band: edges on orders, greatest direction", test_band), &
       & new_unittest("verdict against the limit", test_verdict), &
-      & new_unittest("claimed errors hold", test_errors)]
+      & new_unittest("claimed errors hold", test_errors), &
+      & new_unittest("claimed errors hold on very soft and very stiff mounts", test_extremes)]
   end subroutine collect_probes
 
   subroutine solve(frame, points, tolerance, probes, analysis, watched, error, averaged)
@@ -297,5 +298,39 @@ contains
     ! They are of use too: somewhere a good part of the claim is real.
     call check(error, greatest > 1.0e-3_dp, more="claims are idle")
   end subroutine test_errors
+
+  !> An unbalance u on one spring: (k + i omega b - omega^2 m) x = u omega^2. Soft springs leave accelerations to the load alone,
+  !> stiff ones make them differences of great forces.
+  subroutine test_extremes(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: u = 0.02_dp, mass = 20, omega = 25, springs(7) = 10.0_dp**[-6, -2, 0, 3, 5, 7, 9]
+    type(harmonic_mechanism_type) :: mechanism
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(watched_type), allocatable :: watched(:)
+    type(gestell_error), allocatable :: failure
+    complex(dp) :: iw
+    real(dp) :: x, damping
+    integer :: i, k
+
+    iw = cmplx(0.0_dp, omega, dp)
+    call new_harmonic_mechanism(mechanism, 2.0_dp, 0.01_dp, [0.0_dp, u, 0.0_dp], [0.0_dp, 0.0_dp, u], [0.01_dp], [0.01_dp], failure)
+    do i = 1, size(springs)
+      damping = 1.0e-3_dp * sqrt(springs(i) * mass)
+      call new_frame(frame, mechanism, mass - 2, 1.0_dp, [0.0_dp, 0.0_dp], diagonal([springs(i), 1.0_dp, 1.0_dp]), &
+        & diagonal([damping, 1.0_dp, 1.0_dp]), omega, failure, free=[1])
+      if (allocated(failure)) call test_failed(error, failure%message)
+      if (.not. allocated(error)) call solve(frame, 36, 1.0e-10_dp, [probe_at(0.0_dp, 0.0_dp)], analysis, watched, error)
+      if (allocated(error)) return
+      do k = 0, 2
+        x = abs(iw**k * u * omega**2 / (springs(i) + damping * iw + mass * iw**2))
+        associate (s => watched(1)%statistics(3 * k + 1))
+          ! Beside the claim roundings of the closed form itself.
+          call near(error, [s%peak], [x], s%peak_error + 1.0e-15_dp * x, "claim")
+        end associate
+      end do
+      if (allocated(error)) return
+    end do
+  end subroutine test_extremes
 
 end module test_probes

@@ -2,6 +2,8 @@
 module gestell_io_findings
   use gestell_base_error, only: error_type
   use gestell_io_forces_csv, only: write_forces
+  use gestell_io_plot_forces, only: plot_forces, plot_power
+  use gestell_io_plot_probes, only: plot_probes
   use gestell_io_power_csv, only: write_power
   use gestell_io_probes_csv, only: write_probes
   use gestell_io_report_drive, only: drive_lines
@@ -15,7 +17,8 @@ module gestell_io_findings
 
 contains
 
-  !> Writes the files of what there is into `folder`; `preamble` heads each, orders go up to `harmonics`.
+  !> Writes the files of what there is into `folder`, each with its script for gnuplot; `preamble` heads each, orders go up to
+  !> `harmonics`.
   !> Error: a file cannot be written.
   subroutine write_findings(folder, preamble, findings, harmonics, error)
     character(len=*), intent(in) :: folder, preamble(:)
@@ -23,11 +26,19 @@ contains
     integer, intent(in) :: harmonics
     type(error_type), allocatable, intent(out) :: error
 
-    if (allocated(findings%places)) call write_forces(folder, preamble, findings, harmonics, error)
-    if (allocated(error)) return
-    if (allocated(findings%watched)) call write_probes(folder, preamble, findings, harmonics, error)
-    if (allocated(error)) return
-    if (allocated(findings%drive)) call write_power(folder, preamble, findings, error)
+    if (allocated(findings%places)) then
+      call write_forces(folder, preamble, findings, harmonics, error)
+      if (.not. allocated(error)) call plot_forces(folder, preamble, findings, harmonics, error)
+      if (allocated(error)) return
+    end if
+    if (allocated(findings%watched)) then
+      call write_probes(folder, preamble, findings, harmonics, error)
+      if (.not. allocated(error)) call plot_probes(folder, preamble, findings, harmonics, error)
+      if (allocated(error)) return
+    end if
+    if (.not. allocated(findings%drive)) return
+    call write_power(folder, preamble, findings, error)
+    if (.not. allocated(error)) call plot_power(folder, preamble, findings%speed, error)
   end subroutine write_findings
 
   !> The sections of what there is.

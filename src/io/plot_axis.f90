@@ -83,16 +83,18 @@ contains
     words = "'" // concise(value, 4) // "' " // concise(log10(abs(value)), 9)
   end function tic
 
-  !> Lines that set the variables low and high to the range of an expression over a file, whatever it holds, never an empty
-  !> one.
-  pure function extent_lines(file, expression) result(lines)
-    character(len=*), intent(in) :: file, expression
+  !> Lines that set the variables low and high to the range of expressions over a file, whatever it holds, never an empty one.
+  pure function extent_lines(file, expressions) result(lines)
+    character(len=*), intent(in) :: file, expressions(:)
     character(len=:), allocatable :: lines
+    integer :: i
 
-    lines = "low = 1e300; high = -1e300" // newline // "set table $unused" // newline &
-      & // "plot [0:1] [-1:1] '" // file // "' using (0):(v = " // expression // ", low = v < low && v > -1e300 ? v : low, " &
-      & // "high = v > high && v < 1e300 ? v : high, 0)" // newline // "unset table" // newline &
-      & // "if (low > high) { low = 0; high = 0 }" // newline &
+    lines = "low = 1e300; high = -1e300" // newline // "set table $unused; unset logscale" // newline
+    do i = 1, size(expressions)
+      lines = lines // "plot [0:1] [-1:1] '" // file // "' using (0):(v = " // trim(expressions(i)) &
+        & // ", low = v < low && v > -1e300 ? v : low, high = v > high && v < 1e300 ? v : high, 0)" // newline
+    end do
+    lines = lines // "unset table" // newline // "if (low > high) { low = 0; high = 0 }" // newline &
       & // "if (high - low <= 1e-9 * (abs(low) + abs(high))) { low = low - (low == 0 ? 1 : 0.01 * abs(low)); " &
       & // "high = high + (high == 0 ? 1 : 0.01 * abs(high)) }" // newline
   end function extent_lines

@@ -83,7 +83,7 @@ contains
       & "lt 8 pt 2 ps 0.8", "lt 7 pt 1 ps 0.9"]
 
     if (place(rho_max) + place(log_rho_max) > 0) then
-      lines = "growth(r) = r > 0 ? log(r) : NaN" // newline // extent_lines("sweep.csv", growth_of(place)) &
+      lines = "growth(r) = r > 0 ? log(r) : NaN" // newline // extent_lines("sweep.csv", [growth_of(place)]) &
         & // "low = low > 0 ? 0 : low; high = high < 0 ? 0 : high" // newline &
         & // "step = 0.06 * (high - low); low = low - step; high = high + step" // newline &
         & // "set yrange [low:high]; set ylabel 'ln |ρ|max (growth in a turn)'" // newline &
@@ -126,7 +126,7 @@ contains
     lines = "over(v) = v > 0 ? v * 1e3 : NaN" // newline // "least = 1e300; most = 0" // newline
     do i = 1, 3
       if (place(peaks(i)) == 0) cycle
-      lines = lines // extent_lines("sweep.csv", "over(column(" // text(place(peaks(i))) // "))") &
+      lines = lines // extent_lines("sweep.csv", ["over(column(" // text(place(peaks(i))) // "))"]) &
         & // "valid" // text(i) // " = high > 0 && most >= 0" // newline &
         & // "if (low > 0) { least = low < least ? low : least; most = high > most ? high : most } else { valid" // text(i) &
         & // " = 0 }" // newline
@@ -168,7 +168,7 @@ contains
     end if
     lines = "set title " // heading(preamble, "Chart over " // trim(paths(1)) // " and " // trim(paths(2)) // tally(summary)) &
       & // " noenhanced" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
-      & // "X(v) = v; Y(v) = v" // newline // extent_lines("sweep.csv", value) &
+      & // "X(v) = v; Y(v) = v" // newline // extent_lines("sweep.csv", [value]) &
       & // parameter_axis("x", grid%axes(1), trim(paths(1)), 0.5_dp / (grid%axes(1)%count - 1)) &
       & // parameter_axis("y", grid%axes(2), trim(paths(2)), 0.5_dp / (grid%axes(2)%count - 1)) &
       & // "set cbrange [low:high]; set cblabel '" // label // "'" // newline &

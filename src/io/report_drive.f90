@@ -33,10 +33,12 @@ contains
     type(torque_type), intent(in) :: told
     real(dp), intent(in) :: speed
     character(len=:), allocatable :: line
+    !> A mean below this part of the peak is what roundings leave of zero.
+    real(dp), parameter :: rounding = 1.0e-13_dp
 
     line = "  " // name // repeat(" ", max(0, 22 - len(name))) // padded(concise(told%peak, 5), 10) &
       & // padded(fixed(sign(360.0_dp, speed) * told%peak_phase, 1), 16) // padded(concise(told%rms, 5), 12) &
-      & // padded(concise(told%mean, 5), 12)
+      & // padded(concise(merge(0.0_dp, told%mean, abs(told%mean) < rounding * abs(told%peak)), 5), 12)
   end function torque_line
 
 end module gestell_io_report_drive

@@ -99,15 +99,16 @@ contains
     end do
   end subroutine add_guides
 
-  !> How errors of the states, shape (states), show in the rows of the motion, shape (rows).
-  subroutine motion_errors(frame, system, phases, states, errors)
+  !> How errors of the states, shape (states), show in the rows of the motion, shape (rows), with this part of the load: what
+  !> rounding leaves of its error.
+  subroutine motion_errors(frame, system, phases, states, part, errors)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(in) :: states(:)
+    real(dp), intent(in) :: states(:), part
     real(dp), intent(out) :: errors(:)
     class(second_order_system), allocatable :: whole
-    real(dp), allocatable :: p(:, :, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), allocatable :: p(:, :, :), load(:, :), m(:, :, :), b(:, :, :), c(:, :, :), h(:, :)
     integer :: f, i, k
 
     f = size(frame%free)
@@ -115,20 +116,24 @@ contains
     errors(frame%free) = states(:f)
     errors(displacements + frame%free) = states(f + 1:)
     if (size(errors) <= velocities) return
-    allocate(p(2 * f, 2 * f, size(phases)))
-    call system%sample(phases, p)
+    allocate(p(2 * f, 2 * f, size(phases)), load(2 * f, size(phases)))
+    call system%sample(phases, p, load)
     do k = 1, size(phases)
-      errors(velocities + frame%free) = max(errors(velocities + frame%free), matmul(abs(p(f + 1:, :, k)), states))
+      errors(velocities + frame%free) = max(errors(velocities + frame%free), matmul(abs(p(f + 1:, :, k)), states) &
+        & + part * abs(load(f + 1:, k)))
     end do
     if (size(errors) < guide_forces .or. f == 3) return
     call free_all(frame, system, whole)
-    allocate(m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3))
-    call whole%sample_second_order(phases, m, b, c)
+    allocate(m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3), h(size(phases), 3))
+    call whole%sample_second_order(phases, m, b, c, h)
+    ! Beside the force along one axis, rounding is all that a small one along the other is.
+    h(:, 1) = max(abs(h(:, 1)), abs(h(:, 2)))
+    h(:, 2) = h(:, 1)
     do i = 1, 3
       if (any(frame%free == i)) cycle
       do k = 1, size(phases)
         errors(accelerations + i) = max(errors(accelerations + i), dot_product(abs(m(k, i, :)), errors(7:9)) &
-          & + dot_product(abs(b(k, i, :)), errors(4:6)) + dot_product(abs(c(k, i, :)), errors(1:3)))
+          & + dot_product(abs(b(k, i, :)), errors(4:6)) + dot_product(abs(c(k, i, :)), errors(1:3)) + part * abs(h(k, i)))
       end do
     end do
   end subroutine motion_errors

@@ -114,7 +114,7 @@ contains
     if (.not. present(rows)) return
     allocate(vibration%motion_error(rows))
     associate (states => [vibration%peak_error(frame%free), vibration%peak_error(3 + frame%free)])
-      call take_errors(frame, system, phases(:samples), states, vibration%motion_error)
+      call take_errors(frame, system, phases(:samples), states, frame%rounding, vibration%motion_error)
     end associate
   end subroutine solve_vibration
 
@@ -163,7 +163,7 @@ contains
     real(dp) :: terms(size(series))
     integer :: k
 
-    call take_errors(frame, system, phases(:size(phases) - 1), maxval(abs(x), dim=2), terms)
+    call take_errors(frame, system, phases(:size(phases) - 1), maxval(abs(x), dim=2), 1.0_dp, terms)
     unresolved_rows = 0
     do k = velocities + 1, size(series)
       associate (tail => series(k)%tail())
@@ -172,18 +172,18 @@ contains
     end do
   end function unresolved_rows
 
-  !> How errors of the states show in the motion's rows.
-  subroutine take_errors(frame, system, phases, states, errors)
+  !> How errors of the states, and this part of the load, show in the motion's rows.
+  subroutine take_errors(frame, system, phases, states, part, errors)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in), optional :: system
     real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(in) :: states(:)
+    real(dp), intent(in) :: states(:), part
     real(dp), intent(out) :: errors(:)
 
     if (present(system)) then
-      call motion_errors(frame, system, phases, states, errors)
+      call motion_errors(frame, system, phases, states, part, errors)
     else
-      call motion_errors(frame, frame, phases, states, errors)
+      call motion_errors(frame, frame, phases, states, part, errors)
     end if
   end subroutine take_errors
 

@@ -174,6 +174,44 @@ def test_borders():
                 equal(f"borders, {what}, in the chart", border, what.startswith("curve"))
 
 
+def test_findings():
+    """Forces, probes, drive."""
+    probes = "&probe name='foot', position=-0.3,-0.2, limit_mm_s=2 /\n&probe name='it''s {x}_1, \"b\" @c', position=0,0.3 /\n"
+    many = "".join(f"&probe name='p{i}', position=0.0{i},0 /\n" for i in range(9))
+    names = ["power", "probes", "probes_harmonics", "probes_history", "supports", "supports_harmonics", "supports_history"]
+    for what, text, settings in (("all", probes, ()), ("many probes", many, ()), ("one freedom", probes, ("frame.dof=psi",)),
+                                 ("clockwise", probes, ("drive.speed_rpm=-240",)),
+                                 ("one row", probes, ("response.points=1", "response.harmonics=0"))):
+        with Folder(input=SOUND.replace("'response'", "'response', 'forces', 'power'") + text) as folder:
+            if not Run(folder, "-q", "input.nml", *(word for one in settings for word in ("-s", one))).done(f"findings, {what}"):
+                continue
+            texts = drawn(f"findings, {what}", folder / "input")
+            missing = set(names) - {path.stem for path in (folder / "input").glob("*.gp")}
+            equal(f"findings, {what}, scripts", missing, set())
+            if GNUPLOT and what == "all":
+                for name, words in dict(power=["torque (N m)", "on a frame at rest"], supports=["support 4", "total", "force (N)"],
+                                        supports_history=["force x (N)", "support 1"], probes=["vibration velocity (mm/s)", "limit"],
+                                        supports_harmonics=["force y (N)"], probes_history=["x'' (m/s²)"],
+                                        probes_harmonics=["y' (mm/s)"]).items():
+                    for word in words + (["it's {x}_1, \"b\" @c"] if name.startswith("probes") else []):
+                        check(f"findings, {name}, {word}", word in texts[name], word, texts[name])
+
+
+def test_over_speed():
+    """Campbell diagram, crossings, critical speeds."""
+    both = SOUND.replace("'stability', 'response'", "'campbell', 'critical'")
+    sieve = ROCKING.replace("'sweep','boundary'", "'campbell','critical'")
+    for what, text in {"wide": both + SPEEDS.format(200, 700, 20, ""), "none": both + SPEEDS.format(20, 22, 3, ""),
+                       "downward": both + SPEEDS.format(700, 300, 9, ""),
+                       "clockwise": both + SPEEDS.format(-200, -700, 9, ""), "locked": sieve + SPEEDS.format(60, 300, 20, "")}.items():
+        with Folder(input=text) as folder:
+            if Run(folder, "-q", "input.nml").done(f"modes over the speed, {what}"):
+                texts = drawn(f"modes over the speed, {what}", folder / "input")
+                if GNUPLOT:
+                    for word in ("frequency (Hz)", "damping (%)", "crank speed (rpm)", "mode 1"):
+                        check(f"modes over the speed, {what}, {word}", word in texts["campbell"], word, texts["campbell"])
+
+
 def test_drawing():
     """The links keep their lengths, the crank its angle; SOUND's machine, with numbers of its input."""
     with Folder(input=ALL.replace("'stability', 'modes', 'response', 'drawing'", "'drawing'"), given=MASS_FUNCTIONS) as folder:
@@ -266,5 +304,5 @@ def test_trade():
         check("picture of the trade, methods", not GNUPLOT or "gauss8" in texts and "time of a solution (s)" in texts, "gauss8", texts)
 
 
-PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_sweeps, test_borders, test_drawing, test_plot_option,
-              test_no_gnuplot, test_trade)
+PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_sweeps, test_borders, test_findings, test_over_speed,
+              test_drawing, test_plot_option, test_no_gnuplot, test_trade)

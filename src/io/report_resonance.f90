@@ -1,0 +1,114 @@
+!> The report on resonance curves for people.
+module gestell_io_report_resonance
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_io_text, only: counted, padded
+  use gestell_model_quantity, only: quantity_type
+  use gestell_study_resonance_curve, only: resonance_curve_type
+  use gestell_study_resonance_maxima, only: maximum_type
+  use gestell_study_speed_point, only: in_resonance, reached, state_names, unreached
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  implicit none (type, external)
+  private
+
+  public :: report_resonance
+
+  character, parameter :: newline = new_line("a")
+  !> Maxima of a quantity that are listed, at the most.
+  integer, parameter :: most_listed = 8
+
+contains
+
+  pure function report_resonance(quantities, curve) result(report)
+    type(quantity_type), intent(in) :: quantities(:)
+    type(resonance_curve_type), intent(in) :: curve
+    character(len=:), allocatable :: report
+    integer :: i, n, refined
+
+    n = size(curve%points)
+    refined = count(curve%points%refined)
+    report = newline // "RESONANCE CURVE  " // concise(curve%points(1)%speed, 9) // " to " // concise(curve%points(n)%speed, 9) &
+      & // " rpm, " // counted(n - refined, "speed") // " of the grid and " // text(refined) // " between" // newline
+    do i = reached + 1, ubound(state_names, 1)
+      if (count(curve%points%state == i) == 0) cycle
+      report = report // "  note: at " // counted(count(curve%points%state == i), "speed") // " " // words(i) // newline
+    end do
+    if (.not. curve%complete) report = report // "  note: the curve is finer than what was computed: a smaller range, or more " &
+      & // "damping, would show it" // newline
+    do i = 1, size(quantities)
+      report = report // curve_of(curve, i, trim(quantities(i)%name), trim(quantities(i)%unit))
+    end do
+  end function report_resonance
+
+  pure function words(state) result(sentence)
+    integer, intent(in) :: state
+    character(len=:), allocatable :: sentence
+
+    select case (state)
+    case (unreached)
+      sentence = "the machine is unstable: its periodic vibration is never reached"
+    case (in_resonance)
+      sentence = "a resonance leaves no periodic vibration"
+    case default
+      sentence = "the state is '" // trim(state_names(state)) // "'"
+    end select
+  end function words
+
+  !> The greatest maxima of a quantity, and where it is least.
+  pure function curve_of(curve, q, name, unit) result(report)
+    type(resonance_curve_type), intent(in) :: curve
+    integer, intent(in) :: q
+    character(len=*), intent(in) :: name, unit
+    character(len=:), allocatable :: report
+    logical :: left(size(curve%maxima))
+    integer :: i, k, n, least
+
+    report = ""
+    if (.not. any(curve%has_values())) return
+    left = curve%maxima%quantity == q .and. .not. curve%maxima%unbounded
+    n = count(left)
+    report = "  " // name // ": " // text(n) // trim(merge(" maximum", " maxima ", n == 1))
+    if (n > most_listed) report = report // ", the greatest"
+    report = report // newline
+    if (n > 0) report = report // padded("rpm", 16) // padded(unit, 16) // padded("width rpm", 12) // padded("damping", 12) &
+      & // padded("order", 8) // newline
+    do i = 1, min(most_listed, n)
+      k = maxloc(curve%maxima%value, dim=1, mask=left)
+      left(k) = .false.
+      report = report // line_of(curve%maxima(k)) // newline
+    end do
+    left = curve%maxima%quantity == q .and. curve%maxima%unbounded
+    n = count(left)
+    if (n > 0) report = report // "    grows without bounds at " // counted(n, "speed") // ":"
+    do i = 1, min(most_listed, n)
+      k = findloc(left, .true., dim=1)
+      left(k) = .false.
+      report = report // trim(merge(",", " ", i > 1)) // " " // concise(curve%maxima(k)%speed, 7)
+    end do
+    if (n > most_listed) report = report // ", ..."
+    if (n > 0) report = report // " rpm" // newline
+    least = 0
+    do i = 1, size(curve%points)
+      if (.not. curve%points(i)%state <= unreached) cycle
+      if (least == 0) least = i
+      if (curve%points(i)%values(1, q) < curve%points(least)%values(1, q)) least = i
+    end do
+    report = report // "    least " // concise(curve%points(least)%values(1, q), 6) // " " // unit // " at " &
+      & // concise(curve%points(least)%speed, 8) // " rpm" // newline
+  end function curve_of
+
+  pure function line_of(maximum) result(line)
+    type(maximum_type), intent(in) :: maximum
+    character(len=:), allocatable :: line
+
+    line = padded(concise(maximum%speed, 9), 16) // padded(concise(maximum%value, 6), 16)
+    if (ieee_is_nan(maximum%width)) then
+      line = line // padded("-", 12) // padded("-", 12)
+    else
+      line = line // padded(concise(maximum%width, 4), 12) // padded(concise(maximum%damping_ratio, 4), 12)
+    end if
+    line = line // padded(text(maximum%strongest_order), 8)
+    if (maximum%state /= reached) line = line // "  " // trim(state_names(maximum%state))
+  end function line_of
+
+end module gestell_io_report_resonance

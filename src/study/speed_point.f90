@@ -1,0 +1,193 @@
+!> The vibration of a machine at one speed, as a resonance curve needs it: peaks, roots of the mean square, orders, and where
+!> the free vibrations stand against the turn of the crank.
+module gestell_study_speed_point
+  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_periodic_solution, only: resonance_message => resonance
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_model_frame, only: frame_type
+  use gestell_model_quantity, only: find_quantity, probe_type, quantity_type
+  use gestell_study_family, only: family_type
+  use gestell_study_statistics, only: statistics_type, take_statistics
+  use gestell_study_vibration, only: solve_vibration, vibration_type
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: solve_speed_point
+
+  !> What is wanted at every speed.
+  type, public :: speed_order_type
+    !> Quantities by the user's names (gestell_model_quantity), and the probes that they may name.
+    character(len=80), allocatable :: names(:)
+    type(probe_type), allocatable :: probes(:)
+    !> Orders of the crank that are split off.
+    integer :: orders = 6
+    type(accuracy_type) :: accuracy
+    !> Whether M, B, C are averaged over the turn.
+    logical :: averaged = .false.
+  end type speed_order_type
+
+  !> States of a point, and their names: a vibration that free ones leave, that they neither leave nor join for sure, that
+  !> they never join; none, within the error of the free ones; no assembly; failed.
+  integer, parameter, public :: reached = 0, marginal = 1, unreached = 2, in_resonance = 3, no_mechanism = 4, no_solution = 5
+  character(len=*), parameter, public :: state_names(0:5) = [character(len=10) :: "ok", "undecided", "unstable", "resonance", &
+    & "impossible", "failed"]
+
+  type, public :: speed_point_type
+    !> The family's parameter.
+    real(dp) :: speed = 0
+    integer :: state = no_solution
+    !> Of each quantity peak, an estimate of its error, root of the mean square, amplitudes of the orders from 1 on; shape
+    !> (3 + orders, quantities); NaN where there is no vibration. The strongest of all orders.
+    real(dp), allocatable :: values(:, :)
+    integer, allocatable :: strongest(:)
+    !> Of each free vibration: its turns within a turn of the crank up to whole ones, in (-1/2, 1/2], the logarithm of its
+    !> growth in a turn, and the turns that the averaged frame would give all of them, ascending; shapes (modes). Not
+    !> allocated where there are no multipliers.
+    real(dp), allocatable :: turns(:), growth(:), averaged_turns(:)
+  end type speed_point_type
+
+  !> Rows that solve_vibration is asked for; the harmonics it is asked for at least.
+  integer, parameter :: history = 64, harmonics = 20
+
+contains
+
+  !> The member of `family` at `speed`. Error: the parameter or the accuracy makes no sense, or a name; whatever else is missing
+  !> the state tells.
+  subroutine solve_speed_point(family, speed, order, point, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: speed
+    type(speed_order_type), intent(in) :: order
+    type(speed_point_type), intent(out) :: point
+    type(error_type), allocatable, intent(out) :: error
+    class(periodic_system), allocatable :: system
+
+    point%speed = speed
+    allocate(point%values(3 + order%orders, size(order%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
+    allocate(point%strongest(size(order%names)), source=0)
+    call family%member([speed], system, error)
+    if (allocated(error)) then
+      if (error%code /= impossible_mechanism) return
+      deallocate(error)
+      point%state = no_mechanism
+      return
+    end if
+    select type (system)
+    class is (frame_type)
+      call solve_frame(system, order, point, error)
+    class default
+      call fatal_error(error, "only a frame has a resonance curve", invalid_input)
+    end select
+  end subroutine solve_speed_point
+
+  subroutine solve_frame(frame, order, point, error)
+    type(frame_type), intent(in) :: frame
+    type(speed_order_type), intent(in) :: order
+    type(speed_point_type), intent(inout) :: point
+    type(error_type), allocatable, intent(out) :: error
+    type(quantity_type), allocatable :: quantities(:)
+    type(averaged_system) :: model
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(vibration_type) :: vibration
+    integer :: i, rows, harmonics_wanted
+
+    allocate(quantities(size(order%names)))
+    rows = 0
+    do i = 1, size(quantities)
+      call find_quantity(frame, order%probes, trim(order%names(i)), quantities(i), error)
+      if (allocated(error)) return
+      rows = max(rows, quantities(i)%rows())
+    end do
+    if (order%averaged) then
+      call frame%averaged(model)
+      call solve_floquet(model, order%accuracy, .true., floquet, error)
+    else
+      call solve_floquet(frame, order%accuracy, .true., floquet, error)
+    end if
+    if (.not. allocated(error)) call solve_multipliers(floquet, .true., multipliers, error)
+    if (allocated(error)) then
+      if (error%code /= invalid_input) deallocate(error)
+      return
+    end if
+    call take_turns(frame, multipliers, point)
+
+    harmonics_wanted = max(harmonics, order%orders)
+    if (order%averaged) then
+      call solve_vibration(frame, floquet, history, harmonics_wanted, vibration, error, rows, model)
+    else
+      call solve_vibration(frame, floquet, history, harmonics_wanted, vibration, error, rows)
+    end if
+    if (allocated(error)) then
+      if (error%message == resonance_message) point%state = in_resonance
+      deallocate(error)
+      return
+    end if
+    point%state = marginal
+    if (multipliers%verdict() == "stable") point%state = reached
+    if (multipliers%verdict() == "unstable") point%state = unreached
+    do i = 1, size(quantities)
+      call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i))
+    end do
+  end subroutine solve_frame
+
+  subroutine take_values(vibration, quantity, values, strongest)
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: quantity
+    real(dp), intent(out) :: values(:)
+    integer, intent(out) :: strongest
+    type(statistics_type) :: statistics
+    integer :: k
+
+    call take_statistics(vibration, quantity, statistics)
+    values(:3) = [statistics%peak, statistics%peak_error, statistics%rms]
+    values(4:) = [(statistics%amplitude(k), k = 1, size(values) - 3)]
+    strongest = statistics%strongest()
+  end subroutine take_values
+
+  !> How far each free vibration turns. Of two conjugate multipliers one belongs to the rotation q = exp(i w t), w > 0: that
+  !> whose eigenvector has Im(q* M q') > 0. Real multipliers come in pairs too.
+  subroutine take_turns(frame, multipliers, point)
+    type(frame_type), intent(in) :: frame
+    type(multipliers_type), intent(in) :: multipliers
+    type(speed_point_type), intent(inout) :: point
+    type(error_type), allocatable :: none
+    real(dp), allocatable :: frequencies(:)
+    real(dp), dimension(size(frame%free), size(frame%free)) :: m, b, c
+    complex(dp) :: q(size(frame%free)), q_dot(size(frame%free))
+    real(dp) :: turn
+    integer :: f, k, n
+    logical :: second(2)
+
+    f = size(frame%free)
+    allocate(point%turns(f), point%growth(f), point%averaged_turns(f), source=0.0_dp)
+    call frame%matrices(0.0_dp, m, b, c)
+    n = 0
+    second = .false.
+    do k = 1, size(multipliers%arg)
+      turn = multipliers%arg(k) / (2 * pi)
+      if (turn < 0 .or. n == f) cycle
+      if (turn > 0 .and. turn < 0.5_dp) then
+        q = multipliers%vectors(:f, k)
+        q_dot = multipliers%vectors(f + 1:, k)
+        turn = sign(turn, aimag(dot_product(q, matmul(m, q_dot))))
+      else
+        associate (skip => second(merge(1, 2, turn > 0)))
+          skip = .not. skip
+          if (.not. skip) cycle
+        end associate
+      end if
+      n = n + 1
+      point%turns(n) = turn
+      point%growth(n) = multipliers%log_abs(k)
+    end do
+    call frame%natural_frequencies(frequencies, none)
+    if (.not. allocated(none)) point%averaged_turns = max(frequencies, 0.0_dp) / abs(frame%speed)
+  end subroutine take_turns
+
+end module gestell_study_speed_point

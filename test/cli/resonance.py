@@ -1,0 +1,124 @@
+"""The task `resonance` as a user meets it: resonance.csv, peaks.csv, the report, what is refused."""
+
+import csv
+import math
+
+from broken_inputs import SOUND
+from harness import Folder, Run, check, equal, files, near
+
+CURVE = SOUND.replace("'stability', 'response'", "'resonance'").replace("0.5,0.5,0.05", "10.0,10.0,1.0")
+SPEEDS = "&sweep parameter='drive.speed_rpm', from=500.0, to=700.0, count=5 /\n"
+ORDERED = "&probe name='desk, left', position=0.3,0.2 /\n&resonance quantities='psi','probe(desk, left).ay', orders=2 /\n"
+
+
+def rows(folder, name):
+    """Header and rows, words as they are."""
+    lines = [line for line in (folder / name).read_text().splitlines() if line[0] != "#"]
+    header, *table = csv.reader(lines)
+    return header, table
+
+
+def test_curve():
+    with Folder(input=CURVE + SPEEDS + ORDERED, single=SOUND.replace("0.5,0.5,0.05", "10.0,10.0,1.0")) as folder:
+        run = Run(folder, "input.nml")
+        if not run.done("resonance"):
+            return
+        equal("resonance: files", files(folder / "input"), ["peaks.csv", "resonance.csv"])
+        header, table = rows(folder / "input", "resonance.csv")
+        columns = ["peak", "peak_error", "rms", "order_1", "order_2"]
+        equal("resonance: header", header, ["speed_rpm", "state", "refined"] + [f"psi_{c}_rad" for c in columns]
+              + [f"probe(desk, left).ay_{c}_m_s2" for c in columns])
+        speeds = [float(row[0]) for row in table]
+        equal("resonance: ascending", speeds, sorted(set(speeds)))
+        grid = [row for row in table if row[2] == "0"]
+        equal("resonance: the grid", [float(row[0]) for row in grid], [500.0, 550.0, 600.0, 650.0, 700.0])
+        check("resonance: all ok", {row[1] for row in table} == {"ok"}, "ok", {row[1] for row in table})
+        for row in grid:
+            single = Run(folder, "--one-line", "-s", "case.tasks=response", "-s", f"drive.speed_rpm={row[0]}", "single.nml")
+            names, values = (line.split(",") for line in single.out.splitlines()[:2])
+            # the same solution to 1e-9, a peak loses two digits
+            expected = float(dict(zip(names, values))["psi_peak_rad"])
+            near(f"resonance: psi at {row[0]}", float(row[3]), expected, 1e-7 * expected)
+        for row in table:
+            # Parseval: the mean square is half the sum of the squares of all amplitudes, two of them here, and that of the mean
+            check("resonance: rms", float(row[5]) >= math.hypot(float(row[6]), float(row[7])) / math.sqrt(2) * (1 - 1e-12), "", row)
+            check("resonance: peak", float(row[3]) >= float(row[5]) and 0 < float(row[4]) < 1e-6 * float(row[3]), "", row)
+
+        header, peaks = rows(folder / "input", "peaks.csv")
+        equal("peaks: header", ",".join(header), "quantity,unit,speed_rpm,value,width_rpm,damping_ratio,strongest_order,state")
+        psi = [row for row in peaks if row[0] == "psi"]
+        # 127.36 rad/s, the lowest natural frequency of the averaged frame, swings twice in a turn at 608.1 rpm
+        top = min(psi, key=lambda row: abs(float(row[2]) - 608.1))
+        near("peaks: second order", float(top[2]), 127.36 * 60 / (2 * math.pi) / 2, 1.0)
+        equal("peaks: second order", (top[1], top[6], top[7]), ("rad", "2", "ok"))
+        equal("peaks: is the greatest of the curve", top[3], max((row[3] for row in table), key=float))
+        # about D = b w / (2 c) with the rotary stiffness and damping: 3 parts in a thousand
+        check("peaks: damping", 0.001 < float(top[5]) < 0.004, "0.0026", top[5])
+        near("peaks: width", float(top[4]), 2 * float(top[2]) * float(top[5]), 1e-12)
+        check("resonance: report", "RESONANCE CURVE  500 to 700 rpm, 5 speeds of the grid" in run.out and "607.8" in run.out
+              and "least" in run.out and "VERDICT" not in run.out, "range, maximum, least", run.out)
+
+        before = {name: (folder / "input" / name).read_bytes() for name in ("resonance.csv", "peaks.csv")}
+        for threads in ("1", "3"):
+            Run(folder, "-q", "input.nml", environment={"OMP_NUM_THREADS": threads}).done("resonance by threads")
+            equal(f"resonance: the same bytes by {threads} threads",
+                  {name: (folder / "input" / name).read_bytes() for name in before}, before)
+
+
+def test_directions():
+    """Clockwise the averaged resonances stay; from fast to slow the rows turn round."""
+    with Folder(input=CURVE + SPEEDS) as folder:
+        for first, last in ((-500.0, -700.0), (700.0, 500.0)):
+            Run(folder, "-q", "-s", f"sweep.from={first}", "-s", f"sweep.to={last}", "input.nml").done("directions")
+            table = rows(folder / "input", "resonance.csv")[1]
+            speeds = [float(row[0]) for row in table]
+            equal("directions: ends", (speeds[0], speeds[-1]), (first, last))
+            equal("directions: descending", speeds, sorted(set(speeds), reverse=True))
+            peaks = [row for row in rows(folder / "input", "peaks.csv")[1] if row[0] == "psi" and row[6] == "2"]
+            near("directions: second order", min(abs(abs(float(row[2])) - 608.1) for row in peaks), 0.0, 1.0)
+
+
+def test_states():
+    with Folder(input=CURVE + "&sweep parameter='drive.speed_rpm', from=1210, to=1222, count=4 /\n") as folder:
+        run = Run(folder, "-s", "foundation.damping(1)=0.5", "-s", "foundation.damping(2)=0.5", "-s",
+                  "foundation.damping(3)=0.05", "input.nml")
+        run.done("states")
+        table = rows(folder / "input", "resonance.csv")[1]
+        equal("states: a tongue", {row[1] for row in table} - {"undecided"}, {"ok", "unstable"})
+        peaks = rows(folder / "input", "peaks.csv")[1]
+        equal("states: its ends", {(row[0], row[3], row[7]) for row in peaks if row[7] == "unbounded"},
+              {(name, "Infinity", "unbounded") for name in ("xi", "eta", "psi", "f")})
+        check("states: report", "the machine is unstable" in run.out and "grows without bounds at 2 speeds" in run.out, "", run.out)
+
+
+def test_refused():
+    for name, line, message in (
+        ("two sweeps", SPEEDS + SPEEDS.replace("drive.speed_rpm", "frame.mass"), "input.nml:17: &sweep 2: is one too many: "
+         "the tasks resonance, critical, campbell run over the speed alone"),
+        ("no sweep", "", "input.nml:1: &case: tasks = 'resonance': needs a group &sweep: parameter, from, to, count"),
+        ("another parameter", SPEEDS.replace("drive.speed_rpm", "frame.mass"),
+         "input.nml:16: &sweep: parameter = 'frame.mass': must "
+         "be 'drive.speed_rpm' for the tasks resonance, critical, campbell"),
+        ("through standstill", SPEEDS.replace("500.0", "-500.0").replace("count=5", "count=4"),
+         "input.nml:16: &sweep: to = 700.0: the range goes through standstill: from and to need the same sign"),
+        ("one speed", SPEEDS.replace("to=700.0, count=5", "count=1"), "input.nml:16: &sweep: count = 1: must be at least 2 for the "
+         "tasks resonance, critical, campbell"),
+        ("no such quantity", SPEEDS + "&resonance quantities='zeta' /\n",
+         "input.nml:17: &resonance: quantities = 'zeta': 'zeta' is "
+         "no quantity: there are xi, eta, psi, xi_dot, eta_dot, psi_dot, fx, fy, m, f, support(1).fx (.fy, .f; to 4), "
+         "foundation.fx, guide.fx (.fy, .f, .m)"),
+        ("a quantity twice", SPEEDS + "&resonance quantities='xi','xi' /\n",
+         "input.nml:17: &resonance: quantities = 'xi', 'xi': names "
+         "'xi' twice"),
+        ("no orders", SPEEDS + "&resonance orders=0 /\n", None),
+        ("too many orders", SPEEDS + "&resonance orders=51 /\n", "input.nml:17: &resonance: orders = 51: must be at most 50"),
+    ):
+        with Folder(input=CURVE + line) as folder:
+            run = Run(folder, "input.nml")
+            equal(f"resonance refused, {name}: code", run.code, 2)
+            if message:
+                equal(f"resonance refused, {name}", run.err, message + "\n")
+            equal(f"resonance refused, {name}: no files", files(folder / "input"), [])
+
+
+RESONANCE_TESTS = (test_curve, test_directions, test_states, test_refused)
