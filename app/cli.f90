@@ -183,8 +183,8 @@ contains
       & "                          output in place of report and files" // newline // &
       & "      --plot              draw pictures, SVG and PNG, by gnuplot; with --check" // newline // &
       & "                          only the mechanism's" // newline // &
-      & "      --report            report.html: input, verdict, tables, pictures on a page" // newline // &
-      & "                          that needs nothing beside it; draws as --plot does" // newline // &
+      & "      --report            report.html: input, verdict, tables, pictures on a" // newline // &
+      & "                          page that needs nothing else; draws as --plot" // newline // &
       & "  -h, --help              this text" // newline // &
       & "  -V, --version           the version" // newline // newline // &
       & "exit codes: 0 done, 1 wrong usage, 2 invalid input, 3 the mechanism cannot be" // newline // &
