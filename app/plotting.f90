@@ -11,7 +11,8 @@ module plotting
   !> All scripts that there can be, in the order in which pictures are named.
   character(len=*), parameter :: scripts(*) = [character(len=18) :: "mechanism", "multipliers", "modes", "response", &
     & "harmonics", "supports", "supports_history", "supports_harmonics", "probes", "probes_history", "probes_harmonics", &
-    & "power", "resonance", "campbell", "crossings", "critical", "sensitivity", "trade", "sweep", "boundary"]
+    & "power", "resonance", "peaks", "campbell", "crossings", "critical", "sensitivity", "trade", "sweep", &
+    & "boundary"]
 
 contains
 

@@ -131,7 +131,7 @@ def script_of(blocks, outputs):
     for i, (language, block, file, grows) in enumerate(blocks):
         if language == "sh":
             if not shutil.which("gnuplot"):
-                block = block.replace(" --plot", "")
+                block = block.replace(" --plot", "").replace(" --report", "")
             lines += [f"exec >{shlex.quote(str(outputs))}/{i} 2>&1", block]
         elif file:
             lines += [f"cat {'>>' if grows else '>'}{file} <<'END-OF-FILE'", f"{block}END-OF-FILE"]

@@ -10,7 +10,9 @@ program main
   use test_campaign, only: collect_campaign
   use test_campbell, only: collect_campbell
   use test_campbell_critical, only: collect_campbell_critical
+  use test_campbell_exponents, only: collect_campbell_exponents
   use test_campbell_modes, only: collect_campbell_modes
+  use test_campbell_tracking, only: collect_campbell_tracking
   use test_cheapest, only: collect_cheapest
   use test_data, only: collect_data
   use test_drive, only: collect_drive
@@ -111,7 +113,9 @@ program main
     & new_testsuite("rows", collect_rows), &
     & new_testsuite("resonance", collect_resonance), &
     & new_testsuite("modes", collect_campbell_modes), &
+    & new_testsuite("exponents", collect_campbell_exponents), &
     & new_testsuite("campbell", collect_campbell), &
+    & new_testsuite("tracking", collect_campbell_tracking), &
     & new_testsuite("critical", collect_campbell_critical), &
     & new_testsuite("resonance-curve", collect_resonance_curve), &
     & new_testsuite("sweep", collect_sweep), &

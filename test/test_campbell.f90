@@ -2,14 +2,10 @@
 module test_campbell
   use data_files, only: machine_of_file
   use families, only: machine_family
-  use gestell_base_error, only: gestell_error => error_type, fatal_error, impossible_mechanism
+  use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
   use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_study_campbell_crossings, only: crossing_type, find_crossings
-  use gestell_study_family, only: family_type
-  use gestell_study_mode_type, only: assurance
-  use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine
   use reference_flow, only: flow_map
   use reference_frame, only: frame_of
@@ -22,14 +18,6 @@ module test_campbell
 
   public :: collect_campbell
 
-  !> The paper's machine, but between two speeds there is none.
-  type, extends(family_type) :: broken_family
-    type(machine_family) :: inner
-    real(dp) :: hole(2) = 0
-  contains
-    procedure :: member
-  end type broken_family
-
 contains
 
   subroutine collect_campbell(testsuite)
@@ -41,8 +29,7 @@ contains
       & new_unittest("crossings do not depend on the speeds that are ordered", test_speeds), &
       & new_unittest("a mirrored machine that turns the other way", test_mirrored), &
       & new_unittest("the crank's phase at the start", test_phase), &
-      & new_unittest("modes keep their numbers where they mix", test_mixing), &
-      & new_unittest("a gap in the range", test_gap)]
+      & new_unittest("modes that mix on an order of the crank", test_mixing_on_order)]
   end subroutine collect_campbell
 
   subroutine solve(machine, speeds, orders, campbell, crossings, error, averaged)
@@ -188,7 +175,8 @@ contains
       ! The error of each is a bound for the growth too.
       call check(error, abs(a(i)%at%growth - b(i)%at%growth) <= a(i)%at%error + b(i)%at%error, more="growth")
       if (allocated(error)) return
-      call check(error, a(i)%error < 1.0e-5_dp, more="the error says nothing")
+      ! At the ends of an interval, where two exponents meet, their errors are of the order of the tolerance's square root.
+      call check(error, a(i)%error < 1.0e-4_dp, more="the error says nothing")
       if (allocated(error)) return
     end do
   end subroutine compare
@@ -248,80 +236,64 @@ contains
     if (.not. allocated(error)) call compare(here, there, 1.0_dp, error)
   end subroutine test_phase
 
-  !> Near 707 rpm the first two frequencies of the paper's machine differ by the crank's: the modes mix. Before and after each
-  !> has its own shape and frequency.
-  subroutine test_mixing(error)
+  !> Links of 27 kg: the first frequency is about the crank's, the second about twice that, where the two differ by the crank's
+  !> and mix. Branches cross the orders twice, once on each side, whatever the speeds are that are ordered; that the numbers of
+  !> the modes change over between is no crossing.
+  subroutine test_mixing_on_order(error)
     type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
     type(campbell_type) :: campbell
-    type(crossing_type), allocatable :: crossings(:)
+    type(crossing_type), allocatable :: few(:), many(:)
+    real(qp) :: phi(6, 6), particular(6), sum_of_growth
     integer :: i, k
 
-    call solve(khang_machine(240.0_dp), [600.0_dp, (680 + 3.1_dp * i, i = 0, 17), 800.0_dp], 1, campbell, crossings, error)
+    machine = khang_machine(240.0_dp)
+    machine%links%mass = [10.0_dp, 12.0_dp, 5.0_dp]
+    machine%foundation_damping = 100 * machine%foundation_damping
+    call solve(machine, spaced(600.0_dp, 660.0_dp, 3), 2, campbell, few, error)
+    if (.not. allocated(error)) call solve(machine, spaced(590.0_dp, 670.0_dp, 12), 2, campbell, many, error)
+    if (.not. allocated(error)) call check(error, size(few), 2, more="crossings")
+    if (.not. allocated(error)) call compare(few, many, 1.0_dp, error)
     if (allocated(error)) return
-    call check(error, any(.not. campbell%points%sure), more="sure")
-    if (allocated(error)) return
-    call check(error, size(campbell%points) < 100, more="too much inserted")
-    if (allocated(error)) return
-    do i = 1, size(campbell%points)
-      associate (first => campbell%points(1), point => campbell%points(i))
-        do k = 1, 3
-          ! They repel each other by 0.5 rad/s at the most.
-          call check(error, abs(point%modes(k)%frequency() - first%modes(k)%frequency()) < 1, more="frequency")
-          if (allocated(error)) return
-          ! Half of each vibration is the other's shape in the middle of the range in which they mix, 15 rpm wide.
-          if (abs(point%speed - 707) < 15) cycle
-          call check(error, point%sure, more="not sure")
-          if (allocated(error)) return
-          call check(error, assurance(point%modes(k)%shape(), first%modes(k)%shape(), point%mass) > 0.9_dp, more="shape")
-          if (allocated(error)) return
+    do i = 1, 2
+      call check(error, few(i)%locked .and. few(i)%speed > 600 .and. few(i)%speed < 660, more="not locked")
+      if (allocated(error)) return
+      ! A multiplier of the reference there is real: with 1 / rho its characteristic polynomial changes sign between the two.
+      machine%speed_rpm = few(i)%speed
+      call flow_map(frame_of(machine), 0.0_qp, period(machine), 1.0e-22_qp, phi, particular)
+      associate (mode => few(i)%at, t => real(period(machine), dp))
+        sum_of_growth = (mode%growth + mode%partner_growth) / 2
+        do k = -1, 1
+          particular(k + 2) = polynomial(phi, exp((sum_of_growth + k * (mode%growth - mode%partner_growth)) * t))
         end do
+        call check(error, particular(1) * particular(2) < 0 .and. particular(2) * particular(3) < 0, more="reference")
+        if (allocated(error)) return
       end associate
     end do
-  end subroutine test_mixing
+  end subroutine test_mixing_on_order
 
-  subroutine member(self, parameters, system, error)
-    class(broken_family), intent(in) :: self
-    real(dp), intent(in) :: parameters(:)
-    class(periodic_system), allocatable, intent(out) :: system
-    type(gestell_error), allocatable, intent(out) :: error
+  !> det(Phi - rho E) by elimination.
+  pure real(qp) function polynomial(phi, rho)
+    real(qp), intent(in) :: phi(:, :), rho
+    real(qp) :: a(size(phi, 1), size(phi, 1)), row(size(phi, 1))
+    integer :: i, k, best
 
-    if (parameters(1) > self%hole(1) .and. parameters(1) < self%hole(2)) then
-      call fatal_error(error, "a hole", impossible_mechanism)
-      return
-    end if
-    call self%inner%member(parameters, system, error)
-  end subroutine member
-
-  !> What lies in the gap is not found, what lies beside it is, and modes keep their numbers over it.
-  subroutine test_gap(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(broken_family) :: family
-    type(campbell_order_type) :: order
-    type(campbell_type) :: campbell
-    type(crossing_type), allocatable :: crossings(:)
-    type(gestell_error), allocatable :: failure
-    integer :: i
-
-    order%orders = 5
-    call frame_of_machine(khang_machine(240.0_dp), family%inner%frame, failure)
-    family%hole = [390.0_dp, 420.0_dp]
-    if (.not. allocated(failure)) call solve_campbell(family, spaced(300.0_dp, 500.0_dp, 21), order, campbell, failure)
-    if (.not. allocated(failure)) call find_crossings(family, order, campbell, crossings, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    call check(error, count(.not. campbell%points%solved), 2, more="points in the gap")
-    if (allocated(error)) return
-    do i = 1, size(campbell%points)
-      if (.not. campbell%points(i)%solved) cycle
-      ! The frequencies change by less than 0.1 rad/s over the range.
-      call check(error, maxval(abs(campbell%points(i)%modes%frequency() - campbell%points(1)%modes%frequency())) < 0.1_dp, &
-        & more="numbers")
-      if (allocated(error)) return
+    a = phi
+    do i = 1, size(a, 1)
+      a(i, i) = a(i, i) - rho
     end do
-    ! 303.9 (1, 4), 480.7 (2, 4), 384.6 (2, 5); not 405.2 (1, 3).
-    call check(error, size(crossings), 3, more="crossings")
-  end subroutine test_gap
+    polynomial = 1
+    do i = 1, size(a, 1)
+      best = i - 1 + maxloc(abs(a(i:, i)), dim=1)
+      if (best /= i) polynomial = -polynomial
+      row = a(best, :)
+      a(best, :) = a(i, :)
+      a(i, :) = row
+      polynomial = polynomial * a(i, i)
+      do k = i + 1, size(a, 1)
+        a(k, :) = a(k, :) - a(k, i) / a(i, i) * a(i, :)
+      end do
+    end do
+  end function polynomial
 
 end module test_campbell

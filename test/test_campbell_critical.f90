@@ -9,7 +9,7 @@ module test_campbell_critical
   use gestell_model_frame, only: frame_type
   use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_study_campbell_crossings, only: crossing_type, find_crossings
-  use gestell_study_critical, only: amplitude, critical_type, find_critical, no_peak, peak, self_excited, unbounded
+  use gestell_study_critical, only: amplitude, critical_type, find_critical, force, no_peak, peak, self_excited, unbounded
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine
@@ -29,6 +29,7 @@ contains
       & new_unittest("an unbalance: the peak of the closed form", test_unbalance), &
       & new_unittest("no damping, too much of it, instability", test_outcomes), &
       & new_unittest("the paper's machine: direct peaks at sharp resonances", test_sharp), &
+      & new_unittest("each peak belongs to one crossing", test_belonging), &
       & new_unittest("more damping: all direct peaks of a range, and no others", test_all)]
   end subroutine collect_campbell_critical
 
@@ -189,6 +190,39 @@ contains
       end associate
     end do
   end subroutine test_sharp
+
+  !> The compressor: two crossings at 334 and 337 rpm, both with half widths that reach over the other, one peak of the force.
+  subroutine test_belonging(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(critical_type), allocatable :: critical(:)
+    type(gestell_error), allocatable :: failure
+    integer :: i, k, shared
+
+    call machine_of_file("data/compressor.nml", machine, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call solve(machine, 300.0_dp, 400.0_dp, 5, 3, critical, error)
+    if (allocated(error)) return
+    shared = 0
+    do i = 1, size(critical)
+      do k = 1, 2
+        if (.not. critical(i)%found(k)) cycle
+        associate (c => critical(i))
+          ! One half width, what the samples are apart, and half of the locked interval.
+          call check(error, abs(c%speed(k) - c%crossing%speed) < 1.5_dp * c%half_width &
+            & + abs(c%crossing%ends(2) - c%crossing%ends(1)), more="too far")
+          if (allocated(error)) return
+          call check(error, c%prominence(k) > 1.01_dp, more="not prominent")
+          if (allocated(error)) return
+        end associate
+      end do
+      if (critical(i)%found(force)) shared = shared + count(abs(critical%speed(force) - critical(i)%speed(force)) < 0.1_dp) - 1
+    end do
+    call check(error, any(critical%crossing%mode == 1 .and. critical%found(force)) .and. shared == 0, more="shared")
+  end subroutine test_belonging
 
   !> With forty times the damping every maximum of the whole vibration over a range is a critical speed, and every critical
   !> speed whose order is most of the vibration is such a maximum.

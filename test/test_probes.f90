@@ -244,11 +244,11 @@ contains
   !> Limits above, below and within the error of what is measured; none.
   subroutine test_verdict(error)
     type(error_type), allocatable, intent(out) :: error
-    character(len=9), parameter :: verdicts(4) = [character(len=9) :: "within", "above", "undecided", ""]
+    character(len=9), parameter :: verdicts(5) = [character(len=9) :: "within", "above", "undecided", "undecided", ""]
     type(frame_type) :: frame
     type(analysis_type) :: analysis
     type(watched_type), allocatable :: watched(:)
-    real(dp) :: limits(4)
+    real(dp) :: limits(5)
     integer :: k
 
     call make(khang_machine(240.0_dp), frame, error)
@@ -256,8 +256,8 @@ contains
     if (allocated(error)) return
     associate (w => watched(1))
       call check(error, w%error > 1.0e-9_dp * w%greatest .and. w%error < 0.1_dp * w%greatest, more="an error that is of use")
-      limits = [w%greatest + 2 * w%error, w%greatest - 2 * w%error, w%greatest, 0.0_dp]
-      do k = 1, 4
+      limits = [w%greatest + 2 * w%error, w%greatest - 2 * w%error, w%greatest + w%error / 2, w%greatest - w%error / 2, 0.0_dp]
+      do k = 1, size(limits)
         w%probe%limit = limits(k)
         if (.not. allocated(error)) call check(error, trim(w%verdict()), trim(verdicts(k)))
       end do

@@ -15,6 +15,8 @@ module gestell_io_report_campbell
   character, parameter :: newline = new_line("a")
   !> Lines of a table, at the most.
   integer, parameter :: most_listed = 60
+  !> Intervals that are wider, relative to the speed, are told by their ends.
+  real(dp), parameter :: wide = 1.0e-4_dp
   !> Peaks of an order whose part in the vibration is smaller are not listed.
   real(dp), parameter :: least_share = 0.01_dp
 
@@ -59,9 +61,18 @@ contains
     if (.not. mode%told) then
       words = "not told"
     else
-      words = concise(mode%frequency() / (2 * pi), 6) // " Hz, damping ratio " // concise(mode%damping_ratio(), 3)
+      words = concise(mode%frequency() / (2 * pi), 6) // " Hz, damping ratio " // ratio(mode)
     end if
   end function words
+
+  !> The damping ratio, 0 where it is less than its error.
+  pure function ratio(mode)
+    type(mode_type), intent(in) :: mode
+    character(len=:), allocatable :: ratio
+
+    ratio = "0"
+    if (abs(mode%growth) > mode%error) ratio = concise(mode%damping_ratio(), 4)
+  end function ratio
 
   !> The first speeds at which modes cannot be told from each other.
   pure function unsure(points) result(list)
@@ -98,9 +109,13 @@ contains
     do i = 1, min(size(crossings), most_listed)
       associate (c => crossings(i))
         report = report // padded(text(c%mode), 6) // padded(concise(c%order, 3), 7) // padded(fixed(c%speed, 5), 20) &
-          & // padded(fixed(c%at%frequency() / (2 * pi), 4), 12) // padded(concise(c%at%damping_ratio(), 4), 15)
-        if (c%locked) report = report // "  locked from " // concise(c%ends(1), 9) // " to " // concise(c%ends(2), 9)
-        if (c%at%growth > c%at%error) report = report // ", unstable"
+          & // padded(fixed(c%at%frequency() / (2 * pi), 4), 12) // padded(ratio(c%at), 15)
+        if (c%locked .and. abs(c%ends(2) - c%ends(1)) > wide * abs(c%speed)) then
+          report = report // "  locked from " // concise(c%ends(1), 7) // " to " // concise(c%ends(2), 7)
+        else if (c%locked) then
+          report = report // "  locked over " // concise(abs(c%ends(2) - c%ends(1)), 2) // " rpm"
+        end if
+        if (c%at%growth > c%at%error) report = report // trim(merge(", unstable", "  unstable", c%locked))
         report = report // newline
       end associate
     end do

@@ -4,6 +4,7 @@ module gestell_io_resonance_csv
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: exact, text
   use gestell_io_csv, only: field, write_table
+  use gestell_io_plot_resonance, only: plot_peaks, plot_resonance
   use gestell_model_quantity, only: quantity_type
   use gestell_study_resonance_curve, only: resonance_curve_type
   use gestell_study_speed_point, only: state_names
@@ -14,7 +15,8 @@ module gestell_io_resonance_csv
 
 contains
 
-  !> Writes the curve and the list of its maxima into `folder`; `preamble` heads the files. Error: one cannot be written.
+  !> Writes the curve and the list of its maxima into `folder`, with their scripts for gnuplot; `preamble` heads the files.
+  !> Error: one cannot be written.
   subroutine write_resonance(folder, preamble, quantities, curve, error)
     character(len=*), intent(in) :: folder, preamble(:)
     type(quantity_type), intent(in) :: quantities(:)
@@ -23,6 +25,8 @@ contains
 
     call write_curve(folder, preamble, quantities, curve, error)
     if (.not. allocated(error)) call write_peaks(folder, preamble, quantities, curve, error)
+    if (.not. allocated(error)) call plot_resonance(folder, preamble, quantities, curve, error)
+    if (.not. allocated(error)) call plot_peaks(folder, preamble, quantities, curve, error)
   end subroutine write_resonance
 
   subroutine write_curve(folder, preamble, quantities, curve, error)

@@ -25,6 +25,9 @@ module gestell_study_campbell_crossings
   !> Crossings are found as exactly, relative to the speed, if the errors of the frequencies allow it.
   real(dp), parameter :: exact = 1.0e-11_dp
   integer, parameter :: most_steps = 100
+  !> A change of a frequency, relative to the crank's, that is taken for a jump where the speed all but stays; jumps at the most.
+  real(dp), parameter :: jumping = 1.0e-6_dp
+  integer, parameter :: most_jumps = 40
   !> What is sought: f = frequency - order * crank speed, zero on a whole interval where the mode is locked; there and near it
   !> the square of half the difference of the two exponents, positive where they are real.
   integer, parameter :: detuning = 1, discriminant = 2
@@ -40,22 +43,42 @@ contains
     type(campbell_type), intent(inout) :: campbell
     type(crossing_type), allocatable, intent(out) :: crossings(:)
     type(error_type), allocatable, intent(out) :: error
+    logical :: jump
+    integer :: round
+
+    do round = 1, most_jumps
+      call search(family, order, campbell, crossings, jump, error)
+      if (allocated(error) .or. .not. jump) return
+    end do
+  end subroutine find_crossings
+
+  !> The same, until a frequency turns out to jump: the two sides of the jump are then among the points, and the search has to
+  !> begin anew.
+  subroutine search(family, order, campbell, crossings, jump, error)
+    class(family_type), intent(in) :: family
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_type), intent(inout) :: campbell
+    type(crossing_type), allocatable, intent(out) :: crossings(:)
+    logical, intent(out) :: jump
+    type(error_type), allocatable, intent(out) :: error
     integer :: mode, halves, first
 
     allocate(crossings(0))
+    jump = .false.
     do mode = 1, campbell%modes
       do halves = 1, 2 * order%orders
         first = 1
         do while (first < size(campbell%points))
-          call next_crossing(family, order, campbell, mode, halves / 2.0_dp, first, crossings, error)
-          if (allocated(error)) return
+          call next_crossing(family, order, campbell, mode, halves / 2.0_dp, first, crossings, jump, error)
+          if (allocated(error) .or. jump) return
         end do
       end do
     end do
-  end subroutine find_crossings
+  end subroutine search
 
-  !> The crossing from point `first` on, if there is one before the next point; `first` moves on.
-  subroutine next_crossing(family, order, campbell, mode, multiple, first, crossings, error)
+  !> The crossing from point `first` on, if there is one before the next point; `first` moves on. A `jump` of the frequency across
+  !> the multiple is no crossing: where modes mix, their numbers change over from branch to branch.
+  subroutine next_crossing(family, order, campbell, mode, multiple, first, crossings, jump, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order
     type(campbell_type), intent(inout) :: campbell
@@ -63,12 +86,14 @@ contains
     real(dp), intent(in) :: multiple
     integer, intent(inout) :: first
     type(crossing_type), allocatable, intent(inout) :: crossings(:)
+    logical, intent(out) :: jump
     type(error_type), allocatable, intent(out) :: error
-    type(campbell_point_type) :: l, r, within
+    type(campbell_point_type) :: l, r, within, sides(2)
     type(crossing_type) :: crossing
     real(dp) :: f(2)
     integer :: last
 
+    jump = .false.
     l = campbell%points(first)
     r = campbell%points(first + 1)
     last = first + 1
@@ -88,8 +113,15 @@ contains
     else if (f(1) * f(2) > 0) then
       return
     else
-      call find_root(family, order, campbell, mode, multiple, detuning, l, r, within, crossing%error, error)
+      if (abs(r%speed - l%speed) <= 4 * exact * abs(l%speed)) return
+      call find_root(family, order, campbell, mode, multiple, detuning, l, r, within, sides, crossing%error, error)
       if (allocated(error) .or. .not. within%solved) return
+      jump = abs(value_of(within, mode, multiple, detuning)) > jumping * crank_speed(within%speed) &
+        & .and. .not. is_locked(within, mode, multiple)
+      if (jump) then
+        call insert(sides, last, campbell)
+        return
+      end if
       if (.not. is_locked(within, mode, multiple)) then
         if (abs(multiple - anint(multiple)) > 0) return
         crossing%speed = within%speed
@@ -112,6 +144,21 @@ contains
     crossings = [crossings, crossing]
   end subroutine next_crossing
 
+  !> Puts the points in before point `place`, unless they are there.
+  subroutine insert(sides, place, campbell)
+    type(campbell_point_type), intent(in) :: sides(2)
+    integer, intent(in) :: place
+    type(campbell_type), intent(inout) :: campbell
+    type(campbell_point_type), allocatable :: points(:)
+    logical :: new(2)
+
+    points = campbell%points
+    new = abs(sides%speed - points(place - 1)%speed) > 0 .and. abs(sides%speed - points(place)%speed) > 0
+    campbell%points = [points(:place - 1), pack(sides, new), points(place:)]
+    campbell%points(place:place - 1 + count(new))%ordered = .false.
+    campbell%points(place:place - 1 + count(new))%sure = .false.
+  end subroutine insert
+
   !> Whether two real multipliers are so far apart that at least half of the mode's damping is lost.
   pure logical function weakens(mode)
     type(mode_type), intent(in) :: mode
@@ -129,19 +176,19 @@ contains
     type(campbell_point_type), intent(in) :: l, within, r
     type(crossing_type), intent(inout) :: crossing
     type(error_type), allocatable, intent(out) :: error
-    type(campbell_point_type) :: edge
+    type(campbell_point_type) :: edge, sides(2)
     real(dp) :: doubt(2)
 
     crossing%ends = [l%speed, r%speed]
     doubt = 0
     associate (mode => crossing%mode, multiple => crossing%order)
       if (.not. is_locked(l, mode, multiple)) then
-        call find_root(family, order, campbell, mode, multiple, discriminant, l, within, edge, doubt(1), error)
+        call find_root(family, order, campbell, mode, multiple, discriminant, l, within, edge, sides, doubt(1), error)
         if (allocated(error)) return
         crossing%ends(1) = edge%speed
       end if
       if (.not. is_locked(r, mode, multiple)) then
-        call find_root(family, order, campbell, mode, multiple, discriminant, within, r, edge, doubt(2), error)
+        call find_root(family, order, campbell, mode, multiple, discriminant, within, r, edge, sides, doubt(2), error)
         if (allocated(error)) return
         crossing%ends(2) = edge%speed
       end if
@@ -155,15 +202,16 @@ contains
 
   !> A zero of `kind` between two points where its signs differ, by inverse quadratic interpolation where that is safe and
   !> bisection elsewhere (Chandrupatla, Adv. Eng. Software 28, 1997, 145). A point where the mode is locked ends the search
-  !> for a detuning. `root` is not solved where there is no machine on the way. `doubt`: how far from it the zero can lie.
-  subroutine find_root(family, order, campbell, mode, multiple, kind, l, r, root, doubt, error)
+  !> for a detuning. `root` is not solved where there is no machine on the way. `sides`: the points on both sides of the zero
+  !> in the end; `doubt`: how far from `root` it can lie.
+  subroutine find_root(family, order, campbell, mode, multiple, kind, l, r, root, sides, doubt, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order
     type(campbell_type), intent(inout) :: campbell
     integer, intent(in) :: mode, kind
     real(dp), intent(in) :: multiple
     type(campbell_point_type), intent(in) :: l, r
-    type(campbell_point_type), intent(out) :: root
+    type(campbell_point_type), intent(out) :: root, sides(2)
     real(dp), intent(out) :: doubt
     type(error_type), allocatable, intent(out) :: error
     type(campbell_point_type) :: a, b, new
@@ -177,6 +225,8 @@ contains
     part = 0.5_dp
     doubt = abs(r%speed - l%speed)
     do k = 1, most_steps
+      sides = [b, a]
+      if ((a%speed - b%speed) * (r%speed - l%speed) < 0) sides = [a, b]
       root = a
       if (abs(fb) < abs(fa)) root = b
       least = exact * abs(root%speed) / abs(b%speed - a%speed)

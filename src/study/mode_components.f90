@@ -28,7 +28,7 @@ contains
 
     samples = size(p, 1)
     do i = 1, size(p, 2)
-      c(:, i) = transformed(p(:, i)) / samples
+      c(:, i) = transformed(p(:, i))
     end do
     strength = [(real(dot_product(c(i, :), matmul(mass, c(i, :)))), i = 1, samples)]
     all = sum(strength)

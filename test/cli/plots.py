@@ -198,7 +198,18 @@ def test_findings():
 
 
 def test_over_speed():
-    """Campbell diagram, crossings, critical speeds."""
+    """Campbell diagram, crossings, critical speeds; resonance curves and their peaks."""
+    quantities = "&resonance quantities='xi','f','support(2).fy','probe(it''s {x}_1).v', orders=3 /\n" \
+                 "&probe name='it''s {x}_1', position=0,0 /\n"
+    for what, text in {"wide": SPEEDS.format(200, 700, 8, ""), "none": SPEEDS.format(20, 22, 3, ""),
+                       "clockwise": SPEEDS.format(-700, -200, 5, "")}.items():
+        with Folder(input=SOUND.replace("'stability', 'response'", "'resonance'") + quantities + text) as folder:
+            if Run(folder, "-q", "input.nml").done(f"resonance, {what}"):
+                texts = drawn(f"resonance, {what}", folder / "input")
+                if GNUPLOT:
+                    for name in ("resonance", "peaks"):
+                        for word in ("crank speed (rpm)", "xi (m)", "support(2).fy (N)", "probe(it's {x}_1).v (m/s)"):
+                            check(f"resonance, {what}, {name}, {word}", word in texts[name], word, texts[name])
     both = SOUND.replace("'stability', 'response'", "'campbell', 'critical'")
     sieve = ROCKING.replace("'sweep','boundary'", "'campbell','critical'")
     for what, text in {"wide": both + SPEEDS.format(200, 700, 20, ""), "none": both + SPEEDS.format(20, 22, 3, ""),

@@ -1,0 +1,140 @@
+!> Pictures of what is looked at over the speed: resonance curves and their maxima.
+module gestell_io_plot_resonance
+  use gestell_base_error, only: error_type
+  use gestell_base_text, only: concise, text
+  use gestell_io_plot, only: heading, quoted, write_script
+  use gestell_io_plot_axis, only: extent_lines
+  use gestell_io_plot_panels, only: height_of, key_line, layout_line
+  use gestell_model_quantity, only: quantity_type
+  use gestell_study_resonance_curve, only: resonance_curve_type
+  use gestell_study_speed_point, only: state_names
+  implicit none (type, external)
+  private
+
+  public :: plot_peaks, plot_resonance
+
+  character, parameter :: newline = new_line("a")
+  !> Columns before those of the quantities: speed, state, refined; of each before the orders: peak, its error, rms.
+  integer, parameter :: before = 3, of_peak = 1, of_rms = 3
+  !> Panels in one column, and in all; orders that are drawn; maxima of a quantity that have room for their values.
+  integer, parameter :: most_below = 4, most_panels = 10, most_orders = 6, most_labelled = 8
+
+contains
+
+  !> resonance.gp. Error: it cannot be written.
+  subroutine plot_resonance(folder, preamble, quantities, curve, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(quantity_type), intent(in) :: quantities(:)
+    type(resonance_curve_type), intent(in) :: curve
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines
+    logical :: found(size(state_names) - 1)
+    integer :: i, panels, across, rows
+
+    do i = 1, size(found)
+      found(i) = any(curve%points%state == i)
+    end do
+    panels = min(size(quantities), most_panels)
+    across = merge(1, 2, panels <= most_below)
+    rows = (panels + across - 1) / across
+    lines = layout_line(panels, across, heading(preamble, "Response over the crank speed: peak, rms, and amplitudes of orders")) &
+      & // "set xrange " // sweep_of(curve) // newline // "set format x ''" // newline
+    do i = 1, panels
+      if (i == panels - across + 1) lines = lines // "set format x; set xlabel 'crank speed (rpm)'" // newline
+      lines = lines // key_line(i == across) // curve_panel(before + (of_rms + curve%order%orders) * (i - 1), &
+        & label_of(quantities(i)), min(curve%order%orders, most_orders), found)
+    end do
+    call write_script(folder, "resonance", lines // "unset multiplot" // newline // "unset output" // newline, error, &
+      & width=merge(820, 960, across == 1), height=nint(height_of(rows)))
+  end subroutine plot_resonance
+
+  !> One quantity, whose columns follow `first`, on a logarithmic axis of four decades at the most.
+  pure function curve_panel(first, label, orders, found) result(lines)
+    integer, intent(in) :: first, orders
+    character(len=*), intent(in) :: label
+    logical, intent(in) :: found(:)
+    character(len=:), allocatable :: lines
+    integer :: k
+
+    lines = extent_lines("resonance.csv", [column(first + of_peak), column(first + of_rms)]) &
+      & // "valid = high > 0 && low >= 0" // newline &
+      & // "least = low > 1e-4 * high ? 0.5 * low : 1e-4 * high" // newline &
+      & // "shown(v) = v == v ? (v > 0.1 * least ? v : 0.1 * least) : NaN" // newline &
+      & // "if (valid) { set logscale y; set format y '10^{%L}'; set yrange [least:2 * high] } else " &
+      & // "{ set yrange [0:1] }" // newline &
+      & // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot NaN notitle" &
+      & // line(first + of_peak, 1, "2.5", "peak") // line(first + of_rms, 2, "2", "rms")
+    do k = 1, orders
+      lines = lines // line(first + of_rms + k, 2 + k, "1.5", "order " // text(k))
+    end do
+    do k = 1, size(found)
+      if (.not. found(k)) cycle
+      lines = lines // ", 'resonance.csv' using (strcol(2) eq '" // trim(state_names(k)) // "' ? column(1) : 1e290):" &
+        & // "(valid ? 1.2 * least : 0.03) with points lt 7 pt " // text(k) // " ps 0.6 title '" // trim(state_names(k)) // "'"
+    end do
+    lines = lines // newline // "unset logscale y; set format y" // newline
+  end function curve_panel
+
+  pure function line(number, style, width, name) result(words)
+    integer, intent(in) :: number, style
+    character(len=*), intent(in) :: width, name
+    character(len=:), allocatable :: words
+
+    words = ", for [i=1:valid] 'resonance.csv' using 1:(shown(" // trim(column(number)) // ")) with lines lt " // text(style) &
+      & // " lw " // width // " title '" // name // "'"
+  end function line
+
+  pure character(len=16) function column(number)
+    integer, intent(in) :: number
+
+    column = "column(" // text(number) // ")"
+  end function column
+
+  !> A quantity with its unit.
+  pure function label_of(quantity) result(label)
+    type(quantity_type), intent(in) :: quantity
+    character(len=:), allocatable :: label
+
+    label = trim(quantity%name) // " (" // trim(quantity%unit) // ")"
+  end function label_of
+
+  !> From the first speed to the last.
+  pure function sweep_of(curve) result(range)
+    type(resonance_curve_type), intent(in) :: curve
+    character(len=:), allocatable :: range
+
+    associate (points => curve%points)
+      range = "[" // concise(points(1)%speed, 9) // ":" // concise(points(size(points))%speed, 9) // "]"
+    end associate
+  end function sweep_of
+
+  !> peaks.gp: where the maxima lie, with their values. Error: it cannot be written.
+  subroutine plot_peaks(folder, preamble, quantities, curve, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(quantity_type), intent(in) :: quantities(:)
+    type(resonance_curve_type), intent(in) :: curve
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines, mine
+    integer :: i
+
+    lines = "set title " // heading(preamble, "Peaks of the resonance curves: " // text(size(curve%maxima))) // " noenhanced" &
+      & // newline // "set xrange " // sweep_of(curve) // newline // "set yrange [" // text(size(quantities)) // ".6:0.4]" &
+      & // newline &
+      & // "set xlabel 'crank speed (rpm)'; set ytics noenhanced ("
+    do i = 1, size(quantities)
+      if (i > 1) lines = lines // ", "
+      lines = lines // quoted(label_of(quantities(i))) // " " // text(i)
+    end do
+    lines = lines // "); set key off" // newline // "plot NaN"
+    do i = 1, size(quantities)
+      if (.not. any(curve%maxima%quantity == i)) cycle
+      mine = " using (strcol(1) eq " // quoted(trim(quantities(i)%name)) // " ? column(3) : 1e290):(" // text(i) // ")"
+      lines = lines // ", 'peaks.csv'" // mine // " with points lt " // text(1 + mod(i - 1, 8)) // " ps 1.2"
+      if (count(curve%maxima%quantity == i) <= most_labelled) lines = lines // ", ''" // mine &
+        & // ":(sprintf('%.3g', column(4))) with labels offset 0,0.8 font ',11'"
+    end do
+    call write_script(folder, "peaks", lines // newline // "unset output" // newline, error, width=820, &
+      & height=220 + 45 * size(quantities))
+  end subroutine plot_peaks
+
+end module gestell_io_plot_resonance

@@ -1,0 +1,148 @@
+!> The modes' exponents against the multipliers of the reference.
+module test_campbell_exponents
+  use data_files, only: machine_of_file
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_lapack, only: eigensystem
+  use gestell_study_mode_type, only: mode_type
+  use reference_flow, only: flow_map
+  use reference_frame, only: frame_of
+  use reference_linear, only: qp
+  use reference_machine, only: khang_machine, machine_data, period
+  use test_campbell_modes, only: modes_of
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_campbell_exponents
+
+contains
+
+  subroutine collect_campbell_exponents(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("heavy mechanisms", test_heavy), &
+      & new_unittest("a mode that is locked", test_locked), &
+      & new_unittest("real multipliers of two modes", test_real)]
+  end subroutine collect_campbell_exponents
+
+  !> Multipliers of the reference, each with the growth and the frequency, up to multiples of the crank's, of a mode.
+  subroutine compare_with_reference(machine, modes, error)
+    type(machine_data), intent(in) :: machine
+    type(mode_type), intent(in) :: modes(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(qp) :: phi(2 * size(modes), 2 * size(modes)), particular(2 * size(modes))
+    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+    complex(dp) :: exponent
+    type(gestell_error), allocatable :: failure
+    real(dp) :: crank, nearest
+    integer :: i, k
+
+    call flow_map(frame_of(machine), 0.0_qp, period(machine), 1.0e-22_qp, phi, particular)
+    call eigensystem(real(phi, dp), rho, right, left, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    crank = 2 * pi / real(period(machine), dp)
+    do k = 1, size(modes)
+      call check(error, modes(k)%told, more="a mode is not told")
+      if (allocated(error)) return
+      nearest = huge(nearest)
+      do i = 1, size(rho)
+        exponent = log(rho(i)) * crank / (2 * pi) - cmplx(modes(k)%growth, modes(k)%frequency(), dp)
+        exponent = cmplx(real(exponent), aimag(exponent) - crank * anint(aimag(exponent) / crank), dp)
+        nearest = min(nearest, abs(exponent))
+      end do
+      ! LAPACK's eigenvalues of the reference's Phi(T) in double precision, of condition up to about 1e4.
+      call check(error, nearest <= modes(k)%error + 1.0e-11_dp * crank, more="exponent beyond its error")
+      if (allocated(error)) return
+      call check(error, modes(k)%error < 1.0e-5_dp * crank, more="the error says nothing")
+      if (allocated(error)) return
+    end do
+  end subroutine compare_with_reference
+
+  subroutine test_heavy(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: speeds(4) = [100.0_dp, 330.0_dp, -600.0_dp, 1500.0_dp]
+    type(machine_data) :: machine
+    type(mode_type), allocatable :: modes(:)
+    integer :: k
+
+    do k = 1, size(speeds)
+      machine = khang_machine(speeds(k), mass_factor=10.0_dp)
+      call modes_of(machine, modes, error)
+      if (allocated(error)) return
+      call compare_with_reference(machine, modes, error)
+      if (allocated(error)) return
+    end do
+  end subroutine test_heavy
+
+  !> The sieve at 229 rpm swings once in two turns, and grows.
+  subroutine test_locked(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(mode_type), allocatable :: modes(:)
+    type(gestell_error), allocatable :: failure
+
+    call machine_of_file("data/rocking_sieve.nml", machine, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call modes_of(machine, modes, error)
+    if (allocated(error)) return
+    call compare_with_reference(machine, modes, error)
+    if (allocated(error)) return
+    call check(error, modes(1)%real_pair .and. modes(1)%growth > 0 .and. modes(1)%partner_growth < modes(1)%growth, &
+      & more="not locked")
+    if (allocated(error)) return
+    ! Both halves of a real motion: the component and its conjugate are one vibration.
+    call check(error, modes(1)%share() > 0.99_dp, more="share")
+    if (allocated(error)) return
+    call check(error, abs(modes(1)%frequency() / (machine%speed_rpm * pi / 60) - 1) < 1.0e-12_dp, more="half the speed")
+  end subroutine test_locked
+
+  !> The sieve, free along x too and there overdamped: of four real multipliers the two negative ones are the locked mode's, and
+  !> the two positive ones that of the mode which does not swing.
+  subroutine test_real(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(mode_type), allocatable :: modes(:)
+    type(gestell_error), allocatable :: failure
+    real(qp) :: phi(4, 4), particular(4)
+    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+    real(dp) :: exponents(2)
+    integer :: k
+
+    call machine_of_file("data/rocking_sieve.nml", machine, failure)
+    if (.not. allocated(failure)) then
+      machine%free = [.true., .false., .true.]
+      machine%foundation_stiffness(1, 1) = 2.0e4_dp
+      machine%foundation_damping(1) = 3.0e3_dp
+      call modes_of(machine, modes, error)
+      if (allocated(error)) return
+      call flow_map(frame_of(machine), 0.0_qp, period(machine), 1.0e-24_qp, phi, particular)
+      call eigensystem(real(phi, dp), rho, right, left, failure)
+    end if
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    call check(error, count(real(rho) < 0) == 2 .and. all(abs(aimag(rho)) <= 0), more="not the case that is meant")
+    if (allocated(error)) return
+    call check(error, modes(1)%frequency() <= 0 .and. abs(modes(2)%frequency() * real(period(machine), dp) / pi - 1) < 1.0e-12_dp, &
+      & more="frequencies")
+    if (allocated(error)) return
+    do k = 1, 2
+      exponents = log(abs(pack(real(rho), real(rho) > 0 .eqv. k == 1))) / real(period(machine), dp)
+      ! The smallest multiplier, 1e-13 of the greatest one, is not known better from Phi(T) in double precision than by a tenth.
+      call check(error, abs(modes(k)%growth - maxval(exponents)) < 1.0e-8_dp, more="growth")
+      if (allocated(error)) return
+      call check(error, abs(modes(k)%partner_growth - minval(exponents)) < merge(1.0_dp, 1.0e-8_dp, k == 1), more="partner")
+      if (allocated(error)) return
+    end do
+  end subroutine test_real
+
+end module test_campbell_exponents
