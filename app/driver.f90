@@ -27,6 +27,7 @@ module driver
   use over_modes, only: run_over_modes
   use plotting, only: draw_pictures, find_gnuplot
   use resonating, only: run_resonance
+  use sensing, only: run_sensitivity
   use single_machine, only: run_single, single_results_type
   use sweeping, only: compute_tiles, open_sweep
   use gestell_study_boundary_task, only: border_results_type
@@ -89,7 +90,7 @@ contains
     if (code == 0 .and. allocated(failure)) call move_alloc(failure, error)
   end subroutine run
 
-  !> Borders, and what is asked over the speed.
+  !> Sensitivity, borders, and what is asked over the speed.
   subroutine run_others(configuration, folder, preamble, summary, console, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: folder, preamble(:)
@@ -99,6 +100,11 @@ contains
     type(border_results_type) :: borders
     character(len=:), allocatable :: report
 
+    if (configuration%sensitivity) then
+      call run_sensitivity(configuration, folder, preamble, report, error)
+      if (allocated(error)) return
+      call console%say(report)
+    end if
     associate (plan => configuration%plan)
       if (configuration%boundary) then
         call run_borders(configuration, folder, preamble, borders, error)

@@ -49,6 +49,7 @@ program main
   use test_probes, only: collect_probes
   use test_resonance_curve, only: collect_resonance_curve
   use test_rows, only: collect_rows
+  use test_sensitivity, only: collect_sensitivity
   use test_set, only: collect_set
   use test_spectra, only: collect_spectra
   use test_spectra_edges, only: collect_spectra_edges
@@ -118,6 +119,7 @@ program main
     & new_testsuite("tracking", collect_campbell_tracking), &
     & new_testsuite("critical", collect_campbell_critical), &
     & new_testsuite("resonance-curve", collect_resonance_curve), &
+    & new_testsuite("sensitivity", collect_sensitivity), &
     & new_testsuite("sweep", collect_sweep), &
     & new_testsuite("campaign", collect_campaign), &
     & new_testsuite("peaks", collect_peaks), &

@@ -13,6 +13,7 @@ module gestell_io_configuration
   use gestell_io_message, only: input_error
   use gestell_io_quantities, only: read_probes, read_quantities
   use gestell_io_schema, only: input_schema, schema_type
+  use gestell_io_sensitivity, only: read_sensitivity, sensitivity_plan_type
   use gestell_io_sweep, only: read_borders, read_sweep, read_speeds, sweep_plan_type
   use gestell_io_units, only: find_unit, unit_names, unit_type, units_type
   use gestell_model_frame, only: frame_type
@@ -46,6 +47,8 @@ module gestell_io_configuration
     type(quantity_type), allocatable :: quantities(:), sensitive(:)
     integer :: orders = 6
     type(sweep_plan_type), allocatable :: plan
+    !> What sensitivity is to.
+    type(sensitivity_plan_type), allocatable :: sensitivity_plan
     !> The input as it was typed, and its units.
     type(document_type) :: document
     type(units_type) :: units
@@ -91,6 +94,11 @@ contains
     call read_probes(doc, configuration%units, configuration%probes, error)
     if (.not. allocated(error) .and. .not. allocated(configuration%impossible)) call read_wanted(doc, configuration, error)
     if (allocated(error)) return
+    if (configuration%sensitivity) then
+      allocate(configuration%sensitivity_plan)
+      call read_sensitivity(doc, schema, configuration%units, configuration%sensitivity_plan, error)
+      if (allocated(error)) return
+    end if
     if (.not. (configuration%sweep .or. configuration%boundary .or. configuration%over_speed())) return
     allocate(configuration%plan)
     call read_sweep(doc, schema, configuration%units, configuration%plan, error)

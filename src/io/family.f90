@@ -18,7 +18,7 @@ module gestell_io_family
   implicit none (type, external)
   private
 
-  public :: moves_mechanism, new_document_family
+  public :: moves_mechanism, new_document_family, new_relative_family
 
   !> A number of the document that a parameter stands for.
   type :: place_type
@@ -33,6 +33,8 @@ module gestell_io_family
     type(units_type) :: units
     character(len=:), allocatable :: paths(:)
     type(place_type), allocatable :: places(:)
+    !> Whether the parameters are changes of the numbers in their places, relative to what the document says.
+    logical :: relative = .false.
     !> Where no parameter touches the mechanism: it, turned once, and why it cannot turn.
     class(mechanism_type), allocatable :: mechanism
     type(error_type), allocatable :: impossible
@@ -57,10 +59,51 @@ contains
     real(dp), intent(in) :: start(:)
     type(error_type), allocatable, intent(out) :: error
     integer :: k
+
+    call begin(family, doc, units, paths, error)
+    if (allocated(error)) return
+    do k = 1, size(paths)
+      call set_path_real(family%doc, schema, trim(paths(k)), start(k), error)
+      if (allocated(error)) return
+    end do
+    do k = 1, size(paths)
+      call add_places(family, schema, k, error)
+      if (allocated(error)) return
+    end do
+  end subroutine new_document_family
+
+  !> The family in which each parameter is the relative change of all numbers that its path names: 0 is the document's own
+  !> machine. Numbers that the document does not give stay as they are. Errors: a path that names nothing; a mechanism that
+  !> makes no sense.
+  subroutine new_relative_family(family, doc, schema, units, paths, error)
+    type(document_family_type), intent(out) :: family
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(units_type), intent(in) :: units
+    character(len=*), intent(in) :: paths(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+
+    call begin(family, doc, units, paths, error)
+    family%relative = .true.
+    do k = 1, size(paths)
+      if (.not. allocated(error)) call add_places(family, schema, k, error)
+    end do
+  end subroutine new_relative_family
+
+  !> What is the same in both: the groups that are read again, and the mechanism where it stays.
+  subroutine begin(family, doc, units, paths, error)
+    type(document_family_type), intent(inout) :: family
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    character(len=*), intent(in) :: paths(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
     logical :: moves
 
     family%units = units
     family%paths = paths
+    allocate(family%places(0))
     moves = any([(moves_mechanism(paths(k)), k = 1, size(paths))])
     if (.not. moves) then
       call read_mechanism(doc, units, family%mechanism, error)
@@ -72,16 +115,7 @@ contains
       end if
     end if
     call select_groups(doc, moves, family%doc)
-    do k = 1, size(paths)
-      call set_path_real(family%doc, schema, trim(paths(k)), start(k), error)
-      if (allocated(error)) return
-    end do
-    allocate(family%places(0))
-    do k = 1, size(paths)
-      call add_places(family, schema, k, error)
-      if (allocated(error)) return
-    end do
-  end subroutine new_document_family
+  end subroutine begin
 
   !> Whether a path names a key of the mechanism.
   pure logical function moves_mechanism(path)
@@ -125,6 +159,7 @@ contains
     if (allocated(error)) return
     do i = 1, size(target%groups)
       e = find_entry(family%doc%groups(target%groups(i)), target%key)
+      if (e == 0) cycle
       do v = 1, size(family%doc%groups(target%groups(i))%entries(e)%values)
         if (target%element > 0 .and. v /= target%element) cycle
         family%places = [family%places, place_type(k, target%groups(i), e, v)]
@@ -193,7 +228,13 @@ contains
     doc = self%doc
     do i = 1, size(self%places)
       associate (p => self%places(i))
-        doc%groups(p%group)%entries(p%entry)%values(p%element)%number = parameters(p%parameter)
+        associate (number => doc%groups(p%group)%entries(p%entry)%values(p%element)%number)
+          if (self%relative) then
+            number = number * (1 + parameters(p%parameter))
+          else
+            number = parameters(p%parameter)
+          end if
+        end associate
       end associate
     end do
   end subroutine set_numbers
@@ -211,7 +252,7 @@ contains
     do i = 1, size(self%places)
       associate (p => self%places(i))
         associate (value => doc%groups(p%group)%entries(p%entry)%values(p%element))
-          value%text = concise(parameters(p%parameter))
+          value%text = concise(value%number)
           value%origin = trim(self%paths(p%parameter)) // " = " // value%text
         end associate
       end associate

@@ -23,7 +23,7 @@ contains
     type(findings_type), intent(in) :: findings
     integer, intent(in) :: harmonics
     type(error_type), allocatable, intent(out) :: error
-    character(len=16) :: names(size(findings%places))
+    character(len=24) :: names(size(findings%places))
     logical :: turns(size(findings%places))
     integer :: i
 

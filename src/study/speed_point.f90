@@ -18,7 +18,7 @@ module gestell_study_speed_point
   implicit none (type, external)
   private
 
-  public :: solve_speed_point
+  public :: solve_member, solve_speed_point
 
   !> What is wanted at every speed.
   type, public :: speed_order_type
@@ -65,12 +65,23 @@ contains
     type(speed_order_type), intent(in) :: order
     type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
+
+    call solve_member(family, [speed], order, point, error)
+    point%speed = speed
+  end subroutine solve_speed_point
+
+  !> The same at any parameters; `speed` stays open.
+  subroutine solve_member(family, parameters, order, point, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: parameters(:)
+    type(speed_order_type), intent(in) :: order
+    type(speed_point_type), intent(out) :: point
+    type(error_type), allocatable, intent(out) :: error
     class(periodic_system), allocatable :: system
 
-    point%speed = speed
     allocate(point%values(3 + order%orders, size(order%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
     allocate(point%strongest(size(order%names)), source=0)
-    call family%member([speed], system, error)
+    call family%member(parameters, system, error)
     if (allocated(error)) then
       if (error%code /= impossible_mechanism) return
       deallocate(error)
@@ -83,7 +94,7 @@ contains
     class default
       call fatal_error(error, "only a frame has a resonance curve", invalid_input)
     end select
-  end subroutine solve_speed_point
+  end subroutine solve_member
 
   subroutine solve_frame(frame, order, point, error)
     type(frame_type), intent(in) :: frame

@@ -32,6 +32,7 @@ from mechanisms import MECHANISM_TESTS  # noqa: E402
 from plots import PLOT_TESTS  # noqa: E402
 from report import REPORT_TESTS  # noqa: E402
 from resonance import RESONANCE_TESTS  # noqa: E402
+from sensitivity import SENSITIVITY_TESTS  # noqa: E402
 from sweeps import SWEEP_TESTS, write_sweep_golden  # noqa: E402
 from ways import WAYS_TESTS  # noqa: E402
 
@@ -592,7 +593,7 @@ def main():
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS,
                      *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS,
-                     *RESONANCE_TESTS):
+                     *RESONANCE_TESTS, *SENSITIVITY_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)
