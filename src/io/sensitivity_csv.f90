@@ -3,6 +3,7 @@ module gestell_io_sensitivity_csv
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_io_csv, only: field, write_table
+  use gestell_io_plot_sensitivity, only: plot_sensitivity
   use gestell_model_quantity, only: quantity_type
   use gestell_study_sensitivity, only: sensitivity_base_type, sensitivity_type
   implicit none (type, external)
@@ -12,8 +13,8 @@ module gestell_io_sensitivity_csv
 
 contains
 
-  !> Writes by how much the peaks of `quantities` change with the numbers of `paths` into `folder`; `preamble` heads the file.
-  !> Error: it cannot be written.
+  !> Writes by how much the peaks of `quantities` change with the numbers of `paths` into `folder`, with a script for gnuplot;
+  !> `preamble` heads the file. Error: one cannot be written.
   subroutine write_sensitivity(folder, preamble, quantities, paths, base, found, error)
     character(len=*), intent(in) :: folder, preamble(:), paths(:)
     type(quantity_type), intent(in) :: quantities(:)
@@ -42,6 +43,7 @@ contains
     end do
     call write_table(folder, "sensitivity.csv", preamble, "quantity,unit,parameter,peak,peak_change_percent_per_percent," &
       & // "peak_change_error,rms,rms_change_percent_per_percent,rms_change_error,state", values, error, labels=labels, tails=tails)
+    if (.not. allocated(error)) call plot_sensitivity(folder, preamble, quantities, paths, found, error)
   end subroutine write_sensitivity
 
 end module gestell_io_sensitivity_csv

@@ -223,6 +223,18 @@ def test_over_speed():
                         check(f"modes over the speed, {what}, {word}", word in texts["campbell"], word, texts["campbell"])
 
 
+def test_sensitivity():
+    probe = "&probe name='it''s {x}_1', position=0,0 /\n"
+    for what, groups in {"usual": "", "one": "&sensitivity parameters='frame.mass', quantities='f' /\n",
+                         "zero": "&sensitivity quantities='guide.fx' /\n",
+                         "names": "&sensitivity quantities='xi','probe(it''s {x}_1).v' /\n" + probe}.items():
+        with Folder(input=SOUND.replace("'stability', 'response'", "'sensitivity'") + groups) as folder:
+            if Run(folder, "-q", "input.nml").done(f"sensitivity, {what}"):
+                texts = drawn(f"sensitivity, {what}", folder / "input").get("sensitivity", "")
+                for word in ["frame.mass", "change of the peak (%)"] + (["probe(it's {x}_1).v"] if what == "names" else []):
+                    check(f"sensitivity, {what}, {word}", not GNUPLOT or word in texts, word, texts)
+
+
 def test_drawing():
     """The links keep their lengths, the crank its angle; SOUND's machine, with numbers of its input."""
     with Folder(input=ALL.replace("'stability', 'modes', 'response', 'drawing'", "'drawing'"), given=MASS_FUNCTIONS) as folder:
@@ -316,4 +328,4 @@ def test_trade():
 
 
 PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_sweeps, test_borders, test_findings, test_over_speed,
-              test_drawing, test_plot_option, test_no_gnuplot, test_trade)
+              test_sensitivity, test_drawing, test_plot_option, test_no_gnuplot, test_trade)
