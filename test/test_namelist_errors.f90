@@ -102,7 +102,7 @@ contains
     call refused(error, "&frame mass=1.5 2.5/", "in.nml:1: &frame: mass = 1.5, 2.5: takes 1 value, has 2")
     call refused(error, "&frame origin=2000000000*1, 2000000000*1/", "in.nml:1: &frame: origin = 2000000000*1, " &
       // "2000000000*1: takes 2 values, has more than 1000000")
-    call refused(error, "&case tasks=11*'a'/", "in.nml:1: &case: tasks = 11*'a': takes at most 10 values, has 11")
+    call refused(error, "&case tasks=21*'a'/", "in.nml:1: &case: tasks = 21*'a': takes at most 20 values, has 21")
     call refused(error, "&joint name='A' type='ground'/ &frame/", "in.nml: the group &drive is missing")
     call refused(error, "&drive speed_rpm=1/", "in.nml: the group &frame is missing")
     call refused(error, "&drive/" // one_joint // "&frame/", "in.nml:1: &drive: speed_rpm: must be given")

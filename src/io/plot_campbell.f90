@@ -28,7 +28,7 @@ contains
     integer, intent(in) :: orders
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: lines, frequencies, dampings
-    real(dp), allocatable :: damping(:)
+    real(dp), allocatable :: damping(:), shown(:)
     real(dp) :: speeds(size(campbell%points)), top
     logical :: told(campbell%modes)
     integer :: i, k
@@ -55,6 +55,13 @@ contains
     do k = 1, orders
       frequencies = frequencies // ", " // text(k) // " * abs(x) / 60 with lines lt 8 dt 1 lw 0.8 notitle"
     end do
+    ! Half orders only where something happens on them.
+    allocate(shown(0))
+    do i = 1, size(crossings)
+      if (.not. abs(crossings(i)%order - anint(crossings(i)%order)) > 0 .or. any(.not. abs(shown - crossings(i)%order) > 0)) cycle
+      shown = [shown, crossings(i)%order]
+      frequencies = frequencies // ", " // concise(shown(size(shown)), 4) // " * abs(x) / 60 with lines lt 8 dt 3 lw 0.8 notitle"
+    end do
     do k = 1, campbell%modes
       if (.not. told(k)) cycle
       frequencies = frequencies // curve(k, campbell%modes, "column('frequency_Hz')", .true.)
@@ -66,10 +73,13 @@ contains
     if (size(crossings) > 0) frequencies = frequencies // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz' with points lt 7 " &
       & // "pt 6 ps 1 title 'crossing'"
     lines = layout_line(3, 1, heading(preamble, "Campbell diagram")) // "set xrange " // sweep_of(speeds) // newline &
-      & // "set lmargin screen 0.1; set tmargin screen 0.87; set bmargin screen 0.42" // newline // key_line(.true.) &
+      & // "set lmargin screen 0.1; set rmargin screen 0.97; set tmargin screen 0.87; set bmargin screen 0.42" // newline &
+      & // key_line(.true.) &
       & // "set format x ''; set yrange [0:" // concise(top, 6) // "]; set ylabel 'frequency (Hz)'" // newline &
-      & // order_names(speeds, top, orders) // frequencies // newline // "unset label" // newline &
-      & // "set tmargin screen 0.37; set bmargin screen 0.1" // newline // key_line(.false.) &
+      & // order_names(speeds, top, [shown, [(real(k, dp), k = 1, orders)]]) // frequencies // newline &
+      & // "unset label" // newline &
+      & // "set lmargin screen 0.1; set rmargin screen 0.97; set tmargin screen 0.37; set bmargin screen 0.1" // newline &
+      & // key_line(.false.) &
       & // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // span(damping) // "; set ylabel 'damping (%)'" // newline &
       & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1" // newline // dampings // newline &
       & // "unset multiplot" // newline // "unset output" // newline
@@ -106,19 +116,18 @@ contains
 
   !> The numbers of the orders where their lines leave the picture.
   pure function order_names(speeds, top, orders) result(lines)
-    real(dp), intent(in) :: speeds(:), top
-    integer, intent(in) :: orders
+    real(dp), intent(in) :: speeds(:), top, orders(:)
     character(len=:), allocatable :: lines
     real(dp) :: fastest, at
     integer :: k
 
     fastest = speeds(maxloc(abs(speeds), dim=1))
     lines = ""
-    do k = 1, min(orders, most_named)
-      at = min(abs(fastest), 0.95_dp * top * 60 / k)
+    do k = 1, min(size(orders), most_named)
+      at = min(abs(fastest), 0.95_dp * top * 60 / orders(k))
       if (at < minval(abs(speeds))) cycle
-      lines = lines // "set label " // text(k) // " '" // text(k) // "×' at " // concise(sign(at, fastest), 7) // "," &
-        & // concise(k * at / 60, 7) // " right offset -0.5,0 font ',12' textcolor rgb '#666666' front" // newline
+      lines = lines // "set label " // text(k) // " '" // concise(orders(k), 4) // "×' at " // concise(sign(at, fastest), 7) &
+        & // "," // concise(orders(k) * at / 60, 7) // " right offset -0.5,0 font ',12' textcolor rgb '#666666' front" // newline
     end do
   end function order_names
 

@@ -54,6 +54,8 @@ contains
       do i = 1, size(frame%free)
         report = report // " " // trim(freedom_names(frame%free(i)))
       end do
+      if (.not. any(abs(frame%stiffness(frame%free, frame%free)) > 0)) report = report // newline // "  mounting   none: " // &
+        & "no &support and no stiffness of the &foundation holds the frame"
       report = report // newline // "  drive      " // concise(abs(frame%speed) * 30 / pi) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
         & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline

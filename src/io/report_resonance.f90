@@ -101,7 +101,7 @@ contains
     type(maximum_type), intent(in) :: maximum
     character(len=:), allocatable :: line
 
-    line = padded(concise(maximum%speed, 9), 16) // padded(concise(maximum%value, 6), 16)
+    line = padded(concise(maximum%speed, 7), 16) // padded(concise(maximum%value, 6), 16)
     if (ieee_is_nan(maximum%width)) then
       line = line // padded("-", 12) // padded("-", 12)
     else
