@@ -95,7 +95,8 @@ def critical_speeds(folder):
     refined without knowledge of them, one for one; and doc/validation.md has them."""
     speeds = {}
     for row in table(folder / "khang_speeds/critical.csv"):
-        if row["outcome"] == "peak":
+        # Without a peak of the force there is NaN.
+        if row["outcome"] == "peak" and float(row["force_N"]) > 0:
             speeds[float(row["force_speed_rpm"])] = row
     # Maxima that stand out by 5 % are listed there: at least those that matter here.
     maxima = [row for row in table(folder / "khang_speeds/peaks.csv") if row["quantity"] == "f"]

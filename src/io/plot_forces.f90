@@ -29,7 +29,7 @@ contains
 
     do i = 1, size(names)
       names(i) = findings%places(i)%name
-      if (scan(names(i), "0123456789") == 1) names(i) = "support " // names(i)
+      if (scan(names(i), "0123456789") == 1) names(i) = "support " // findings%places(i)%name
       turns(i) = findings%places(i)%turns
     end do
     call plot_places(folder, preamble, names, error)

@@ -40,7 +40,8 @@ contains
     integer :: i
 
     call extremes(skeleton, frame, low, high)
-    extent = maxval(high - low)
+    ! the size of symbols: of a long machine less than its length
+    extent = min(maxval(high - low), max(2 * minval(high - low), 0.3_dp * maxval(high - low)))
     if (.not. extent > 0) extent = 1
     do i = 1, size(at_origin)
       at_origin(i) = skeleton%grounded(i) .and. norm2(skeleton%joints(:, i, 1) - frame%origin) < 1.0e-6_dp * extent
@@ -55,7 +56,7 @@ contains
       high(i) = max(high(i), maxval(hull(i, :)), maxval(mounts%points(i, :)))
     end do
     across = span([low(1), high(1)])
-    upward = span([low(2), high(2)])
+    upward = span([low(2), high(2) + 0.05_dp * extent])
     lines = "set title " // heading(preamble, "The mechanism through a turn, bold at a crank angle of " &
       & // text(nint(sign(1.0_dp, frame%speed)) * bold) // " deg") // " noenhanced" // newline &
       & // "row = " // text(bold) // newline &
@@ -71,7 +72,7 @@ contains
       & // centers(skeleton) // pins(skeleton) // names(linkage, skeleton, at_origin) // key(linkage, skeleton) // newline &
       & // "unset output" // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
-    call write_script(folder, "mechanism", lines, error, width=800, height=nint(min(max(pixels, 420.0_dp), 950.0_dp)))
+    call write_script(folder, "mechanism", lines, error, width=800, height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end subroutine plot_mechanism
 
   !> The box around all that moves, F and the supports.

@@ -96,15 +96,17 @@ contains
     type(drawing_type), intent(inout) :: drawing
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: middle(2), length
-    real(dp) :: along(2), across(2), aside
+    real(dp) :: along(2), across(2), aside, offset
     logical :: spring, damper
-    integer :: axis
+    integer :: axis, main
 
     do axis = 1, 2
       along = [cos(support%angle), sin(support%angle)]
       if (axis == 2) along = [-along(2), along(1)]
-      if (abs(dot_product(support%position - middle, along)) > 0.01_dp * length) then
-        along = along * sign(1.0_dp, dot_product(support%position - middle, along))
+      main = maxloc(abs(along), dim=1)
+      offset = support%position(main) - middle(main)
+      if (abs(offset) > 0.01_dp * length) then
+        along = along * sign(1.0_dp, offset * along(main))
       else if (along(2) > 0.5_dp) then
         along = -along
       end if
