@@ -112,6 +112,19 @@ def critical_speeds(folder):
         check(f"doc/validation.md: {line}", line in text("doc/validation.md"))
 
 
+def readme_pictures(gestell, folder):
+    """The script that makes the README's pictures makes all of them."""
+    if not shutil.which("gnuplot"):
+        return
+    (folder / "pictures").mkdir()
+    done = program("bash", ROOT / "doc/pictures/make.sh", gestell, folder / "pictures", where=folder)
+    made = {path.name for path in (folder / "pictures").iterdir()}
+    shown = set(re.findall(r'src="doc/pictures/([\w.]+)"', text("README.md")))
+    check("README: pictures", done.returncode == 0 and made == shown, (made, shown, done.stderr))
+    for name in shown:
+        check(f"README: {name} is there", (ROOT / "doc/pictures" / name).exists())
+
+
 def options(gestell):
     shown = set(re.findall(r"--[a-z-]+", program(gestell, "--help").stdout))
     described = set(re.findall(r"--[a-z-]+", "".join(blocks("doc/input.md", "text"))))
@@ -235,6 +248,7 @@ def main():
         gestell = folder / "home/.local/bin/gestell"
         excerpts(gestell, folder)
         critical_speeds(folder)
+        readme_pictures(gestell, folder)
         options(gestell)
         columns(gestell, folder)
         for page in PAGES:
