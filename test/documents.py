@@ -95,10 +95,9 @@ def critical_speeds(folder):
     refined without knowledge of them, one for one; and doc/validation.md has them."""
     speeds = {}
     for row in table(folder / "khang_speeds/critical.csv"):
-        # Without a peak of the force there is NaN.
-        if row["outcome"] == "peak" and float(row["force_N"]) > 0:
+        # Both lists have what stands out by 5 %; without a peak of the force there is NaN.
+        if row["outcome"] == "peak" and float(row["force_prominence"]) > 1.05:
             speeds[float(row["force_speed_rpm"])] = row
-    # Maxima that stand out by 5 % are listed there: at least those that matter here.
     maxima = [row for row in table(folder / "khang_speeds/peaks.csv") if row["quantity"] == "f"]
     check("critical speeds: as many as direct peaks", len(speeds) == len(maxima), (len(speeds), len(maxima)))
     for row in maxima:

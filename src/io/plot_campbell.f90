@@ -73,12 +73,12 @@ contains
     if (size(crossings) > 0) frequencies = frequencies // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz' with points lt 7 " &
       & // "pt 6 ps 1 title 'crossing'"
     lines = layout_line(3, 1, heading(preamble, "Campbell diagram")) // "set xrange " // sweep_of(speeds) // newline &
-      & // "set lmargin screen 0.1; set rmargin screen 0.97; set tmargin screen 0.87; set bmargin screen 0.42" // newline &
+      & // "set lmargin screen 0.13; set rmargin screen 0.97; set tmargin screen 0.87; set bmargin screen 0.42" // newline &
       & // key_line(.true.) &
       & // "set format x ''; set yrange [0:" // concise(top, 6) // "]; set ylabel 'frequency (Hz)'" // newline &
       & // order_names(speeds, top, [shown, [(real(k, dp), k = 1, orders)]]) // frequencies // newline &
       & // "unset label" // newline &
-      & // "set lmargin screen 0.1; set rmargin screen 0.97; set tmargin screen 0.37; set bmargin screen 0.1" // newline &
+      & // "set lmargin screen 0.13; set rmargin screen 0.97; set tmargin screen 0.37; set bmargin screen 0.1" // newline &
       & // key_line(.false.) &
       & // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // span(damping) // "; set ylabel 'damping (%)'" // newline &
       & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1" // newline // dampings // newline &
