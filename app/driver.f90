@@ -16,7 +16,7 @@ module driver
   use gestell_io_namelist, only: read_document
   use gestell_io_path, only: set_value
   use gestell_io_plot_sweep, only: plot_sweep
-  use gestell_io_report, only: report_machine
+  use gestell_io_report, only: report_frequencies, report_machine
   use gestell_io_report_borders, only: report_borders, report_search
   use gestell_io_report_mechanism, only: report_mechanism
   use gestell_io_report_sweep, only: report_grid, report_sweep
@@ -84,7 +84,7 @@ contains
     if (options%plot .or. options%report) call draw(options, configuration, folder, console, error)
     if (options%report .and. .not. allocated(error)) call write_html(folder, configuration%result_names(single%vibrates, &
       & .not. allocated(configuration%impossible)), configuration, options%input, settings_of(options), trim(single%verdict), &
-      & console%said, error)
+      & console%said, error, single%limits)
     if (allocated(error)) return
     ! The verdict stands even where the vibration could not be computed.
     if (code == 0 .and. allocated(failure)) call move_alloc(failure, error)
@@ -131,7 +131,8 @@ contains
     type(configuration_type), intent(in) :: configuration
     type(console_type), intent(inout) :: console
 
-    if (.not. allocated(configuration%impossible)) call console%say(report_mechanism(configuration%frame))
+    if (.not. allocated(configuration%impossible)) call console%say(report_mechanism(configuration%frame) &
+      & // report_frequencies(configuration%frame))
     if (configuration%sweep) call console%say(report_grid(configuration%plan))
     if (configuration%boundary) call console%say(report_search(configuration%plan))
     call console%say(newline // "The input is sound; nothing more was computed (--check)." // newline)
@@ -182,8 +183,9 @@ contains
     associate (tasks => configuration%tasks)
       if ((options%in_parts .or. options%merge) .and. .not. configuration%sweep) then
         call fatal_error(error, "--part and --merge need the task 'sweep'", wrong_usage)
-      else if (options%one_line .and. .not. (configuration%sweep .or. tasks%stability .or. tasks%modes .or. tasks%response)) then
-        call fatal_error(error, "--one-line needs a task 'stability', 'modes', 'response' or 'sweep'", wrong_usage)
+      else if (options%one_line .and. .not. (configuration%sweep .or. tasks%stability .or. tasks%modes .or. tasks%vibration())) then
+        call fatal_error(error, "--one-line needs a task 'stability', 'modes', 'response', 'forces', 'power' or 'sweep'", &
+          & wrong_usage)
       end if
     end associate
     if (allocated(error) .or. .not. options%fail_if_unstable) return

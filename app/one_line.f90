@@ -3,10 +3,13 @@ module one_line
   use cli, only: setting_type
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
   use gestell_io_configuration, only: configuration_type
   use gestell_io_sweep_csv, only: case_lines, header, rows
   use gestell_io_sweep_summary, only: summary_type
   use gestell_study_analysis, only: analysis_type
+  use gestell_study_findings, only: findings_type
+  use gestell_study_ground, only: whole_force
   use gestell_study_point, only: verdict_number
   use gestell_study_tile_results, only: eta_peak, log_rho_max, psi_peak, rho_error, rho_max, sweep_columns, verdict, xi_peak
   use sweeping, only: compute_all
@@ -32,13 +35,17 @@ module one_line
 
 contains
 
-  !> The machine of the input: what was set, then the columns of sweep.csv that its tasks ask for.
+  !> The machine of the input: what was set, the columns of sweep.csv that its tasks ask for, and what else they do: peaks of
+  !> the forces, the velocity at probes in their bands, the torque's peak.
   !> Error: it cannot be written.
-  subroutine print_case(settings, configuration, analysis, error)
+  subroutine print_case(settings, configuration, analysis, findings, error)
     type(setting_type), intent(in) :: settings(:)
     type(configuration_type), intent(in) :: configuration
     type(analysis_type), intent(in) :: analysis
+    type(findings_type), intent(in) :: findings
     type(error_type), allocatable, intent(out) :: error
+    character(len=96), allocatable :: names(:)
+    real(dp), allocatable :: others(:)
     real(dp) :: values(sweep_columns)
     logical :: columns(sweep_columns)
     character(len=:), allocatable :: assignments(:)
@@ -63,8 +70,40 @@ contains
       end associate
     end if
     if (allocated(analysis%vibration)) values([xi_peak, eta_peak, psi_peak]) = analysis%vibration%peak(:3)
-    call put(case_lines(assignments, columns, values), error)
+    call other_columns(configuration, findings, names, others)
+    call put(case_lines(assignments, columns, values, names, others), error)
   end subroutine print_case
+
+  !> The columns that do not stand in sweep.csv; NaN where there is no vibration.
+  subroutine other_columns(configuration, findings, names, others)
+    type(configuration_type), intent(in) :: configuration
+    type(findings_type), intent(in) :: findings
+    character(len=96), allocatable, intent(out) :: names(:)
+    real(dp), allocatable, intent(out) :: others(:)
+    integer :: forces, probes, drives, i
+
+    forces = merge(1 + size(configuration%frame%supports), 0, configuration%forces)
+    probes = merge(size(configuration%probes), 0, configuration%tasks%response)
+    drives = merge(1, 0, configuration%power)
+    allocate(names(forces + probes + drives))
+    allocate(others(size(names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
+    if (forces > 0) names(1) = "f_peak_N"
+    do i = 1, forces - 1
+      names(1 + i) = "support(" // text(i) // ").f_peak_N"
+    end do
+    do i = 1, probes
+      names(forces + i) = "probe(" // trim(configuration%probes(i)%name) // ").v_band_mm_s"
+    end do
+    if (drives > 0) names(size(names)) = "torque_peak_Nm"
+    if (allocated(findings%places)) then
+      others(1) = findings%places(size(findings%places))%statistics(whole_force)%peak
+      do i = 1, forces - 1
+        others(1 + i) = findings%places(i)%statistics(whole_force)%peak
+      end do
+    end if
+    if (allocated(findings%watched)) others(forces + 1:forces + probes) = 1000 * findings%watched%greatest
+    if (allocated(findings%drive)) others(size(others)) = findings%drive%actual%peak
+  end subroutine other_columns
 
   !> All points of a sweep, in the grid's order. Errors: they could not be computed; they cannot be written.
   subroutine print_sweep(configuration, summary, error)

@@ -53,7 +53,7 @@ contains
     if (allocated(error) .or. .not. configuration%critical) return
     call write_critical(folder, preamble, critical, error)
     if (.not. allocated(error)) call plot_critical(folder, preamble, critical, error)
-    report = report // report_critical(critical)
+    report = report // report_critical(critical, configuration%orders)
   end subroutine run_over_modes
 
 end module over_modes

@@ -10,6 +10,7 @@ module single_machine
   use gestell_io_mechanism_csv, only: write_mechanism
   use gestell_io_report, only: report_results
   use gestell_io_report_mechanism, only: report_transmission
+  use gestell_io_report_probes, only: limits_told
   use gestell_io_report_trade, only: report_model, report_trade
   use gestell_io_results, only: write_results, write_trade
   use gestell_study_analysis, only: analyse, analysis_type
@@ -28,6 +29,8 @@ module single_machine
     !> Its verdict, empty where it was not asked for; whether it has a vibration.
     character(len=10) :: verdict = ""
     logical :: vibrates = .false.
+    !> What is said of the probes with a limit.
+    character(len=:), allocatable :: limits(:)
   end type single_results_type
 
   !> Seconds that measuring the trade may take, about.
@@ -61,13 +64,14 @@ contains
     end if
     if (allocated(analysis%multipliers)) results%verdict = analysis%multipliers%verdict()
     results%vibrates = allocated(analysis%vibration)
-    if (options%one_line) then
-      if (.not. configuration%sweep) call print_case(options%settings, configuration, analysis, error)
-      return
-    end if
     if (allocated(analysis%vibration)) call find(configuration%frame, analysis%vibration, &
       & configuration%probes(:merge(size(configuration%probes), 0, configuration%tasks%response)), configuration%forces, &
       & configuration%power, findings)
+    if (allocated(findings%watched)) results%limits = limits_told(findings%watched)
+    if (options%one_line) then
+      if (.not. configuration%sweep) call print_case(options%settings, configuration, analysis, findings, error)
+      return
+    end if
     if (.not. console%silent .or. options%report) then
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return

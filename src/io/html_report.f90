@@ -54,12 +54,14 @@ module gestell_io_html_report
 contains
 
   !> Writes report.html into `folder` from the files `names` (without ending) that this run left there, with their pictures
-  !> where there are some. `report`: the report for people; `verdict`: stable, unstable, undecided or empty.
+  !> where there are some. `report`: the report for people; `verdict`: stable, unstable, undecided or empty; `limits`: what is said
+  !> of probes with a limit.
   !> Error: it cannot be written.
-  subroutine write_html(folder, names, configuration, input, settings, verdict, report, error)
+  subroutine write_html(folder, names, configuration, input, settings, verdict, report, error, limits)
     character(len=*), intent(in) :: folder, names(:), input, settings(:), verdict, report
     type(configuration_type), intent(in) :: configuration
     type(error_type), allocatable, intent(out) :: error
+    character(len=*), intent(in), optional :: limits(:)
     type(growing_table_type) :: page
     character(len=:), allocatable :: title
     integer :: i
@@ -70,6 +72,12 @@ contains
     if (allocated(error)) return
     call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
       & // ", input " // escaped(input) // "</p>" // newline // banner(verdict, report), error)
+    if (present(limits)) then
+      do i = 1, size(limits)
+        if (.not. allocated(error)) call page%append("<p class=""verdict " // colour(limits(i)) // """>" &
+          & // escaped(trim(limits(i))) // "</p>" // newline, error)
+      end do
+    end if
     do i = 1, size(parts)
       if (allocated(error)) return
       if (any(names == parts(i)%name)) call page%append(section(folder, parts(i)), error)
@@ -79,6 +87,20 @@ contains
       & // newline // tail(), error)
     if (.not. allocated(error)) call page%complete(error)
   end subroutine write_html
+
+  !> How a sentence on a limit is marked.
+  pure function colour(sentence) result(name)
+    character(len=*), intent(in) :: sentence
+    character(len=:), allocatable :: name
+
+    if (index(sentence, ", WITHIN the limit") > 0) then
+      name = "stable"
+    else if (index(sentence, ", ABOVE the limit") > 0) then
+      name = "unstable"
+    else
+      name = "undecided"
+    end if
+  end function colour
 
   !> The verdict in the words of the report.
   pure function banner(verdict, report) result(words)

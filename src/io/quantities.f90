@@ -63,8 +63,8 @@ contains
       & error)
   end subroutine read_band
 
-  !> The key `quantities` of a group, or those that are usual: the force on the ground, and with `coordinates` the free
-  !> coordinates before it. Error: no such quantity, or one that is named twice.
+  !> The key `quantities` of a group, or those that are usual: the force on the ground, with `coordinates` the free ones before
+  !> it, else the velocity of probes with a limit. Error: no such quantity, or one that is named twice.
   subroutine read_quantities(doc, name, frame, probes, coordinates, quantities, error)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -75,17 +75,24 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
     type(group_type) :: group
-    character(len=word_length), allocatable :: names(:)
+    character(len=word_length), allocatable :: given(:)
+    character(len=80), allocatable :: names(:)
     integer :: i
 
     group = the_group(doc, name)
     if (has(group, "quantities")) then
-      call get(group, "quantities", names, error)
+      call get(group, "quantities", given, error)
       if (allocated(error)) return
+      names = given
     else if (coordinates) then
-      names = [character(len=word_length) :: freedom_names(frame%free), "f"]
+      names = [character(len=80) :: freedom_names(frame%free), "f"]
     else
-      names = [character(len=word_length) :: "f"]
+      allocate(names(1 + count(probes%limit > 0)))
+      names(1) = "f"
+      names(2:) = pack(probes%name, probes%limit > 0)
+      do i = 2, size(names)
+        names(i) = "probe(" // trim(names(i)) // ").v"
+      end do
     end if
     allocate(quantities(size(names)))
     do i = 1, size(names)

@@ -1,5 +1,6 @@
 !> The report for people: what an engineer wants to read first.
 module gestell_io_report
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
   use gestell_base_version, only: version
@@ -17,13 +18,15 @@ module gestell_io_report
   implicit none (type, external)
   private
 
-  public :: report_machine, report_results
+  public :: report_frequencies, report_machine, report_results
 
   character, parameter :: newline = new_line("a")
   !> Speeds closer than this, relative, are called near.
   real(dp), parameter :: near = 0.03_dp
   !> Orders above this hardly shake: nearness to them is not worth a word.
   real(dp), parameter :: highest_order = 50
+  !> rad: the cosine of a greater angle is off by more than half a per cent.
+  real(dp), parameter :: small_turn = 0.1_dp
 
 contains
 
@@ -63,6 +66,24 @@ contains
         & "the turn; the full load h(t)" // newline
     end associate
   end function report_machine
+
+  !> The natural frequencies in one line; nothing where they cannot be told.
+  function report_frequencies(frame) result(line)
+    type(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: line
+    real(dp), allocatable :: frequencies(:)
+    type(error_type), allocatable :: error
+    integer :: k
+
+    line = ""
+    call frame%natural_frequencies(frequencies, error)
+    if (allocated(error)) return
+    line = newline // "NATURAL FREQUENCIES of the frame"
+    do k = 1, size(frequencies)
+      line = line // trim(merge(",", " ", k > 1)) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
+    end do
+    line = line // " Hz; the crank turns at " // concise(1 / frame%period, 4) // " Hz" // newline
+  end function report_frequencies
 
   !> What was found, for what was asked for. `frequencies`: natural frequencies (rad/s).
   pure function report_results(configuration, analysis, frequencies) result(report)
@@ -319,6 +340,8 @@ contains
         lines = lines // newline
       end associate
     end do
+    if (vibration%peak(3) > small_turn) lines = lines // "  note: psi is no small angle; the equations hold for small ones " &
+      & // "only" // newline
     if (averaged) then
       lines = lines // "  harmonic by harmonic: condition at worst " // concise(vibration%start%condition, 2) // ", costs " &
         & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits" // newline

@@ -110,25 +110,41 @@ contains
       associate (c => crossings(i))
         report = report // padded(text(c%mode), 6) // padded(concise(c%order, 3), 7) // padded(fixed(c%speed, 5), 20) &
           & // padded(fixed(c%at%frequency() / (2 * pi), 4), 12) // padded(ratio(c%at), 15)
-        if (c%locked .and. abs(c%ends(2) - c%ends(1)) > wide * abs(c%speed)) then
+        if (.not. noticeably_locked(c)) then
+          report = report // trim(merge("  unstable", "          ", c%at%growth > c%at%error))
+        else if (abs(c%ends(2) - c%ends(1)) > wide * abs(c%speed)) then
           report = report // "  locked from " // concise(c%ends(1), 7) // " to " // concise(c%ends(2), 7)
-        else if (c%locked) then
+        else
           report = report // "  locked over " // concise(abs(c%ends(2) - c%ends(1)), 2) // " rpm"
         end if
-        if (c%at%growth > c%at%error) report = report // trim(merge(", unstable", "  unstable", c%locked))
+        if (noticeably_locked(c) .and. c%at%growth > c%at%error) report = report // ", unstable"
         report = report // newline
       end associate
     end do
     if (size(crossings) > most_listed) report = report // "  ... all in crossings.csv" // newline
   end function crossing_lines
 
-  !> The critical speeds that can be noticed.
-  pure function report_critical(critical) result(report)
+  !> Whether the interval of locking is no small part of the resonance's width, or the vibration grows in it.
+  pure logical function noticeably_locked(crossing)
+    type(crossing_type), intent(in) :: crossing
+    real(dp), parameter :: small_part = 0.1_dp
+    real(dp) :: half_width
+
+    associate (mode => crossing%at)
+      half_width = 60 / (2 * pi) * max(abs(mode%growth), abs(mode%partner_growth)) / crossing%order
+      noticeably_locked = crossing%locked .and. (abs(crossing%ends(2) - crossing%ends(1)) > small_part * half_width &
+        & .or. mode%growth > mode%error)
+    end associate
+  end function noticeably_locked
+
+  !> The critical speeds that can be noticed, of orders 1 to `orders`.
+  pure function report_critical(critical, orders) result(report)
     type(critical_type), intent(in) :: critical(:)
+    integer, intent(in) :: orders
     character(len=:), allocatable :: report
     integer :: i, listed, quiet
 
-    report = newline // "CRITICAL SPEEDS" // newline
+    report = newline // "CRITICAL SPEEDS of the orders 1 to " // text(orders) // newline
     if (size(critical) == 0) then
       report = report // "  no crossing with a multiple of the speed within the range" // newline
       return

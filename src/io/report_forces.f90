@@ -20,7 +20,7 @@ contains
     character(len=:), allocatable :: lines
     integer :: i, most
 
-    lines = newline // "FORCES ON THE GROUND (N), f the size of the vector" // newline // &
+    lines = newline // "FORCES ON THE GROUND (N), without weight; f: the size of the vector" // newline // &
       & "                                fx peak       rms   fy peak       rms    f peak    error       rms  crest   strongest" &
       & // newline
     do i = 1, size(places)
@@ -32,6 +32,10 @@ contains
         & // " carries most: up to " // concise(places(most)%statistics(whole_force)%peak, 5) // " N" // newline
     end if
     associate (total => places(size(places)))
+      if (most > 0) then
+        if (total%statistics(whole_force)%peak < places(most)%statistics(whole_force)%peak) lines = lines // &
+          & "  the places push against each other: all together exert less than one alone" // newline
+      end if
       if (total%statistics(whole_force)%peak > 0) lines = lines // "  all together up to " &
         & // concise(total%statistics(whole_force)%peak, 5) // " N" // crank_angle(total, whole_force) // newline
       if (total%statistics(moment)%peak > 0) lines = lines // "  their moment about F up to " &

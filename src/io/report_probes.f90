@@ -3,11 +3,11 @@ module gestell_io_report_probes
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_io_text, only: padded
-  use gestell_study_watched, only: probe_parts, watched_type
+  use gestell_study_watched, only: probe_parts, velocity_part, watched_type
   implicit none (type, external)
   private
 
-  public :: probe_lines
+  public :: limits_told, probe_lines
 
   character, parameter :: newline = new_line("a")
 
@@ -49,7 +49,9 @@ contains
     type(watched_type), intent(in) :: watched
     real(dp), intent(in) :: period
     character(len=:), allocatable :: line
-    real(dp) :: orders(2)
+    !> The band leaves out what makes the whole so many times as great.
+    real(dp), parameter :: much = 1.5_dp
+    real(dp) :: orders(2), whole
 
     associate (band => watched%probe%band, limit => watched%probe%limit)
       line = "    band " // concise(band(1)) // " to " // concise(band(2)) // " Hz: "
@@ -60,18 +62,46 @@ contains
       else
         line = line // "orders " // text(nint(orders(1))) // " to " // text(nint(orders(2))) // " of the crank"
       end if
-      select case (watched%verdict())
-      case ("within")
-        line = line // "; WITHIN the limit of " // concise(1000 * limit) // " mm/s, at " &
-          & // concise(100 * watched%greatest / limit, 3) // " % of it"
-      case ("above")
-        line = line // "; ABOVE the limit of " // concise(1000 * limit) // " mm/s, by " &
-          & // concise(100 * (watched%greatest / limit - 1), 3) // " %"
-      case ("undecided")
-        line = line // "; UNDECIDED against the limit of " // concise(1000 * limit) // " mm/s: the error reaches across it"
-      case default ! no limit
-      end select
+      if (limit > 0) line = line // "; " // against_limit(watched)
+      whole = watched%statistics(velocity_part)%rms
+      if (whole > much * watched%greatest .and. orders(1) > 1) line = line // newline // "    mind the lower end of the band: " // &
+        & "the velocity in all orders together has an rms of " // concise(1000 * whole, 4) // " mm/s"
     end associate
   end function band_line
+
+  !> The verdict in words.
+  pure function against_limit(watched) result(words)
+    type(watched_type), intent(in) :: watched
+    character(len=:), allocatable :: words
+
+    associate (limit => watched%probe%limit)
+      select case (watched%verdict())
+      case ("within")
+        words = "WITHIN the limit of " // concise(1000 * limit) // " mm/s, at " // concise(100 * watched%greatest / limit, 3) &
+          & // " % of it"
+      case ("above")
+        words = "ABOVE the limit of " // concise(1000 * limit) // " mm/s, by " &
+          & // concise(100 * (watched%greatest / limit - 1), 3) // " %"
+      case default
+        words = "UNDECIDED against the limit of " // concise(1000 * limit) // " mm/s: the error reaches across it"
+      end select
+    end associate
+  end function against_limit
+
+  !> One sentence for every probe that has a limit.
+  pure function limits_told(watched) result(sentences)
+    type(watched_type), intent(in) :: watched(:)
+    character(len=200), allocatable :: sentences(:)
+    integer :: i, n
+
+    allocate(sentences(count(watched%probe%limit > 0)))
+    n = 0
+    do i = 1, size(watched)
+      if (.not. watched(i)%probe%limit > 0) cycle
+      n = n + 1
+      sentences(n) = trim(watched(i)%probe%name) // ": " // concise(1000 * watched(i)%greatest, 4) // " mm/s, " &
+        & // against_limit(watched(i))
+    end do
+  end function limits_told
 
 end module gestell_io_report_probes

@@ -53,12 +53,15 @@ contains
     line = line(:len(line) - 1)
   end function header
 
-  !> Header and line of one case: what was set by --set, then all columns that are wanted of `values`.
-  pure function case_lines(settings, columns, values) result(lines)
+  !> Header and line of one case: what was set by --set, all columns that are wanted of `values`, then further ones with their
+  !> names.
+  pure function case_lines(settings, columns, values, names, others) result(lines)
     character(len=*), intent(in) :: settings(:)
     logical, intent(in) :: columns(sweep_columns)
-    real(dp), intent(in) :: values(sweep_columns)
+    real(dp), intent(in) :: values(sweep_columns), others(:)
+    character(len=*), intent(in) :: names(:)
     character(len=:), allocatable :: lines
+    character(len=:), allocatable :: head
     character(len=len(settings)) :: paths(size(settings))
     type(text_type) :: number
     integer :: i, equals
@@ -78,8 +81,14 @@ contains
         lines = lines // number%word(:number%length) // ","
       end if
     end do
-    lines = header(paths, columns) // newline &
-      & // lines(:len(lines) - 1) // newline
+    head = header(paths, columns)
+    do i = 1, size(names)
+      if (len(head) > 0) head = head // ","
+      head = head // field(trim(names(i)))
+      number = text_of(others(i))
+      lines = lines // number%word(:number%length) // ","
+    end do
+    lines = head // newline // lines(:len(lines) - 1) // newline
   end function case_lines
 
   !> The lines of points, values of shape (ordered columns, points of the second axis, points of the first), of which the

@@ -120,7 +120,7 @@ contains
     type(crossing_type), intent(in) :: crossing
     type(critical_type), intent(out) :: critical
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: values(2, samples), speeds(samples), half, share
+    real(dp) :: values(2, samples), speeds(samples), half, shares(2)
     integer :: i, quantity
 
     critical%crossing = crossing
@@ -134,7 +134,7 @@ contains
     half = min(max(half, reach * crossing%error), most_reach * abs(crossing%speed))
     do i = 1, samples
       speeds(i) = crossing%speed + half * (2.0_dp * (i - 1) / (samples - 1) - 1)
-      call respond(family, order, speeds(i), nint(crossing%order), values(:, i), share, error)
+      call respond(family, order, speeds(i), nint(crossing%order), values(:, i), shares, error)
       if (allocated(error)) return
     end do
     if (any(values(amplitude, :) > huge(1.0_dp))) then
@@ -157,14 +157,13 @@ contains
     type(critical_type), intent(inout) :: critical
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: golden = 0.381966_dp
-    real(dp) :: x(3), top, side, new, f, share, prominence
+    real(dp) :: x(3), top, side, new, f, shares(2), foot
     integer :: i
 
     i = nearest_top(speeds, values, critical%crossing, critical%half_width)
     if (i == 0) return
     x = speeds(i - 1:i + 1)
     top = values(i)
-    share = 0
     do while (abs(x(3) - x(1)) > 2 * max(exact * critical%half_width, 4 * spacing(x(2))))
       side = merge(x(3), x(1), abs(x(3) - x(2)) > abs(x(2) - x(1)))
       new = x(2) + golden * (side - x(2))
@@ -183,17 +182,19 @@ contains
         x(1) = new
       end if
     end do
-    prominence = top / max(valley(values, i, 1, top), valley(values, i, -1, top), tiny(top))
-    if (prominence < least_prominence) return
+    foot = max(valley(values, i, 1, top), valley(values, i, -1, top), tiny(top))
+    if (top < least_prominence * foot) return
     call respond_one(x(2), f, error)
-    ! An order that the accuracy does not tell from nothing.
-    if (allocated(error) .or. (quantity == amplitude .and. share < order%accuracy%tolerance)) return
+    if (allocated(error)) return
+    ! An order that the accuracy does not tell from nothing; a force that rises by more than the order has is another's peak.
+    if (quantity == amplitude .and. shares(amplitude) < order%accuracy%tolerance) return
+    if (quantity == force .and. top - foot > 2 * shares(force) * top) return
     critical%found(quantity) = .true.
     critical%speed(quantity) = x(2)
     critical%error(quantity) = abs(x(3) - x(1)) / 2
     critical%height(quantity) = top
-    critical%prominence(quantity) = prominence
-    if (quantity == amplitude) critical%share = share
+    critical%prominence(quantity) = top / foot
+    if (quantity == amplitude) critical%share = shares(amplitude)
 
   contains
 
@@ -203,7 +204,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(dp) :: both(2)
 
-      call respond(family, order, speed, nint(critical%crossing%order), both, share, error)
+      call respond(family, order, speed, nint(critical%crossing%order), both, shares, error)
       f = both(quantity)
     end subroutine respond_one
 
@@ -239,15 +240,15 @@ contains
     end do
   end function valley
 
-  !> The two quantities at a speed, infinite at resonance, `nothing` where there is no machine or no solution; and the part of the
-  !> order in the mean square of the vibration.
+  !> The two quantities at a speed, infinite at resonance, `nothing` where there is no machine or no solution; and what the order
+  !> has of them: its part in the mean square of the vibration, and its amplitude of the force over the greatest force.
   !> Error: the machine is not sound.
-  subroutine respond(family, order, speed, multiple, values, share, error)
+  subroutine respond(family, order, speed, multiple, values, shares, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order
     real(dp), intent(in) :: speed
     integer, intent(in) :: multiple
-    real(dp), intent(out) :: values(2), share
+    real(dp), intent(out) :: values(2), shares(2)
     type(error_type), allocatable, intent(out) :: error
     class(periodic_system), allocatable :: system
     type(averaged_system) :: model
@@ -255,7 +256,7 @@ contains
     type(error_type), allocatable :: failure
 
     values = nothing
-    share = 0
+    shares = 0
     call family%member([speed], system, error)
     if (allocated(error)) then
       if (error%code == impossible_mechanism) deallocate(error)
@@ -266,10 +267,10 @@ contains
       if (order%averaged) then
         call system%averaged(model)
         call solve_floquet(model, order%accuracy, .true., floquet, failure)
-        if (.not. allocated(failure)) call measure(system, model, floquet, multiple, values, share, failure)
+        if (.not. allocated(failure)) call measure(system, model, floquet, multiple, values, shares, failure)
       else
         call solve_floquet(system, order%accuracy, .true., floquet, failure)
-        if (.not. allocated(failure)) call measure(system, system, floquet, multiple, values, share, failure)
+        if (.not. allocated(failure)) call measure(system, system, floquet, multiple, values, shares, failure)
       end if
     end select
     if (.not. allocated(failure)) return
@@ -277,30 +278,31 @@ contains
   end subroutine respond
 
   !> `system`: the frame itself, or its averaged model.
-  subroutine measure(frame, system, floquet, multiple, values, share, error)
+  subroutine measure(frame, system, floquet, multiple, values, shares, error)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
     integer, intent(in) :: multiple
-    real(dp), intent(out) :: values(2), share
+    real(dp), intent(out) :: values(2), shares(2)
     type(error_type), allocatable, intent(out) :: error
     type(periodic_solution_type) :: start
     type(quantity_type) :: total
     type(probe_type) :: no_probes(0)
     real(dp), allocatable :: x(:, :), motion(:, :), forces(:, :), phases(:)
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
-    complex(dp) :: harmonic(size(frame%free))
+    complex(dp) :: harmonic(size(frame%free)), wave(max(128, 8 * frame%least_steps, 16 * multiple))
     real(dp) :: mass(size(frame%free), size(frame%free))
     integer :: count, f, i
 
     call solve_periodic(floquet, start, error)
     if (allocated(error)) return
-    count = max(128, 8 * frame%least_steps, 16 * multiple)
+    count = size(wave)
     phases = [(real(i, dp) / count, i = 0, count - 1)]
     call follow(frame, floquet, start, phases, x, error)
     if (allocated(error)) return
     f = size(frame%free)
-    harmonic = 2 * matmul(x(:f, :), [(exp(cmplx(0, -2 * pi * multiple * i / count, dp)), i = 0, count - 1)]) / count
+    wave = [(exp(cmplx(0, -2 * pi * multiple * i / count, dp)), i = 0, count - 1)]
+    harmonic = 2 * matmul(x(:f, :), wave) / count
     allocate(m(count, f, f), b(count, f, f), c(count, f, f))
     call system%sample_second_order(phases, m, b, c)
     mass = sum(m, dim=1) / count
@@ -310,9 +312,10 @@ contains
     call whole_motion(frame, system, phases, x, merge(velocities, guide_forces, f == 3), motion)
     forces = matmul(transpose(motion), total%weights(:size(motion, 1), :))
     values(force) = sqrt(greatest(sum(forces**2, dim=2)))
+    shares(force) = norm2(abs(2 * matmul(transpose(forces), wave) / count)) / max(values(force), tiny(values))
     x(:f, :) = x(:f, :) - spread(sum(x(:f, :), dim=2) / count, 2, count)
-    share = real(dot_product(harmonic, matmul(mass, harmonic))) / 2 &
-      & / max(sum(x(:f, :) * matmul(mass, x(:f, :))) / count, tiny(share))
+    shares(amplitude) = real(dot_product(harmonic, matmul(mass, harmonic))) / 2 &
+      & / max(sum(x(:f, :) * matmul(mass, x(:f, :))) / count, tiny(shares))
   end subroutine measure
 
 end module gestell_study_critical
