@@ -105,7 +105,12 @@ contains
       if (allocated(error)) return
       call console%say(report)
     end if
+    if (.not. allocated(configuration%plan)) return
     associate (plan => configuration%plan)
+      if (configuration%over_speed()) then
+        if (plan%grid%axes(1)%from * configuration%frame%speed < 0) call console%say(newline // "note: the range of speeds turns " &
+          & // "the other way round than the drive of the input" // newline)
+      end if
       if (configuration%boundary) then
         call run_borders(configuration, folder, preamble, borders, error)
         if (configuration%sweep .and. allocated(borders%map) .and. .not. allocated(error)) call plot_sweep(folder, preamble, &

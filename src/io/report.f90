@@ -326,9 +326,7 @@ contains
     lines = newline // "PERIODIC VIBRATION" // newline // &
       & "                              peak       error         rms           strongest order" // newline
     do i = 1, 9
-      if (i <= 6) then
-        if (.not. any(frame%free == 1 + mod(i - 1, 3))) cycle
-      end if
+      if (.not. any(frame%free == 1 + mod(i - 1, 3))) cycle
       associate (series => vibration%series(i))
         lines = lines // "  " // names(i) // padded(concise(factors(i) * vibration%peak(i), 5), 10) &
           & // padded(concise(factors(i) * vibration%peak_error(i), 1), 12) &

@@ -19,7 +19,8 @@ contains
     real(dp), intent(in) :: speed
     character(len=:), allocatable :: lines
 
-    lines = newline // "DRIVE, torque on the crank (N m, counter-clockwise positive)" // newline // &
+    lines = newline // "DRIVE, torque on the crank, without gravity and process forces (N m, counter-clockwise positive)" &
+      & // newline // &
       & "                              peak    at crank deg         rms        mean" // newline &
       & // torque_line("on the frame as it is", drive%actual, speed) // "   peak's error " // concise(drive%peak_error, 1) &
       & // newline // torque_line("on a rigid frame", drive%rigid, speed) // newline &

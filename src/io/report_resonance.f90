@@ -61,7 +61,7 @@ contains
     character(len=*), intent(in) :: name, unit
     character(len=:), allocatable :: report
     logical :: left(size(curve%maxima))
-    integer :: i, k, n, least
+    integer :: i, k, n, least, most
 
     report = ""
     if (.not. any(curve%has_values())) return
@@ -88,13 +88,18 @@ contains
     if (n > most_listed) report = report // ", ..."
     if (n > 0) report = report // " rpm" // newline
     least = 0
+    most = 0
     do i = 1, size(curve%points)
       if (.not. curve%points(i)%state <= unreached) cycle
       if (least == 0) least = i
+      if (most == 0) most = i
       if (curve%points(i)%values(1, q) < curve%points(least)%values(1, q)) least = i
+      if (curve%points(i)%values(1, q) > curve%points(most)%values(1, q)) most = i
     end do
-    report = report // "    least " // concise(curve%points(least)%values(1, q), 6) // " " // unit // " at " &
-      & // concise(curve%points(least)%speed, 8) // " rpm" // newline
+    report = report // "    least at " // concise(curve%points(least)%speed, 5) // " rpm, " &
+      & // concise(curve%points(least)%values(1, q), 5) // " " // unit // "; greatest at " &
+      & // concise(curve%points(most)%speed, 5) // " rpm" // trim(merge(", an end of the range", "                     ", &
+      & most == 1 .or. most == size(curve%points))) // ", " // concise(curve%points(most)%values(1, q), 5) // " " // unit // newline
   end function curve_of
 
   pure function line_of(maximum) result(line)

@@ -47,6 +47,7 @@ module gestell_io_units
     & entry_type("stiffness", unit_type("N/mm", 1000.0_dp)), &
     & entry_type("stiffness", unit_type("kN/m", 1000.0_dp)), &
     & entry_type("stiffness", unit_type("kN/mm", 1000000.0_dp)), &
+    & entry_type("stiffness", unit_type("MN/m", 1000000.0_dp)), &
     & entry_type("stiffness", unit_type("kp/m", 980665.0_dp, 100000.0_dp)), &
     & entry_type("stiffness", unit_type("kp/cm", 980665.0_dp, 1000.0_dp)), &
     & entry_type("stiffness", unit_type("kp/mm", 980665.0_dp, 100.0_dp)), &
@@ -69,6 +70,7 @@ module gestell_io_units
     & entry_type("rotary_damping", unit_type("N m s")), &
     & entry_type("rotary_damping", unit_type("kg m^2/s")), &
     & entry_type("rotary_damping", unit_type("N mm s", 1.0_dp, 1000.0_dp)), &
+    & entry_type("rotary_damping", unit_type("kN m s", 1000.0_dp)), &
     & entry_type("rotary_damping", unit_type("kp m s", 980665.0_dp, 100000.0_dp)), &
     & entry_type("rotary_damping", unit_type("kp cm s", 980665.0_dp, 10000000.0_dp)), &
     & entry_type("angle", unit_type("deg", pi, 180.0_dp)), &

@@ -286,7 +286,7 @@ INPUTS = [
     ("unknown unit of inertia", units("inertia='kg cm2'"), 2,
      "input.nml:2: &units: inertia = 'kg cm2': unknown; did you mean 'kg cm^2'?"),
     ("unknown unit of stiffness", units("stiffness='lbf/in'"), 2,
-     "input.nml:2: &units: stiffness = 'lbf/in': unknown; known: 'N/m', 'N/cm', 'N/mm', 'kN/m', 'kN/mm', 'kp/m', "
+     "input.nml:2: &units: stiffness = 'lbf/in': unknown; known: 'N/m', 'N/cm', 'N/mm', 'kN/m', 'kN/mm', 'MN/m', 'kp/m', "
      "'kp/cm', 'kp/mm'"),
     ("unknown unit of force", units("force='N/m'"), 2,
      "input.nml:2: &units: force = 'N/m': unknown; known: 'N', 'kN', 'kp'"),
