@@ -220,6 +220,27 @@ def run_page(page, folder):
     pictures(page, work)
 
 
+def one_line_columns(gestell, folder):
+    """What --one-line prints is described with the option, or as a column of sweep.csv."""
+    case = program(gestell, "--one-line", ROOT / "data/compressor.nml", where=folder)
+    described = "".join(blocks("doc/input.md", "text"))
+    for column in case.stdout.splitlines()[0].split(","):
+        name = re.sub(r"probe\(\w+\)", "probe(NAME)", re.sub(r"support\(\d+\)", "support(1)", column))
+        check(f"doc/input.md: --one-line {column}", name in described or f"`{name}`" in text("doc/output.md"))
+
+
+def library_calls(home):
+    """The calls in doc/library.md's table of joints are what the compiler knows."""
+    rows = re.findall(r"^\|[^|\n]*\| `((?:call |rail = |linkage%)[^`]*)` \|$", text("doc/library.md"), re.M)
+    check("doc/library.md: the joints", len(rows) == 12, rows)
+    calls = [row if row.startswith(("call", "rail")) else f"call {row}" for row in rows]
+    lines = ["use gestell", "implicit none", "type(linkage_type) :: linkage", "type(guide_type) :: rail, carried"]
+    lines += ["type(error_type), allocatable :: error", *(call.replace(" ...)", " error=error)") for call in calls), "end"]
+    (home / "joints.f90").write_text("\n".join(lines) + "\n")
+    done = program("gfortran", "-fsyntax-only", f"-I{home}/.local/include", home / "joints.f90")
+    check("doc/library.md: the joints are compiled", done.returncode == 0, done.stderr)
+
+
 def links():
     for document in [ROOT / "README.md", *sorted((ROOT / "doc").glob("*.md"))]:
         for target in re.findall(r"\]\(([^)#]+)\)", document.read_text(encoding="utf-8")):
@@ -250,6 +271,8 @@ def main():
         readme_pictures(gestell, folder)
         options(gestell)
         columns(gestell, folder)
+        one_line_columns(gestell, folder)
+        library_calls(folder / "home")
         for page in PAGES:
             run_page(page, folder)
         written = {file.name for file in folder.rglob("*.csv") if file.read_text(encoding="utf-8").startswith("# ")}
