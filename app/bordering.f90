@@ -28,7 +28,7 @@ contains
       end if
       if (.not. allocated(error)) call make_folder(folder, error)
       if (.not. allocated(error)) call write_borders(folder, preamble, plan%paths, results, error)
-      if (.not. allocated(error)) call plot_borders(folder, preamble, plan%paths, plan%grid, results, error)
+      if (.not. allocated(error)) call plot_borders(folder, preamble, plan%paths, plan%units, plan%grid, results, error)
     end associate
   end subroutine run_borders
 

@@ -114,7 +114,7 @@ contains
       if (configuration%boundary) then
         call run_borders(configuration, folder, preamble, borders, error)
         if (configuration%sweep .and. allocated(borders%map) .and. .not. allocated(error)) call plot_sweep(folder, preamble, &
-          & plan%paths, plan%grid, plan%order%columns, summary, error, borders%map%curves)
+          & plan%paths, plan%units, plan%grid, plan%order%columns, summary, error, borders%map%curves)
         if (allocated(error)) return
         call console%say(report_search(plan) // report_borders(plan, borders))
       end if
@@ -154,7 +154,8 @@ contains
 
     if (.not. (allocated(configuration%impossible) .or. options%merge)) then
       call make_folder(folder, error)
-      if (.not. allocated(error)) call write_mechanism(folder, preamble(options, configuration), configuration%frame, error)
+      if (.not. allocated(error)) call write_mechanism(folder, preamble(options, configuration), configuration%frame, &
+        & configuration%probes, error)
       if (allocated(error)) return
     end if
     call draw_pictures(folder, options%check, drawn, error)

@@ -52,7 +52,7 @@ contains
     end if
     if (allocated(error) .or. .not. configuration%critical) return
     call write_critical(folder, preamble, critical, error)
-    if (.not. allocated(error)) call plot_critical(folder, preamble, critical, error)
+    if (.not. allocated(error)) call plot_critical(folder, preamble, critical, [speeds(1), speeds(size(speeds))], error)
     report = report // report_critical(critical, configuration%orders)
   end subroutine run_over_modes
 

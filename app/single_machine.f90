@@ -88,7 +88,7 @@ contains
     if (allocated(error)) return
     if (configuration%trade) call write_trade(folder, preamble, trade, model_trade, error)
     if (configuration%drawing .and. .not. allocated(error)) call write_mechanism(folder, preamble, &
-      & configuration%frame, error)
+      & configuration%frame, configuration%probes, error)
   end subroutine run_single
 
 end module single_machine

@@ -29,6 +29,7 @@ module gestell_io_campaign
     integer :: damaged = 0
     character(len=:), allocatable, private :: folder
     character(len=:), allocatable, private :: paths(:)
+    character(len=16), allocatable, private :: units(:)
     type(grid_type), private :: grid
     logical, private :: columns(sweep_columns) = .true.
     integer(int64), private :: content = 0, fingerprint = 0
@@ -62,6 +63,7 @@ contains
 
     campaign%folder = folder
     campaign%paths = plan%paths
+    campaign%units = plan%units
     campaign%grid = plan%grid
     campaign%columns = plan%order%columns
     campaign%content = content
@@ -274,7 +276,8 @@ contains
       call append_band(self, table, first, last, summary, error)
     end do
     if (.not. allocated(error)) call table%complete(error)
-    if (.not. allocated(error)) call plot_sweep(self%folder, preamble, self%paths, self%grid, self%columns, summary, error)
+    if (.not. allocated(error)) call plot_sweep(self%folder, preamble, self%paths, self%units, self%grid, &
+      & self%columns, summary, error)
   end subroutine write_table
 
   subroutine tell_missing(self, error)

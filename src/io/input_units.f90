@@ -4,7 +4,7 @@ module gestell_io_input_units
   implicit none (type, external)
   private
 
-  public :: input_unit
+  public :: element_unit, input_unit
 
 contains
 
@@ -48,6 +48,39 @@ contains
       unit = ""
     end select
   end function input_unit
+
+  !> The unit of one of a key's numbers, by its place; `element` 0: of all of them, empty where they have not the same.
+  pure function element_unit(group, key, element, units) result(unit)
+    character(len=*), intent(in) :: group, key
+    integer, intent(in) :: element
+    type(units_type), intent(in) :: units
+    character(len=:), allocatable :: unit
+
+    select case (group // " " // key)
+    case ("foundation stiffness")
+      select case (element)
+      case (1, 2, 4, 5)
+        unit = trim(units%stiffness%name)
+      case (3, 6, 7, 8)
+        unit = trim(units%force%name)
+      case (9)
+        unit = trim(units%moment%name)
+      case default
+        unit = ""
+      end select
+    case ("foundation damping")
+      select case (element)
+      case (1, 2)
+        unit = trim(units%damping%name)
+      case (3)
+        unit = trim(units%rotary_damping%name)
+      case default
+        unit = ""
+      end select
+    case default
+      unit = input_unit(group, key, units)
+    end select
+  end function element_unit
 
   !> Several units; those that are not set are SI.
   pure function in_turn(first, second, third) result(unit)

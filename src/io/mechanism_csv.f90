@@ -7,6 +7,7 @@ module gestell_io_mechanism_csv
   use gestell_io_sweep_csv, only: field
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_quantity, only: probe_type
   use gestell_model_skeleton, only: skeleton_type, trace_skeleton
   implicit none (type, external)
   private
@@ -18,12 +19,13 @@ module gestell_io_mechanism_csv
 
 contains
 
-  !> Writes the places of all joints and centres of mass, in the frame's system, and the script that draws them, into `folder`;
-  !> `preamble` heads the file. A mechanism that is no linkage has none, and nothing is written.
+  !> Writes the places of all joints and centres of mass, in the frame's system, and the script that draws them with the
+  !> probes, into `folder`; `preamble` heads the file. A mechanism that is no linkage has none, and nothing is written.
   !> Error: a file cannot be written.
-  subroutine write_mechanism(folder, preamble, frame, error)
+  subroutine write_mechanism(folder, preamble, frame, probes, error)
     character(len=*), intent(in) :: folder, preamble(:)
     type(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
     type(error_type), allocatable, intent(out) :: error
     type(skeleton_type) :: skeleton
     real(dp), allocatable :: values(:, :)
@@ -53,7 +55,7 @@ contains
       values(2:1 + 2 * joints, :) = reshape(skeleton%joints, [2 * joints, rows + 1])
       values(2 + 2 * joints:, :) = reshape(skeleton%centers, [2 * links, rows + 1])
       call write_table(folder, "mechanism.csv", preamble, header, values, error)
-      if (.not. allocated(error)) call plot_mechanism(folder, preamble, frame, mechanism, skeleton, error)
+      if (.not. allocated(error)) call plot_mechanism(folder, preamble, frame, mechanism, skeleton, probes, error)
     end select
   end subroutine write_mechanism
 

@@ -7,18 +7,18 @@ module gestell_io_plot_axis
   implicit none (type, external)
   private
 
-  public :: coordinate, extent_lines, parameter_axis
+  public :: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Range, tics and name of the axis `letter`, x or y, over the parameter `path`, `margin` times the range wider on both sides;
+  !> Range, tics and `name` of the axis `letter`, x or y, over a parameter, `margin` times the range wider on both sides;
   !> the function X or Y takes a value to the axis, which is linear in its logarithm where the parameter's values are.
-  pure function parameter_axis(letter, axis, path, margin) result(lines)
+  pure function parameter_axis(letter, axis, name, margin) result(lines)
     character, intent(in) :: letter
     type(axis_type), intent(in) :: axis
-    character(len=*), intent(in) :: path
+    character(len=*), intent(in) :: name
     real(dp), intent(in) :: margin
     character(len=:), allocatable :: lines
     real(dp) :: ends(2), wider
@@ -31,7 +31,7 @@ contains
     else
       lines = span(ends)
     end if
-    lines = "set " // letter // "range " // lines // newline // "set " // letter // "label " // quoted(path) // " noenhanced" &
+    lines = "set " // letter // "range " // lines // newline // "set " // letter // "label " // quoted(name) // " noenhanced" &
       & // newline
     if (axis%logarithmic) then
       lines = lines // achar(iachar(letter) - 32) // "(v) = log10(abs(v))" // newline // "set " // letter // "tics (" &
@@ -40,6 +40,15 @@ contains
       lines = lines // achar(iachar(letter) - 32) // "(v) = v" // newline
     end if
   end function parameter_axis
+
+  !> A parameter's name on an axis; `unit` may be empty.
+  pure function with_unit(path, unit) result(name)
+    character(len=*), intent(in) :: path, unit
+    character(len=:), allocatable :: name
+
+    name = trim(path)
+    if (unit /= "") name = name // " (" // trim(unit) // ")"
+  end function with_unit
 
   !> Where a value lies on its axis.
   elemental real(dp) function coordinate(axis, value)
@@ -99,5 +108,24 @@ contains
       & // "if (high - low <= 1e-9 * (abs(low) + abs(high))) { low = low - (low == 0 ? 1 : 0.01 * abs(low)); " &
       & // "high = high + (high == 0 ? 1 : 0.01 * abs(high)) }" // newline
   end function extent_lines
+
+  !> A logarithmic y axis from gnuplot's expression `from` to `to`: powers of ten where there are two or more, numbers between
+  !> them on a shorter one.
+  pure function decade_lines(from, to) result(lines)
+    character(len=*), intent(in) :: from, to
+    character(len=:), allocatable :: lines
+
+    lines = "bottom = " // from // "; top = " // to // "; set logscale y; set yrange [bottom:top]" // newline &
+      & // "set ytics autofreq; set format y '10^{%L}'" // newline &
+      & // "if (top < 100 * bottom) {" // newline &
+      & // "  marks = top < 4 * bottom ? '1 1.2 1.5 2 2.5 3 4 5 6 7 8 9' : top < 8 * bottom ? '1 2 3 4 6 8' : '1 2 5'" // newline &
+      & // "  list = ''" // newline &
+      & // "  do for [decade=floor(log10(bottom)):ceil(log10(top))] { do for [mark in marks] {" // newline &
+      & // "    v = mark * 10.0**decade" // newline &
+      & // "    plain = abs(decade) < 4 ? sprintf('%g', v) : mark . '·10^{' . decade . '}'" // newline &
+      & // "    if (v >= bottom && v <= top) { list = list . (list eq '' ? '' : ', ') . sprintf(""'%s' %.6e"", plain, v) }" &
+      & // newline // "  } }" // newline &
+      & // "  eval 'set ytics (' . list . ')'" // newline // "}" // newline
+  end function decade_lines
 
 end module gestell_io_plot_axis

@@ -4,7 +4,7 @@ module gestell_io_plot_borders
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_io_plot, only: heading, write_script
-  use gestell_io_plot_axis, only: coordinate, parameter_axis
+  use gestell_io_plot_axis, only: coordinate, parameter_axis, with_unit
   use gestell_study_boundary_task, only: border_results_type
   use gestell_study_grid, only: axis_type, grid_type
   implicit none (type, external)
@@ -19,23 +19,23 @@ module gestell_io_plot_borders
 
 contains
 
-  !> boundary.gp, over the parameters `paths`. Error: it cannot be written.
-  subroutine plot_borders(folder, preamble, paths, grid, results, error)
-    character(len=*), intent(in) :: folder, preamble(:), paths(:)
+  !> boundary.gp, over the parameters `paths`, in these units. Error: it cannot be written.
+  subroutine plot_borders(folder, preamble, paths, units, grid, results, error)
+    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
     type(grid_type), intent(in) :: grid
     type(border_results_type), intent(in) :: results
     type(error_type), allocatable, intent(out) :: error
 
     if (allocated(results%map)) then
-      call plot_map(folder, preamble, paths, grid, results, error)
+      call plot_map(folder, preamble, paths, units, grid, results, error)
     else
-      call plot_values(folder, preamble, trim(paths(1)), grid%axes(1), results, error)
+      call plot_values(folder, preamble, trim(paths(1)), units(1), grid%axes(1), results, error)
     end if
   end subroutine plot_borders
 
   !> Critical values with the argument of their multiplier, and which side is unstable.
-  subroutine plot_values(folder, preamble, path, axis, results, error)
-    character(len=*), intent(in) :: folder, preamble(:), path
+  subroutine plot_values(folder, preamble, path, unit, axis, results, error)
+    character(len=*), intent(in) :: folder, preamble(:), path, unit
     type(axis_type), intent(in) :: axis
     type(border_results_type), intent(in) :: results
     type(error_type), allocatable, intent(out) :: error
@@ -44,7 +44,8 @@ contains
 
     associate (values => results%values)
       lines = "set title " // heading(preamble, "Borders of stability over " // path // ": " // found(size(values))) &
-        & // " noenhanced" // newline // parameter_axis("x", axis, path, 0.0_dp) // "set yrange [-0.08:1.3]" // newline &
+        & // " noenhanced" // newline // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
+        & // "set yrange [-0.08:1.3]" // newline &
         & // "set ylabel '|arg ρ| / π of the critical multiplier'" // newline // "set ytics 0,0.25,1" // newline &
         & // "set key outside bottom center horizontal samplen 2" // newline
       do i = 1, size(values)
@@ -54,7 +55,7 @@ contains
           & // concise(coordinate(axis, values(i)%value), 9) // "," // concise(values(i)%arg_rad / acos(-1.0_dp) + 0.04_dp, 4) &
           & // " rotate by 90 left font ',12'" // newline
       end do
-      list = "plot NaN notitle"
+      list = empty(size(values)) // "plot NaN notitle"
       do i = 1, 3
         if (any(values%kind == kinds(i))) list = list // ", 'boundary.csv' using (strcol('kind') eq '" // trim(kinds(i)) &
           & // "' ? X(column(2)) : 1e290):(column('arg_rad') / pi) with impulses lt " // text(i) // " notitle" &
@@ -92,8 +93,8 @@ contains
   end function band
 
   !> Curves, their kinds told by dashes, and the unstable side of each.
-  subroutine plot_map(folder, preamble, paths, grid, results, error)
-    character(len=*), intent(in) :: folder, preamble(:), paths(:)
+  subroutine plot_map(folder, preamble, paths, units, grid, results, error)
+    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
     type(grid_type), intent(in) :: grid
     type(border_results_type), intent(in) :: results
     type(error_type), allocatable, intent(out) :: error
@@ -103,10 +104,10 @@ contains
     associate (map => results%map)
       lines = "set title " // heading(preamble, "Borders of stability over " // trim(paths(1)) // " and " // trim(paths(2)) &
         & // ": " // found(map%curves)) // " noenhanced" // newline &
-        & // parameter_axis("x", grid%axes(1), trim(paths(1)), 0.0_dp) &
-        & // parameter_axis("y", grid%axes(2), trim(paths(2)), 0.0_dp) &
+        & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.0_dp) &
+        & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.0_dp) &
         & // "set key outside bottom center horizontal samplen 3" // newline
-      list = "plot NaN notitle"
+      list = empty(map%curves) // "plot NaN notitle"
       do c = 1, map%curves
         do i = 1, 3
           if (any(map%vertices%curve == c .and. map%vertices%kind == kinds(i))) list = list // ", 'boundary.csv' using " &
@@ -158,6 +159,15 @@ contains
       room = minval([point, 1 - point])
     end function room
   end subroutine plot_map
+
+  !> What an empty picture says.
+  pure function empty(number) result(line)
+    integer, intent(in) :: number
+    character(len=:), allocatable :: line
+
+    line = ""
+    if (number == 0) line = "set label 1 'none found' at graph 0.5,graph 0.5 center textcolor rgb '#444444'" // newline
+  end function empty
 
   pure function found(number) result(words)
     integer, intent(in) :: number

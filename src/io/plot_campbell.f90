@@ -4,7 +4,7 @@ module gestell_io_plot_campbell
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_io_plot, only: axis_unit_type, heading, pick_unit, span, write_script
-  use gestell_io_plot_panels, only: height_of, key_line, layout_line
+  use gestell_io_plot_panels, only: height_of, key_line, layout_line, with_rim
   use gestell_study_campbell, only: campbell_type
   use gestell_study_campbell_crossings, only: crossing_type
   use gestell_study_critical, only: amplitude, critical_type, force
@@ -16,6 +16,8 @@ module gestell_io_plot_campbell
   character, parameter :: newline = new_line("a")
   !> Lines of orders with a number, at the most.
   integer, parameter :: most_named = 12
+  !> Intervals of locked modes are marked from this part of the half width on; forces from this part of the greatest.
+  real(dp), parameter :: noticeable = 0.1_dp, least_force = 1.0e-3_dp
 
 contains
 
@@ -67,12 +69,14 @@ contains
       frequencies = frequencies // curve(k, campbell%modes, "column('frequency_Hz')", .true.)
       dampings = dampings // curve(k, campbell%modes, "100 * column('damping_ratio')", .false.)
     end do
-    if (any(crossings%locked)) frequencies = frequencies // ", 'crossings.csv' using (column('locked') > 0 ? column('from_rpm') " &
-      & // ": NaN):'frequency_Hz':(column('to_rpm') - column('from_rpm')):(0) with vectors nohead lt 2 dt 1 lw 6 " &
-      & // "title 'locked to an order'"
+    if (any([(widely_locked(crossings(i)), i = 1, size(crossings))])) frequencies = frequencies &
+      & // ", 'crossings.csv' using (wide(" // concise(noticeable, 3) // ") ? column('from_rpm') : NaN):'frequency_Hz':" &
+      & // "(column('to_rpm') - column('from_rpm')):(0) with vectors nohead lt 2 dt 1 lw 6 title 'locked to an order'"
     if (size(crossings) > 0) frequencies = frequencies // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz' with points lt 7 " &
       & // "pt 6 ps 1 title 'crossing'"
     lines = layout_line(3, 1, heading(preamble, "Campbell diagram")) // "set xrange " // sweep_of(speeds) // newline &
+      & // "wide(part) = column('locked') > 0 && abs(column('to_rpm') - column('from_rpm')) > " &
+      & // "part * abs(column('growth_1_per_s')) * 30 / (pi * column('order'))" // newline &
       & // "set lmargin screen 0.13; set rmargin screen 0.97; set tmargin screen 0.87; set bmargin screen 0.42" // newline &
       & // key_line(.true.) &
       & // "set format x ''; set yrange [0:" // concise(top, 6) // "]; set ylabel 'frequency (Hz)'" // newline &
@@ -80,7 +84,8 @@ contains
       & // "unset label" // newline &
       & // "set lmargin screen 0.13; set rmargin screen 0.97; set tmargin screen 0.37; set bmargin screen 0.1" // newline &
       & // key_line(.false.) &
-      & // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // span(damping) // "; set ylabel 'damping (%)'" // newline &
+      & // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // from_zero(damping) // newline &
+      & // "set ylabel 'damping (%)'" // newline &
       & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1" // newline // dampings // newline &
       & // "unset multiplot" // newline // "unset output" // newline
     call write_script(folder, "campbell", lines, error, width=820, height=680)
@@ -101,6 +106,26 @@ contains
       words = words // "notitle"
     end if
   end function curve
+
+  !> Whether the interval in which a mode is locked is noticeable beside the half width of a resonance of its damping.
+  pure logical function widely_locked(crossing) result(wide)
+    type(crossing_type), intent(in) :: crossing
+
+    wide = crossing%locked .and. abs(crossing%ends(2) - crossing%ends(1)) > noticeable * abs(crossing%at%growth) * 30 &
+      & / (pi * crossing%order)
+  end function widely_locked
+
+  !> A range from zero, or from below it where there are values.
+  pure function from_zero(values) result(range)
+    real(dp), intent(in) :: values(:)
+    character(len=:), allocatable :: range
+    real(dp) :: low, high
+
+    low = min(0.0_dp, minval(values))
+    high = max(0.0_dp, maxval(values))
+    if (.not. high > low) high = 1
+    range = "[" // concise(1.1_dp * low, 6) // ":" // concise(1.1_dp * high, 6) // "]"
+  end function from_zero
 
   !> The range of the speeds, from the first to the last.
   pure function sweep_of(speeds) result(range)
@@ -158,71 +183,99 @@ contains
     call write_script(folder, "crossings", lines // newline // "unset output" // newline, error, width=800, height=460)
   end subroutine plot_crossings
 
-  !> critical.gp: the peaks near the crossings, by amplitude and by force. Error: it cannot be written.
-  subroutine plot_critical(folder, preamble, critical, error)
+  !> critical.gp: the peaks near the crossings over the `ordered` range of speeds, by amplitude and by force, which is left out
+  !> where it is less than `least_force` times the greatest. Error: it cannot be written.
+  subroutine plot_critical(folder, preamble, critical, ordered, error)
     character(len=*), intent(in) :: folder, preamble(:)
     type(critical_type), intent(in) :: critical(:)
+    real(dp), intent(in) :: ordered(2)
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: lines
     real(dp), allocatable :: speeds(:)
-    type(axis_unit_type) :: unit
     integer :: i
 
-    allocate(speeds(0))
+    allocate(speeds(2), source=ordered)
     do i = 1, size(critical)
-      speeds = [speeds, critical(i)%crossing%speed]
-      if (critical(i)%found(amplitude)) speeds = [speeds, critical(i)%speed(amplitude)]
-      if (critical(i)%found(force)) speeds = [speeds, critical(i)%speed(force)]
+      speeds = [speeds, pack(critical(i)%speed, critical(i)%found)]
     end do
-    unit = pick_unit("m", greatest(amplitude))
+    speeds = [minval(speeds), maxval(speeds)]
+    if (ordered(2) < ordered(1)) speeds = [speeds(2), speeds(1)]
     lines = layout_line(2, 1, heading(preamble, "Critical speeds: peaks near " // found(size(critical)) &
-      & // " crossings (mode and order)")) // "set xrange " // span(speeds) // newline // key_line(.false.) &
-      & // "set format x ''" // newline // panel("amplitude (" // trim(unit%name) // ")", "speed_rpm", "amplitude_m", &
-      & unit%factor, any_found(amplitude))
-    unit = pick_unit("N", greatest(force))
-    lines = lines // "set format x; set xlabel 'crank speed (rpm)'" // newline &
-      & // panel("force (" // trim(unit%name) // ")", "force_speed_rpm", "force_N", unit%factor, any_found(force))
+      & // " crossings (mode and order)")) // "set xrange " // with_rim(speeds(1), speeds(2))
+    lines = lines // newline // key_line(.false.) // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", &
+      & 0.0_dp) // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
+      & // panel(critical, force, speeds, "N", least_force)
     call write_script(folder, "critical", lines // "unset multiplot" // newline // "unset output" // newline, error, width=800, &
       & height=nint(height_of(2)))
-  contains
-    pure real(dp) function greatest(which)
-      integer, intent(in) :: which
-      integer :: i
-
-      greatest = 0
-      do i = 1, size(critical)
-        if (critical(i)%found(which)) greatest = max(greatest, critical(i)%height(which))
-      end do
-    end function greatest
-
-    pure logical function any_found(which)
-      integer, intent(in) :: which
-      integer :: i
-
-      any_found = any([(critical(i)%found(which), i = 1, size(critical))])
-    end function any_found
   end subroutine plot_critical
 
-  !> Peaks as lines from the axis, on a logarithmic scale.
-  pure function panel(label, speed, height, factor, some) result(lines)
-    character(len=*), intent(in) :: label, speed, height, factor
-    logical, intent(in) :: some
-    character(len=:), allocatable :: lines
+  !> Peaks as lines from the axis, on a logarithmic scale; of those below `least` times the greatest nothing.
+  pure function panel(critical, which, range, si, least) result(lines)
+    type(critical_type), intent(in) :: critical(:)
+    integer, intent(in) :: which
+    real(dp), intent(in) :: range(2), least
+    character(len=*), intent(in) :: si
+    character(len=:), allocatable :: lines, drawn
+    type(axis_unit_type) :: unit
+    real(dp) :: heights(size(critical)), factor, lowest
+    real(dp), allocatable :: places(:)
+    integer, allocatable :: shown(:)
+    integer :: i
 
-    lines = "set ylabel '" // label // "'" // newline
-    if (.not. some) then
+    do i = 1, size(critical)
+      heights(i) = 0
+      if (critical(i)%found(which)) heights(i) = critical(i)%height(which)
+    end do
+    shown = pack([(i, i = 1, size(critical))], heights > least * maxval([0.0_dp, heights]))
+    unit = pick_unit(si, maxval([0.0_dp, heights]))
+    lines = "set ylabel '" // trim(merge("amplitude", "force    ", which == amplitude)) // " (" // trim(unit%name) // ")'" &
+      & // newline
+    if (size(shown) == 0) then
       lines = lines // "unset logscale y; set yrange [0:1]; set format y; plot NaN notitle" // newline
       return
     end if
-    lines = lines // "least = 1e300; most = 0; set table $unused; unset logscale" // newline &
-      & // "plot [-1e9:1e9] [-1:1] 'critical.csv' using (0):(v = " // trim(factor) // " * column('" // height // "'), " &
-      & // "least = v < least ? v : least, most = v > most ? v : most, 0)" // newline // "unset table" // newline &
-      & // "set logscale y; set format y '10^{%L}'; set yrange [least / 4:most * 60]" // newline // "plot 'critical.csv' using '" &
-      & // speed // "':(" // trim(factor) // " * column('" // height // "')) with impulses lt 1 lw 2 notitle, '' using '" // speed &
-      & // "':(" // trim(factor) // " * column('" // height // "')) with points lt 1 ps 1 notitle, '' using '" // speed // "':(" &
-      & // trim(factor) // " * column('" // height // "')):(sprintf('%g: %g×', column('mode'), column('order'))) with labels " &
-      & // "rotate by 90 left offset 0,0.6 font ',11' notitle" // newline
+    read (unit%factor, *) factor
+    lowest = factor * minval(heights(shown)) / 4
+    places = apart([(critical(shown(i))%speed(which), i = 1, size(shown))], 0.024_dp * abs(range(2) - range(1)))
+    do i = 1, size(shown)
+      associate (one => critical(shown(i)))
+        lines = lines // "set label " // text(i) // " '" // text(one%crossing%mode) // ": " // concise(one%crossing%order, 4) &
+          & // "×' at " // concise(places(i), 9) // "," // concise(factor * one%height(which), 6) &
+          & // " rotate by 90 left offset 0,0.6 font ',11'" // newline
+      end associate
+    end do
+    drawn = trim(merge("      ", "force_", which == amplitude))
+    drawn = "'critical.csv' using '" // drawn // "speed_rpm':(shown(" // trim(unit%factor) // " * column('" &
+      & // trim(merge("amplitude_m", "force_N    ", which == amplitude)) // "'))) with "
+    lines = lines // "shown(v) = v > " // concise(3.9_dp * lowest, 6) // " ? v : NaN" // newline &
+      & // "set logscale y; set format y '10^{%L}'; set yrange [" // concise(lowest, 6) // ":" &
+      & // concise(60 * factor * maxval(heights), 6) // "]" // newline &
+      & // "plot " // drawn // "impulses lt 1 lw 2 notitle, " // drawn // "points lt 1 ps 1 notitle" // newline
   end function panel
+
+  !> Places of words near these positions, at least `distance` from each other.
+  pure function apart(positions, distance) result(places)
+    real(dp), intent(in) :: positions(:), distance
+    real(dp) :: places(size(positions)), upward(size(positions)), downward(size(positions))
+    integer :: order(size(positions)), i, n
+    logical :: left(size(positions))
+
+    n = size(positions)
+    left = .true.
+    do i = 1, n
+      order(i) = minloc(positions, dim=1, mask=left)
+      left(order(i)) = .false.
+    end do
+    upward = positions(order)
+    downward = upward
+    do i = 2, n
+      upward(i) = max(upward(i), upward(i - 1) + distance)
+    end do
+    do i = n - 1, 1, -1
+      downward(i) = min(downward(i), downward(i + 1) - distance)
+    end do
+    places(order) = (upward + downward) / 2
+  end function apart
 
   pure function found(number) result(words)
     integer, intent(in) :: number

@@ -53,7 +53,7 @@ contains
     end do
     lines = "set title " // heading(preamble, "Forces on the ground, place by place") // " noenhanced" // newline &
       & // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth 0.2; set xtics (" // tics(3:) // ")" // newline &
-      & // "set ylabel 'force (N)'" // newline // "set grid noxtics ytics" // newline &
+      & // "set ylabel 'force (N)'" // newline // "set grid noxtics ytics; set xtics scale 0" // newline &
       & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
       & // "most = 0; set table $unused" // newline &
       & // "plot [0:1] [-1:1] 'supports.csv' using (0):(v = column('f_peak_N'), most = v > most ? v : most, 0)" // newline &

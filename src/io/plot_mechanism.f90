@@ -8,6 +8,7 @@ module gestell_io_plot_mechanism
   use gestell_io_plot_mounts, only: append, draw_mount, drawing_type, outline, pair
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_quantity, only: probe_type
   use gestell_model_skeleton, only: skeleton_type
   implicit none (type, external)
   private
@@ -20,40 +21,41 @@ module gestell_io_plot_mechanism
   !> The row that is drawn in full, and the rows between the faint ones.
   integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
   !> A mechanism with more bars is drawn in fewer positions, one with more joints with smaller names, and then with none but the
-  !> frame's own; a key with more links would be taller than the picture.
-  integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12
+  !> frame's own, more probes have no names; a key with more links would be taller than the picture.
+  integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12, most_marks = 12
 
 contains
 
   !> mechanism.gp, from the columns of mechanism.csv; `skeleton` is in the frame's system. Error: it cannot be written.
-  subroutine plot_mechanism(folder, preamble, frame, linkage, skeleton, error)
+  subroutine plot_mechanism(folder, preamble, frame, linkage, skeleton, probes, error)
     character(len=*), intent(in) :: folder, preamble(:)
     type(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
     type(skeleton_type), intent(in) :: skeleton
+    type(probe_type), intent(in) :: probes(:)
     type(error_type), allocatable, intent(out) :: error
-    type(drawing_type) :: mounts
+    type(drawing_type) :: mounts, stiff
     character(len=:), allocatable :: lines, across, upward
     real(dp), allocatable :: hull(:, :)
     real(dp) :: low(2), high(2), extent, pixels
     logical :: at_origin(size(skeleton%grounded))
     integer :: i
 
-    call extremes(skeleton, frame, low, high)
+    call extremes(skeleton, frame, probes, low, high)
     ! the size of symbols: of a long machine less than its length
     extent = min(maxval(high - low), max(2 * minval(high - low), 0.3_dp * maxval(high - low)))
     if (.not. extent > 0) extent = 1
     do i = 1, size(at_origin)
       at_origin(i) = skeleton%grounded(i) .and. norm2(skeleton%joints(:, i, 1) - frame%origin) < 1.0e-6_dp * extent
     end do
-    hull = outline(carried(frame, skeleton), 0.025_dp * extent)
-    allocate(mounts%points(2, 0), mounts%ends(0))
+    hull = outline(carried(frame, skeleton, probes), 0.025_dp * extent)
+    allocate(mounts%points(2, 0), mounts%ends(0), stiff%points(2, 0), stiff%ends(0))
     do i = 1, size(frame%supports)
-      call draw_mount(mounts, frame%supports(i), (low + high) / 2, 0.12_dp * extent)
+      call draw_mount(mounts, stiff, frame%supports(i), (low + high) / 2, 0.12_dp * extent)
     end do
     do i = 1, 2
-      low(i) = min(low(i), minval(hull(i, :)), minval(mounts%points(i, :)))
-      high(i) = max(high(i), maxval(hull(i, :)), maxval(mounts%points(i, :)))
+      low(i) = min(low(i), minval(hull(i, :)), minval(mounts%points(i, :)), minval(stiff%points(i, :)))
+      high(i) = max(high(i), maxval(hull(i, :)), maxval(mounts%points(i, :)), maxval(stiff%points(i, :)))
     end do
     across = span([low(1), high(1)])
     upward = span([low(2), high(2) + 0.05_dp * extent])
@@ -66,19 +68,22 @@ contains
       & // "set xlabel 'ξ (m)'" // newline // "set ylabel 'η (m)'" // newline &
       & // "set bmargin 6; set key at screen 0.5,screen 0.005 bottom center horizontal samplen 1.5 width 1" // newline &
       & // body_functions() // frame_lines(frame, at_origin, hull, extent)
-    lines = lines // "$mounts << END" // newline // "x,y" // newline // mounts%data_lines() // "END" // newline
+    lines = lines // "$mounts << END" // newline // "x,y" // newline // mounts%data_lines() // "END" // newline &
+      & // "$stiff << END" // newline // "x,y" // newline // stiff%data_lines() // "END" // newline
     lines = lines // "plot NaN notitle" // guides(skeleton, frame%origin, extent) // bars(linkage, skeleton, .false.) &
-      & // traces(skeleton) // mounts_line(mounts) // bars(linkage, skeleton, .true.) // sliders(skeleton, extent) &
-      & // centers(skeleton) // pins(skeleton) // names(linkage, skeleton, at_origin) // key(linkage, skeleton) // newline &
-      & // "unset output" // newline
+      & // traces(skeleton) // mounts_line("$mounts", mounts, "1") // mounts_line("$stiff", stiff, "2.5") &
+      & // bars(linkage, skeleton, .true.) // sliders(skeleton, extent) // centers(skeleton) // pins(skeleton) &
+      & // names(linkage, skeleton, at_origin) // marks(probes, (low(1) + high(1)) / 2) // key(linkage, skeleton) &
+      & // newline // "unset output" // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
     call write_script(folder, "mechanism", lines, error, width=800, height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end subroutine plot_mechanism
 
-  !> The box around all that moves, F and the supports.
-  pure subroutine extremes(skeleton, frame, low, high)
+  !> The box around all that moves, F, the supports and the probes.
+  pure subroutine extremes(skeleton, frame, probes, low, high)
     type(skeleton_type), intent(in) :: skeleton
     type(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
     real(dp), intent(out) :: low(2), high(2)
     integer :: i, k
 
@@ -91,13 +96,18 @@ contains
         low(i) = min(low(i), frame%supports(k)%position(i))
         high(i) = max(high(i), frame%supports(k)%position(i))
       end do
+      do k = 1, size(probes)
+        low(i) = min(low(i), probes(k)%position(i))
+        high(i) = max(high(i), probes(k)%position(i))
+      end do
     end do
   end subroutine extremes
 
-  !> Points of the frame, shape (2, points): F, supports, ground joints, ends of the guides that it carries.
-  pure function carried(frame, skeleton) result(points)
+  !> Points of the frame, shape (2, points): F, supports, probes, ground joints, ends of the guides that it carries.
+  pure function carried(frame, skeleton, probes) result(points)
     type(frame_type), intent(in) :: frame
     type(skeleton_type), intent(in) :: skeleton
+    type(probe_type), intent(in) :: probes(:)
     real(dp), allocatable :: points(:, :)
     type(drawing_type) :: all
     integer :: i, k
@@ -105,6 +115,9 @@ contains
     call append(all, reshape([0.0_dp, 0.0_dp], [2, 1]))
     do i = 1, size(frame%supports)
       call append(all, reshape(frame%supports(i)%position, [2, 1]))
+    end do
+    do i = 1, size(probes)
+      call append(all, reshape(probes(i)%position, [2, 1]))
     end do
     do i = 1, size(skeleton%grounded)
       if (skeleton%grounded(i)) call append(all, skeleton%joints(:, i, 1:1))
@@ -130,7 +143,8 @@ contains
     integer :: i
 
     middle = (minval(hull(1, :)) + maxval(hull(1, :))) / 2
-    lines = "set object 1 polygon from " // pair(hull(:, size(hull, 2)))
+    lines = "set style textbox opaque fillcolor rgb '#FFFFFF' noborder margins 0.4,0.4" // newline &
+      & // "set object 1 polygon from " // pair(hull(:, size(hull, 2)))
     do i = 1, size(hull, 2)
       lines = lines // " to " // pair(hull(:, i))
     end do
@@ -139,8 +153,8 @@ contains
       & // axes(frame%origin, merge(" ", "O", any(at_origin)), "x", "y", extent, 3)
     do i = 1, size(frame%supports)
       lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " // pair(frame%supports(i)%position) &
-        & // " " // merge("left offset 0.5  ", "right offset -0.5", frame%supports(i)%position(1) < middle) // ",0.7 font ',11' " &
-        & // "textcolor rgb '#555555'" // newline
+        & // " " // merge("left offset 0.5  ", "right offset -0.5", frame%supports(i)%position(1) < middle) // ",0.8 font ',12' " &
+        & // "boxed front" // newline
     end do
     if (size(frame%supports) == 0) lines = lines // "set label 9 'no &support: what holds the frame is the &foundation' " &
       & // "at graph 0.01,graph 0.03 font ',11' noenhanced" // newline
@@ -249,13 +263,35 @@ contains
     words = text(first) // ":" // text(first + 1)
   end function center_columns
 
-  pure function mounts_line(mounts) result(words)
-    type(drawing_type), intent(in) :: mounts
+  !> The lines in a block of data.
+  pure function mounts_line(block, drawing, width) result(words)
+    character(len=*), intent(in) :: block, width
+    type(drawing_type), intent(in) :: drawing
     character(len=:), allocatable :: words
 
     words = ""
-    if (size(mounts%ends) > 0) words = ", \" // newline // "  $mounts using 1:2 with lines lt 7 dt 1 lw 1 notitle"
+    if (size(drawing%ends) > 0) words = ", \" // newline // "  " // block // " using 1:2 with lines lt 7 dt 1 lw " // width &
+      & // " notitle"
   end function mounts_line
+
+  !> Probes, with their names on the side of the `middle`.
+  pure function marks(probes, middle) result(words)
+    type(probe_type), intent(in) :: probes(:)
+    real(dp), intent(in) :: middle
+    character(len=:), allocatable :: words, at
+    integer :: i
+
+    words = ""
+    do i = 1, size(probes)
+      at = "(" // concise(probes(i)%position(1), 7) // "):(" // concise(probes(i)%position(2), 7) // ")"
+      words = words // element("::0::0", at, "points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' notitle")
+      if (size(probes) <= most_marks) words = words // element("::0::0", at // ":(" // quoted(trim(probes(i)%name)) // ")", &
+        & "labels " // merge("left  offset  0.9", "right offset -0.9", probes(i)%position(1) < middle) &
+        & // ",1.8 font ',12' textcolor rgb '#CC0000' noenhanced notitle")
+    end do
+    if (size(probes) > 0) words = words // ", \" // newline &
+      & // "  keyentry with points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' title 'probe'"
+  end function marks
 
   !> Marks of the centres of mass.
   pure function centers(skeleton) result(words)

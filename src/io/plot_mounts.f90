@@ -11,6 +11,8 @@ module gestell_io_plot_mounts
   character, parameter :: newline = new_line("a")
   !> Corners of the round that the outline keeps clear of every point.
   integer, parameter :: corners = 16
+  !> A support's spring is its stiff one if it is as many times as stiff as the other.
+  real(dp), parameter :: much_stiffer = 1.5_dp
 
   !> Points of lines one behind the other, shape (2, points), and where each line ends.
   type, public :: drawing_type
@@ -91,12 +93,13 @@ contains
     before = a(1) < b(1) .or. (.not. a(1) > b(1) .and. a(2) < b(2))
   end function before
 
-  !> Spring, damper and ground along both axes of a support, away from `middle`, of this length.
-  subroutine draw_mount(drawing, support, middle, length)
-    type(drawing_type), intent(inout) :: drawing
+  !> Spring, damper and ground along both axes of a support, away from `middle`, of this length; a spring that is much stiffer
+  !> than the other goes to `stiff`.
+  subroutine draw_mount(drawing, stiff, support, middle, length)
+    type(drawing_type), intent(inout) :: drawing, stiff
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: middle(2), length
-    real(dp) :: along(2), across(2), aside, offset
+    real(dp) :: along(2), across(2), aside, offset, start
     logical :: spring, damper
     integer :: axis, main
 
@@ -115,16 +118,22 @@ contains
       damper = support%damping(axis) > 0
       if (.not. (spring .or. damper)) cycle
       aside = merge(0.13_dp, 0.0_dp, spring .and. damper)
-      if (spring) call add_shape(zigzag(), aside)
-      if (damper) call add_shape(rod(), -aside)
-      if (damper) call add_shape(cup(), -aside)
-      if (spring .and. damper) call add_shape(reshape([0.15_dp, -aside, 0.15_dp, aside], [2, 2]), 0.0_dp)
-      if (spring .and. damper) call add_shape(reshape([0.0_dp, 0.0_dp, 0.15_dp, 0.0_dp], [2, 2]), 0.0_dp)
-      call add_shape(hatch(), 0.0_dp)
+      start = merge(0.15_dp, 0.0_dp, damper)
+      if (support%stiffness(axis) > much_stiffer * support%stiffness(3 - axis)) then
+        call add_shape(stiff, zigzag(start), aside)
+      else if (spring) then
+        call add_shape(drawing, zigzag(start), aside)
+      end if
+      if (damper) call add_shape(drawing, rod(), -aside)
+      if (damper) call add_shape(drawing, cup(), -aside)
+      if (spring .and. damper) call add_shape(drawing, reshape([0.15_dp, -aside, 0.15_dp, aside], [2, 2]), 0.0_dp)
+      if (spring .and. damper) call add_shape(drawing, reshape([0.0_dp, 0.0_dp, 0.15_dp, 0.0_dp], [2, 2]), 0.0_dp)
+      call add_shape(drawing, hatch(), 0.0_dp)
     end do
   contains
     !> A line in the mount's own system: along it, across it, both relative to its length.
-    subroutine add_shape(shape, moved)
+    subroutine add_shape(lines, shape, moved)
+      type(drawing_type), intent(inout) :: lines
       real(dp), intent(in) :: shape(:, :), moved
       real(dp) :: points(2, size(shape, 2))
       integer :: i
@@ -132,15 +141,16 @@ contains
       do i = 1, size(shape, 2)
         points(:, i) = support%position + length * (shape(1, i) * along + (shape(2, i) + moved) * across)
       end do
-      call append(drawing, points)
+      call append(lines, points)
     end subroutine add_shape
   end subroutine draw_mount
 
-  pure function zigzag() result(shape)
+  pure function zigzag(start) result(shape)
+    real(dp), intent(in) :: start
     real(dp) :: shape(2, 10)
     integer :: i
 
-    shape(:, 1) = [0.0_dp, 0.0_dp]
+    shape(:, 1) = [start, 0.0_dp]
     shape(:, 2) = [0.2_dp, 0.0_dp]
     do i = 3, 8
       shape(:, i) = [0.2_dp + 0.1_dp * (i - 2.5_dp), 0.1_dp * (-1)**i]

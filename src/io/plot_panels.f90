@@ -3,12 +3,12 @@
 module gestell_io_plot_panels
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_io_plot, only: quoted
+  use gestell_io_plot, only: quoted, span
   use gestell_io_plot_axis, only: extent_lines
   implicit none (type, external)
   private
 
-  public :: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
+  public :: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, with_rim
 
   character, parameter :: newline = new_line("a")
   !> More than these are drawn as points in place of bars.
@@ -16,18 +16,35 @@ module gestell_io_plot_panels
 
 contains
 
-  !> Panels one below the other, or in rows of `across`, under a title (`heading`).
-  pure function layout_line(panels, across, title) result(line)
+  !> Panels one below the other, or in rows of `across`, under a title (`heading`); `legend`: with room below for one of so many
+  !> pixels.
+  pure function layout_line(panels, across, title, legend) result(line)
     integer, intent(in) :: panels, across
     character(len=*), intent(in) :: title
+    integer, intent(in), optional :: legend
     character(len=:), allocatable :: line
+    real(dp) :: height, below
     integer :: rows
 
     rows = (panels + across - 1) / across
-    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.12", "0.1 ", across == 1) &
-      & // ",0.975," // concise(70.0_dp / height_of(rows), 3) // "," // concise(1 - 86.0_dp / height_of(rows), 3) &
-      & // " spacing 0.12," // concise(34.0_dp / height_of(rows), 3) // " title " // title // " noenhanced" // newline
+    height = height_of(rows)
+    below = 70
+    if (present(legend)) height = height + legend
+    if (present(legend)) below = below + legend
+    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.14 ", "0.125", across == 1) &
+      & // ",0.975," // concise(below / height, 3) // "," // concise(1 - 86 / height, 3) &
+      & // " spacing 0.145," // concise(34 / height, 3) // " title " // title // " noenhanced" // newline
   end function layout_line
+
+  !> A range from one value to another, with room at both for a mark and its name.
+  pure function with_rim(from, to) result(range)
+    real(dp), intent(in) :: from, to
+    character(len=:), allocatable :: range
+    real(dp), parameter :: rim = 0.025_dp
+
+    range = span([from, to])
+    if (abs(to - from) > 0) range = "[" // concise(from - rim * (to - from), 9) // ":" // concise(to + rim * (to - from), 9) // "]"
+  end function with_rim
 
   !> Pixels of so many rows of panels.
   pure real(dp) function height_of(rows)

@@ -49,7 +49,7 @@ contains
       lines = lines // quoted(trim(names(i))) // " " // text(i - 1)
     end do
     lines = lines // ")" // newline // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth 0.24" // newline &
-      & // "set ylabel 'vibration velocity (mm/s)'; set grid noxtics ytics" // newline &
+      & // "set ylabel 'vibration velocity (mm/s)'; set grid noxtics ytics; set xtics scale 0" // newline &
       & // "set bmargin 5; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
       & // "most = 0; set table $unused" // newline &
       & // "plot [0:1] [-1:1] 'probes.csv' using (0):(v = column('v_rms_band_mm_s'), most = v > most ? v : most, " &

@@ -33,7 +33,7 @@ contains
     real(dp) :: factor
     integer :: i, k
 
-    lines = "set multiplot layout 3,2 margins 0.1,0.975,0.1,0.86 spacing 0.11,0.065 title " &
+    lines = "set multiplot layout 3,2 margins 0.125,0.975,0.1,0.86 spacing 0.135,0.065 title " &
       & // heading(preamble, "Periodic vibration and forces on the ground at " // speed_in_words(frame) // in_brackets(verdict)) &
       & // " noenhanced" // newline // "set xtics 90; set format x ''" // newline &
       & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed))) // "]" // newline

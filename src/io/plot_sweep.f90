@@ -4,7 +4,7 @@ module gestell_io_plot_sweep
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_io_plot, only: heading, write_script
-  use gestell_io_plot_axis, only: extent_lines, parameter_axis
+  use gestell_io_plot_axis, only: decade_lines, extent_lines, parameter_axis, with_unit
   use gestell_io_sweep_summary, only: summary_type
   use gestell_study_grid, only: axis_type, grid_type
   use gestell_study_tile_results, only: eta_peak, failed, impossible, log_rho_max, psi_peak, rho_max, stable, sweep_columns, &
@@ -20,10 +20,10 @@ module gestell_io_plot_sweep
 
 contains
 
-  !> sweep.gp, from the columns of sweep.csv that were ordered; with `curves` in boundary.csv, of the same parameters, their
-  !> border is drawn too. Error: it cannot be written.
-  subroutine plot_sweep(folder, preamble, paths, grid, columns, summary, error, curves)
-    character(len=*), intent(in) :: folder, preamble(:), paths(:)
+  !> sweep.gp, over the parameters `paths` in these units, from the columns of sweep.csv that were ordered; with `curves` in
+  !> boundary.csv, of the same parameters, their border is drawn too. Error: it cannot be written.
+  subroutine plot_sweep(folder, preamble, paths, units, grid, columns, summary, error, curves)
+    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
     type(grid_type), intent(in) :: grid
     logical, intent(in) :: columns(sweep_columns)
     type(summary_type), intent(in) :: summary
@@ -32,16 +32,17 @@ contains
     integer :: k
 
     if (size(grid%axes) > 1 .and. all(grid%axes%count > 1)) then
-      call plot_chart(folder, preamble, paths, grid, columns, summary, error, curves)
+      call plot_chart(folder, preamble, paths, units, grid, columns, summary, error, curves)
     else
       k = maxloc(grid%axes%count, dim=1)
-      call plot_curves(folder, preamble, trim(paths(k)), grid%axes(k), k, size(paths), columns, summary, error)
+      call plot_curves(folder, preamble, trim(paths(k)), units(k), grid%axes(k), k, size(paths), columns, summary, &
+        & error)
     end if
   end subroutine plot_sweep
 
   !> Over one parameter, which stands in column `k` behind which come those of the results after all `parameters`.
-  subroutine plot_curves(folder, preamble, path, axis, k, parameters, columns, summary, error)
-    character(len=*), intent(in) :: folder, preamble(:), path
+  subroutine plot_curves(folder, preamble, path, unit, axis, k, parameters, columns, summary, error)
+    character(len=*), intent(in) :: folder, preamble(:), path, unit
     type(axis_type), intent(in) :: axis
     integer, intent(in) :: k, parameters
     logical, intent(in) :: columns(sweep_columns)
@@ -61,11 +62,11 @@ contains
     lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // merge("0.12", "0.17", panels == 2) &
       & // "," // merge("0.86", "0.8 ", panels == 2) // " spacing 0,0.1 title " &
       & // heading(preamble, "Sweep over " // path // tally(summary)) // " noenhanced" // newline &
-      & // parameter_axis("x", axis, path, 0.0_dp) &
+      & // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
     if (panels == 2) lines = lines // "unset xlabel" // newline
     if (growth) lines = lines // growth_panel(place, x, style, summary)
-    if (peaks) lines = lines // parameter_axis("x", axis, path, 0.0_dp) // peaks_panel(place, x, style)
+    if (peaks) lines = lines // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) // peaks_panel(place, x, style)
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
     call write_script(folder, "sweep", lines // "unset multiplot" // newline // "unset output" // newline, error, &
       & width=800, height=merge(680, 440, panels == 2))
@@ -131,8 +132,8 @@ contains
         & // "if (low > 0) { least = low < least ? low : least; most = high > most ? high : most } else { valid" // text(i) &
         & // " = 0 }" // newline
     end do
-    lines = lines // "if (most > 0) { least = least > 1e-9 * most ? least : 1e-9 * most; set logscale y; " &
-      & // "set format y '10^{%L}'; set yrange [least / 1.5:most * 1.5] } else { set yrange [0:1] }" // newline &
+    lines = lines // "if (most > 0) { least = least > 1e-9 * most ? least : 1e-9 * most" // newline &
+      & // decade_lines("least / 1.5", "most * 1.5") // "} else { set yrange [0:1] }" // newline &
       & // "set ylabel 'peak of the vibration'" // newline // "plot NaN notitle"
     do i = 1, 3
       if (place(peaks(i)) == 0) cycle
@@ -143,8 +144,8 @@ contains
   end function peaks_panel
 
   !> Over two parameters: ln |rho| as a chart, or what else was ordered.
-  subroutine plot_chart(folder, preamble, paths, grid, columns, summary, error, curves)
-    character(len=*), intent(in) :: folder, preamble(:), paths(:)
+  subroutine plot_chart(folder, preamble, paths, units, grid, columns, summary, error, curves)
+    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
     type(grid_type), intent(in) :: grid
     logical, intent(in) :: columns(sweep_columns)
     type(summary_type), intent(in) :: summary
@@ -169,8 +170,8 @@ contains
     lines = "set title " // heading(preamble, "Chart over " // trim(paths(1)) // " and " // trim(paths(2)) // tally(summary)) &
       & // " noenhanced" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
       & // "X(v) = v; Y(v) = v" // newline // extent_lines("sweep.csv", [value]) &
-      & // parameter_axis("x", grid%axes(1), trim(paths(1)), 0.5_dp / (grid%axes(1)%count - 1)) &
-      & // parameter_axis("y", grid%axes(2), trim(paths(2)), 0.5_dp / (grid%axes(2)%count - 1)) &
+      & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.5_dp / (grid%axes(1)%count - 1)) &
+      & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.5_dp / (grid%axes(2)%count - 1)) &
       & // "set cbrange [low:high]; set cblabel '" // label // "'" // newline &
       & // "# stable: blue, paler toward the border; unstable: orange to brown; no result: grey" // newline
     if (any(columns([rho_max, log_rho_max, verdict]))) then

@@ -5,6 +5,7 @@ module gestell_io_sweep
   use gestell_io_document, only: document_type, group_type, groups_named, has, the_group, word_length
   use gestell_io_family, only: document_family_type, new_document_family
   use gestell_io_get, only: at_least, get, positive
+  use gestell_io_input_units, only: element_unit
   use gestell_io_locate, only: find_target, target_type
   use gestell_io_message, only: in_group, input_error, label
   use gestell_io_path, only: get_path
@@ -26,6 +27,8 @@ module gestell_io_sweep
   type, public :: sweep_plan_type
     !> What runs, shape (number of axes), as in the head of sweep.csv.
     character(len=:), allocatable :: paths(:)
+    !> In what unit each is typed, empty for numbers without one.
+    character(len=16), allocatable :: units(:)
     type(grid_type) :: grid
     type(sweep_order_type) :: order
     !> What is wanted of borders.
@@ -78,9 +81,11 @@ contains
       longest = max(longest, len(path))
     end do
     allocate(character(len=longest) :: plan%paths(size(groups)))
+    allocate(plan%units(size(groups)))
     do i = 1, size(groups)
       call get(groups(i), "parameter", path, error)
       plan%paths(i) = adjustl(path)
+      plan%units(i) = element_unit(trim(schema%keys(targets(i)%rule)%group), targets(i)%key, targets(i)%element, units)
     end do
     if (size(groups) == 2) then
       if (overlap(doc, targets)) then

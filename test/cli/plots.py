@@ -156,6 +156,8 @@ def test_sweeps():
                 texts = drawn(what, folder / "input").get("sweep", "")
                 path = groups.split("'")[1]
                 check(f"{what}, axis", not GNUPLOT or path in texts or what.endswith("1 x 5"), path, texts)
+                unit = {"drive.speed_rpm": " (1/min)", "joint(B).lengths(1)": " (m)", "foundation.stiffness(1,1)": " (N/m)"}[path]
+                check(f"{what}, unit", not GNUPLOT or path + unit in texts or what.endswith("1 x 5"), path + unit, texts)
 
 
 def test_borders():
@@ -169,6 +171,10 @@ def test_borders():
             if Run(folder, "-q", "input.nml").done(f"borders, {what}"):
                 texts = drawn(f"borders, {what}", folder / "input").get("boundary", "")
                 word = "none found" if what.startswith("no ") else "period doubling"
+                if "curve" in what and GNUPLOT:
+                    check(f"borders, {what}, units", "foundation.damping(3) (N m s)" in texts, "N m s", texts)
+                if word == "none found" and GNUPLOT:
+                    check(f"borders, {what}, in the frame", word in texts.split("\n"), word, texts)
                 check(f"borders, {what}, words", not GNUPLOT or word in texts, word, texts)
                 border = "boundary.csv" in (folder / "input" / "sweep.gp").read_text()
                 equal(f"borders, {what}, in the chart", border, what.startswith("curve"))
@@ -233,6 +239,32 @@ def test_sensitivity():
                 texts = drawn(f"sensitivity, {what}", folder / "input").get("sensitivity", "")
                 for word in ["frame.mass", "change of the peak (%)"] + (["probe(it's {x}_1).v"] if what == "names" else []):
                     check(f"sensitivity, {what}, {word}", not GNUPLOT or word in texts, word, texts)
+
+
+def test_sensitivity_order():
+    """The parameter that changes the peak most comes first."""
+    group = "&sensitivity parameters='link(crank).inertia','frame.mass','support.stiffness','link(rocker).mass', quantities='xi' /\n"
+    with Folder(input=SOUND.replace("'stability', 'response'", "'sensitivity'") + group) as folder:
+        Run(folder, "-q", "input.nml").done("order of sensitivities")
+        table = (folder / "input" / "sensitivity.csv").read_text().splitlines()
+        rows = [line.split(",") for line in table if line.startswith("xi,")]
+        expected = [row[2] for row in sorted(rows, key=lambda row: -abs(float(row[4])))]
+        texts = drawn("order of sensitivities", folder / "input").get("sensitivity", "").split("\n")
+        came = [word for word in texts if word in expected]
+        check("order of sensitivities", not GNUPLOT or came == expected, expected, came)
+        check("order of sensitivities, another than the input's", expected != [row[2] for row in rows], "another", expected)
+
+
+def test_probes_drawn():
+    """Probes and the stiff direction of a support are in the mechanism's picture."""
+    probe = "&probe name='it''s {x}_1', position=0.1,0.1 /\n"
+    for what, ratio, stiff in (("equal", "", False), ("stiff", "support.stiffness(2)=4e5", True)):
+        with Folder(input=ALL + probe) as folder:
+            Run(folder, "-q", "input.nml", *(("-s", ratio) if ratio else ())).done(f"probes drawn, {what}")
+            texts = drawn(f"probes drawn, {what}", folder / "input").get("mechanism", "")
+            check(f"probes drawn, {what}, name", not GNUPLOT or "it's {x}_1" in texts, "it's {x}_1", texts)
+            script = (folder / "input" / "mechanism.gp").read_text()
+            equal(f"probes drawn, {what}, bold springs", "$stiff using" in script, stiff)
 
 
 def test_drawing():
@@ -328,4 +360,4 @@ def test_trade():
 
 
 PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_sweeps, test_borders, test_findings, test_over_speed,
-              test_sensitivity, test_drawing, test_plot_option, test_no_gnuplot, test_trade)
+              test_sensitivity, test_sensitivity_order, test_probes_drawn, test_drawing, test_plot_option, test_no_gnuplot, test_trade)
