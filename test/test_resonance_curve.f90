@@ -31,6 +31,7 @@ contains
       & new_unittest("unbalance on a spring: the curve in closed form", test_closed_form), &
       & new_unittest("unbalance on a spring, clockwise and downwards", test_clockwise), &
       & new_unittest("no damping: the vibration grows without bounds", test_undamped), &
+      & new_unittest("a resonance that leaves no vibration is listed", test_none_left), &
       & new_unittest("no maximum is missed that brute force finds", test_brute_force), &
       & new_unittest("maxima do not depend on the grid", test_grids), &
       & new_unittest("inside a tongue the vibration is never reached", test_tongue)]
@@ -199,6 +200,32 @@ contains
     ! intervals there are a millionth wide
     if (.not. allocated(error)) call check(error, curve%maxima(1)%speed, natural_rpm, thr=1.0e-6_dp * natural_rpm)
   end subroutine test_undamped
+
+  !> The very speed of the resonance is one of the grid, so that there is no vibration between those that rise to it.
+  subroutine test_none_left(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_family) :: family
+    type(resonance_curve_type) :: curve
+    type(speed_order_type) :: order
+    type(gestell_error), allocatable :: failure
+    integer :: k
+
+    call unbalanced_family(0.0_dp, family, error)
+    if (allocated(error)) return
+    order = order_of(["xi"])
+    do k = 1, 2
+      order%averaged = k == 2
+      call solve_curve(family, order, natural_rpm * grid(0.6_dp, 1.4_dp, 9), curve, failure)
+      if (allocated(failure)) call test_failed(error, failure%message)
+      if (.not. allocated(error)) call check(error, count(curve%points%state == in_resonance), 1)
+      if (.not. allocated(error)) call check(error, size(curve%maxima), 1)
+      if (allocated(error)) return
+      call check(error, curve%maxima(1)%unbounded .and. curve%maxima(1)%value > huge(1.0_dp))
+      ! the resonance's own speed is one of those that were solved
+      if (.not. allocated(error)) call check(error, curve%maxima(1)%speed, natural_rpm, thr=1.0e-9_dp * natural_rpm)
+      if (allocated(error)) return
+    end do
+  end subroutine test_none_left
 
   !> The paper's machine with `factor` times its damping.
   subroutine khang_family(factor, family, error)

@@ -160,6 +160,12 @@ contains
     ! Some modes are lost in rounding beside others, or the numbers overflow.
     if (order%method == "auto" .and. turns <= many_turns) then
       call try_reduction(system, order, forced, scale, part, unfit)
+      if (.not. allocated(unfit) .and. forced) then
+        if (.not. tells_motion(part%reduced, order%tolerance)) then
+          deallocate(part%reduced)
+          allocate(unfit)
+        end if
+      end if
       if (.not. allocated(unfit)) then
         deallocate(part%monodromy)
         if (allocated(error)) deallocate(error)
@@ -176,6 +182,22 @@ contains
       if (allocated(error)) deallocate(error)
     end if
   end subroutine solve_part
+
+  !> Whether the bound on the error of the periodic motion tells anything: within a group of modes whose rates vary over the period
+  !> it may be worse than the motion by many orders, where factors tell it well.
+  logical function tells_motion(reduced, tolerance)
+    type(reduced_type), intent(in) :: reduced
+    real(dp), intent(in) :: tolerance
+    type(periodic_solution_type) :: motion
+    type(error_type), allocatable :: error
+    real(dp), parameter :: least_digits = 1.0e-4_dp
+
+    tells_motion = .false.
+    call reduced_periodic(reduced, motion, error)
+    if (allocated(error)) return
+    tells_motion = norm2(motion%error / reduced%scale) <= max(least_digits, tolerance) &
+      & * maxval(abs(reduced%reduction%response))
+  end function tells_motion
 
   subroutine try_reduction(system, accuracy, forced, scale, part, unfit)
     class(periodic_system), intent(in) :: system

@@ -77,7 +77,7 @@ contains
     type(group_type) :: group
     character(len=word_length), allocatable :: given(:)
     character(len=80), allocatable :: names(:)
-    integer :: i
+    integer :: i, n
 
     group = the_group(doc, name)
     if (has(group, "quantities")) then
@@ -89,9 +89,11 @@ contains
     else
       allocate(names(1 + count(probes%limit > 0)))
       names(1) = "f"
-      names(2:) = pack(probes%name, probes%limit > 0)
-      do i = 2, size(names)
-        names(i) = "probe(" // trim(names(i)) // ").v"
+      n = 1
+      do i = 1, size(probes)
+        if (.not. probes(i)%limit > 0) cycle
+        n = n + 1
+        names(n) = "probe(" // trim(probes(i)%name) // ").v"
       end do
     end if
     allocate(quantities(size(names)))

@@ -5,7 +5,7 @@
 module gestell_study_resonance_maxima
   use gestell_base_kinds, only: dp
   use gestell_study_curve_points, only: curve_points_type
-  use gestell_study_speed_point, only: marginal
+  use gestell_study_speed_point, only: in_resonance, marginal, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -42,10 +42,25 @@ contains
     real(dp), intent(in) :: least
     type(maximum_type), allocatable, intent(out) :: maxima(:)
     type(maximum_type) :: found(size(level) / 2 + 1)
-    integer :: i, n
+    integer :: i, n, last
 
     n = 0
     do i = 2, size(level) - 1
+      if (known(i - 1) .and. .not. known(i)) then
+        last = end_of_gap(known, i)
+        if (rises_into(curve, level, known, i, last, least)) then
+          n = n + 1
+          associate (point => curve%points((i + last) / 2))
+            found(n) = maximum_type(q, (i + last) / 2, point%state, curve%points(i - 1)%strongest(q), point%speed)
+          end associate
+          found(n)%value = ieee_value(1.0_dp, ieee_positive_inf)
+          found(n)%half = ieee_value(1.0_dp, ieee_quiet_nan)
+          found(n)%width = found(n)%half(1)
+          found(n)%damping_ratio = found(n)%half(1)
+          found(n)%resolved = .false.
+          found(n)%unbounded = .true.
+        end if
+      end if
       if (.not. all(known(i - 1:i + 1))) cycle
       if (.not. (level(i) > level(i - 1) .and. level(i) >= level(i + 1))) cycle
       if (min(fall(level, known, i, -1), fall(level, known, i, 1)) <= least) cycle
@@ -64,6 +79,34 @@ contains
     allocate(maxima(n))
     maxima = found(:n)
   end subroutine find_maxima
+
+  !> The last of the points from `first` on that are not known.
+  pure integer function end_of_gap(known, first) result(last)
+    logical, intent(in) :: known(:)
+    integer, intent(in) :: first
+
+    last = first
+    do while (last < size(known))
+      if (known(last + 1)) return
+      last = last + 1
+    end do
+  end function end_of_gap
+
+  !> Whether the points from `first` to `last`, none of them known, are a resonance that leaves no vibration, or one beyond its
+  !> error, into which the curve rises by more than `least` from both sides.
+  pure logical function rises_into(curve, level, known, first, last, least)
+    class(curve_points_type), intent(in) :: curve
+    real(dp), intent(in) :: level(:), least
+    logical, intent(in) :: known(:)
+    integer, intent(in) :: first, last
+
+    rises_into = .false.
+    if (last == size(known)) return
+    associate (states => curve%points(first:last)%state)
+      if (.not. all(states == in_resonance .or. states == marginal .or. states == unreached)) return
+    end associate
+    rises_into = min(fall(level, known, first - 1, -1), fall(level, known, last + 1, 1)) > least
+  end function rises_into
 
   !> How far the curve falls on one side of point `i` before it is higher than there.
   pure real(dp) function fall(level, known, i, step)

@@ -135,7 +135,7 @@ contains
       call solve_vibration(frame, floquet, history, harmonics_wanted, vibration, error, rows)
     end if
     if (allocated(error)) then
-      if (error%message == resonance_message) point%state = in_resonance
+      if (error%message == resonance_message .or. without_motion(floquet)) point%state = in_resonance
       deallocate(error)
       return
     end if
@@ -146,6 +146,18 @@ contains
       call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i))
     end do
   end subroutine solve_frame
+
+  !> Whether the averaged model has no periodic motion.
+  pure logical function without_motion(floquet)
+    type(floquet_type), intent(in) :: floquet
+    integer :: k
+
+    without_motion = .false.
+    do k = 1, size(floquet%parts)
+      if (allocated(floquet%parts(k)%constant)) without_motion = without_motion .or. &
+        & allocated(floquet%parts(k)%constant%resonance)
+    end do
+  end function without_motion
 
   subroutine take_values(vibration, quantity, values, strongest)
     type(vibration_type), intent(in) :: vibration
