@@ -191,10 +191,15 @@ def printed(excerpt, output):
 
 
 def pictures(page, work):
-    """A picture of a page is one that its commands have made, pictures/PAGE/FOLDER/NAME.svg in FOLDER."""
-    for picture in re.findall(r"\(pictures/\w+/([\w./]+\.svg)\)", text(page)):
-        if shutil.which("gnuplot"):
-            check(f"{page}: {picture} is made", any((place / picture).exists() for place in (work, *work.iterdir())))
+    """A picture of a page is one that its commands have made, pictures/PAGE/FOLDER/NAME.svg in FOLDER. With --write-pictures
+    they become those of the page."""
+    for folder, picture in re.findall(r"\((pictures/\w+)/([\w./]+\.svg)\)", text(page)):
+        if not shutil.which("gnuplot"):
+            continue
+        made = [place / picture for place in (work, *work.iterdir()) if (place / picture).exists()]
+        check(f"{page}: {picture} is made", made)
+        if made and "--write-pictures" in sys.argv:
+            shutil.copyfile(made[0], ROOT / "doc" / folder / picture)
 
 
 def run_page(page, folder):

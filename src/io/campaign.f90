@@ -63,7 +63,9 @@ contains
 
     campaign%folder = folder
     campaign%paths = plan%paths
-    campaign%units = plan%units
+    allocate(campaign%units(size(campaign%paths)))
+    campaign%units = ""
+    if (allocated(plan%units)) campaign%units = plan%units
     campaign%grid = plan%grid
     campaign%columns = plan%order%columns
     campaign%content = content

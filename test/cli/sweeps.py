@@ -250,7 +250,7 @@ def test_refused():
                 ("verdict is no column", ["--fail-if-unstable", "-s", "sweep.columns=rho_max"], 1,
                  "--fail-if-unstable needs the column 'verdict' of the sweep"),
                 ("one line of nothing", ["--one-line", "-s", "case.tasks=trade"], 1,
-                 "--one-line needs a task 'stability', 'modes', 'response' or 'sweep'")):
+                 "--one-line needs a task 'stability', 'modes', 'response', 'forces', 'power' or 'sweep'")):
             Run(folder, "-q", "input.nml", *options).refused(f"sweep, {what}", code, message)
             equal(f"sweep, {what}: nothing is written", files(folder), ["input.nml"])
 
