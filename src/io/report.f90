@@ -27,6 +27,8 @@ module gestell_io_report
   real(dp), parameter :: highest_order = 50
   !> rad: the cosine of a greater angle is off by more than half a per cent.
   real(dp), parameter :: small_turn = 0.1_dp
+  !> A peak below this part of the greatest is what rounding leaves of zero.
+  real(dp), parameter :: rounding = 1.0e-9_dp
 
 contains
 
@@ -333,11 +335,14 @@ contains
           & // padded(concise(factors(i) * vibration%rms(i), 5), 12) &
           & // "  " // units(i) // "  "
         order = maxloc(series%amplitude, dim=1)
-        if (vibration%peak(i) > 0) lines = lines // text(order) // " (" &
+        if (vibration%peak(i) > vibration%peak_error(i)) lines = lines // text(order) // " (" &
           & // concise(factors(i) * series%amplitude(order), 4) // ")"
         lines = lines // newline
       end associate
     end do
+    if (any(vibration%peak_error(frame%free) >= vibration%peak(frame%free) .and. vibration%peak(frame%free) > 0 &
+      & .and. .not. vibration%peak(frame%free) < rounding * maxval(vibration%peak(frame%free)))) lines = lines // &
+      & "  note: an error is as great as its peak, which tells nothing then; more steps, or a smaller tolerance, may" // newline
     if (vibration%peak(3) > small_turn) lines = lines // "  note: psi is no small angle; the equations hold for small ones " &
       & // "only" // newline
     if (averaged) then
