@@ -27,6 +27,7 @@ contains
 
     testsuite = [ &
       & new_unittest("velocity and acceleration are derivatives", test_derivatives), &
+      & new_unittest("few rows do not spoil the peaks", test_few_rows), &
       & new_unittest("a rocking frame in closed form, both ways round", test_rocking), &
       & new_unittest("at a support: its force over its stiffness", test_support), &
       & new_unittest("the band: edges on orders, greatest direction", test_band), &
@@ -56,6 +57,31 @@ contains
     end if
     call watch(frame, analysis%vibration, probes, watched)
   end subroutine solve
+
+  !> Peaks do not depend on the rows that are ordered: samples are added until the motion is resolved, accelerations too. With
+  !> 1024 rows the samples would do without.
+  subroutine test_few_rows(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(watched_type), allocatable :: few(:), many(:)
+    integer :: number, k
+
+    do number = 1, 6
+      machine = random_linkage(number, 1.0_dp, 20.0_dp)
+      call make(machine, frame, error)
+      frame%least_steps = 8
+      if (.not. allocated(error)) call solve(frame, 8, 1.0e-10_dp, [probe_at(0.3_dp, -0.2_dp)], analysis, few, error)
+      if (.not. allocated(error)) call solve(frame, 1024, 1.0e-10_dp, [probe_at(0.3_dp, -0.2_dp)], analysis, many, error)
+      if (allocated(error)) return
+      do k = 1, probe_parts
+        ! Harmonics are resolved to 1e-9 of the greatest.
+        call near(error, [few(1)%statistics(k)%peak], [many(1)%statistics(k)%peak], 1.0e-7_dp * many(1)%statistics(k)%peak, "peak")
+      end do
+      if (allocated(error)) return
+    end do
+  end subroutine test_few_rows
 
   pure type(probe_type) function probe_at(x, y)
     real(dp), intent(in) :: x, y

@@ -1,7 +1,8 @@
 !> What an engineer reads off a quantity over one period: peak, root of the mean square, crest factor, harmonics.
 module gestell_study_statistics
+  use gestell_base_circle, only: circle
   use gestell_base_fourier, only: fourier_type, greatest
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_model_quantity, only: quantity_type
   use gestell_study_vibration, only: vibration_type
   implicit none (type, external)
@@ -44,14 +45,60 @@ contains
     if (size(samples, 2) == 1) then
       statistics%peak = statistics%series(1)%peak(samples(:, 1))
     else
-      ! The square is a series of twice the orders, but what the samples do not resolve of it is as small as their own tail.
-      associate (largest => max(maxval(abs(samples)), tiny(1.0_dp)))
-        statistics%peak = largest * sqrt(greatest(sum((samples / largest)**2, dim=2)))
-      end associate
+      statistics%peak = greatest_size(statistics%series, samples)
     end if
     statistics%peak_phase = top(norm2(samples, dim=2))
     statistics%peak_error = error
   end subroutine take_statistics
+
+  !> max of the size of a vector, from the samples of its components, shape (samples, components), and their series. The square is
+  !> a series of twice the orders: it needs twice the samples where the upper half of the orders counts.
+  pure real(dp) function greatest_size(series, samples)
+    type(fourier_type), intent(in) :: series(:)
+    real(dp), intent(in) :: samples(:, :)
+    real(dp), parameter :: counts = 1.0e-13_dp
+    real(dp) :: fine(2 * size(samples, 1)), largest, upper
+    integer :: i, n
+
+    n = size(samples, 1)
+    largest = max(maxval(abs(samples)), tiny(1.0_dp))
+    upper = 0
+    do i = 1, size(series)
+      upper = max(upper, maxval([0.0_dp, series(i)%amplitude(max(1, n / 4):)]))
+    end do
+    if (upper <= counts * largest) then
+      greatest_size = largest * sqrt(greatest(sum((samples / largest)**2, dim=2)))
+      return
+    end if
+    fine(1::2) = sum((samples / largest)**2, dim=2)
+    fine(2::2) = 0
+    do i = 1, size(series)
+      fine(2::2) = fine(2::2) + (half_way(series(i), n) / largest)**2
+    end do
+    greatest_size = largest * sqrt(greatest(fine))
+  end function greatest_size
+
+  !> A series half way between the n places of its samples.
+  pure function half_way(series, n) result(f)
+    type(fourier_type), intent(in) :: series
+    integer, intent(in) :: n
+    real(dp) :: f(n)
+    real(dp) :: c(0:n - 1), s(0:n - 1), along, across
+    integer :: i, k, at
+
+    call circle([(2 * pi * i / n, i = 0, n - 1)], c, s)
+    f = series%mean
+    do k = 1, size(series%amplitude)
+      along = series%amplitude(k) * cos(series%phase(k) + pi * k / n)
+      across = -series%amplitude(k) * sin(series%phase(k) + pi * k / n)
+      at = 0
+      do i = 1, n
+        f(i) = f(i) + along * c(at) + across * s(at)
+        at = at + k
+        if (at >= n) at = at - n
+      end do
+    end do
+  end function half_way
 
   !> The series of a weighted sum of the rows that these are the series of.
   pure subroutine combine(weights, rows, series)
