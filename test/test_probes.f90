@@ -81,7 +81,38 @@ contains
       end do
       if (allocated(error)) return
     end do
+    call order_of_forty(error)
   end subroutine test_few_rows
+
+  !> A load of order 40 alone, which 64 samples would take for one of order 24, in closed form.
+  subroutine order_of_forty(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: order = 40
+    real(dp), parameter :: u = 1.0e-4_dp, mass = 20, omega = 2, spring = 1.0e4_dp, damping = 50
+    type(harmonic_mechanism_type) :: mechanism
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(watched_type), allocatable :: watched(:)
+    type(gestell_error), allocatable :: failure
+    real(dp) :: a1(1 + 2 * order)
+    complex(dp) :: iw
+
+    a1 = 0
+    a1(2 * order) = u
+    call new_harmonic_mechanism(mechanism, 2.0_dp, 0.01_dp, a1, [0.0_dp], [0.01_dp], [0.01_dp], failure)
+    call new_frame(frame, mechanism, mass - 2, 1.0_dp, [0.0_dp, 0.0_dp], diagonal([spring, 1.0_dp, 1.0_dp]), &
+      & diagonal([damping, 1.0_dp, 1.0_dp]), omega, failure, free=[1])
+    if (allocated(failure)) call test_failed(error, failure%message)
+    ! As if nothing were known of the load.
+    frame%least_steps = 8
+    if (.not. allocated(error)) call solve(frame, 8, 1.0e-10_dp, [probe_at(0.0_dp, 0.0_dp)], analysis, watched, error)
+    if (allocated(error)) return
+    iw = cmplx(0.0_dp, order * omega, dp)
+    associate (s => watched(1)%statistics(7))
+      call near(error, [s%peak], [abs(iw**4 * u / (spring + damping * iw + mass * iw**2))], 1.0e-8_dp * s%peak, "order 40")
+      if (.not. allocated(error)) call check(error, s%strongest(), order)
+    end associate
+  end subroutine order_of_forty
 
   pure type(probe_type) function probe_at(x, y)
     real(dp), intent(in) :: x, y
