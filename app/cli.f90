@@ -6,7 +6,12 @@ module cli
   implicit none (type, external)
   private
 
-  public :: help_text, parse_command_line
+  public :: command_line, help_text, parse, parse_command_line
+
+  !> A word of the command line.
+  type, public :: word_type
+    character(len=:), allocatable :: text
+  end type word_type
 
   type, public :: setting_type
     character(len=:), allocatable :: assignment
@@ -31,8 +36,28 @@ module cli
 
 contains
 
+  !> The arguments of the program.
+  function command_line() result(words)
+    type(word_type), allocatable :: words(:)
+    integer :: i
+
+    allocate(words(command_argument_count()))
+    do i = 1, size(words)
+      words(i)%text = argument(i)
+    end do
+  end function command_line
+
   !> The options from the arguments of the program. Error: wrong usage.
   subroutine parse_command_line(options, error)
+    type(options_type), intent(out) :: options
+    type(error_type), allocatable, intent(out) :: error
+
+    call parse(command_line(), options, error)
+  end subroutine parse_command_line
+
+  !> The options from the words of a command line. Error: wrong usage.
+  subroutine parse(words, options, error)
+    type(word_type), intent(in) :: words(:)
     type(options_type), intent(out) :: options
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: word, value
@@ -42,9 +67,9 @@ contains
     allocate(options%settings(0))
     only_names = .false.
     i = 0
-    do while (i < command_argument_count())
+    do while (i < size(words))
       i = i + 1
-      word = argument(i)
+      word = words(i)%text
       if (only_names .or. word == "-" .or. index(word, "-") /= 1) then
         if (allocated(options%input)) then
           call fatal_error(error, "more than one input: '" // options%input // "' and '" // word // "'", wrong_usage)
@@ -66,12 +91,12 @@ contains
           return
         end if
       else if (any(with_value == word)) then
-        if (i == command_argument_count()) then
+        if (i == size(words)) then
           call fatal_error(error, "option '" // word // "' needs a value", wrong_usage)
           return
         end if
         i = i + 1
-        value = argument(i)
+        value = words(i)%text
       end if
 
       select case (word)
@@ -110,7 +135,7 @@ contains
     call refuse_together(options, error)
     if (allocated(error) .or. options%help .or. options%version .or. allocated(options%input)) return
     call fatal_error(error, "no input file; usage: gestell [options] input.nml, and gestell --help", wrong_usage)
-  end subroutine parse_command_line
+  end subroutine parse
 
   !> The share of --part i/n.
   subroutine read_part(value, options, error)

@@ -1,0 +1,40 @@
+!> A run of the program from the words of its command line to its exit code.
+module execution
+  use cli, only: help_text, options_type, parse, word_type
+  use driver, only: run
+  use gestell_base_error, only: error_type
+  use gestell_base_version, only: version
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  implicit none (type, external)
+  private
+
+  public :: execute
+
+contains
+
+  !> Does what the words ask for; an error becomes one line on standard error.
+  subroutine execute(words, code)
+    type(word_type), intent(in) :: words(:)
+    integer, intent(out) :: code
+    type(options_type) :: options
+    type(error_type), allocatable :: error
+
+    code = 0
+    call parse(words, options, error)
+    if (.not. allocated(error)) then
+      if (options%help) then
+        write (output_unit, "(a)") help_text()
+      else if (options%version) then
+        write (output_unit, "(a)") "gestell " // version
+      else
+        call run(options, code, error)
+      end if
+    end if
+    if (allocated(error)) then
+      write (error_unit, "(a)") error%message
+      code = error%code
+    end if
+    flush (output_unit)
+  end subroutine execute
+
+end module execution
