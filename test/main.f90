@@ -14,6 +14,7 @@ program main
   use test_campbell_modes, only: collect_campbell_modes
   use test_campbell_tracking, only: collect_campbell_tracking
   use test_cheapest, only: collect_cheapest
+  use test_cost, only: collect_cost
   use test_data, only: collect_data
   use test_drive, only: collect_drive
   use test_equivalence, only: collect_equivalence
@@ -72,6 +73,7 @@ program main
 
   suites = [ &
     & new_testsuite("base", collect_base), &
+    & new_testsuite("cost", collect_cost), &
     & new_testsuite("mesh", collect_mesh), &
     & new_testsuite("html", collect_html), &
     & new_testsuite("method", collect_method), &

@@ -1,6 +1,6 @@
 !> Periodic functions from equidistant samples: harmonics, and extremes between the samples.
 module gestell_base_fourier
-  use gestell_base_circle, only: circle
+  use gestell_base_dft, only: dft
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
   private
@@ -15,6 +15,7 @@ module gestell_base_fourier
   contains
     procedure :: value => series_value
     procedure :: rms
+    procedure :: greatest_term
     procedure :: tail
     procedure :: peak
   end type fourier_type
@@ -37,24 +38,14 @@ contains
   pure subroutine transform(samples, cosine, sine)
     real(dp), intent(in) :: samples(:)
     real(dp), intent(out) :: cosine(:), sine(:)
-    real(dp) :: c(0:size(samples) - 1), s(0:size(samples) - 1)
-    integer :: n, k, i, at
+    complex(dp) :: y(size(samples))
+    integer :: k
 
-    n = size(samples)
-    call circle([(2 * pi * i / n, i = 0, n - 1)], c, s)
+    y = dft(cmplx(samples, 0, dp))
     do k = 1, size(cosine)
-      cosine(k) = 0
-      sine(k) = 0
-      at = 0
-      do i = 1, n
-        cosine(k) = cosine(k) + samples(i) * c(at)
-        sine(k) = sine(k) + samples(i) * s(at)
-        at = at + k
-        if (at >= n) at = at - n
-      end do
+      cosine(k) = 2 * real(y(k + 1)) / size(samples)
+      sine(k) = -2 * aimag(y(k + 1)) / size(samples)
     end do
-    cosine = 2 * cosine / n
-    sine = 2 * sine / n
   end subroutine transform
 
   !> The greatest |f| of the series through `samples`, without the series.
@@ -104,6 +95,13 @@ contains
     rms = sqrt(self%mean**2 + sum(self%amplitude**2) / 2)
   end function rms
 
+  !> The greatest of |mean| and amplitudes.
+  pure real(dp) function greatest_term(self)
+    class(fourier_type), intent(in) :: self
+
+    greatest_term = max(abs(self%mean), maxval(self%amplitude))
+  end function greatest_term
+
   !> The greatest amplitude in the upper third of the orders relative to the greatest of all: small where the samples
   !> resolve the function.
   pure real(dp) function tail(self)
@@ -112,7 +110,7 @@ contains
     integer :: n
 
     n = size(self%amplitude)
-    greatest = max(abs(self%mean), maxval(self%amplitude))
+    greatest = self%greatest_term()
     tail = 0
     if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
   end function tail

@@ -4,7 +4,7 @@ module gestell_study_vibration
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_periodic_solution, only: periodic_solution_type
-  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_periodic
+  use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: velocities
   use gestell_study_motion, only: motion_errors, whole_motion
@@ -39,8 +39,8 @@ module gestell_study_vibration
   integer, parameter :: most_shared = 1024
   !> Samples per period beyond which a vibration is not refined further.
   integer, parameter :: most_samples = 2**14
-  !> Harmonics that count as resolved, relative to the greatest; of a coarser solution this part of its error: its steps
-  !> leave kinks that no number of samples resolves.
+  !> Harmonics that count as resolved, relative to the greatest; where the quantity itself is less sure this part of its error:
+  !> the steps of a coarse solution leave kinks of that size, which no number of samples resolves.
   real(dp), parameter :: resolved = 1.0e-9_dp, part_of_error = 0.1_dp
 
 contains
@@ -57,8 +57,7 @@ contains
     integer, intent(in), optional :: rows
     class(second_order_system), intent(in), optional :: system
     real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:)
-    type(evidence_type) :: found
-    real(dp) :: unresolved
+    logical :: resolved_all
     integer :: samples, k, i
 
     call solve_periodic(floquet, vibration%start, error)
@@ -69,7 +68,6 @@ contains
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
     if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
     allocate(vibration%series(quantities))
-    call evidence(floquet, found)
     do
       phases = [(real(k, dp) / samples, k = 0, samples)]
       call follow(frame, floquet, vibration%start, phases, x, error)
@@ -79,13 +77,15 @@ contains
       do i = 1, quantities
         vibration%series(i) = fourier_series(all(i, :samples))
       end do
-      unresolved = unresolved_part(frame, floquet, vibration%series)
+      vibration%closing_defect = closing_defect(floquet, x)
+      vibration%peak_error = peak_errors(frame, floquet, vibration, maxval(abs(x), dim=2))
+      resolved_all = states_resolved(frame, floquet, vibration)
       if (present(rows)) then
         call take_motion(frame, system, phases, x, rows, vibration%motion)
         call take_series(vibration)
-        unresolved = max(unresolved, unresolved_rows(frame, system, phases, x, vibration%motion_series))
+        if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, vibration)
       end if
-      if (unresolved < max(resolved, part_of_error * found%error) .or. 2 * samples > most_samples) exit
+      if (resolved_all .or. 2 * samples > most_samples) exit
       samples = 2 * samples
     end do
 
@@ -106,16 +106,9 @@ contains
     end if
     vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, quantities)]
     vibration%rms = [(vibration%series(i)%rms(), i = 1, quantities)]
-    associate (scale => spread(floquet%scale, 2, samples + 1))
-      vibration%closing_defect = norm2((x(:, samples + 1) - x(:, 1)) / floquet%scale) &
-        & / max(maxval(norm2(x / scale, dim=1)), tiny(1.0_dp))
-    end associate
-    vibration%peak_error = peak_errors(frame, floquet, vibration, maxval(abs(x), dim=2))
     if (.not. present(rows)) return
     allocate(vibration%motion_error(rows))
-    associate (states => [vibration%peak_error(frame%free), vibration%peak_error(3 + frame%free)])
-      call take_errors(frame, system, phases(:samples), states, frame%rounding, vibration%motion_error)
-    end associate
+    call take_errors(frame, system, phases(:samples), state_errors(frame, vibration), frame%rounding, vibration%motion_error)
   end subroutine solve_vibration
 
   !> The motion, of the averaged model where there is one.
@@ -151,26 +144,24 @@ contains
     end do
   end subroutine take_series
 
-  !> The greatest tail of the harmonics of accelerations and guides' forces, relative to each. What is roundoff beside the
-  !> terms that they are sums of counts as resolved.
-  real(dp) function unresolved_rows(frame, system, phases, x, series)
+  !> Whether the samples resolve the motion's rows beyond the states, accelerations and guides' forces. What is roundoff beside
+  !> the terms that they are sums of counts as resolved.
+  logical function rows_resolved(frame, system, phases, x, vibration)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in), optional :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
-    type(fourier_type), intent(in) :: series(:)
+    type(vibration_type), intent(in) :: vibration
     real(dp), parameter :: rounding = 1.0e-12_dp
-    real(dp) :: terms(size(series))
+    real(dp), dimension(size(vibration%motion_series)) :: terms, errors
     integer :: k
 
-    call take_errors(frame, system, phases(:size(phases) - 1), maxval(abs(x), dim=2), 1.0_dp, terms)
-    unresolved_rows = 0
-    do k = velocities + 1, size(series)
-      associate (tail => series(k)%tail())
-        if (tail * maxval(series(k)%amplitude) > rounding * terms(k)) unresolved_rows = max(unresolved_rows, tail)
-      end associate
-    end do
-  end function unresolved_rows
+    associate (inner => phases(:size(phases) - 1), series => vibration%motion_series)
+      call take_errors(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
+      call take_errors(frame, system, inner, state_errors(frame, vibration), frame%rounding, errors)
+      rows_resolved = all([(is_resolved(series(k), rounding * terms(k), errors(k)), k = velocities + 1, size(series))])
+    end associate
+  end function rows_resolved
 
   !> How errors of the states, and this part of the load, show in the motion's rows.
   subroutine take_errors(frame, system, phases, states, part, errors)
@@ -187,22 +178,56 @@ contains
     end if
   end subroutine take_errors
 
-  !> The greatest tail of the free states' harmonics, relative to the state's own size. What is roundoff beside the other
-  !> states, in balanced units, counts as resolved; the forces follow from the states.
-  pure real(dp) function unresolved_part(frame, floquet, series)
+  !> Whether the samples resolve the free states. What is roundoff beside the other states, in balanced units, counts as
+  !> resolved; the forces follow from the states.
+  pure logical function states_resolved(frame, floquet, vibration)
     type(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
-    type(fourier_type), intent(in) :: series(quantities)
-    real(dp) :: greatest(size(floquet%scale)), tail(size(floquet%scale))
+    type(vibration_type), intent(in) :: vibration
+    real(dp), parameter :: rounding = 1.0e-13_dp
+    real(dp) :: greatest(size(floquet%scale)), errors(size(floquet%scale))
     integer :: states(size(floquet%scale)), k
 
     states = [frame%free, 3 + frame%free]
-    do k = 1, size(states)
-      greatest(k) = max(abs(series(states(k))%mean), maxval(series(states(k))%amplitude)) / floquet%scale(k)
-      tail(k) = series(states(k))%tail()
-    end do
-    unresolved_part = maxval(merge(tail, 0.0_dp, tail * greatest > 1.0e-13_dp * maxval(greatest)))
-  end function unresolved_part
+    errors = state_errors(frame, vibration)
+    associate (series => vibration%series)
+      greatest = [(series(states(k))%greatest_term() / floquet%scale(k), k = 1, size(states))]
+      states_resolved = all([(is_resolved(series(states(k)), rounding * maxval(greatest) * floquet%scale(k), errors(k)), &
+        & k = 1, size(states))])
+    end associate
+  end function states_resolved
+
+  !> Whether the upper orders of a series are nothing beside the greatest, or less than `rounding`, or than its `error`.
+  pure logical function is_resolved(series, rounding, error)
+    type(fourier_type), intent(in) :: series
+    real(dp), intent(in) :: rounding, error
+    real(dp) :: least
+
+    associate (greatest => series%greatest_term())
+      least = max(resolved * greatest, rounding, part_of_error * error)
+      is_resolved = series%tail() * greatest <= least
+    end associate
+  end function is_resolved
+
+  !> Errors of the free states' peaks.
+  pure function state_errors(frame, vibration) result(errors)
+    type(frame_type), intent(in) :: frame
+    type(vibration_type), intent(in) :: vibration
+    real(dp) :: errors(2 * size(frame%free))
+
+    errors = [vibration%peak_error(frame%free), vibration%peak_error(3 + frame%free)]
+  end function state_errors
+
+  !> |x(T) - x(0)| relative to the greatest |x(t)|, in balanced units.
+  pure real(dp) function closing_defect(floquet, x) result(defect)
+    type(floquet_type), intent(in) :: floquet
+    real(dp), intent(in) :: x(:, :)
+    integer :: last
+
+    last = size(x, 2)
+    defect = norm2((x(:, last) - x(:, 1)) / floquet%scale) &
+      & / max(maxval(norm2(x / spread(floquet%scale, 2, last), dim=1)), tiny(1.0_dp))
+  end function closing_defect
 
   !> The quantities from the states of the free degrees of freedom, shape (quantities, points).
   pure function all_quantities(frame, x) result(all)
