@@ -14,7 +14,7 @@ module gestell_floquet_mode_group
   implicit none (type, external)
   private
 
-  public :: blocks, group_amplification, group_multipliers, least_size, log_growth, mirror, solve_group
+  public :: blocks, group_amplification, group_multipliers, least_size, mirror, solve_group, take_rates
 
   !> One group of modes: over the period its motion is multiplied by exp(shift) Phi.
   type, public :: group_type
@@ -210,17 +210,56 @@ contains
     end do
   end function least_size
 
-  !> How much more than over the whole period a group grows within it, at the most: the logarithm.
-  pure real(dp) function log_growth(d)
+  !> How a group's motion may change on its way over a period, forward or backward in time: `growth`, the logarithm of how much it
+  !> exceeds what it has at the ends, and `rate`, by which it falls at least at all phases, zero where it does not. In the group's
+  !> own coordinates, or in those of the eigenvectors of its mean D with their `condition`.
+  subroutine take_rates(d, growth, rate, condition)
     complex(dp), intent(in) :: d(:, :, :)
-    real(dp) :: rates(size(d, 3))
-    integer :: i
+    real(dp), intent(out) :: growth, rate, condition
+    type(error_type), allocatable :: error
+    complex(dp), allocatable :: values(:), right(:, :), left(:, :), inverted(:, :)
+    complex(dp) :: turned(size(d, 1), size(d, 1), size(d, 3))
+    real(dp) :: other_growth, other_rate
+    integer :: k
 
-    log_growth = 0
-    do i = 1, size(d, 1)
-      rates = real(d(i, i, :))
-      log_growth = max(log_growth, sum(abs(rates - sum(rates) / size(rates))) / size(rates))
+    condition = 1
+    call rates_of(d, growth, rate)
+    if (size(d, 1) == 1 .or. rate > 0) return
+    call eigensystem(sum(d, dim=3) / size(d, 3), values, right, left, error)
+    if (.not. allocated(error)) call inverse(right, inverted, error)
+    if (allocated(error)) return
+    do k = 1, size(d, 3)
+      turned(:, :, k) = matmul(inverted, matmul(d(:, :, k), right))
     end do
-  end function log_growth
+    call rates_of(turned, other_growth, other_rate)
+    associate (both => norm2(abs(right)) * norm2(abs(inverted)))
+      if (other_growth + log(both) >= growth) return
+      condition = both
+      growth = other_growth + log(both)
+      rate = other_rate
+    end associate
+  end subroutine take_rates
+
+  !> The same in the coordinates given. The rates of |y| lie between the eigenvalues of the Hermitian part of D, these in
+  !> Gershgorin's discs. A motion that decays as a whole is followed forward, one that grows backward.
+  pure subroutine rates_of(d, growth, rate)
+    complex(dp), intent(in) :: d(:, :, :)
+    real(dp), intent(out) :: growth, rate
+    real(dp), dimension(size(d, 3)) :: fastest, slowest
+    real(dp) :: coupling
+    integer :: i, k
+
+    fastest = -huge(fastest)
+    slowest = huge(slowest)
+    do k = 1, size(d, 3)
+      do i = 1, size(d, 1)
+        coupling = (sum(abs(d(i, :, k) + conjg(d(:, i, k)))) - 2 * abs(real(d(i, i, k)))) / 2
+        fastest(k) = max(fastest(k), real(d(i, i, k)) + coupling)
+        slowest(k) = min(slowest(k), real(d(i, i, k)) - coupling)
+      end do
+    end do
+    growth = min(sum(max(fastest, 0.0_dp)), sum(max(-slowest, 0.0_dp))) / size(d, 3)
+    rate = max(0.0_dp, -maxval(fastest), minval(slowest))
+  end subroutine rates_of
 
 end module gestell_floquet_mode_group

@@ -7,8 +7,8 @@ module gestell_floquet_reduced
   use gestell_floquet_convergence, only: safety
   use gestell_floquet_factored, only: factored_periodic, follow_factored
   use gestell_floquet_flow, only: trajectory
-  use gestell_floquet_mode_group, only: blocks, group_amplification, group_multipliers, group_type, least_size, log_growth, &
-    & mirror, solve_group
+  use gestell_floquet_mode_group, only: blocks, group_amplification, group_multipliers, group_type, least_size, mirror, &
+    & solve_group, take_rates
   use gestell_floquet_modes, only: columns_of, modes_type
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, no_multipliers
@@ -128,7 +128,8 @@ contains
   !> What p leaves over, r, disturbs a fast group in two ways. Its harmonics k that the N phases resolve, k < N / 2, meet a
   !> group with |D| > 2 pi k: at most |r| / (|D| - pi N). Those near resonance, k = |D| / 2 pi, are at most as large as
   !> the ones that are resolved foretell, when they go on to fall as they do until N / 2, |r| (|r| / |A p|)^(2 k / N - 1),
-  !> and are amplified by |(E - Phi)^-1| and the growth within the period.
+  !> and are amplified by |(E - Phi)^-1| and the growth within the period. What decays (or grows) throughout with a rate of at
+  !> least lambda is nowhere greater than |r| / lambda.
   !> Error: resonance within the errors.
   subroutine reduced_periodic(reduced, solution, error)
     type(reduced_type), intent(in) :: reduced
@@ -137,7 +138,7 @@ contains
     type(periodic_solution_type) :: slow
     real(dp), allocatable :: start(:)
     real(dp), allocatable :: within(:)
-    real(dp) :: amplification, disturbance, resonant, slowest
+    real(dp) :: amplification, disturbance, peak, resonant, slowest, growth, rate, condition
     integer :: g, n
 
     n = size(reduced%scale)
@@ -145,6 +146,7 @@ contains
     associate (r => reduced%reduction)
       start = r%response(1, :)
       disturbance = r%forcing_residual
+      peak = r%forcing_peak
       do g = 1, size(reduced%groups)
         associate (group => reduced%groups(g))
           if (g == 1 .and. reduced%has_slow) then
@@ -157,16 +159,20 @@ contains
             start = start + matmul(r%basis(1, :, group%columns), slow%x0)
             within(group%columns) = slow%error + safety * size(group%columns) * slow%condition * r%slow_residual
             disturbance = disturbance + r%residual * maxval(abs(slow%x0))
+            peak = peak + r%residual_peak * maxval(abs(slow%x0))
             solution%condition = max(solution%condition, slow%condition)
             cycle
           end if
           call group_amplification(group, amplification, error)
           if (allocated(error)) return
           slowest = least_size(blocks(r%generator, r, group))
-          resonant = disturbance * exp(log_growth(blocks(r%generator, r, group)) &
-            & + log(min(max(disturbance, tiny(1.0_dp)) / max(r%effort, tiny(1.0_dp)), 1.0_dp)) &
-            & * max(slowest / (pi * r%angles) - 1, 0.0_dp))
-          within(group%columns) = safety * (disturbance / max(slowest - pi * r%angles, 1.0_dp) + amplification * resonant)
+          call take_rates(blocks(r%generator, r, group), growth, rate, condition)
+          resonant = log(min(max(disturbance, tiny(1.0_dp)) / max(r%effort, tiny(1.0_dp)), 1.0_dp)) &
+            & * max(slowest / (pi * r%angles) - 1, 0.0_dp)
+          within(group%columns) = disturbance / max(slowest - pi * r%angles, 1.0_dp) &
+            & + amplification * disturbance * exp(growth + resonant)
+          if (rate > 0) within(group%columns) = min(within(group%columns), condition * peak / rate)
+          within(group%columns) = safety * within(group%columns)
           within(group%conjugates) = within(group%columns)
           solution%condition = max(solution%condition, amplification)
         end associate

@@ -18,6 +18,8 @@ module gestell_floquet_residuals
     !> the period by the phases and those in the middle between them; and what roundings do to D alike at all phases, which
     !> does not show in differences. The same of g, without roundings.
     real(dp) :: residual = 0, forcing_residual = 0
+    !> The same at the phase where it is greatest.
+    real(dp) :: residual_peak = 0, forcing_peak = 0
     !> How far the slow group's g is from its interpolation, in the same way, and its greatest size.
     real(dp) :: slow_residual = 0, slow_effort = 0
     !> Greatest |S| |S^-1|, and greatest size of the terms of which g consists.
@@ -36,6 +38,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), dimension(size(s, 1), size(s, 1)) :: operator
     real(dp), dimension(size(s, 1), size(s, 2), size(s, 3)) :: middle, slope, interpolated
+    real(dp) :: sizes(size(s, 1)), rounding
 
     operator = middle_differentiation(size(s, 1))
     call along_phases(operator, s, slope)
@@ -45,8 +48,10 @@ contains
     call transform(a, middle, slope, between, error)
     if (allocated(error)) return
     residuals%condition = max(1.0_dp, condition(middle, between%inverted, modes, start, start_inverse))
-    residuals%residual = mean(uncoupled_sizes(d, modes) + unlike_sizes(between%d, interpolated, modes)) &
-      & + size(d, 2) * epsilon(1.0_dp) * maxval(abs(d))
+    sizes = uncoupled_sizes(d, modes) + unlike_sizes(between%d, interpolated, modes)
+    rounding = size(d, 2) * epsilon(1.0_dp) * maxval(abs(d))
+    residuals%residual = mean(sizes) + rounding
+    residuals%residual_peak = maxval(sizes) + rounding
   end subroutine measure
 
   !> The same of p and g: `a` and `f` in the middle, in the coordinates of `start`.
@@ -76,7 +81,9 @@ contains
       residuals%slow_effort = max(residuals%slow_effort, maxval(abs(slow(:, k))))
     end do
     residuals%slow_residual = mean(unlike)
-    residuals%forcing_residual = mean(fast_sizes(g, modes) + max(unlike, fast_sizes(found, modes)))
+    unlike = fast_sizes(g, modes) + max(unlike, fast_sizes(found, modes))
+    residuals%forcing_residual = mean(unlike)
+    residuals%forcing_peak = maxval(unlike)
     call multiply(start, middle, rate)
     call multiply(start, f, slope)
     residuals%effort = maxval(norm2(slope, dim=2) + size_a * norm2(rate, dim=2))

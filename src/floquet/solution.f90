@@ -1,21 +1,17 @@
 !> Floquet's solution of a periodic system by the cheapest way: parts that do not act on each other apart, vibrations that
 !> are fast against the period by reduction, the others by integration over the period.
 module gestell_floquet_solution
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_constant, only: constant_multipliers, constant_periodic, constant_type, solve_constant
-  use gestell_floquet_factored, only: factored_multipliers, factored_periodic, follow_factored
-  use gestell_floquet_factors, only: factors_type, solve_factors
-  use gestell_floquet_method, only: name_length
-  use gestell_floquet_methods, only: method_names
-  use gestell_floquet_monodromy, only: accuracy_type, check_accuracy, monodromy_type, solve_monodromy, survey
+  use gestell_floquet_constant, only: constant_multipliers, constant_periodic
+  use gestell_floquet_factored, only: factored_multipliers, factored_periodic
+  use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
+  use gestell_floquet_part, only: follow_part, part_type, scale_of, solve_part, ways
   use gestell_floquet_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
   use gestell_floquet_periodic_solution, only: periodic_of_monodromy => solve_periodic
-  use gestell_floquet_reduced, only: follow_reduced, reduced_multipliers, reduced_periodic, reduced_type, solve_reduced
-  use gestell_floquet_reduction, only: reduce, reduction_type
-  use gestell_system_averaged, only: averaged_system
+  use gestell_floquet_reduced, only: reduced_multipliers, reduced_periodic
   use gestell_system_part, only: independent_parts, part_of
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -38,18 +34,6 @@ module gestell_floquet_solution
     procedure follow_monodromy, follow_floquet
   end interface follow
 
-  !> A part of the system: its map over the period, its reduction, or the factors of its map.
-  type, public :: part_type
-    !> Places of its states in those of the system.
-    integer, allocatable :: states(:)
-    type(monodromy_type), allocatable :: monodromy
-    type(reduced_type), allocatable :: reduced
-    type(factors_type), allocatable :: factors
-    type(constant_type), allocatable :: constant
-    !> The part as a system; unallocated where it is the whole.
-    class(periodic_system), allocatable :: system
-  end type part_type
-
   type, public :: floquet_type
     real(dp) :: period = 0
     !> Units that make the states comparable, shape (n).
@@ -68,17 +52,7 @@ module gestell_floquet_solution
     real(dp) :: error = 0, liouville_defect = 0
   end type evidence_type
 
-  !> Reduction is tried where the fastest vibration turns by more radians than this within the period.
-  real(dp), parameter :: many_turns = 700
-
 contains
-
-  !> All names that `accuracy%method` may have: those of the integration methods, and the reduction.
-  pure function ways() result(names)
-    character(len=name_length), allocatable :: names(:)
-
-    allocate(names, source=[character(len=name_length) :: method_names(), "reduced"])
-  end function ways
 
   !> Solves `system` over its period to `accuracy`; with `forced` also what the periodic motion needs. Method `auto` without
   !> given steps may reduce; `reduced` does nothing else. Where multipliers differ by so much that Phi(T) loses the small
@@ -115,120 +89,6 @@ contains
       end associate
     end do
   end subroutine solve_floquet
-
-  subroutine solve_part(system, accuracy, forced, part, error)
-    class(periodic_system), intent(in) :: system
-    type(accuracy_type), intent(in) :: accuracy
-    logical, intent(in) :: forced
-    type(part_type), intent(inout) :: part
-    type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: unfit, why
-    type(accuracy_type) :: order
-    real(dp), allocatable :: scale(:)
-    real(dp) :: turns
-
-    select type (system)
-    type is (averaged_system)
-      allocate(part%constant)
-      call solve_constant(system, forced, part%constant, error)
-      return
-    end select
-
-    order = accuracy
-    if (.not. allocated(order%method)) order%method = "auto"
-    call survey(system, scale, turns, error)
-    if (allocated(error)) return
-    if (order%method == "reduced" .or. (order%method == "auto" .and. order%steps == 0 .and. turns > many_turns)) then
-      call try_reduction(system, order, forced, scale, part, why)
-      if (.not. allocated(why)) return
-      if (order%method == "reduced") then
-        call fatal_error(error, "method 'reduced' does not apply: " // why%message, failed_computation)
-        return
-      end if
-    end if
-
-    allocate(part%monodromy)
-    call solve_monodromy(system, order, forced, part%monodromy, error)
-    if (order%steps > 0) return
-    if (allocated(error) .and. .not. part%monodromy%broken) then
-      if (allocated(why)) error%message = error%message // "; reduction does not apply: " // why%message
-      return
-    end if
-    if (.not. allocated(error)) then
-      if (.not. part%monodromy%loses_modes()) return
-    end if
-    ! Some modes are lost in rounding beside others, or the numbers overflow.
-    if (order%method == "auto" .and. turns <= many_turns) then
-      call try_reduction(system, order, forced, scale, part, unfit)
-      if (.not. allocated(unfit) .and. forced) then
-        if (.not. tells_motion(part%reduced, order%tolerance)) then
-          deallocate(part%reduced)
-          allocate(unfit)
-        end if
-      end if
-      if (.not. allocated(unfit)) then
-        deallocate(part%monodromy)
-        if (allocated(error)) deallocate(error)
-        return
-      end if
-    end if
-    allocate(part%factors)
-    call solve_factors(system, order, forced, part%factors, unfit)
-    if (allocated(unfit)) then
-      deallocate(part%factors)
-      if (allocated(error) .and. allocated(why)) error%message = error%message // "; reduction does not apply: " // why%message
-    else
-      deallocate(part%monodromy)
-      if (allocated(error)) deallocate(error)
-    end if
-  end subroutine solve_part
-
-  !> Whether the bound on the error of the periodic motion tells anything: within a group of modes whose rates vary over the period
-  !> it may be worse than the motion by many orders, where factors tell it well.
-  logical function tells_motion(reduced, tolerance)
-    type(reduced_type), intent(in) :: reduced
-    real(dp), intent(in) :: tolerance
-    type(periodic_solution_type) :: motion
-    type(error_type), allocatable :: error
-    real(dp), parameter :: least_digits = 1.0e-4_dp
-
-    tells_motion = .false.
-    call reduced_periodic(reduced, motion, error)
-    if (allocated(error)) return
-    tells_motion = norm2(motion%error / reduced%scale) <= max(least_digits, tolerance) &
-      & * maxval(abs(reduced%reduction%response))
-  end function tells_motion
-
-  subroutine try_reduction(system, accuracy, forced, scale, part, unfit)
-    class(periodic_system), intent(in) :: system
-    type(accuracy_type), intent(in) :: accuracy
-    logical, intent(in) :: forced
-    real(dp), intent(in) :: scale(:)
-    type(part_type), intent(inout) :: part
-    type(error_type), allocatable, intent(out) :: unfit
-    type(reduction_type) :: reduction
-
-    call reduce(system, scale, forced, accuracy%tolerance, reduction, unfit)
-    if (allocated(unfit)) return
-    allocate(part%reduced)
-    call solve_reduced(system, reduction, scale, accuracy_type(tolerance=accuracy%tolerance), part%reduced, unfit)
-    if (allocated(unfit)) deallocate(part%reduced)
-  end subroutine try_reduction
-
-  pure function scale_of(part) result(scale)
-    type(part_type), intent(in) :: part
-    real(dp) :: scale(size(part%states))
-
-    if (allocated(part%constant)) then
-      scale = part%constant%scale
-    else if (allocated(part%reduced)) then
-      scale = part%reduced%scale
-    else if (allocated(part%factors)) then
-      scale = part%factors%scale
-    else
-      scale = part%monodromy%scale
-    end if
-  end function scale_of
 
   !> What `floquet` rests on.
   pure subroutine evidence(floquet, found)
@@ -355,10 +215,7 @@ contains
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
         own%x0 = solution%x0(part%states)
-        if (allocated(part%constant)) then
-          allocate(y(size(part%states), size(phases)))
-          call part%constant%spectrum%motion(phases, y)
-        else if (allocated(part%system)) then
+        if (allocated(part%system)) then
           call follow_part(part%system, part, own, phases, y, error)
         else
           call follow_part(system, part, own, phases, y, error)
@@ -369,25 +226,5 @@ contains
       end associate
     end do
   end subroutine follow_floquet
-
-  subroutine follow_part(system, part, solution, phases, x, error)
-    class(periodic_system), intent(in) :: system
-    type(part_type), intent(in) :: part
-    type(periodic_solution_type), intent(in) :: solution
-    real(dp), intent(in) :: phases(:)
-    real(dp), allocatable, intent(out) :: x(:, :)
-    type(error_type), allocatable, intent(out) :: error
-
-    if (allocated(part%monodromy)) then
-      call follow_monodromy(system, part%monodromy, solution, phases, x, error)
-      return
-    end if
-    allocate(x(system%states, size(phases)))
-    if (allocated(part%reduced)) then
-      call follow_reduced(part%reduced, solution%x0, phases, x, error)
-    else
-      call follow_factored(system, part%factors, phases, x, error)
-    end if
-  end subroutine follow_part
 
 end module gestell_floquet_solution
