@@ -3,7 +3,6 @@ module bordering
   use gestell_base_error, only: error_type
   use gestell_io_borders_csv, only: write_borders
   use gestell_io_configuration, only: configuration_type
-  use gestell_io_folder, only: make_folder
   use gestell_io_plot_borders, only: plot_borders
   use gestell_study_boundary_task, only: border_results_type, solve_borders
   implicit none (type, external)
@@ -26,7 +25,6 @@ contains
       else
         call solve_borders(plan%family, plan%grid, plan%borders, results, error)
       end if
-      if (.not. allocated(error)) call make_folder(folder, error)
       if (.not. allocated(error)) call write_borders(folder, preamble, plan%paths, results, error)
       if (.not. allocated(error)) call plot_borders(folder, preamble, plan%paths, plan%units, plan%grid, results, error)
     end associate

@@ -1,16 +1,26 @@
-!> Words for people: on standard output unless it is to be silent, and kept for the page that holds the whole report.
+!> Words for people: on standard output unless it is to be silent, and kept for the page that holds the whole report; notes and
+!> errors on standard error.
 module console
-  use, intrinsic :: iso_fortran_env, only: output_unit
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_io_files, only: last_reason, write_whole
+  use gestell_io_text, only: one_line_of, printable
+  use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private
+
+  public :: print_out, tell
 
   type, public :: console_type
     !> Nothing is printed; what is said is kept all the same.
     logical :: silent = .false.
     character(len=:), allocatable :: said
+    !> What went wrong with standard output. What is said after that is kept alone: the files are written all the same.
+    type(error_type), allocatable :: error
   contains
     procedure :: say
   end type console_type
+
+  integer(c_int), parameter :: standard_output = 1, standard_error = 2
 
 contains
 
@@ -20,8 +30,28 @@ contains
     character(len=*), intent(in) :: words
 
     if (.not. allocated(self%said)) self%said = ""
-    self%said = self%said // words
-    if (.not. self%silent) write (output_unit, "(a)", advance="no") words
+    self%said = self%said // printable(words)
+    if (.not. (self%silent .or. allocated(self%error))) call print_out(printable(words), self%error)
   end subroutine say
+
+  !> Writes to standard output. Error: not all of it can be written.
+  subroutine print_out(words, error)
+    character(len=*), intent(in) :: words
+    type(error_type), allocatable, intent(out) :: error
+    logical :: done
+
+    call write_whole(standard_output, words, done)
+    if (done) return
+    call fatal_error(error, "standard output cannot be written: " // last_reason(), failed_computation)
+    error%unwritten = .true.
+  end subroutine print_out
+
+  !> Writes one line to standard error; where that fails there is nobody to tell.
+  subroutine tell(words)
+    character(len=*), intent(in) :: words
+    logical :: done
+
+    call write_whole(standard_error, one_line_of(words) // new_line("a"), done)
+  end subroutine tell
 
 end module console

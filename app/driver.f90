@@ -10,7 +10,6 @@ module driver
   use gestell_io_check, only: check_document
   use gestell_io_configuration, only: configuration_type, read_configuration
   use gestell_io_document, only: document_type
-  use gestell_io_folder, only: make_folder
   use gestell_io_mechanism_csv, only: write_mechanism
   use gestell_io_html_report, only: write_html
   use gestell_io_namelist, only: read_document
@@ -21,11 +20,12 @@ module driver
   use gestell_io_report_mechanism, only: report_mechanism
   use gestell_io_report_sweep, only: report_grid, report_sweep
   use gestell_io_schema, only: input_schema, schema_type
+  use gestell_io_staging, only: open_staging, staging_type
   use gestell_io_sweep_summary, only: summary_type
   use gestell_io_text, only: counted
   use one_line, only: print_sweep
   use over_modes, only: run_over_modes
-  use plotting, only: draw_pictures, find_gnuplot
+  use plotting, only: draw_pictures
   use resonating, only: run_resonance
   use sensing, only: run_sensitivity
   use single_machine, only: run_single, single_results_type
@@ -44,51 +44,106 @@ module driver
 
 contains
 
-  !> Reads, computes, reports and writes what the options and the input ask for. `code` is 0 or `not_stable`.
+  !> Reads, computes, reports and writes what the options and the input ask for. `code` is 0 or `not_stable`. The files take
+  !> their places together, in the end; where the computation failed, those of what was computed before.
   subroutine run(options, code, error)
     type(options_type), intent(in) :: options
     integer, intent(out) :: code
     type(error_type), allocatable, intent(out) :: error
     type(configuration_type) :: configuration
-    type(error_type), allocatable :: failure
-    type(single_results_type) :: single
-    type(summary_type) :: summary
+    type(campaign_type) :: campaign
+    type(staging_type) :: staging
     type(console_type) :: console
-    character(len=:), allocatable :: folder
+    character(len=:), allocatable :: folder, closing
+    logical :: unwritten
 
     code = 0
-    if (options%plot .or. options%report) call find_gnuplot(error)
-    if (.not. allocated(error)) call read_input(options, configuration, error)
+    call read_input(options, configuration, error)
     if (allocated(error)) return
     call check_options(options, configuration, error)
     if (allocated(error)) return
+    folder = folder_name(options)
+    if (.not. (options%one_line .or. options%in_parts .or. options%check .and. .not. options%plot)) &
+      & call open_staging(staging, folder, error)
+    if (allocated(error)) return
     console%silent = options%quiet .or. options%one_line
     call console%say(report_machine(configuration, options%input))
-    folder = folder_name(options)
+    closing = ""
     if (options%check) then
       call report_check(configuration, console)
-      if (options%plot) call draw(options, configuration, folder, console, error)
-      return
+      if (options%plot) call draw(options, configuration, folder, staging%place, closing, error)
+    else
+      call run_tasks(options, configuration, folder, staging, campaign, console, closing, code, error)
     end if
+    if (allocated(staging%place)) call settle(staging, campaign, error)
+    unwritten = .false.
+    if (allocated(error)) unwritten = error%unwritten
+    if (.not. unwritten) call console%say(closing)
+    if (.not. allocated(error) .and. allocated(console%error)) call move_alloc(console%error, error)
+  end subroutine run
+
+  !> All tasks, their files in `staging`. `closing`: what is to be said when the files have their places.
+  subroutine run_tasks(options, configuration, folder, staging, campaign, console, closing, code, error)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(in) :: configuration
+    character(len=*), intent(in) :: folder
+    type(staging_type), intent(in) :: staging
+    type(campaign_type), intent(out) :: campaign
+    type(console_type), intent(inout) :: console
+    character(len=:), allocatable, intent(inout) :: closing
+    integer, intent(out) :: code
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: failure, undrawn
+    type(single_results_type) :: single
+    type(summary_type) :: summary
+    character(len=:), allocatable :: place
+
+    code = 0
+    place = folder
+    if (allocated(staging%place)) place = staging%place
     if (configuration%single() .and. .not. (options%in_parts .or. options%merge)) then
-      call run_single(options, configuration, folder, preamble(options, configuration), console, single, failure, error)
+      call run_single(options, configuration, place, preamble(options, configuration), console, single, failure, error)
       if (allocated(error)) return
       if (options%fail_if_unstable .and. configuration%tasks%stability .and. single%verdict /= "stable") code = not_stable
     end if
-    if (configuration%sweep) call run_sweep(options, configuration, folder, code, console, summary, error)
+    if (configuration%sweep) call run_sweep(options, configuration, folder, place, code, console, campaign, summary, error)
     if (allocated(error)) return
-    if (.not. (options%in_parts .or. options%merge .or. options%one_line)) call run_others(configuration, folder, &
+    if (.not. (options%in_parts .or. options%merge .or. options%one_line)) call run_others(configuration, place, &
       & preamble(options, configuration), summary, console, error)
     if (allocated(error)) return
-    call console%say(newline // "files in " // folder // "/" // newline)
-    if (options%plot .or. options%report) call draw(options, configuration, folder, console, error)
-    if (options%report .and. .not. allocated(error)) call write_html(folder, configuration%result_names(single%vibrates, &
+    closing = newline // "files in " // folder // "/" // newline
+    if (options%plot .or. options%report) call draw(options, configuration, folder, place, closing, error, undrawn)
+    if (options%report .and. .not. allocated(error)) call write_html(place, configuration%result_names(single%vibrates, &
       & .not. allocated(configuration%impossible)), configuration, options%input, settings_of(options), trim(single%verdict), &
-      & console%said, error, single%limits)
+      & console%said // closing, error, single%limits)
     if (allocated(error)) return
     ! The verdict stands even where the vibration could not be computed.
-    if (code == 0 .and. allocated(failure)) call move_alloc(failure, error)
-  end subroutine run
+    if (code == 0 .and. allocated(failure)) then
+      call move_alloc(failure, error)
+    else
+      if (allocated(undrawn)) call move_alloc(undrawn, error)
+    end if
+  end subroutine run_tasks
+
+  !> Gives the files their places, none where one could not be written. The blocks of a sweep go when its table is there.
+  subroutine settle(staging, campaign, error)
+    type(staging_type), intent(inout) :: staging
+    type(campaign_type), intent(in) :: campaign
+    type(error_type), allocatable, intent(inout) :: error
+    type(error_type), allocatable :: failure
+    logical :: unwritten
+
+    call staging%retell(error)
+    unwritten = .false.
+    if (allocated(error)) unwritten = error%unwritten
+    if (unwritten) then
+      call staging%discard()
+      return
+    end if
+    call staging%publish(failure)
+    if (.not. allocated(failure)) call campaign%clear()
+    if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
+  end subroutine settle
 
   !> Sensitivity, borders, and what is asked over the speed.
   subroutine run_others(configuration, folder, preamble, summary, console, error)
@@ -143,25 +198,29 @@ contains
     call console%say(newline // "The input is sound; nothing more was computed (--check)." // newline)
   end subroutine report_check
 
-  !> The pictures of a run; with --check the mechanism's alone. Errors: the mechanism's files cannot be written; gnuplot fails.
-  subroutine draw(options, configuration, folder, console, error)
+  !> The pictures of a run; with --check the mechanism's alone. `closing` tells of them. `undrawn`: gnuplot is not there or
+  !> fails. Error: the mechanism's files cannot be written; without `undrawn` that too.
+  subroutine draw(options, configuration, folder, place, closing, error, undrawn)
     type(options_type), intent(in) :: options
     type(configuration_type), intent(in) :: configuration
-    character(len=*), intent(in) :: folder
-    type(console_type), intent(inout) :: console
+    character(len=*), intent(in) :: folder, place
+    character(len=:), allocatable, intent(inout) :: closing
     type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(out), optional :: undrawn
+    type(error_type), allocatable :: failure
     character(len=:), allocatable :: drawn
 
-    if (.not. (allocated(configuration%impossible) .or. options%merge)) then
-      call make_folder(folder, error)
-      if (.not. allocated(error)) call write_mechanism(folder, preamble(options, configuration), configuration%frame, &
-        & configuration%probes, error)
-      if (allocated(error)) return
-    end if
-    call draw_pictures(folder, options%check, drawn, error)
+    if (.not. (allocated(configuration%impossible) .or. options%merge)) call write_mechanism(place, &
+      & preamble(options, configuration), configuration%frame, configuration%probes, error)
     if (allocated(error)) return
+    call draw_pictures(place, options%check, drawn, failure)
     if (drawn == "") drawn = "none"
-    call console%say("pictures in " // folder // "/, .svg and .png: " // drawn // newline)
+    closing = closing // "pictures in " // folder // "/, .svg and .png: " // drawn // newline
+    if (present(undrawn)) then
+      call move_alloc(failure, undrawn)
+    else
+      call move_alloc(failure, error)
+    end if
   end subroutine draw
 
   !> The assignments of --set.
@@ -204,15 +263,15 @@ contains
   end subroutine check_options
 
   !> The points of a sweep: all, a part of them, or only the file.
-  subroutine run_sweep(options, configuration, folder, code, console, summary, error)
+  subroutine run_sweep(options, configuration, folder, place, code, console, campaign, summary, error)
     type(options_type), intent(in) :: options
     type(configuration_type), intent(in) :: configuration
-    character(len=*), intent(in) :: folder
+    character(len=*), intent(in) :: folder, place
     integer, intent(inout) :: code
     type(console_type), intent(inout) :: console
+    type(campaign_type), intent(out) :: campaign
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
-    type(campaign_type) :: campaign
     logical, allocatable :: mine(:)
 
     if (options%one_line) then
@@ -228,7 +287,7 @@ contains
           & // counted(count(mine), "tile") // " done; --merge writes sweep.csv when all parts are." // newline)
         return
       end if
-      call campaign%finish(preamble(options, configuration), summary, error)
+      call campaign%finish(place, preamble(options, configuration), summary, error)
       if (allocated(error)) return
       call console%say(report_sweep(configuration%plan, summary))
     end if

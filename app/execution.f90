@@ -1,10 +1,10 @@
 !> A run of the program from the words of its command line to its exit code.
 module execution
   use cli, only: help_text, options_type, parse, word_type
+  use console, only: print_out, tell
   use driver, only: run
   use gestell_base_error, only: error_type
   use gestell_base_version, only: version
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   implicit none (type, external)
   private
 
@@ -23,18 +23,16 @@ contains
     call parse(words, options, error)
     if (.not. allocated(error)) then
       if (options%help) then
-        write (output_unit, "(a)") help_text()
+        call print_out(help_text() // new_line("a"), error)
       else if (options%version) then
-        write (output_unit, "(a)") "gestell " // version
+        call print_out("gestell " // version // new_line("a"), error)
       else
         call run(options, code, error)
       end if
     end if
-    if (allocated(error)) then
-      write (error_unit, "(a)") error%message
-      code = error%code
-    end if
-    flush (output_unit)
+    if (.not. allocated(error)) return
+    call tell(error%message)
+    code = error%code
   end subroutine execute
 
 end module execution

@@ -1,7 +1,8 @@
 !> Results as lines on standard output, for shell scripts: a header and a line for each case.
 module one_line
   use cli, only: setting_type
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use console, only: print_out
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_io_configuration, only: configuration_type
@@ -14,24 +15,10 @@ module one_line
   use gestell_study_tile_results, only: eta_peak, log_rho_max, psi_peak, rho_error, rho_max, sweep_columns, verdict, xi_peak
   use sweeping, only: compute_all
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_size_t
   implicit none (type, external)
   private
 
   public :: print_case, print_sweep
-
-  interface
-    !> POSIX write; a Fortran unit says nothing of a disk that is full.
-    integer(c_intptr_t) function c_write(handle, text, length) bind(c, name="write")
-      import :: c_char, c_int, c_intptr_t, c_size_t
-      implicit none (type, external)
-      integer(c_int), value :: handle
-      character(kind=c_char), intent(in) :: text(*)
-      integer(c_size_t), value :: length
-    end function c_write
-  end interface
-
-  integer(c_int), parameter :: standard_output = 1
 
 contains
 
@@ -71,7 +58,7 @@ contains
     end if
     if (allocated(analysis%vibration)) values([xi_peak, eta_peak, psi_peak]) = analysis%vibration%peak(:3)
     call other_columns(configuration, findings, names, others)
-    call put(case_lines(assignments, columns, values, names, others), error)
+    call print_out(case_lines(assignments, columns, values, names, others), error)
   end subroutine print_case
 
   !> The columns that do not stand in sweep.csv; NaN where there is no vibration.
@@ -117,30 +104,12 @@ contains
       call compute_all(plan, values, error)
       if (allocated(error)) return
       call summary%add_points(plan%order%columns, [1, 1], values)
-      call put(header(plan%paths, plan%order%columns) // new_line("a"), error)
+      call print_out(header(plan%paths, plan%order%columns) // new_line("a"), error)
       do i = 1, size(values, 3)
         if (allocated(error)) return
-        call put(rows(plan%grid, plan%order%columns, [i, 1], values(:, :, i:i)), error)
+        call print_out(rows(plan%grid, plan%order%columns, [i, 1], values(:, :, i:i)), error)
       end do
     end associate
   end subroutine print_sweep
-
-  !> Writes to standard output. Error: not all of it can be written.
-  subroutine put(words, error)
-    character(len=*), intent(in) :: words
-    type(error_type), allocatable, intent(out) :: error
-    integer(c_intptr_t) :: written
-    integer :: done
-
-    done = 0
-    do while (done < len(words))
-      written = c_write(standard_output, words(done + 1:), int(len(words) - done, c_size_t))
-      if (written <= 0) then
-        call fatal_error(error, "standard output cannot be written; is the disk full?", failed_computation)
-        return
-      end if
-      done = done + int(written)
-    end do
-  end subroutine put
 
 end module one_line

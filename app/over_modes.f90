@@ -4,7 +4,6 @@ module over_modes
   use gestell_base_kinds, only: dp
   use gestell_io_campbell_csv, only: write_campbell, write_critical, write_crossings
   use gestell_io_configuration, only: configuration_type
-  use gestell_io_folder, only: make_folder
   use gestell_io_plot_campbell, only: plot_campbell, plot_critical, plot_crossings
   use gestell_io_report_campbell, only: report_campbell, report_critical
   use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
@@ -41,7 +40,6 @@ contains
       if (.not. allocated(error)) call find_crossings(family, order, campbell, crossings, error)
       if (.not. allocated(error) .and. configuration%critical) call find_critical(family, order, crossings, critical, error)
     end associate
-    if (.not. allocated(error)) call make_folder(folder, error)
     if (allocated(error)) return
     if (configuration%campbell) then
       call write_campbell(folder, preamble, campbell, error)

@@ -1,65 +1,81 @@
 !> Pictures: gnuplot, run on the scripts beside the result files.
 module plotting
-  use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_text, only: text
-  use gestell_io_files, only: file_size
+  use gestell_io_files, only: file_size, is_there, remove_file
+  use gestell_io_result_files, only: tables
   implicit none (type, external)
   private
 
-  public :: draw_pictures, find_gnuplot
+  public :: draw_pictures
 
-  !> All scripts that there can be, in the order in which pictures are named.
-  character(len=*), parameter :: scripts(*) = [character(len=18) :: "mechanism", "multipliers", "modes", "response", &
-    & "harmonics", "supports", "supports_history", "supports_harmonics", "probes", "probes_history", "probes_harmonics", &
-    & "power", "resonance", "peaks", "campbell", "crossings", "critical", "sensitivity", "trade", "sweep", &
-    & "boundary"]
+  !> What whole pictures have within their last bytes: gnuplot says nothing of a disk that is full.
+  character(len=*), parameter :: svg_end = "</svg>", png_end = "IEND"
+  integer, parameter :: last_bytes = 16
 
 contains
 
-  !> Error: gnuplot is not there.
-  subroutine find_gnuplot(error)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: code, status
-
-    code = 1
-    call execute_command_line("command -v gnuplot >/dev/null 2>&1", exitstat=code, cmdstat=status)
-    if (code /= 0 .or. status /= 0) call fatal_error(error, "--plot and --report need the program gnuplot (in Debian " // &
-      & "the package gnuplot-nox); without them the scripts for it are written all the same", wrong_usage)
-  end subroutine find_gnuplot
-
-  !> Draws what has a script in `folder` but no picture: a script that is written takes the pictures of an older one away.
-  !> `only_mechanism`: its alone. `drawn` names them, with commas. Error: gnuplot could not draw one.
+  !> Draws what has a script in `folder`; `only_mechanism`: that alone. `drawn` names the pictures, with commas. Error, the first
+  !> one, the others are drawn: gnuplot is not there, or could not draw one.
   subroutine draw_pictures(folder, only_mechanism, drawn, error)
     character(len=*), intent(in) :: folder
     logical, intent(in) :: only_mechanism
     character(len=:), allocatable, intent(out) :: drawn
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: name
-    integer :: i, code, status
+    integer :: i, code
 
     drawn = ""
-    do i = 1, merge(1, size(scripts), only_mechanism)
-      name = trim(scripts(i))
-      if (.not. there("gp") .or. there("svg") .and. there("png")) cycle
-      code = 0
+    if (.not. shell_does("command -v gnuplot")) then
+      call fatal_error(error, "there is no program gnuplot to draw the pictures (in Debian the package gnuplot-nox, or " // &
+        & "./bootstrap --with gnuplot); all else is done, the scripts for it are written", failed_computation)
+      return
+    end if
+    do i = 1, merge(1, size(tables), only_mechanism)
+      name = trim(tables(i))
+      if (.not. is_there(folder // "/" // name // ".gp")) cycle
       ! -d: without the user's own settings
-      call execute_command_line("cd " // quoted(folder) // " && gnuplot -d " // name // ".gp >/dev/null 2>&1", exitstat=code, &
-        & cmdstat=status)
-      if (code /= 0 .or. status /= 0 .or. .not. (there("svg") .and. there("png"))) then
-        call fatal_error(error, folder // "/" // name // ".gp: gnuplot cannot draw it (exit code " // text(code) // "); run " // &
-          & "gnuplot " // name // ".gp in that folder to see why", failed_computation)
-        return
+      if (shell_does("cd " // quoted(folder) // " && gnuplot -d " // name // ".gp", code)) then
+        if (has_end(folder // "/" // name // ".svg", svg_end) .and. has_end(folder // "/" // name // ".png", png_end)) then
+          if (drawn /= "") drawn = drawn // ", "
+          drawn = drawn // name
+          cycle
+        end if
       end if
-      if (drawn /= "") drawn = drawn // ", "
-      drawn = drawn // name
+      call remove_file(folder // "/" // name // ".svg")
+      call remove_file(folder // "/" // name // ".png")
+      if (.not. allocated(error)) call fatal_error(error, folder // "/" // name // ".gp: gnuplot cannot draw it (exit code " &
+        & // text(code) // "); run gnuplot " // name // ".gp in that folder to see why", failed_computation)
     end do
-  contains
-    logical function there(ending)
-      character(len=*), intent(in) :: ending
-
-      there = file_size(folder // "/" // name // "." // ending) > 0
-    end function there
   end subroutine draw_pictures
+
+  !> Runs a command of the shell without its output: whether it ended well.
+  logical function shell_does(command, code)
+    character(len=*), intent(in) :: command
+    integer, intent(out), optional :: code
+    integer :: status, exit_code
+
+    exit_code = 1
+    call execute_command_line(command // " >/dev/null 2>&1", exitstat=exit_code, cmdstat=status)
+    shell_does = exit_code == 0 .and. status == 0
+    if (present(code)) code = exit_code
+  end function shell_does
+
+  !> Whether the last bytes of a file hold these.
+  logical function has_end(name, bytes)
+    character(len=*), intent(in) :: name, bytes
+    character(len=last_bytes) :: last
+    integer :: unit, status
+
+    has_end = file_size(name) >= last_bytes
+    if (.not. has_end) return
+    open (newunit=unit, file=name, access="stream", form="unformatted", action="read", status="old", iostat=status)
+    has_end = status == 0
+    if (.not. has_end) return
+    read (unit, pos=file_size(name) - last_bytes + 1, iostat=status) last
+    if (status == 0) close (unit, iostat=status)
+    has_end = status == 0 .and. index(last, bytes) > 0
+  end function has_end
 
   !> A folder's name as one word of the shell's, which is neither an option nor looked for elsewhere.
   pure function quoted(folder) result(word)

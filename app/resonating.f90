@@ -3,7 +3,6 @@ module resonating
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_io_configuration, only: configuration_type
-  use gestell_io_folder, only: make_folder
   use gestell_io_report_resonance, only: report_resonance
   use gestell_io_resonance_csv, only: write_resonance
   use gestell_study_resonance_curve, only: resonance_curve_type, start_curve
@@ -27,7 +26,6 @@ contains
     type(resonance_curve_type) :: curve
 
     call compute_curve(configuration, curve, error)
-    if (.not. allocated(error)) call make_folder(folder, error)
     if (.not. allocated(error)) call write_resonance(folder, preamble, configuration%quantities, curve, error)
     if (.not. allocated(error)) report = report_resonance(configuration%quantities, curve)
   end subroutine run_resonance

@@ -2,7 +2,6 @@
 module sensing
   use gestell_base_error, only: error_type
   use gestell_io_configuration, only: configuration_type
-  use gestell_io_folder, only: make_folder
   use gestell_io_report_sensitivity, only: report_sensitivity
   use gestell_io_sensitivity_csv, only: write_sensitivity
   use gestell_study_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter
@@ -27,7 +26,6 @@ contains
     type(sensitivity_type), allocatable :: found(:)
 
     call compute(configuration, base, found, error)
-    if (.not. allocated(error)) call make_folder(folder, error)
     if (allocated(error)) return
     associate (quantities => configuration%sensitive, paths => configuration%sensitivity_plan%paths)
       call write_sensitivity(folder, preamble, quantities, paths, base, found, error)

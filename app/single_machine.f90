@@ -6,7 +6,6 @@ module single_machine
   use gestell_base_kinds, only: dp
   use gestell_io_configuration, only: configuration_type
   use gestell_io_findings, only: report_findings, write_findings
-  use gestell_io_folder, only: make_folder
   use gestell_io_mechanism_csv, only: write_mechanism
   use gestell_io_report, only: report_results
   use gestell_io_report_mechanism, only: report_transmission
@@ -80,8 +79,6 @@ contains
       if (configuration%trade) call console%say(report_trade(trade) // report_model(model_trade))
     end if
 
-    call make_folder(folder, error)
-    if (allocated(error)) return
     call write_results(folder, preamble, configuration%frame, configuration%tasks, analysis, error)
     if (allocated(error)) return
     call write_findings(folder, preamble, findings, configuration%tasks%harmonics, error)

@@ -1,5 +1,6 @@
 !> The task `sweep`: tiles by threads, each tile by one.
 module sweeping
+  use console, only: tell
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_io_campaign, only: campaign_type, open_campaign
@@ -12,7 +13,7 @@ module sweeping
   use gestell_study_tile_results, only: tile_results_type
   use locked_family, only: locked_family_type
   use terminal, only: progress_type
-  use, intrinsic :: iso_fortran_env, only: error_unit, int64
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -42,8 +43,8 @@ contains
     mine = [(mod(i - part, parts) == 0, i = 1, configuration%plan%grid%tiles())]
     call open_campaign(campaign, folder, configuration%plan, configuration%content, error, mine)
     if (allocated(error)) return
-    if (campaign%damaged > 0) write (error_unit, "(a)") "note: " // folder // "/sweep.blocks: " // &
-      & counted(campaign%damaged, "damaged block") // ": computed again"
+    if (campaign%damaged > 0) call tell("note: " // folder // "/sweep.blocks: " // &
+      & counted(campaign%damaged, "damaged block") // ": computed again")
   end subroutine open_sweep
 
   !> Computes and stores those of `mine` that are not done.

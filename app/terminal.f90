@@ -2,8 +2,9 @@
 module terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_io_files, only: write_whole
   use, intrinsic :: iso_c_binding, only: c_int
-  use, intrinsic :: iso_fortran_env, only: error_unit, int64
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -87,9 +88,9 @@ contains
   !> Puts `words` in place of the line.
   subroutine show(words)
     character(len=*), intent(in) :: words
+    logical :: done
 
-    write (error_unit, "(4a)", advance="no") achar(13), words, repeat(" ", max(0, widest - len(words))), achar(13)
-    flush (error_unit)
+    call write_whole(standard_error, achar(13) // words // repeat(" ", max(0, widest - len(words))) // achar(13), done)
   end subroutine show
 
   pure function bar_of(part) result(words)

@@ -3,7 +3,7 @@ program main
   use cli, only: options_type, parse_command_line
   use gestell_base_error, only: error_type
   use gestell_base_version, only: version
-  use limits, only: survive_file_limit
+  use limits, only: prepare_process
   use mpi_f08, only: mpi_finalize, mpi_init
   use ranked_sweep, only: run
   use ranks, only: own_rank, share_error
@@ -16,7 +16,7 @@ program main
   integer :: code
 
   code = 0
-  call survive_file_limit()
+  call prepare_process()
   call mpi_init()
   speaks = own_rank() == 0
   call parse_command_line(options, error)

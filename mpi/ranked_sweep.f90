@@ -8,6 +8,7 @@ module ranked_sweep
   use gestell_io_files, only: file_size
   use gestell_io_report, only: report_machine
   use gestell_io_report_sweep, only: report_grid, report_sweep
+  use gestell_io_staging, only: open_staging, staging_type
   use gestell_io_sweep, only: sweep_plan_type
   use gestell_io_sweep_summary, only: summary_type
   use gestell_io_text, only: counted, decimal
@@ -53,11 +54,31 @@ contains
         & // counted(size(tiles), "tile") // " done; gestell --merge writes sweep.csv when all parts are."
       return
     end if
-    if (own_rank() == 0) call campaign%finish(preamble(options, configuration), summary, error)
+    if (own_rank() == 0) call write_table(campaign, folder, preamble(options, configuration), summary, error)
     call share_error(error)
     if (speaks .and. .not. allocated(error)) write (output_unit, "(a, /, a)") report_sweep(configuration%plan, summary), &
       & "files in " // folder // "/"
   end subroutine run
+
+  !> The table of all tiles, by one rank.
+  subroutine write_table(campaign, folder, preamble, summary, error)
+    type(campaign_type), intent(inout) :: campaign
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(summary_type), intent(out) :: summary
+    type(error_type), allocatable, intent(out) :: error
+    type(staging_type) :: staging
+
+    call open_staging(staging, folder, error)
+    if (allocated(error)) return
+    call campaign%finish(staging%place, preamble, summary, error)
+    if (allocated(error)) then
+      call staging%retell(error)
+      call staging%discard()
+      return
+    end if
+    call staging%publish(error)
+    if (.not. allocated(error)) call campaign%clear()
+  end subroutine write_table
 
   !> The input, which every rank reads. Errors: those of gestell; no sweep is ordered.
   subroutine read_orders(options, configuration, error)

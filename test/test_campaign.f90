@@ -227,10 +227,10 @@ contains
     end do
     if (.not. allocated(failure)) call open_campaign(campaign, folder, plan, 7_int64, failure)
     if (.not. allocated(failure)) call check(error, all(campaign%done) .and. campaign%damaged == 0)
-    if (.not. allocated(failure)) call campaign%finish([character(len=5) :: "title"], summary, failure)
+    if (.not. allocated(failure)) call campaign%finish(folder, [character(len=5) :: "title"], summary, failure)
+    if (.not. allocated(failure)) call campaign%clear()
     if (allocated(failure)) call test_failed(error, failure%message)
     if (allocated(error)) return
-
     open (newunit=unit, file=folder // "/sweep.csv", action="read", status="old")
     read (unit, "(a)") line
     call check(error, trim(line), "# title")
@@ -354,8 +354,9 @@ contains
     call one%store(1, results_of(plan%grid%tile(1)), failure)
     call two%store(1, results_of(plan%grid%tile(1)), failure)
     call check(error, .not. allocated(failure))
-    call one%finish([character(len=5) :: "title"], summary, failure)
+    call one%finish(folder, [character(len=5) :: "title"], summary, failure)
     if (.not. allocated(error)) call check(error, .not. allocated(failure))
+    call one%clear()
     call two%store(1, results_of(plan%grid%tile(1)), failure)
     if (.not. allocated(error)) call check(error, allocated(failure))
     if (.not. allocated(error)) call check(error, failure%message, folder // "/sweep.blocks: is gone: another run has " &
@@ -381,7 +382,7 @@ contains
     call two%begin(failure)
     call two%store(1, results_of(plan%grid%tile(1)), failure)
     call check(error, .not. allocated(failure))
-    call one%finish([character(len=5) :: "title"], summary, failure)
+    call one%finish(folder, [character(len=5) :: "title"], summary, failure)
     if (.not. allocated(error)) call check(error, allocated(failure))
     if (.not. allocated(error)) call check(error, max(file_size(folder // "/sweep.csv"), file_size(folder // "/sweep.csv.new")) < 0)
     call clear_folder

@@ -71,8 +71,9 @@ program costs
       call stop_at(error)
       call tell("open", tiles, points, seconds_now() - begin, 0.0_dp, 0, 0_int64)
       begin = seconds_now()
-      call campaign%finish(preamble(options, configuration), summary, error)
+      call campaign%finish(folder, preamble(options, configuration), summary, error)
       call stop_at(error)
+      call campaign%clear()
       call tell("finish", tiles, points, seconds_now() - begin, 0.0_dp, 0, file_size(folder // "/sweep.csv"))
     end if
   end associate

@@ -13,6 +13,8 @@ module gestell_base_error
     integer :: code = 0
     !> What the message is about, as "joint 'B'", where that is one part of the machine.
     character(len=:), allocatable :: subject
+    !> Whether it is that a file cannot be written.
+    logical :: unwritten = .false.
   end type error_type
 
   integer, parameter, public :: wrong_usage = 1

@@ -4,7 +4,8 @@ module gestell_io_block
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_hash, only: hash_start, mix
   use gestell_base_kinds, only: dp
-  use gestell_io_files, only: file_size, rename_file
+  use gestell_io_files, only: file_size
+  use gestell_io_output, only: write_file
   use gestell_study_tile_results, only: tile_results_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -28,9 +29,7 @@ contains
     type(tile_results_type), intent(in) :: results
     type(error_type), allocatable, intent(out) :: error
     integer(int64), allocatable :: words(:)
-    character(len=256) :: message
-    integer :: n, unit, status, closed
-    logical :: done
+    integer :: n
 
     n = head_words + size(results%values) + 1
     allocate(words(n))
@@ -38,27 +37,7 @@ contains
       & int(results%checks, int64), transfer(results%deviation, 0_int64)]
     words(head_words + 1:n - 1) = transfer(results%values, words)
     words(n) = checksum(words(:n - 1))
-    open (newunit=unit, file=name // ".new", access="stream", form="unformatted", action="write", status="replace", &
-      & iostat=status, iomsg=message)
-    if (status == 0) then
-      write (unit, iostat=status, iomsg=message) words
-      close (unit, iostat=closed)
-      if (status == 0 .and. closed /= 0) then
-        status = closed
-        message = "it cannot be closed"
-      end if
-    end if
-    if (status == 0) then
-      ! gfortran says nothing of a disk that is full
-      done = file_size(name // ".new") == word_bytes * size(words, kind=int64)
-      message = "it came out too short; is the disk full?"
-      if (done) then
-        call rename_file(name // ".new", name, done)
-        message = "it cannot be renamed"
-      end if
-      status = merge(0, 1, done)
-    end if
-    if (status /= 0) call fatal_error(error, name // ": cannot be written: " // trim(message), failed_computation)
+    call write_file(name, transfer(words, repeat(" ", word_bytes * n)), error)
   end subroutine write_block
 
   !> The results of a tile from the file `name`; `sound` if it is complete and not damaged.

@@ -7,11 +7,12 @@ module gestell_io_campaign
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
   use gestell_io_block, only: read_block, read_rows, write_block
-  use gestell_io_files, only: file_size, lock_file, remove_file, remove_folder, rename_file, unlock_file
+  use gestell_io_files, only: file_size, lock_file, remove_file, remove_folder, unlock_file
   use gestell_io_folder, only: make_folder
   use gestell_io_plot_sweep, only: plot_sweep
   use gestell_io_sweep, only: sweep_plan_type
-  use gestell_io_sweep_csv, only: growing_table_type, header, open_table, rows
+  use gestell_io_output, only: growing, open_output, output_type, write_file
+  use gestell_io_sweep_csv, only: header, rows
   use gestell_io_sweep_summary, only: summary_type
   use gestell_io_text, only: decimal
   use gestell_study_grid, only: grid_type, tile_type
@@ -33,10 +34,13 @@ module gestell_io_campaign
     type(grid_type), private :: grid
     logical, private :: columns(sweep_columns) = .true.
     integer(int64), private :: content = 0, fingerprint = 0
+    !> Whether the table has been written.
+    logical, private :: finished = .false.
   contains
     procedure :: begin
     procedure :: store
     procedure :: finish
+    procedure :: clear
     procedure, private :: block_name
     procedure, private :: tell_missing
     procedure, private :: write_table
@@ -171,20 +175,8 @@ contains
   subroutine write_origin(self, error)
     class(campaign_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
-    integer :: unit, status, closed
-    logical :: done
 
-    open (newunit=unit, file=origin_name(self) // ".new", action="write", status="replace", iostat=status)
-    done = status == 0
-    if (done) then
-      write (unit, "(a)", iostat=status) version, content_word(self)
-      close (unit, iostat=closed)
-      done = status == 0 .and. closed == 0 &
-        & .and. file_size(origin_name(self) // ".new") == len(version) + 1 + len(content_word(self)) + 1
-      if (done) call rename_file(origin_name(self) // ".new", origin_name(self), done)
-    end if
-    if (.not. done) call fatal_error(error, self%folder // "/sweep.blocks: cannot be written; is the disk full?", &
-      & failed_computation)
+    call write_file(origin_name(self), version // newline // content_word(self) // newline, error)
   end subroutine write_origin
 
   pure function block_name(self, number) result(name)
@@ -227,59 +219,74 @@ contains
       & failed_computation)
   end subroutine tell_gone
 
-  !> Writes sweep.csv, headed by `preamble`, from the blocks of all tiles, and removes them.
-  !> Errors: tiles are missing; the file cannot be written. The blocks stay then.
-  subroutine finish(self, preamble, summary, error)
-    class(campaign_type), intent(in) :: self
-    character(len=*), intent(in) :: preamble(:)
+  !> Writes sweep.csv, headed by `preamble`, and its script from the blocks of all tiles, to the folder `place`.
+  !> The blocks stay until `clear`.
+  !> Errors: tiles are missing; a file cannot be written.
+  subroutine finish(self, place, preamble, summary, error)
+    class(campaign_type), intent(inout) :: self
+    character(len=*), intent(in) :: place, preamble(:)
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
     integer(c_int) :: lock
-    integer :: i
 
     call self%tell_missing(error)
     if (allocated(error)) return
     call lock_file(lock_name(self), lock)
-    call self%write_table(preamble, summary, error)
-    if (.not. allocated(error)) then
+    call self%write_table(place, preamble, summary, error)
+    self%finished = .not. allocated(error)
+    call unlock_file(lock)
+  end subroutine finish
+
+  !> Removes the blocks after `finish`, when the table is in its place; those that another input has begun meanwhile stay.
+  subroutine clear(self)
+    class(campaign_type), intent(in) :: self
+    type(error_type), allocatable :: another
+    integer(c_int) :: lock
+    integer :: i
+
+    if (.not. self%finished) return
+    call lock_file(lock_name(self), lock)
+    call compare_origin(self, another)
+    if (.not. allocated(another)) then
       do i = 1, size(self%done)
         call remove_file(self%block_name(i))
-        call remove_file(self%block_name(i) // ".new")
+        call remove_file(self%block_name(i) // growing)
       end do
       call remove_file(origin_name(self))
       call remove_file(lock_name(self))
       call remove_folder(self%folder // "/sweep.blocks")
     end if
     call unlock_file(lock)
-  end subroutine finish
+  end subroutine clear
 
-  !> Writes sweep.csv with its script. Error: it cannot be written, or a block is gone or damaged.
-  subroutine write_table(self, preamble, summary, error)
+  !> Writes sweep.csv with its script to `place`. Error: it cannot be written, or a block is gone or damaged.
+  subroutine write_table(self, place, preamble, summary, error)
     class(campaign_type), intent(in) :: self
-    character(len=*), intent(in) :: preamble(:)
+    character(len=*), intent(in) :: place, preamble(:)
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
-    type(growing_table_type) :: table
+    type(output_type) :: table
     character(len=:), allocatable :: head
     integer :: first, last, i
 
-    call open_table(table, self%folder // "/sweep.csv", error)
-    if (allocated(error)) return
+    call open_output(table, place // "/sweep.csv")
     head = ""
     do i = 1, size(preamble)
       head = head // "# " // trim(preamble(i)) // newline
     end do
-    call table%append(head // header(self%paths, self%columns) // newline, error)
+    call table%append(head // header(self%paths, self%columns) // newline)
     last = 0
-    do while (last < size(self%done))
-      if (allocated(error)) return
+    do while (last < size(self%done) .and. .not. table%failed())
       first = last + 1
       last = last_beside(self%grid, first)
       call append_band(self, table, first, last, summary, error)
+      if (allocated(error)) then
+        call table%abandon()
+        return
+      end if
     end do
-    if (.not. allocated(error)) call table%complete(error)
-    if (.not. allocated(error)) call plot_sweep(self%folder, preamble, self%paths, self%units, self%grid, &
-      & self%columns, summary, error)
+    call table%complete(error)
+    if (.not. allocated(error)) call plot_sweep(place, preamble, self%paths, self%units, self%grid, self%columns, summary, error)
   end subroutine write_table
 
   subroutine tell_missing(self, error)
@@ -324,7 +331,7 @@ contains
   !> The rows of tiles that lie beside each other, in the grid's order.
   subroutine append_band(self, table, first, last, summary, error)
     class(campaign_type), intent(in) :: self
-    type(growing_table_type), intent(inout) :: table
+    type(output_type), intent(inout) :: table
     integer, intent(in) :: first, last
     type(summary_type), intent(inout) :: summary
     type(error_type), allocatable, intent(out) :: error
@@ -345,7 +352,6 @@ contains
         else
           call fatal_error(error, self%block_name(k) // ": was damaged meanwhile; start again", failed_computation)
         end if
-        call table%abandon()
         return
       end if
       call summary%add_tile(results)
@@ -365,7 +371,7 @@ contains
   !> Rows `i` ... `i + piece - 1` of the first axis, as far as a tile has them.
   subroutine append_piece(self, table, tile, i, piece, summary, error)
     class(campaign_type), intent(in) :: self
-    type(growing_table_type), intent(inout) :: table
+    type(output_type), intent(inout) :: table
     type(tile_type), intent(in) :: tile
     integer, intent(in) :: i, piece
     type(summary_type), intent(inout) :: summary
@@ -376,7 +382,7 @@ contains
     call read_rows(self%block_name(tile%number), i - tile%first(1) + 1, values, error)
     if (allocated(error)) return
     call summary%add_points(self%columns, [i, tile%first(2)], values)
-    call table%append(rows(self%grid, self%columns, [i, tile%first(2)], values), error)
+    call table%append(rows(self%grid, self%columns, [i, tile%first(2)], values))
   end subroutine append_piece
 
 end module gestell_io_campaign

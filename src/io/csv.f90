@@ -1,13 +1,15 @@
 !> Result files: comma separated, a preamble of # lines, one header line, numbers with 17 significant digits.
 module gestell_io_csv
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use, intrinsic :: iso_fortran_env, only: int64
+  use gestell_io_output, only: open_output, output_type
   implicit none (type, external)
   private
 
   public :: field, write_table
+
+  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -21,54 +23,42 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: first_index
     character(len=*), intent(in), optional :: labels(:), tails(:)
-    character(len=256) :: message
+    type(output_type) :: output
     character(len=:), allocatable :: line
-    integer :: unit, status, i, k
-    integer(int64) :: bytes, written
+    integer :: i, k
 
-    open (newunit=unit, file=folder // "/" // name, action="write", status="replace", iostat=status, iomsg=message)
-    bytes = 0
-    do i = 1, size(preamble) + 1 + size(values, 2)
-      if (status /= 0) exit
-      k = i - size(preamble) - 1
-      if (k < 0) then
-        line = "# " // trim(preamble(i))
-      else if (k == 0) then
-        line = header
-      else
-        line = row(values(:, k))
-        if (present(first_index)) line = text(first_index + k - 1) // "," // line
-        if (present(labels)) line = trim(labels(k)) // "," // line
-        if (present(tails)) line = line // "," // trim(tails(k))
-      end if
-      write (unit, "(a)", iostat=status, iomsg=message) line
-      bytes = bytes + len(line) + 1
+    call open_output(output, folder // "/" // name)
+    do i = 1, size(preamble)
+      call output%append("# " // trim(preamble(i)) // newline)
     end do
-    if (status == 0) close (unit, iostat=status, iomsg=message)
-    if (status == 0) then
-      ! gfortran says nothing of a disk that is full
-      inquire (file=folder // "/" // name, size=written)
-      if (written /= bytes) then
-        status = 1
-        message = "it came out too short; is the disk full?"
-      end if
-    end if
-    if (status /= 0) call fatal_error(error, folder // "/" // name // ": cannot be written: " // trim(message), &
-      & failed_computation)
+    call output%append(header // newline)
+    do k = 1, size(values, 2)
+      line = row(values(:, k))
+      if (present(first_index)) line = text(first_index + k - 1) // "," // line
+      if (present(labels)) line = trim(labels(k)) // "," // line
+      if (present(tails)) line = line // "," // trim(tails(k))
+      call output%append(line // newline)
+    end do
+    call output%complete(error)
   end subroutine write_table
 
-  !> A text as a field of the file: in quotes if it has a comma or quotes itself, which are doubled then.
+  !> A text as a field of the file: in quotes if it has a comma, the end of a line or quotes itself, which are doubled then. A
+  !> text that a spreadsheet would take for a formula, as it begins with one of = + - @ and is no number, gets an apostrophe
+  !> before it.
   pure function field(words) result(word)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: word
+    character(len=:), allocatable :: safe
     integer :: i
 
-    word = words
-    if (scan(words, ",""") == 0) return
+    safe = words
+    if (scan(words, "=+-@") == 1 .and. verify(words, "0123456789+-.,*eEdD ") > 0) safe = "'" // words
+    word = safe
+    if (scan(safe, ",""" // achar(10) // achar(13)) == 0) return
     word = """"
-    do i = 1, len(words)
-      word = word // words(i:i)
-      if (words(i:i) == """") word = word // """"
+    do i = 1, len(safe)
+      word = word // safe(i:i)
+      if (safe(i:i) == """") word = word // """"
     end do
     word = word // """"
   end function field

@@ -11,7 +11,7 @@ module gestell_io_html_report
   use gestell_io_html_table, only: html_table
   use gestell_io_input_units, only: input_unit
   use gestell_io_message, only: typed
-  use gestell_io_sweep_csv, only: growing_table_type, open_table
+  use gestell_io_output, only: open_output, output_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -62,30 +62,26 @@ contains
     type(configuration_type), intent(in) :: configuration
     type(error_type), allocatable, intent(out) :: error
     character(len=*), intent(in), optional :: limits(:)
-    type(growing_table_type) :: page
+    type(output_type) :: page
     character(len=:), allocatable :: title
     integer :: i
 
     title = configuration%title
     if (len_trim(title) == 0) title = input
-    call open_table(page, folder // "/report.html", error)
-    if (allocated(error)) return
+    call open_output(page, folder // "/report.html")
     call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
-      & // ", input " // escaped(input) // "</p>" // newline // banner(verdict, report), error)
+      & // ", input " // escaped(input) // "</p>" // newline // banner(verdict, report))
     if (present(limits)) then
       do i = 1, size(limits)
-        if (.not. allocated(error)) call page%append("<p class=""verdict " // colour(limits(i)) // """>" &
-          & // escaped(trim(limits(i))) // "</p>" // newline, error)
+        call page%append("<p class=""verdict " // colour(limits(i)) // """>" // escaped(trim(limits(i))) // "</p>" // newline)
       end do
     end if
     do i = 1, size(parts)
-      if (allocated(error)) return
-      if (any(names == parts(i)%name)) call page%append(section(folder, parts(i)), error)
+      if (any(names == parts(i)%name)) call page%append(section(folder, parts(i)))
     end do
-    if (.not. allocated(error)) call page%append(input_table(configuration, settings), error)
-    if (.not. allocated(error)) call page%append("<h2>Report</h2>" // newline // "<pre>" // escaped(report) // "</pre>" &
-      & // newline // tail(), error)
-    if (.not. allocated(error)) call page%complete(error)
+    call page%append(input_table(configuration, settings))
+    call page%append("<h2>Report</h2>" // newline // "<pre>" // escaped(report) // "</pre>" // newline // tail())
+    call page%complete(error)
   end subroutine write_html
 
   !> How a sentence on a limit is marked.

@@ -1,16 +1,16 @@
 !> Gnuplot scripts beside the result files: what all pictures have in common. A script NAME.gp runs as it is in the folder of
 !> NAME.csv, with gnuplot 5.4 or newer, and leaves NAME.svg and NAME.png.
 module gestell_io_plot
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_io_files, only: file_size, remove_file
+  use gestell_io_output, only: write_file
+  use gestell_io_text, only: length_of_character
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: heading, panel_heading, pick_unit, quoted, span, write_script
+  public :: heading, panel_heading, pick_unit, quoted, span, tic, write_script
 
   !> A unit for an axis: `factor` times the SI value is the number in `name`.
   type, public :: axis_unit_type
@@ -24,33 +24,18 @@ module gestell_io_plot
 
 contains
 
-  !> Writes `folder`/`name`.gp: the common head, then `lines`, which draw one picture of `width` by `height` pixels. Pictures
-  !> that an older script left are removed, for they show other data. Error: the script cannot be written.
+  !> Writes `folder`/`name`.gp: the common head, then `lines`, which draw one picture of `width` by `height` pixels.
+  !> Error: it cannot be written.
   subroutine write_script(folder, name, lines, error, width, height)
     character(len=*), intent(in) :: folder, name, lines
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: width, height
-    character(len=:), allocatable :: script, file
-    character(len=256) :: message
-    integer :: unit, status, pixels(2)
+    integer :: pixels(2)
 
     pixels = [800, 560]
     if (present(width)) pixels(1) = width
     if (present(height)) pixels(2) = height
-    script = head(name, pixels) // lines
-    file = folder // "/" // name // ".gp"
-    call remove_file(folder // "/" // name // ".svg")
-    call remove_file(folder // "/" // name // ".png")
-    open (newunit=unit, file=file, access="stream", form="unformatted", action="write", status="replace", iostat=status, &
-      & iomsg=message)
-    if (status == 0) write (unit, iostat=status, iomsg=message) script
-    if (status == 0) close (unit, iostat=status, iomsg=message)
-    if (status == 0 .and. file_size(file) /= len(script, int64)) then
-      ! gfortran says nothing of a disk that is full
-      status = 1
-      message = "it came out too short; is the disk full?"
-    end if
-    if (status /= 0) call fatal_error(error, file // ": cannot be written: " // trim(message), failed_computation)
+    call write_file(folder // "/" // name // ".gp", head(name, pixels) // lines, error)
   end subroutine write_script
 
   !> A script that runs itself for each format; then what all pictures share. Colours of Okabe and Ito; the lines differ in
@@ -158,49 +143,31 @@ contains
     string = string // """"
   end function quoted
 
+  !> The same for the label of a tic, which gnuplot takes for a format: every per cent sign is told twice.
+  pure function tic(words) result(string)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: string
+    character(len=*), parameter :: sign = "\045"
+    character(len=:), allocatable :: rest
+    integer :: i
+
+    rest = quoted(words)
+    string = ""
+    do
+      i = index(rest, sign)
+      if (i == 0) exit
+      string = string // rest(:i - 1) // sign // sign
+      rest = rest(i + len(sign):)
+    end do
+    string = string // rest
+  end function tic
+
   pure logical function ends_with(words, ending)
     character(len=*), intent(in) :: words, ending
 
     ends_with = len(words) >= len(ending)
     if (ends_with) ends_with = words(len(words) - len(ending) + 1:) == ending
   end function ends_with
-
-  !> Bytes of the UTF-8 character at the beginning of a text, 0 where there is none that XML allows.
-  pure integer function length_of_character(words) result(n)
-    character(len=*), intent(in) :: words
-    integer :: lead, point, i, byte
-
-    lead = ichar(words(1:1))
-    select case (lead)
-    case (:127)
-      n = 1
-      return
-    case (194:223)
-      n = 2
-      point = lead - 192
-    case (224:239)
-      n = 3
-      point = lead - 224
-    case (240:244)
-      n = 4
-      point = lead - 240
-    case default
-      n = 0
-      return
-    end select
-    do i = 2, n
-      byte = 0
-      if (i <= len(words)) byte = ichar(words(i:i))
-      if (iand(byte, 192) /= 128) then
-        n = 0
-        return
-      end if
-      point = 64 * point + iand(byte, 63)
-    end do
-    ! too long for what it is, surrogates, no characters, beyond the last
-    if (n == 3 .and. point < 2048 .or. n == 4 .and. point < 65536 .or. point >= 55296 .and. point < 57344 &
-      & .or. point == 65534 .or. point == 65535 .or. point > 1114111) n = 0
-  end function length_of_character
 
   !> A range of gnuplot around these values, never empty, at least `least` wide.
   pure function span(values, least) result(range)

@@ -3,7 +3,7 @@ module gestell_io_plot_probes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_io_plot, only: heading, quoted, write_script
+  use gestell_io_plot, only: heading, tic, write_script
   use gestell_io_plot_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
   use gestell_study_findings, only: findings_type
   implicit none (type, external)
@@ -46,7 +46,7 @@ contains
       & // " noenhanced" // newline // "set xtics noenhanced ("
     do i = 1, size(names)
       if (i > 1) lines = lines // ", "
-      lines = lines // quoted(trim(names(i))) // " " // text(i - 1)
+      lines = lines // tic(trim(names(i))) // " " // text(i - 1)
     end do
     lines = lines // ")" // newline // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth 0.24" // newline &
       & // "set ylabel 'vibration velocity (mm/s)'; set grid noxtics ytics; set xtics scale 0" // newline &

@@ -3,7 +3,7 @@ module gestell_io_plot_resonance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_io_plot, only: heading, quoted, write_script
+  use gestell_io_plot, only: heading, quoted, tic, write_script
   use gestell_io_plot_axis, only: decade_lines, extent_lines
   use gestell_io_plot_panels, only: height_of, layout_line, with_rim
   use gestell_model_quantity, only: quantity_type
@@ -185,7 +185,7 @@ contains
       & // "set xlabel 'crank speed (rpm)'; set ytics noenhanced ("
     do i = 1, size(quantities)
       if (i > 1) lines = lines // ", "
-      lines = lines // quoted(label_of(quantities(i))) // " " // text(i)
+      lines = lines // tic(label_of(quantities(i))) // " " // text(i)
     end do
     lines = lines // "); set key off" // newline // "plot NaN"
     do i = 1, size(quantities)

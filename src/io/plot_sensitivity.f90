@@ -3,7 +3,7 @@ module gestell_io_plot_sensitivity
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_io_plot, only: heading, quoted, span, write_script
+  use gestell_io_plot, only: heading, quoted, span, tic, write_script
   use gestell_model_quantity, only: quantity_type
   use gestell_study_sensitivity, only: sensitivity_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -52,7 +52,7 @@ contains
       & // "set ytics noenhanced ("
     do i = 1, size(paths)
       if (i > 1) lines = lines // ", "
-      lines = lines // quoted(trim(paths(order(i)))) // " " // text(i)
+      lines = lines // tic(trim(paths(order(i)))) // " " // text(i)
     end do
     assignments = "# the rows, in the order of the table" // newline
     do i = 1, size(paths)

@@ -7,7 +7,7 @@ module gestell_io_rule
   use gestell_io_number, only: read_real, read_integer, is_digits
   use gestell_io_schema, only: schema_type, key_rule, allowed_keys, count_keys, real_key, integer_key, text_key
   use gestell_io_suggest, only: nearest_of, listed
-  use gestell_io_text, only: shown, decimal
+  use gestell_io_text, only: decimal, has_control, shown
   implicit none (type, external)
   private
 
@@ -51,6 +51,7 @@ contains
       if ((rule%name == "name" .or. rule%rank > 0) .and. len_trim(value%text) > word_length) then
         reason = "must not be longer than " // decimal(word_length) // " characters"
       end if
+      if (rule%name == "name" .and. has_control(value%text)) reason = "must have no control characters, as the end of a line"
     else if (value%quoted) then
       reason = "must be a number, without quotes"
     else if (rule%kind == integer_key) then

@@ -1,30 +1,15 @@
-!> The rows of sweep.csv: written in pieces of any length, so that no more than a piece is ever in memory.
+!> The rows of sweep.csv, in pieces of any length, so that no more than a piece is ever in memory.
 module gestell_io_sweep_csv
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_io_csv, only: field
-  use gestell_io_files, only: file_size, remove_file, rename_file
   use gestell_io_path, only: position_of_equals
   use gestell_io_scientific, only: number_width, put_number
   use gestell_study_grid, only: grid_type
   use gestell_study_tile_results, only: column_names, sweep_columns, verdict, verdict_names
-  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: case_lines, field, header, open_table, rows
-
-  !> A file that grows under another name and takes its own when it is complete.
-  type, public :: growing_table_type
-    private
-    character(len=:), allocatable :: name
-    integer :: unit = 0
-    integer(int64) :: bytes = 0
-  contains
-    procedure :: append
-    procedure :: complete
-    procedure :: abandon
-  end type growing_table_type
+  public :: case_lines, field, header, rows
 
   character, parameter :: newline = new_line("a")
 
@@ -147,74 +132,5 @@ contains
     n = n + len(word) + 1
     lines(n:n) = ","
   end subroutine put
-
-  !> Begins the file `name`. Error: it cannot be written.
-  subroutine open_table(table, name, error)
-    type(growing_table_type), intent(out) :: table
-    character(len=*), intent(in) :: name
-    type(error_type), allocatable, intent(out) :: error
-    character(len=256) :: message
-    integer :: status
-
-    table%name = name
-    open (newunit=table%unit, file=name // ".new", access="stream", form="unformatted", action="write", status="replace", &
-      & iostat=status, iomsg=message)
-    if (status /= 0) call refuse(table, message, error)
-  end subroutine open_table
-
-  !> Adds lines. Error: they cannot be written; the file is gone then.
-  subroutine append(self, lines, error)
-    class(growing_table_type), intent(inout) :: self
-    character(len=*), intent(in) :: lines
-    type(error_type), allocatable, intent(out) :: error
-    character(len=256) :: message
-    integer :: status, closed
-
-    write (self%unit, iostat=status, iomsg=message) lines
-    self%bytes = self%bytes + len(lines)
-    if (status == 0) return
-    close (self%unit, iostat=closed)
-    if (closed /= 0 .or. status /= 0) call refuse(self, message, error)
-  end subroutine append
-
-  !> Ends the file and gives it its name. Error: it is not complete, as on a full disk; it is gone then.
-  subroutine complete(self, error)
-    class(growing_table_type), intent(inout) :: self
-    type(error_type), allocatable, intent(out) :: error
-    character(len=256) :: message
-    integer :: status
-    logical :: done
-
-    close (self%unit, iostat=status, iomsg=message)
-    if (status == 0) then
-      ! gfortran says nothing of a disk that is full
-      done = file_size(self%name // ".new") == self%bytes
-      message = "it came out too short; is the disk full?"
-      if (done) then
-        call rename_file(self%name // ".new", self%name, done)
-        message = "it cannot be renamed"
-      end if
-      status = merge(0, 1, done)
-    end if
-    if (status /= 0) call refuse(self, message, error)
-  end subroutine complete
-
-  !> Ends the file without a name: it is gone.
-  subroutine abandon(self)
-    class(growing_table_type), intent(inout) :: self
-    integer :: status
-
-    close (self%unit, status="delete", iostat=status)
-    if (status /= 0) call remove_file(self%name // ".new")
-  end subroutine abandon
-
-  subroutine refuse(table, message, error)
-    class(growing_table_type), intent(in) :: table
-    character(len=*), intent(in) :: message
-    type(error_type), allocatable, intent(out) :: error
-
-    call remove_file(table%name // ".new")
-    call fatal_error(error, table%name // ": cannot be written: " // trim(message), failed_computation)
-  end subroutine refuse
 
 end module gestell_io_sweep_csv

@@ -341,9 +341,11 @@ def test_no_gnuplot():
     with Folder(input=SOUND) as folder:
         (folder / "empty").mkdir()
         run = Run(folder, "input.nml", "--plot", environment={"PATH": str(folder / "empty")})
-        equal("no gnuplot", (run.code, run.out, run.err), (1, "", "--plot and --report need the program gnuplot (in Debian the package "
-              "gnuplot-nox); without them the scripts for it are written all the same\n"))
-        equal("no gnuplot, nothing is written", bare(folder), ["empty", "input.nml"])
+        equal("no gnuplot", (run.code, run.err), (4, "there is no program gnuplot to draw the pictures (in Debian the package "
+              "gnuplot-nox, or ./bootstrap --with gnuplot); all else is done, the scripts for it are written\n"))
+        check("no gnuplot, report", run.out.endswith("pictures in input/, .svg and .png: none\n"), "none", run.out[-200:])
+        equal("no gnuplot, all else is written", bare(folder / "input"),
+              sorted(f"{name}.{end}" for name in ("harmonics", "mechanism", "multipliers", "response") for end in ("csv", "gp")))
         Run(folder, "-q", "input.nml", environment={"PATH": str(folder / "empty")}).done("no gnuplot, no --plot")
         fake = folder / "empty" / "gnuplot"
         fake.write_text("#!/bin/sh\nexit 3\n")

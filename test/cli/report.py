@@ -128,7 +128,9 @@ def test_report_refused():
                                                                  re.compile(".*exclude each other"))
     with Folder() as folder:
         run = Run(folder, "--report", "input.nml", environment={"PATH": ""})
-        run.refused("--report without gnuplot", 1, re.compile(".*gnuplot-nox.*"))
+        equal("--report without gnuplot", (run.code, run.err.count("\n"), "gnuplot-nox" in run.err), (4, 1, True))
+        page = read(folder / "input")
+        equal("--report without gnuplot, the page", (page.headings[1:3], page.pictures), (["The machine", "Stability"], []))
 
 
 REPORT_TESTS = (test_report, test_report_of_a_part, test_report_refused)

@@ -510,7 +510,7 @@ def test_one_line_is_lost():
             if os.path.exists("/dev/full"):
                 with open("/dev/full", "w", encoding="ascii") as full:
                     run = Run(folder, "--one-line", name, stdout=full)
-                run.refused(f"--one-line {name}, full disk", 4, "standard output cannot be written; is the disk full?")
+                run.refused(f"--one-line {name}, full disk", 4, "standard output cannot be written: No space left on device")
         # 5.6e12 bytes: more than any machine gives
         run = Run(folder, "--one-line", "sweep.nml", "-s", "sweep.count=316000", preexec_fn=limited_memory)
         run.refused("--one-line, memory", 4, "there is no memory for all points of the sweep at once; leave out --one-line")
