@@ -63,8 +63,9 @@ contains
     call check_options(options, configuration, error)
     if (allocated(error)) return
     folder = folder_name(options)
-    if (.not. (options%one_line .or. options%in_parts .or. options%check .and. .not. options%plot)) &
-      & call open_staging(staging, folder, error)
+    if (.not. (options%one_line .or. options%in_parts .or. options%check .and. .not. options%plot)) then
+      call open_staging(staging, folder, error)
+    end if
     if (allocated(error)) return
     console%silent = options%quiet .or. options%one_line
     call console%say(report_machine(configuration, options%input))
