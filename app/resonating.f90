@@ -47,8 +47,9 @@ contains
     order%accuracy = configuration%accuracy
     order%averaged = configuration%tasks%averaged
     associate (axis => configuration%plan%grid%axes(1))
-      call start_curve(curve, order, [(axis%value(k), k = 1, axis%count)])
+      call start_curve(curve, order, [(axis%value(k), k = 1, axis%count)], error)
     end associate
+    if (allocated(error)) return
     do
       call curve%wanted(speeds)
       if (size(speeds) == 0) exit

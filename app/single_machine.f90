@@ -65,7 +65,8 @@ contains
     results%vibrates = allocated(analysis%vibration)
     if (allocated(analysis%vibration)) call find(configuration%frame, analysis%vibration, &
       & configuration%probes(:merge(size(configuration%probes), 0, configuration%tasks%response)), configuration%forces, &
-      & configuration%power, findings)
+      & configuration%power, findings, error)
+    if (allocated(error)) return
     if (allocated(findings%watched)) results%limits = limits_told(findings%watched)
     if (options%one_line) then
       if (.not. configuration%sweep) call print_case(options%settings, configuration, analysis, findings, error)

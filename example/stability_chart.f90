@@ -66,7 +66,7 @@ program stability_chart
 
   call new_axis(axes(1), from=-2.0_dp, to=13.0_dp, count=columns, logarithmic=.false., error=error)
   if (.not. allocated(error)) call new_axis(axes(2), from=0.0_dp, to=6.0_dp, count=rows, logarithmic=.false., error=error)
-  call new_grid(grid, axes)
+  if (.not. allocated(error)) call new_grid(grid, axes, error)
   order%columns = .false.
   order%columns(column_verdict) = .true.
   do k = 1, grid%tiles()

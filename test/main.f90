@@ -24,6 +24,7 @@ program main
   use test_forces_limits, only: collect_forces_limits
   use test_guards, only: collect_guards
   use test_hill, only: collect_hill
+  use test_hostile, only: collect_hostile
   use test_html, only: collect_html
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
@@ -91,6 +92,7 @@ program main
     & new_testsuite("phasewise", collect_phasewise), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("guards", collect_guards), &
+    & new_testsuite("hostile", collect_hostile), &
     & new_testsuite("lanes", collect_lanes), &
     & new_testsuite("spectra", collect_spectra), &
     & new_testsuite("spectra-edges", collect_spectra_edges), &

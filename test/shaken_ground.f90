@@ -36,7 +36,8 @@ contains
       call test_failed(error, failure%message)
       return
     end if
-    call find_places(frame, analysis%vibration, places)
+    call find_places(frame, analysis%vibration, places, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
   end subroutine solve_places
 
   !> A frame of a machine that must be one.

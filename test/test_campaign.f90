@@ -271,7 +271,7 @@ contains
     do k = 1, size(counts)
       call new_axis(axes(k), 1.0_dp, real(counts(k), dp), counts(k), .false., failure)
     end do
-    call new_grid(plan%grid, axes)
+    call new_grid(plan%grid, axes, failure)
     allocate(character(len=6) :: plan%paths(size(counts)))
     plan%paths(1) = "a(1,2)"
     if (size(counts) > 1) plan%paths(2) = "b"

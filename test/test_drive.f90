@@ -53,7 +53,7 @@ contains
       call test_failed(error, failure%message)
       return
     end if
-    call find_drive(frame, analysis%vibration, drive, known)
+    call find_drive(frame, analysis%vibration, drive, known, failure)
     call check(error, known, more="known")
   end subroutine solve
 

@@ -131,7 +131,7 @@ contains
     call linkage%points(pi / 2, at)
     call check(error, abs(at(4)%x%v) + abs(at(4)%y%v - 2.5_dp) + abs(at(5)%x%v) + abs(at(5)%y%v + 4.5_dp) < 1.0e-14_dp)
     if (allocated(error)) return
-    call diagnose(linkage, diagnosis)
+    call diagnose(linkage, diagnosis, failure)
     call check(error, diagnosis%joints(4)%x(2) - diagnosis%joints(4)%x(1), 2 * 5 / 2.5_dp, thr=1.0e-12_dp, more="stroke")
     if (allocated(error)) return
     call check(error, diagnosis%swing(2), 2 * asin(1 / 2.5_dp), thr=1.0e-4_dp, more="swing, of sampled angles")
@@ -335,7 +335,7 @@ contains
     call linkage%ground("P", [d, 0.0_dp], failure)
     call linkage%rrr("B", ["A", "P"], [b, c], 1, failure)
     call linkage%link("rocker", "P", "B", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
-    call diagnose(linkage, diagnosis)
+    call diagnose(linkage, diagnosis, failure)
     call check(error, diagnosis%mobility, 1)
     if (allocated(error)) return
     call check(error, diagnosis%links, 4)

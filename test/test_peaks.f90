@@ -64,6 +64,7 @@ contains
   !> The paper's machine over speed and damping, all columns.
   subroutine test_machine(error)
     type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
     type(machine_family) :: family
     type(grid_type) :: grid
     real(dp), allocatable :: values(:, :, :)
@@ -71,7 +72,7 @@ contains
 
     call new_family(family, error)
     if (allocated(error)) return
-    call new_grid(grid, [axis_type(400.0_dp, 450.0_dp, 100), axis_type(0.9_dp, 1.1_dp, 100)])
+    call new_grid(grid, [axis_type(400.0_dp, 450.0_dp, 100), axis_type(0.9_dp, 1.1_dp, 100)], failure)
     call solve_grid(family, grid, sweep_order_type(), values, error, last)
     if (allocated(error)) return
     call check(error, last%checks > 0, "the expansion was not used")
@@ -83,6 +84,7 @@ contains
   !> it are solved by themselves; what is told is right.
   subroutine test_resonance(error)
     type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
     type(machine_family) :: family
     type(grid_type) :: grid
     real(dp), allocatable :: values(:, :, :)
@@ -90,7 +92,7 @@ contains
     call new_family(family, error)
     if (allocated(error)) return
     family%frame%damping = 1.0e-6_dp * family%frame%damping
-    call new_grid(grid, [axis_type(238.0_dp, 248.0_dp, 40), axis_type(0.99_dp, 1.01_dp, 40)])
+    call new_grid(grid, [axis_type(238.0_dp, 248.0_dp, 40), axis_type(0.99_dp, 1.01_dp, 40)], failure)
     call solve_grid(family, grid, sweep_order_type(engine="expansion"), values, error)
     if (allocated(error)) return
     call compare_peaks(family, grid, sweep_order_type(), values, error)
@@ -115,7 +117,7 @@ contains
     family%frame%inertia = 0.03_dp
     order%accuracy%tolerance = 1.0e-12_dp
     order%engine = "expansion"
-    call new_grid(grid, [axis_type(100.0_dp, 900.0_dp, 100)])
+    call new_grid(grid, [axis_type(100.0_dp, 900.0_dp, 100)], failure)
     call solve_grid(family, grid, order, values, error)
     if (allocated(error)) return
     do i = 1, size(values, 3)
@@ -142,7 +144,7 @@ contains
     family%frame%damping = 5000 * family%frame%damping
     order%accuracy%tolerance = 1.0e-6_dp
     order%engine = "expansion"
-    call new_grid(grid, [axis_type(200.0_dp, 400.0_dp, 100)])
+    call new_grid(grid, [axis_type(200.0_dp, 400.0_dp, 100)], failure)
     call solve_grid(family, grid, order, values, error)
     if (allocated(error)) return
     do i = 1, size(values, 3), 3

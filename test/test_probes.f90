@@ -55,7 +55,8 @@ contains
       call test_failed(error, failure%message)
       return
     end if
-    call watch(frame, analysis%vibration, probes, watched)
+    call watch(frame, analysis%vibration, probes, watched, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
   end subroutine solve
 
   !> Peaks do not depend on the rows that are ordered: samples are added until the motion is resolved, accelerations too. With
@@ -202,6 +203,7 @@ contains
   !> Without dampers a support's force is its stiffness times the displacement of its head, along its axes.
   subroutine test_support(error)
     type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
     integer, parameter :: points = 60
     type(machine_data) :: machine
     type(frame_type) :: frame
@@ -222,7 +224,7 @@ contains
       if (.not. allocated(error)) call solve(frame, points, 1.0e-10_dp, [(probe_at(machine%supports(i)%position(1), &
         & machine%supports(i)%position(2)), i = 1, size(machine%supports))], analysis, watched, error)
       if (allocated(error)) return
-      call find_places(frame, analysis%vibration, places)
+      call find_places(frame, analysis%vibration, places, failure)
       do i = 1, size(watched)
         turn = 25.0_dp * i * pi / 180
         associate (h => watched(i)%history, k => machine%supports(i)%stiffness, f => places(i)%history)

@@ -128,6 +128,7 @@ contains
 
   subroutine test_tiles(error)
     type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
     integer, parameter :: counts(2, 7) = reshape([1, 1, 1, 300, 300, 1, 7, 9, 251, 40, 1000, 33, 17, 16], [2, 7])
     type(grid_type) :: grid
     type(tile_type) :: tile
@@ -135,7 +136,7 @@ contains
     integer :: k, i
 
     do k = 1, size(counts, 2)
-      call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, counts(1, k)), axis_type(0.0_dp, 1.0_dp, counts(2, k))])
+      call new_grid(grid, [(axis_type(0.0_dp, merge(1.0_dp, 0.0_dp, counts(i, k) > 1), counts(i, k)), i = 1, 2)], failure)
       allocate(covered(counts(1, k), counts(2, k)), source=0)
       do i = 1, grid%tiles()
         tile = grid%tile(i)
@@ -149,7 +150,7 @@ contains
       if (allocated(error)) return
       deallocate(covered)
     end do
-    call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 2000000)])
+    call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 2000000)], failure)
     k = 0
     do i = 1, grid%tiles()
       tile = grid%tile(i)
@@ -163,6 +164,7 @@ contains
   !> as exact as the tolerance promises.
   subroutine test_oscillators(error)
     type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
     type(oscillator_family) :: family
     type(grid_type) :: grid
     real(dp), allocatable :: values(:, :, :)
@@ -170,7 +172,7 @@ contains
     real(dp) :: p(2), right, deviation
     integer :: i, j
 
-    call new_grid(grid, [axis_type(0.02_dp, 2.0_dp, 70), axis_type(0.3_dp, 30.0_dp, 90, .true.)])
+    call new_grid(grid, [axis_type(0.02_dp, 2.0_dp, 70), axis_type(0.3_dp, 30.0_dp, 90, .true.)], failure)
     call solve_grid(family, grid, ordered("expansion"), values, error, last)
     if (allocated(error)) return
     do i = 1, 70
@@ -194,6 +196,7 @@ contains
 
   subroutine test_lines(error)
     type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
     character(len=9), parameter :: engines(3) = [character(len=9) :: "auto", "expansion", "direct"]
     type(oscillator_family) :: family
     type(grid_type) :: grid
@@ -201,23 +204,23 @@ contains
     integer :: k, j
 
     do k = 1, 3
-      call new_grid(grid, [axis_type(1.0_dp, 9.0_dp, 500)])
+      call new_grid(grid, [axis_type(1.0_dp, 9.0_dp, 500)], failure)
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
       ! The damping, 0.1, is the same for all.
       call check(error, maxval(abs(values(rho_max, 1, :) - exp(-0.05_dp * pi))) < 1.0e-9_dp)
       if (allocated(error)) return
-      call new_grid(grid, [axis_type(0.5_dp, 0.5_dp, 1), axis_type(1.0_dp, 9.0_dp, 30)])
+      call new_grid(grid, [axis_type(0.5_dp, 0.5_dp, 1), axis_type(1.0_dp, 9.0_dp, 30)], failure)
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
       call check(error, maxval(abs(values(rho_max, :, 1) - exp(-0.25_dp * pi))) < 1.0e-9_dp)
       if (allocated(error)) return
-      call new_grid(grid, [axis_type(0.2_dp, 0.5_dp, 30), axis_type(4.0_dp, 4.0_dp, 1)])
+      call new_grid(grid, [axis_type(0.2_dp, 0.5_dp, 30), axis_type(4.0_dp, 4.0_dp, 1)], failure)
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
       call check(error, maxval(abs(values(rho_max, 1, :) - [(exp(-pi / 2 * grid%axes(1)%value(j)), j = 1, 30)])) < 1.0e-9_dp)
       if (allocated(error)) return
-      call new_grid(grid, [axis_type(0.2_dp, 0.2_dp, 1), axis_type(4.0_dp, 4.0_dp, 1)])
+      call new_grid(grid, [axis_type(0.2_dp, 0.2_dp, 1), axis_type(4.0_dp, 4.0_dp, 1)], failure)
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
       call check(error, size(values) == 4 .and. abs(values(rho_max, 1, 1) - exp(-pi * 0.1_dp)) < 1.0e-9_dp)
@@ -263,6 +266,7 @@ contains
   !> Where Phi jumps and where there is no system cells are split until the expansions hold; the rest is as right as ever.
   subroutine test_jump_and_hole(error)
     type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
     character(len=9), parameter :: engines(2) = [character(len=9) :: "auto", "expansion"]
     type(oscillator_family) :: family
     type(grid_type) :: grid
@@ -271,7 +275,7 @@ contains
     integer :: i, j, k
 
     family = oscillator_family(jump=4.0_dp, hole=[6.0_dp, 6.5_dp])
-    call new_grid(grid, [axis_type(0.1_dp, 0.4_dp, 60), axis_type(1.0_dp, 9.0_dp, 120)])
+    call new_grid(grid, [axis_type(0.1_dp, 0.4_dp, 60), axis_type(1.0_dp, 9.0_dp, 120)], failure)
     do k = 1, 2
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
@@ -304,7 +308,7 @@ contains
 
     call new_family(family, error)
     if (allocated(error)) return
-    call new_grid(grid, [axis_type(300.0_dp, 500.0_dp, 84), axis_type(0.25_dp, 0.5_dp, 84)])
+    call new_grid(grid, [axis_type(300.0_dp, 500.0_dp, 84), axis_type(0.25_dp, 0.5_dp, 84)], failure)
     order = ordered("expansion")
     call solve_grid(family, grid, order, values, error)
     if (allocated(error)) return
@@ -335,12 +339,13 @@ contains
   !> One column costs the others nothing, and is the same number.
   subroutine test_columns(error)
     type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
     type(oscillator_family) :: family
     type(sweep_order_type) :: order
     type(grid_type) :: grid
     real(dp), allocatable :: all(:, :, :), one(:, :, :)
 
-    call new_grid(grid, [axis_type(0.1_dp, 0.4_dp, 40), axis_type(1.0_dp, 9.0_dp, 40)])
+    call new_grid(grid, [axis_type(0.1_dp, 0.4_dp, 40), axis_type(1.0_dp, 9.0_dp, 40)], failure)
     order = ordered("expansion")
     call solve_grid(family, grid, order, all, error)
     if (allocated(error)) return

@@ -1,10 +1,11 @@
 !> The affine map of a whole period from the maps of its steps, and the motion along it.
 module gestell_floquet_flow
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_lanes, only: lanes
   use gestell_base_lapack, only: inverse
   use gestell_base_matrix, only: balanced, unit_matrix
+  use gestell_base_text, only: text
   use gestell_floquet_mesh, only: merged
   use gestell_floquet_method, only: method_type
   use gestell_floquet_product, only: multiply_maps
@@ -13,7 +14,7 @@ module gestell_floquet_flow
   implicit none (type, external)
   private
 
-  public :: end_of_block, motions, period_map, trajectory
+  public :: check_phases, end_of_block, motions, period_map, trajectory
 
   !> Steps whose maps are held at a time: memory does not grow with the number of steps, and stays in the cache.
   integer, parameter :: block_length = 32
@@ -29,10 +30,36 @@ contains
     if (steps - last > 0 .and. steps - last < lanes) last = last - lanes
   end function end_of_block
 
+  !> Error: the phases are not ascending within [0, 1].
+  pure subroutine check_phases(phases, error)
+    real(dp), intent(in) :: phases(:)
+    type(error_type), allocatable, intent(out) :: error
+    logical :: sound
+
+    sound = all(phases >= 0 .and. phases <= 1)
+    if (sound .and. size(phases) > 1) sound = all(phases(2:) >= phases(:size(phases) - 1))
+    if (.not. sound) call fatal_error(error, "phases must be ascending, from 0 to 1", invalid_input)
+  end subroutine check_phases
+
+  !> Error: ends of steps, units and results do not fit together or to a system of n states.
+  pure subroutine check_shapes(n, nodes, sizes, error)
+    integer, intent(in) :: n, sizes(:)
+    real(dp), intent(in) :: nodes(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_phases(nodes, error)
+    if (allocated(error)) return
+    if (size(nodes) < 2) then
+      call fatal_error(error, "a motion needs one step at least", invalid_input)
+    else if (any(sizes /= n)) then
+      call fatal_error(error, "units and results have the system's number of states, " // text(n), invalid_input)
+    end if
+  end subroutine check_shapes
+
   !> Phi(T) = A_m ... A_1, shape (n, n), (17), over the steps between `nodes`; where asked for also x_p(T), shape (n),
   !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale; and how much
   !> more than Phi(T) a rounding on the way is worth, max over t of |Phi(T, t)| |Phi(t)| / |Phi(T)|, from 1 upward.
-  !> Error: a step failed or the numbers overflow.
+  !> Errors: nodes or shapes that make no sense; a step failed or the numbers overflow.
   subroutine period_map(system, method, nodes, scale, phi, error, xp, reach, detour)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
@@ -47,6 +74,8 @@ contains
     logical :: fits
 
     n = system%states
+    call check_shapes(n, nodes, [size(scale), shape(phi)], error)
+    if (allocated(error)) return
     allocate(a(n, n, min(block_length, size(nodes) - 1)), b(n, min(block_length, size(nodes) - 1)))
     phi = unit_matrix(n)
     if (present(xp)) xp = 0
@@ -100,6 +129,7 @@ contains
 
   !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.
   !> The phases become ends of steps beside `nodes`, so x has the accuracy of the method there.
+  !> Errors: as of `period_map`.
   subroutine trajectory(system, method, nodes, x0, phases, x, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
@@ -110,6 +140,13 @@ contains
     real(dp) :: now(size(x0))
     integer :: k, first, last, next
 
+    call check_shapes(system%states, nodes, [size(x0), size(x, 1)], error)
+    if (.not. allocated(error)) call check_phases(phases, error)
+    if (allocated(error)) return
+    if (size(x, 2) /= size(phases)) then
+      call fatal_error(error, "a motion has a column for each phase", invalid_input)
+      return
+    end if
     all_nodes = merged(nodes, phases)
     allocate(a(size(x0), size(x0), block_length), b(size(x0), block_length))
     now = x0

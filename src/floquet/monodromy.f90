@@ -79,7 +79,8 @@ contains
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
   !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater. Steps given by the user are compared
   !> with half and twice as many.
-  !> Errors: unknown method, singular equations, overflow, tolerance out of reach.
+  !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
+  !> tolerance out of reach.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -88,7 +89,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: turns
 
-    call check_accuracy(accuracy, error)
+    call system%check(error)
+    if (.not. allocated(error)) call check_accuracy(accuracy, error)
     if (allocated(error)) return
     monodromy%period = system%period
     call survey(system, monodromy%scale, turns, error)

@@ -1,6 +1,6 @@
 !> Multipliers and characteristic exponents with their error bounds, and the verdict on stability.
 module gestell_floquet_multipliers
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: eigensystem
   use gestell_base_matrix, only: balanced
@@ -36,7 +36,7 @@ module gestell_floquet_multipliers
 contains
 
   !> The multipliers of `monodromy`; with `vectors` the eigenvectors too.
-  !> Error: LAPACK found no eigenvalues.
+  !> Errors: `monodromy` was not solved; LAPACK found no eigenvalues.
   subroutine solve_multipliers(monodromy, vectors, multipliers, error)
     type(monodromy_type), intent(in) :: monodromy
     logical, intent(in) :: vectors
@@ -45,6 +45,10 @@ contains
     complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
     integer :: n
 
+    if (.not. allocated(monodromy%phi)) then
+      call fatal_error(error, "multipliers are those of a system that solve_monodromy has solved", invalid_input)
+      return
+    end if
     n = size(monodromy%scale)
     call eigensystem(balanced(monodromy%phi, monodromy%scale), rho, right, left, error)
     if (allocated(error)) return

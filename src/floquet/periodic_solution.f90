@@ -1,6 +1,6 @@
 !> The one periodic solution of x' = P x + f: x0 = (E - Phi)^-1 x_p(T), and the motion that starts there.
 module gestell_floquet_periodic_solution
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: inverse
   use gestell_base_matrix, only: balanced, unit_matrix
@@ -33,17 +33,23 @@ contains
   !> That holds for rounding. The errors of integration are known in direction too: they leave (E - Phi)^-1 (E x0 + e_p) with
   !> the matrices E and vectors e_p that belong together, in which most of them cancels: the periodic motion is slower than
   !> the free vibrations.
-  !> Error: an error of Phi as large as e can make E - Phi singular, so that nothing is known of x0.
+  !> Errors: `monodromy` was not solved with forcing; an error of Phi as large as e can make E - Phi singular,
+  !> so that nothing is known of x0.
   subroutine solve_periodic(monodromy, solution, error)
     type(monodromy_type), intent(in) :: monodromy
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: inverted(:, :)
-    real(dp) :: x(size(monodromy%scale)), disturbance(size(monodromy%scale)), change(size(monodromy%scale))
+    real(dp), allocatable :: x(:), disturbance(:), change(:)
     real(dp) :: phi_error, xp_error, amplification, lost
     integer :: n, k
 
+    if (.not. (allocated(monodromy%phi) .and. allocated(monodromy%xp))) then
+      call fatal_error(error, "the periodic motion needs a system that was solved with forcing", invalid_input)
+      return
+    end if
     n = size(monodromy%scale)
+    allocate(change(n), source=0.0_dp)
     phi_error = n * epsilon(1.0_dp) * (n + monodromy%norm)
     associate (d => monodromy%scale, known => allocated(monodromy%phi_change) .and. allocated(monodromy%xp_change))
       if (known) then
@@ -61,7 +67,6 @@ contains
       amplification = norm2(inverted)
       x = matmul(inverted, monodromy%xp / d)
       lost = amplification * phi_error
-      change = 0
       if (known) then
         do k = 1, size(monodromy%phi_change, 3)
           associate (e => balanced(monodromy%phi_change(:, :, k), d))
@@ -82,7 +87,8 @@ contains
     end associate
   end subroutine solve_periodic
 
-  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points).
+  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Errors: there is no solution; as of
+  !> `trajectory`.
   subroutine follow(system, monodromy, solution, phases, x, error)
     class(periodic_system), intent(in) :: system
     type(monodromy_type), intent(in) :: monodromy
@@ -91,6 +97,10 @@ contains
     real(dp), allocatable, intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
 
+    if (.not. (allocated(solution%x0) .and. allocated(monodromy%method))) then
+      call fatal_error(error, "a motion is followed from the start that solve_periodic found", invalid_input)
+      return
+    end if
     allocate(x(system%states, size(phases)))
     call trajectory(system, monodromy%method, monodromy%nodes, solution%x0, phases, x, error)
   end subroutine follow

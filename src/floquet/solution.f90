@@ -1,18 +1,19 @@
 !> Floquet's solution of a periodic system by the cheapest way: parts that do not act on each other apart, vibrations that
 !> are fast against the period by reduction, the others by integration over the period.
 module gestell_floquet_solution
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_constant, only: constant_multipliers, constant_periodic
   use gestell_floquet_factored, only: factored_multipliers, factored_periodic
   use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
+  use gestell_floquet_flow, only: check_phases
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
   use gestell_floquet_part, only: follow_part, part_type, scale_of, solve_part, ways
   use gestell_floquet_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
   use gestell_floquet_periodic_solution, only: periodic_of_monodromy => solve_periodic
   use gestell_floquet_reduced, only: reduced_multipliers, reduced_periodic
-  use gestell_system_part, only: independent_parts, part_of
+  use gestell_system_part, only: check_coupled, independent_parts, part_of
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -36,6 +37,8 @@ module gestell_floquet_solution
 
   type, public :: floquet_type
     real(dp) :: period = 0
+    !> Whether there is what the periodic motion needs.
+    logical :: forced = .false.
     !> Units that make the states comparable, shape (n).
     real(dp), allocatable :: scale(:)
     type(part_type), allocatable :: parts(:)
@@ -57,7 +60,7 @@ contains
   !> Solves `system` over its period to `accuracy`; with `forced` also what the periodic motion needs. Method `auto` without
   !> given steps may reduce; `reduced` does nothing else. Where multipliers differ by so much that Phi(T) loses the small
   !> ones, its factors are kept, unless steps are given.
-  !> Errors: those of `solve_monodromy`; reduction was asked for and does not apply.
+  !> Errors: those of `solve_monodromy`; a table `coupled` of another shape; reduction was asked for and does not apply.
   subroutine solve_floquet(system, accuracy, forced, floquet, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -67,9 +70,12 @@ contains
     integer, allocatable :: numbers(:)
     integer :: k, i
 
-    call check_accuracy(accuracy, error)
+    call system%check(error)
+    if (.not. allocated(error)) call check_accuracy(accuracy, error)
+    if (.not. allocated(error)) call check_coupled(system, error)
     if (allocated(error)) return
     floquet%period = system%period
+    floquet%forced = forced
     allocate(floquet%scale(system%states))
     allocate(numbers, source=independent_parts(system))
     allocate(floquet%parts(maxval(numbers)))
@@ -90,13 +96,14 @@ contains
     end do
   end subroutine solve_floquet
 
-  !> What `floquet` rests on.
+  !> What `floquet` rests on; nothing where it was not solved.
   pure subroutine evidence(floquet, found)
     type(floquet_type), intent(in) :: floquet
     type(evidence_type), intent(out) :: found
     integer :: k
 
     found%methods = ""
+    if (.not. allocated(floquet%parts)) return
     found%parts = size(floquet%parts)
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
@@ -137,7 +144,7 @@ contains
     found%methods = found%methods // method
   end subroutine add
 
-  !> All multipliers; with `vectors` the eigenvectors too. Error: LAPACK found no eigenvalues.
+  !> All multipliers; with `vectors` the eigenvectors too. Errors: `floquet` was not solved; LAPACK found no eigenvalues.
   subroutine multipliers_of_floquet(floquet, vectors, multipliers, error)
     type(floquet_type), intent(in) :: floquet
     logical, intent(in) :: vectors
@@ -147,6 +154,10 @@ contains
     complex(dp), allocatable :: shapes(:, :)
     integer :: k
 
+    if (.not. allocated(floquet%parts)) then
+      call fatal_error(error, "multipliers are those of a system that solve_floquet has solved", invalid_input)
+      return
+    end if
     multipliers = no_multipliers(merge(size(floquet%scale), 0, vectors))
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
@@ -171,7 +182,7 @@ contains
     call arrange(multipliers)
   end subroutine multipliers_of_floquet
 
-  !> The start of the periodic motion. Error: resonance in one of the parts.
+  !> The start of the periodic motion. Errors: `floquet` was not solved with forcing; resonance in one of the parts.
   subroutine periodic_of_floquet(floquet, solution, error)
     type(floquet_type), intent(in) :: floquet
     type(periodic_solution_type), intent(out) :: solution
@@ -179,6 +190,10 @@ contains
     type(periodic_solution_type) :: own
     integer :: k
 
+    if (.not. (allocated(floquet%parts) .and. floquet%forced)) then
+      call fatal_error(error, "the periodic motion needs a system that was solved with forcing", invalid_input)
+      return
+    end if
     allocate(solution%x0(size(floquet%scale)), solution%error(size(floquet%scale)), source=0.0_dp)
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
@@ -199,7 +214,8 @@ contains
     end do
   end subroutine periodic_of_floquet
 
-  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Error: overflow.
+  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Errors: the phases are not, or `solution` is not
+  !> that of `floquet` and `system`; overflow.
   subroutine follow_floquet(system, floquet, solution, phases, x, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
@@ -211,6 +227,14 @@ contains
     real(dp), allocatable :: y(:, :)
     integer :: k
 
+    call check_phases(phases, error)
+    if (allocated(error)) return
+    if (.not. (allocated(floquet%parts) .and. floquet%forced .and. allocated(solution%x0))) then
+      call fatal_error(error, "a motion is followed from the start that solve_periodic found", invalid_input)
+    else if (size(solution%x0) /= size(floquet%scale) .or. system%states /= size(floquet%scale)) then
+      call fatal_error(error, "system, solution and start of the motion differ in their numbers of states", invalid_input)
+    end if
+    if (allocated(error)) return
     allocate(x(size(floquet%scale), size(phases)))
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))

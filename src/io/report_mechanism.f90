@@ -1,5 +1,6 @@
 !> What the mechanism tells before any dynamics, for people.
 module gestell_io_report_mechanism
+  use gestell_base_error, only: error_type
   use gestell_base_fourier, only: fourier_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
@@ -24,11 +25,12 @@ contains
     type(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
     type(diagnosis_type) :: diagnosis
+    type(error_type), allocatable :: unprepared
 
     lines = ""
     select type (mechanism => frame%mechanism)
     class is (linkage_type)
-      call diagnose(mechanism, diagnosis)
+      call diagnose(mechanism, diagnosis, unprepared)
       lines = newline // "MECHANISM" // newline // "  mobility " // text(diagnosis%mobility) // " (" &
         & // text(diagnosis%links) // " links with the frame, " // counted(diagnosis%pairs, "pair") // ")"
       if (len_trim(diagnosis%grashof) > 0) lines = lines // "; " // trim(diagnosis%grashof)
@@ -115,10 +117,11 @@ contains
     type(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
     type(fourier_type) :: series(3)
+    type(error_type), allocatable :: unprepared
     real(dp) :: amplitude, noise(3)
     integer :: k, i
 
-    call shaking(frame%mechanism, frame%speed, series)
+    call shaking(frame%mechanism, frame%speed, series, unprepared)
     ! Beside the force along one axis, rounding is all that a small one along the other is.
     noise(:2) = 1.0e-11_dp * max(maxval(series(1)%amplitude), maxval(series(2)%amplitude))
     noise(3) = 1.0e-11_dp * maxval(series(3)%amplitude)

@@ -13,6 +13,7 @@ module gestell_io_sweep
   use gestell_io_text, only: decimal, lower, shown
   use gestell_io_units, only: units_type
   use gestell_study_boundary, only: usual_deviation, usual_tolerance
+  use gestell_study_boundary_order, only: greatest_tolerance, least_tolerance, most_searched
   use gestell_study_boundary_task, only: border_order_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_order_type
@@ -46,7 +47,7 @@ module gestell_io_sweep
   !> Values of an axis that are tried before anything is computed, at the most.
   integer, parameter :: most_tried = 10000
   !> Points of a sweep, and of the search for borders, at the most: their tiles can be counted, what is found can be kept.
-  integer(int64), parameter :: most_points = 10_int64**11, most_searched = 10_int64**7
+  integer(int64), parameter :: most_points = 10_int64**11
 
 contains
 
@@ -93,7 +94,8 @@ contains
         return
       end if
     end if
-    call new_grid(plan%grid, axes(:size(groups)))
+    call new_grid(plan%grid, axes(:size(groups)), error)
+    if (allocated(error)) return
     call limit(plan%grid, groups, most_points, error)
     if (allocated(error)) return
     call read_order(groups, plan%order, error)
@@ -164,7 +166,7 @@ contains
     call get(group, "tolerance", plan%borders%tolerance, error, default=merge(usual_tolerance, usual_deviation, &
       & size(groups) == 1), must=positive)
     if (allocated(error)) return
-    if (plan%borders%tolerance < 1.0e-13_dp .or. plan%borders%tolerance > 0.1_dp) then
+    if (plan%borders%tolerance < least_tolerance .or. plan%borders%tolerance > greatest_tolerance) then
       call input_error(group, "tolerance", "must lie between 1e-13 and 0.1", error)
       return
     end if

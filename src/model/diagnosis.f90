@@ -1,5 +1,6 @@
 !> What a linkage tells before any dynamics: mobility, Grashof's class, ranges, transmission angles, shaking forces.
 module gestell_model_diagnosis
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_joints_driven, only: crank_joint, ground_joint
@@ -8,6 +9,7 @@ module gestell_model_diagnosis
   use gestell_model_joints_rrr, only: rrr_joint
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -37,12 +39,15 @@ module gestell_model_diagnosis
 
 contains
 
-  !> The diagnosis of a linkage that can turn.
-  subroutine diagnose(linkage, diagnosis)
+  !> The diagnosis of a linkage. Error: it has no joints or no links.
+  subroutine diagnose(linkage, diagnosis, error)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(out) :: diagnosis
+    type(error_type), allocatable, intent(out) :: error
     integer :: i
 
+    call linkage%check(error)
+    if (allocated(error)) return
     call count_links(linkage, diagnosis)
     diagnosis%grashof = grashof_class(linkage)
     call diagnose_transmission(linkage, diagnosis)
@@ -252,16 +257,24 @@ contains
     end do
   end subroutine follow_links
 
-  !> Harmonics of the shaking forces along x and y (N) and of the shaking moment about O (N m) at a speed (rad/s).
-  subroutine shaking(mechanism, speed, series)
+  !> Harmonics of the shaking forces along x and y (N) and of the shaking moment about O (N m) at a speed (rad/s). Errors: the
+  !> mechanism is not made yet; the speed is not finite.
+  subroutine shaking(mechanism, speed, series, error)
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: speed
     type(fourier_type), intent(out) :: series(3)
+    type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 8192
     real(dp), allocatable :: samples(:, :)
     type(mass_functions_type) :: a
     integer :: i, n
 
+    call mechanism%check(error)
+    if (allocated(error)) return
+    if (.not. (ieee_is_finite(speed) .and. mechanism%feature > 0)) then
+      call fatal_error(error, "the speed must be finite, and the mechanism's feature positive", invalid_input)
+      return
+    end if
     ! Fewer samples than the mechanism's feature asks for could take a high order for a low one.
     n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%feature)))
     do

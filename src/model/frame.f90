@@ -9,7 +9,7 @@ module gestell_model_frame
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_tabulated, only: new_tabulated, tabulated_type
   use gestell_system_averaged, only: average, averaged_system, term_size
-  use gestell_system_second_order, only: second_order_system
+  use gestell_system_second_order, only: check_second_order, second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -42,6 +42,7 @@ module gestell_model_frame
     procedure :: crank_angles
     procedure :: remember
     procedure :: coupled
+    procedure :: check
     procedure :: averaged
     procedure :: natural_frequencies
     procedure :: ground_forces
@@ -80,8 +81,13 @@ contains
 
     allocate(frame%mechanism, source=mechanism)
     call frame%mechanism%prepare(error)
+    if (.not. allocated(error)) call frame%mechanism%check(error)
     if (allocated(error)) return
-    if (frame%mechanism%feature < shortest_feature) then
+    if (.not. (ieee_is_finite(frame%mechanism%mass) .and. ieee_is_finite(frame%mechanism%inertia) &
+      & .and. frame%mechanism%mass >= 0 .and. frame%mechanism%inertia >= 0)) then
+      call fatal_error(error, "mass and inertia of the mechanism must be finite and not negative", invalid_input)
+      return
+    else if (.not. frame%mechanism%feature >= shortest_feature) then
       call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
         & // concise(frame%mechanism%feature * 180 / pi, 2) // " deg of the crank: nothing reliable can be computed", &
         & impossible_mechanism)
@@ -104,6 +110,25 @@ contains
     frame%rounding = epsilon(1.0_dp) / frame%mechanism%feature**2
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%feature))
   end subroutine new_frame
+
+  !> As of any second-order system; what `new_frame` set is there, and the period is still that of the speed.
+  subroutine check(self, error)
+    class(frame_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: rounding = 1.0e-9_dp
+
+    if (.not. (allocated(self%mechanism) .and. allocated(self%free) .and. allocated(self%supports))) then
+      call fatal_error(error, "a frame is made by new_frame", invalid_input)
+      return
+    end if
+    call check_second_order(self, error)
+    if (allocated(error)) return
+    if (self%states /= 2 * size(self%free)) then
+      call fatal_error(error, "a frame has two states for each free degree of freedom", invalid_input)
+    else if (.not. abs(abs(self%speed) * self%period / (2 * pi) - 1) <= rounding) then
+      call fatal_error(error, "the frame's period is not that of its crank's turn, 2 pi / |speed|", invalid_input)
+    end if
+  end subroutine check
 
   !> M, B, C at a time (s), of the free degrees of freedom.
   subroutine matrices(self, t, m, b, c)
@@ -160,6 +185,7 @@ contains
     type(tabulated_type) :: tabulated
     class(mechanism_type), allocatable :: plain
 
+    if (.not. allocated(self%mechanism)) return
     select type (mechanism => self%mechanism)
     type is (tabulated_type)
       call mechanism%remember(self%crank_angles(phases))
@@ -302,10 +328,14 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), allocatable, intent(out) :: frequencies(:)
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: m(3, 3), c(3, 3), table(4 * self%least_steps, table_columns), angles(4 * self%least_steps)
+    real(dp) :: m(3, 3), c(3, 3)
+    real(dp), allocatable :: table(:, :), angles(:)
     type(mass_functions_type) :: mean
     integer :: k
 
+    call self%check(error)
+    if (allocated(error)) return
+    allocate(angles(4 * self%least_steps), table(4 * self%least_steps, table_columns))
     angles = [(2 * pi * k / size(angles), k = 1, size(angles))]
     call self%mechanism%tabulate(angles, table)
     mean%a1%v = sum(table(:, a1_v)) / size(angles)

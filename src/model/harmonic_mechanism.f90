@@ -8,6 +8,7 @@ module gestell_model_harmonic_mechanism
   use gestell_model_joints_path, only: batch, take_batch
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, energy_d, &
     & energy_v, mass_functions_type, mechanism_type, spin_v, table_columns
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -23,13 +24,14 @@ module gestell_model_harmonic_mechanism
     procedure :: mass_functions
     procedure :: tabulate
     procedure :: tabulate_drive
+    procedure :: check
   end type harmonic_mechanism_type
 
 contains
 
   !> A mechanism of `mass` (kg) and sum of moments of inertia `inertia` (kg m^2) with these harmonics (kg m, kg m,
-  !> kg m^2, kg m^2, and if given kg m^2). Errors: a negative mass, an even number of coefficients, functions that no masses
-  !> can have.
+  !> kg m^2, kg m^2, and if given kg m^2). Errors: a negative mass, numbers that are not finite, an even number of
+  !> coefficients, functions that no masses can have.
   subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error, energy)
     type(harmonic_mechanism_type), intent(out) :: mechanism
     real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
@@ -38,12 +40,15 @@ contains
 
     if (.not. (mass >= 0 .and. inertia >= 0)) then
       call fatal_error(error, "mass and inertia of the mechanism must not be negative", invalid_input)
+    else if (.not. all(ieee_is_finite([mass, inertia, a1, a2, a3, moment]))) then
+      call fatal_error(error, "the mechanism's data are not finite", invalid_input)
     else if (any(modulo([size(a1), size(a2), size(a3), size(moment)], 2) == 0)) then
       call fatal_error(error, "harmonics are a mean and then pairs of cosine and sine: an odd number of values", invalid_input)
     end if
     if (present(energy)) then
       if (modulo(size(energy), 2) == 0) call fatal_error(error, "harmonics are a mean and then pairs of cosine and sine: " &
         & // "an odd number of values", invalid_input)
+      if (.not. all(ieee_is_finite(energy))) call fatal_error(error, "the mechanism's data are not finite", invalid_input)
       mechanism%energy = energy
     end if
     if (allocated(error)) return
@@ -57,6 +62,15 @@ contains
     if (allocated(error)) return
     mechanism%feature = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
   end subroutine new_harmonic_mechanism
+
+  !> Error: `new_harmonic_mechanism` has not made it.
+  subroutine check(self, error)
+    class(harmonic_mechanism_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. allocated(self%moment)) call fatal_error(error, "a mechanism by harmonics is made by new_harmonic_mechanism", &
+      & invalid_input)
+  end subroutine check
 
   !> Masses obey m a3 >= a1^2 + a2^2 (Cauchy and Schwarz); then M is positive definite in every frame.
   subroutine check_masses(mechanism, error)

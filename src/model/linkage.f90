@@ -12,6 +12,7 @@ module gestell_model_linkage
   use gestell_model_joints_rrr, only: rrr_joint
   use gestell_model_joints_sliders, only: prp_joint, rpp_joint
   use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type
+  use gestell_model_linkage_checks, only: check_finite, check_lengths
   use gestell_model_linkage_table, only: tabulate_linkage
   implicit none (type, external)
   private
@@ -40,6 +41,7 @@ module gestell_model_linkage
     procedure :: tabulate
     procedure :: tabulate_drive
     procedure :: prepare
+    procedure :: check
   end type linkage_type
 
 contains
@@ -51,7 +53,8 @@ contains
     real(dp), intent(in) :: position(2)
     type(error_type), allocatable, intent(out) :: error
 
-    call self%add_joint(name, ground_joint(position), error)
+    call check_finite("joint '" // name // "'", position, error)
+    if (.not. allocated(error)) call self%add_joint(name, ground_joint(position), error)
   end subroutine add_ground
 
   !> The crank's joint: at `radius` (m) about the joint `pivot`, at the crank angle + `phase` (rad).
@@ -63,6 +66,7 @@ contains
     integer :: place
 
     call self%find(pivot, place, error)
+    if (.not. allocated(error)) call check_finite("joint '" // name // "'", [radius, phase], error)
     if (allocated(error)) return
     if (.not. radius > 0) then
       call fatal_error(error, "joint '" // name // "': its radius must be positive", invalid_input)
@@ -74,14 +78,14 @@ contains
   !> A dyad's joint at `lengths` (m) from the joints `ends`, left (`branch` = 1) or right (-1) of the way between them.
   subroutine add_rrr(self, name, ends, lengths, branch, error)
     class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, ends(2)
+    character(len=*), intent(in) :: name, ends(:)
     real(dp), intent(in) :: lengths(2)
     integer, intent(in) :: branch
     type(error_type), allocatable, intent(out) :: error
     integer :: places(2)
 
     call find_both(self, "joint '" // name // "'", ends, places, error)
-    if (.not. allocated(error)) call check_numbers(name, lengths, branch, error)
+    if (.not. allocated(error)) call check_lengths(name, lengths, branch, error)
     if (.not. allocated(error)) call self%add_joint(name, rrr_joint(places, lengths, branch), error)
   end subroutine add_rrr
 
@@ -97,7 +101,7 @@ contains
     integer :: place
 
     call self%find(end, place, error)
-    if (.not. allocated(error)) call check_numbers(name, [length], branch, error)
+    if (.not. allocated(error)) call check_lengths(name, [length], branch, error)
     if (.not. allocated(error)) call check_guide(self, name, guide, error)
     if (.not. allocated(error)) call self%add_joint(name, rrp_joint(place, length, guide, branch), error)
   end subroutine add_rrp
@@ -106,26 +110,27 @@ contains
   !> `ends(2)`, toward `ends(1)` (`branch` = 1) or away (-1).
   subroutine add_rpr(self, name, ends, length, branch, error)
     class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, ends(2)
+    character(len=*), intent(in) :: name, ends(:)
     real(dp), intent(in) :: length
     integer, intent(in) :: branch
     type(error_type), allocatable, intent(out) :: error
     integer :: places(2)
 
     call find_both(self, "joint '" // name // "'", ends, places, error)
-    if (.not. allocated(error)) call check_numbers(name, [length], branch, error)
+    if (.not. allocated(error)) call check_lengths(name, [length], branch, error)
     if (.not. allocated(error)) call self%add_joint(name, rpr_joint(places, length, branch), error)
   end subroutine add_rpr
 
   !> A point of the body that carries the joints `ends`: `offset` (m) from `ends(1)`, toward `ends(2)` and to the left.
   subroutine add_rigid(self, name, ends, offset, error)
     class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, ends(2)
+    character(len=*), intent(in) :: name, ends(:)
     real(dp), intent(in) :: offset(2)
     type(error_type), allocatable, intent(out) :: error
     integer :: places(2)
 
     call find_both(self, "joint '" // name // "'", ends, places, error)
+    if (.not. allocated(error)) call check_finite("joint '" // name // "'", offset, error)
     if (.not. allocated(error)) call self%add_joint(name, rigid_joint(places, offset), error)
   end subroutine add_rigid
 
@@ -152,6 +157,7 @@ contains
 
     call self%find(end, place, error)
     if (.not. allocated(error)) call check_guide(self, name, guide, error)
+    if (.not. allocated(error)) call check_finite("joint '" // name // "'", [slot_angle], error)
     if (.not. allocated(error)) call self%add_joint(name, rpp_joint(place, guide, slot_angle), error)
   end subroutine add_rpp
 
@@ -159,12 +165,13 @@ contains
   !> `carriers(1)` and its first axis toward `carriers(2)`.
   subroutine moving_guide(self, carriers, point, angle, guide, error)
     class(linkage_type), intent(in) :: self
-    character(len=*), intent(in) :: carriers(2)
+    character(len=*), intent(in) :: carriers(:)
     real(dp), intent(in) :: point(2), angle
     type(guide_type), intent(out) :: guide
     type(error_type), allocatable, intent(out) :: error
 
     call find_both(self, "a guide", carriers, guide%carriers, error)
+    if (.not. allocated(error)) call check_finite("a guide", [point, angle], error)
     guide%point = point
     guide%angle = angle
   end subroutine moving_guide
@@ -172,12 +179,16 @@ contains
   !> The places of two different joints.
   subroutine find_both(self, name, names, places, error)
     class(linkage_type), intent(in) :: self
-    character(len=*), intent(in) :: name, names(2)
+    character(len=*), intent(in) :: name, names(:)
     integer, intent(out) :: places(2)
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
     places = 0
+    if (size(names) /= 2) then
+      call fatal_error(error, name // " needs two joints", invalid_input)
+      return
+    end if
     do i = 1, 2
       call self%find(names(i), places(i), error)
       if (allocated(error)) return
@@ -185,7 +196,7 @@ contains
     if (places(1) == places(2)) call fatal_error(error, name // " needs two different joints", invalid_input)
   end subroutine find_both
 
-  !> A guide has no carriers or two different joints of the list.
+  !> A guide has finite numbers, and no carriers or two different joints of the list.
   subroutine check_guide(self, name, guide, error)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -193,25 +204,13 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: joints
 
-    if (all(guide%carriers == 0)) return
+    call check_finite("joint '" // name // "'", [guide%point, guide%angle], error)
+    if (allocated(error) .or. all(guide%carriers == 0)) return
     joints = 0
     if (allocated(self%joints)) joints = size(self%joints)
     if (all(guide%carriers >= 1 .and. guide%carriers <= joints) .and. guide%carriers(1) /= guide%carriers(2)) return
     call fatal_error(error, "joint '" // name // "': its guide needs two different joints that are there", invalid_input)
   end subroutine check_guide
-
-  subroutine check_numbers(name, lengths, branch, error)
-    character(len=*), intent(in) :: name
-    real(dp), intent(in) :: lengths(:)
-    integer, intent(in) :: branch
-    type(error_type), allocatable, intent(out) :: error
-
-    if (.not. all(lengths > 0)) then
-      call fatal_error(error, "joint '" // name // "': its lengths must be positive", invalid_input)
-    else if (abs(branch) /= 1) then
-      call fatal_error(error, "joint '" // name // "': its branch must be 1 or -1", invalid_input)
-    end if
-  end subroutine check_numbers
 
   !> Any joint, given by an object whose references are places in the list of joints.
   subroutine add_joint(self, name, joint, error)
@@ -222,6 +221,10 @@ contains
     type(named_joint_type), allocatable :: longer(:)
     integer :: i, count
 
+    if (len_trim(name) == 0) then
+      call fatal_error(error, "a joint needs a name", invalid_input)
+      return
+    end if
     count = 0
     if (allocated(self%joints)) count = size(self%joints)
     do i = 1, count
@@ -254,7 +257,8 @@ contains
     link%mass = mass
     link%inertia = inertia
     link%center = center
-    call self%find(from, link%from, error)
+    call check_finite("link '" // name // "'", [mass, inertia, center], error)
+    if (.not. allocated(error)) call self%find(from, link%from, error)
     if (allocated(error)) return
     if (len_trim(to) > 0) call self%find(to, link%to, error)
     if (allocated(error)) return
@@ -325,6 +329,15 @@ contains
     call prove_assembly(self%joints, self%links, self%feature, error)
     self%prepared = .not. allocated(error)
   end subroutine prepare
+
+  !> Error: it has no joints or no links.
+  subroutine check(self, error)
+    class(linkage_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. (allocated(self%joints) .and. allocated(self%links))) call fatal_error(error, "a mechanism needs joints and links", &
+      & invalid_input)
+  end subroutine check
 
   !> The sums (4) to (7) over the links.
   subroutine mass_functions(self, crank_angle, a)

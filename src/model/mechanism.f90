@@ -33,6 +33,7 @@ module gestell_model_mechanism
     procedure :: tabulate => tabulate_one_by_one
     procedure :: tabulate_drive => drive_is_unknown
     procedure :: prepare => nothing_to_prepare
+    procedure :: check => nothing_to_check
   end type mechanism_type
 
   abstract interface
@@ -86,5 +87,15 @@ contains
     associate (unused_mechanism => self, unused_error => error)
     end associate
   end subroutine nothing_to_prepare
+
+  !> Whether it can be asked for its mass functions; a mechanism that has to be made or prepared first overrides it.
+  subroutine nothing_to_check(self, error)
+    class(mechanism_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self)
+    end associate
+    if (allocated(error)) deallocate(error)
+  end subroutine nothing_to_check
 
 end module gestell_model_mechanism

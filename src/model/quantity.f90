@@ -56,8 +56,8 @@ contains
   !> The quantity of that name: xi, eta, psi and with _dot; fx, fy, m, f (forces and moment on the ground as in the
   !> response, the magnitude of the whole force, that of guides with it); support(2).fx, .fy, .f; foundation.fx, .fy, .f, .m;
   !> guide.fx, .fy, .f, .m; probe(name).x, .y, .d, .vx, .vy, .v, .ax, .ay, .a.
-  !> Error: there is none.
-  pure subroutine find_quantity(frame, probes, name, quantity, error)
+  !> Errors: there is none; as of the frame's `check`.
+  subroutine find_quantity(frame, probes, name, quantity, error)
     type(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     character(len=*), intent(in) :: name
@@ -66,6 +66,8 @@ contains
     real(dp) :: forces(guide_forces, 3)
     integer :: dot, part, number, k
 
+    call frame%check(error)
+    if (allocated(error)) return
     dot = index(name, ".", back=.true.)
     if (index(name, ")", back=.true.) > dot) dot = 0
     part = findloc(coordinates, name, dim=1)

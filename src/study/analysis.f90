@@ -8,7 +8,7 @@ module gestell_study_analysis
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_study_resonance, only: describe_resonance, find_resonance, resonance_type
-  use gestell_study_vibration, only: solve_vibration, vibration_type
+  use gestell_study_vibration, only: check_times, solve_vibration, vibration_type
   use gestell_system_averaged, only: averaged_system
   implicit none (type, external)
   private
@@ -50,8 +50,8 @@ contains
     vibration = self%response .or. self%rows > 0
   end function vibration
 
-  !> Verdict and vibration of a frame. Errors: those of the parts; where the vibration fails, the multipliers are there,
-  !> and the message names what it resonates with.
+  !> Verdict and vibration of a frame. Errors: a frame or tasks that make no sense; those of the parts; where
+  !> the vibration fails, the multipliers are there, and the message names what it resonates with.
   subroutine analyse(frame, tasks, accuracy, analysis, error)
     type(frame_type), intent(in) :: frame
     type(tasks_type), intent(in) :: tasks
@@ -60,6 +60,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(averaged_system) :: model
 
+    call frame%check(error)
+    if (.not. allocated(error)) call check_tasks(tasks, error)
+    if (allocated(error)) return
     if (tasks%averaged) then
       call frame%averaged(model)
       call solve_floquet(model, accuracy, tasks%vibration(), analysis%floquet, error)
@@ -88,6 +91,18 @@ contains
       call name_resonance(frame, analysis)
     end if
   end subroutine analyse
+
+  !> Error: numbers of points, harmonics or rows out of range, also where no vibration is wanted.
+  pure subroutine check_tasks(tasks, error)
+    type(tasks_type), intent(in) :: tasks
+    type(error_type), allocatable, intent(out) :: error
+
+    if (tasks%rows == 0) then
+      call check_times(tasks%points, tasks%harmonics, error)
+    else
+      call check_times(tasks%points, tasks%harmonics, error, tasks%rows)
+    end if
+  end subroutine check_tasks
 
   !> Finds the resonance; a `failure` for it gets its name.
   subroutine name_resonance(frame, analysis, failure)

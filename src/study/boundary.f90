@@ -1,15 +1,17 @@
 !> Borders of stability along one parameter: the values at which rho_max comes to 1, and the nearest stable machine.
 module gestell_study_boundary
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_study_boundary_crossing, only: crossings_type
   use gestell_study_boundary_functions, only: kind_names
   use gestell_study_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity, skewed
+  use gestell_study_boundary_order, only: check_search
   use gestell_study_boundary_scan, only: probe_all, scan_line
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_tile_results, only: verdict_names
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -45,7 +47,7 @@ contains
 
   !> All borders in the range of `axis`, in its direction, as far as its `count` values give them away
   !> (gestell_study_boundary_scan). `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis).
-  !> Error: the parameters make no sense.
+  !> Errors: as of `check_search`; the parameters make no sense.
   subroutine find_borders(family, axis, accuracy, tolerance, borders, error)
     class(family_type), intent(in) :: family
     type(axis_type), intent(in) :: axis
@@ -59,6 +61,8 @@ contains
     integer :: i
 
     allocate(borders(0))
+    call check_search([axis], accuracy, tolerance, error)
+    if (allocated(error)) return
     call line_along([axis], 1, [axis%from], accuracy, tolerance, line)
     call probe_all(family, line, skewed(axis%count), probes, error)
     if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
@@ -79,7 +83,8 @@ contains
 
   !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
   !> is not unstable: 'stable', or where there is no damping 'undecided'. Of another axis only its place counts. A stable
-  !> `base` is its own nearest. Error: the parameters make no sense.
+  !> `base` is its own nearest. Errors: as of `check_search` for that axis; `base`, `which` and `axes` do not fit together; the
+  !> parameters make no sense.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: base(:)
@@ -97,6 +102,16 @@ contains
     real(dp) :: home
     integer :: i
 
+    if (size(base) /= size(axes) .or. which < 1 .or. which > size(axes)) then
+      call fatal_error(error, "a nearest system is sought along one of the axes, from a value for each of them", invalid_input)
+      return
+    end if
+    call check_search([axes(which)], accuracy, tolerance, error)
+    if (allocated(error)) return
+    if (.not. all(ieee_is_finite(base))) then
+      call fatal_error(error, "the parameters of the given system must be finite", invalid_input)
+      return
+    end if
     ! `base` itself may lie where the axis does not lead, as beyond zero from a logarithmic one.
     call line_along([(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, accuracy, tolerance, line)
     call probe_line(family, line, 0.0_dp, here, error)

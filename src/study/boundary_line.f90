@@ -9,7 +9,7 @@ module gestell_study_boundary_line
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_study_boundary_functions, only: border_functions, border_kinds
   use gestell_study_boundary_multipliers, only: border_multipliers
-  use gestell_study_family, only: family_type
+  use gestell_study_family, only: family_type, take_member
   use gestell_study_grid, only: axis_type
   use gestell_study_point, only: verdict_number
   use gestell_study_tile_results, only: failed, impossible, unstable
@@ -77,7 +77,7 @@ contains
     type(multipliers_type) :: multipliers
 
     probe%t = t
-    call family%member(parameters_at(line, t), system, error)
+    call take_member(family, parameters_at(line, t), system, error)
     if (allocated(error)) then
       if (error%code /= impossible_mechanism) return
       deallocate(error)

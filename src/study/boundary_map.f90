@@ -1,17 +1,18 @@
 !> Borders of stability in the plane of two parameters, as curves.
 module gestell_study_boundary_map
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_study_boundary_cells, only: box_type, connect_cell
   use gestell_study_boundary_crossing, only: crossings_type
   use gestell_study_boundary_functions, only: kind_names
   use gestell_study_boundary_line, only: line_type, parameter_at, probe_line, probe_type, sensitivity, skewed
+  use gestell_study_boundary_order, only: check_search
   use gestell_study_boundary_refine, only: refine
   use gestell_study_boundary_scan, only: scan_line
   use gestell_study_boundary_vertex, only: plane_type, vertex_type, vertices_type
   use gestell_study_family, only: family_type
-  use gestell_study_grid, only: grid_type
+  use gestell_study_grid, only: check_grid, grid_type
   implicit none (type, external)
   private
 
@@ -41,7 +42,8 @@ contains
 
   !> The borders within the ranges of the `grid`, as far as its points give them away: on its lines as
   !> gestell_study_boundary finds them, connected cell by cell. `deviation`: how far they may pass by the border, relative
-  !> to the ranges (in the logarithm on logarithmic axes). Error: the parameters make no sense.
+  !> to the ranges (in the logarithm on logarithmic axes). Errors: a grid without two axes; as of
+  !> `check_search`; the parameters make no sense.
   subroutine trace_borders(family, grid, accuracy, deviation, map, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
@@ -56,6 +58,14 @@ contains
     integer, allocatable :: first1(:), first2(:)
 
     allocate(map%vertices(0))
+    call check_grid(grid, error)
+    if (allocated(error)) return
+    if (size(grid%axes) /= 2) then
+      call fatal_error(error, "a map of borders has two axes", invalid_input)
+      return
+    end if
+    call check_search(grid%axes, accuracy, deviation, error)
+    if (allocated(error)) return
     plane%axes = grid%axes
     plane%accuracy = accuracy
     plane%deviation = deviation

@@ -1,19 +1,20 @@
 !> The modes of a machine over its speed: the Campbell diagram.
 module gestell_study_campbell
-  use gestell_base_error, only: error_type, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
   use gestell_model_frame, only: frame_type
-  use gestell_study_family, only: family_type
+  use gestell_study_family, only: family_type, take_member
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_tracking, only: track
   use gestell_study_mode_type, only: mode_type, most_freedoms
+  use gestell_study_speeds, only: check_orders, check_speeds
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
-  public :: crank_speed, solve_campbell, solve_tracked
+  public :: check_campbell_order, crank_speed, solve_campbell, solve_tracked
 
   !> What is ordered.
   type, public :: campbell_order_type
@@ -56,7 +57,8 @@ contains
   !> The modes at `speeds` (1/min, all of one sign, ascending or descending), which are the one parameter of `family`. They are
   !> followed from speed to speed; where it is not sure which is which, by steps between. Modes are numbered by their
   !> frequencies at the lowest speed.
-  !> Error: the family has no sound machine (an impossible mechanism is none), or not frames.
+  !> Errors: speeds or an order that make no sense; the family has no sound machine (an impossible mechanism is none), or not
+  !> frames.
   subroutine solve_campbell(family, speeds, order, campbell, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: speeds(:)
@@ -66,6 +68,9 @@ contains
     type(campbell_point_type) :: point, last
     integer :: i
 
+    call check_speeds(speeds, error)
+    if (.not. allocated(error)) call check_campbell_order(order, error)
+    if (allocated(error)) return
     allocate(campbell%points(0), campbell%free(0))
     do i = 1, size(speeds)
       call solve_point(family, speeds(i), order, campbell, point, error)
@@ -79,6 +84,15 @@ contains
     end do
     call number_modes(campbell)
   end subroutine solve_campbell
+
+  !> Error: an order or an accuracy out of range.
+  pure subroutine check_campbell_order(order, error)
+    type(campbell_order_type), intent(in) :: order
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_orders(order%orders, error)
+    if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
+  end subroutine check_campbell_order
 
   !> Of a mode that is not told at the point what was known last stays.
   pure subroutine remember(point, last)
@@ -135,7 +149,7 @@ contains
     real(dp), allocatable :: mass(:, :)
 
     point%speed = speed
-    call family%member([speed], system, error)
+    call take_member(family, [speed], system, error)
     if (allocated(error)) then
       if (error%code == impossible_mechanism) deallocate(error)
       return
@@ -156,9 +170,7 @@ contains
       point%mass(:size(modes), :size(modes)) = mass
       point%solved = any(modes%told)
     class default
-      allocate(error)
-      error%code = invalid_input
-      error%message = "the modes over the speed are those of a frame"
+      call fatal_error(error, "the modes over the speed are those of a frame", invalid_input)
     end select
   end subroutine solve_point
 

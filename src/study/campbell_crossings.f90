@@ -1,8 +1,9 @@
 !> Speeds at which the frequency of a mode is a multiple of the crank's.
 module gestell_study_campbell_crossings
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_study_campbell, only: campbell_order_type, campbell_point_type, campbell_type, crank_speed, solve_tracked
+  use gestell_study_campbell, only: campbell_order_type, campbell_point_type, campbell_type, check_campbell_order, crank_speed, &
+    & solve_tracked
   use gestell_study_family, only: family_type
   use gestell_study_mode_type, only: mode_type
   implicit none (type, external)
@@ -36,7 +37,7 @@ contains
 
   !> All crossings of the modes with order 1, 2, ... `order%orders` times the crank's speed within the range of `campbell`,
   !> and the intervals in which a mode is locked to half orders and loses damping. In the order of modes, orders and speeds.
-  !> Error: as of `solve_campbell`.
+  !> Errors: `campbell` was not solved; as of `solve_campbell`.
   subroutine find_crossings(family, order, campbell, crossings, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order
@@ -46,6 +47,13 @@ contains
     logical :: jump
     integer :: round
 
+    allocate(crossings(0))
+    call check_campbell_order(order, error)
+    if (allocated(error)) return
+    if (.not. allocated(campbell%points)) then
+      call fatal_error(error, "crossings are sought among the modes that solve_campbell found", invalid_input)
+      return
+    end if
     do round = 1, most_jumps
       call search(family, order, campbell, crossings, jump, error)
       if (allocated(error) .or. .not. jump) return

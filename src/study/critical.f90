@@ -1,20 +1,20 @@
 !> Critical speeds: where the periodic vibration of a machine really is greatest about a crossing of the Campbell diagram.
 module gestell_study_critical
-  use gestell_base_error, only: error_type, impossible_mechanism
+  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_periodic_solution, only: periodic_solution_type, resonance
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: find_quantity, guide_forces, probe_type, quantity_type, velocities
-  use gestell_study_campbell, only: campbell_order_type
+  use gestell_study_campbell, only: campbell_order_type, check_campbell_order
   use gestell_study_campbell_crossings, only: crossing_type
-  use gestell_study_family, only: family_type
+  use gestell_study_family, only: family_type, take_member
   use gestell_study_motion, only: whole_motion
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
-  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_positive_inf, ieee_value
   implicit none (type, external)
   private
 
@@ -55,8 +55,8 @@ module gestell_study_critical
 
 contains
 
-  !> The critical speeds that belong to `crossings` of whole orders. Errors: the family has no sound machine at some speed (an
-  !> impossible mechanism is none); it is not of frames.
+  !> The critical speeds that belong to `crossings` of whole orders. Errors: crossings or an order that make no sense; the family
+  !> has no sound machine at some speed (an impossible mechanism is none); it is not of frames.
   subroutine find_critical(family, order, crossings, critical, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order
@@ -67,6 +67,12 @@ contains
     integer :: i
 
     allocate(critical(0))
+    call check_campbell_order(order, error)
+    if (allocated(error)) return
+    if (.not. all(ieee_is_finite(crossings%speed) .and. abs(crossings%speed) > 0 .and. crossings%order > 0)) then
+      call fatal_error(error, "a crossing has a finite speed and a positive order", invalid_input)
+      return
+    end if
     do i = 1, size(crossings)
       if (abs(crossings(i)%order - anint(crossings(i)%order)) > 0) cycle
       call search(family, order, crossings(i), one, error)
@@ -257,7 +263,7 @@ contains
 
     values = nothing
     shares = 0
-    call family%member([speed], system, error)
+    call take_member(family, [speed], system, error)
     if (allocated(error)) then
       if (error%code == impossible_mechanism) deallocate(error)
       return

@@ -1,12 +1,13 @@
 !> What the drive has to do over a turn, and where its power goes.
 module gestell_study_drive
+  use gestell_base_error, only: error_type
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_model_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, torque
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: accelerations
   use gestell_study_statistics, only: top
-  use gestell_study_vibration, only: vibration_type
+  use gestell_study_vibration, only: check_rows, vibration_type
   implicit none (type, external)
   private
 
@@ -31,15 +32,21 @@ module gestell_study_drive
 
 contains
 
-  !> `vibration` must hold the accelerations of the periodic model. `known`: the mechanism tells its kinetic energy.
-  subroutine find_drive(frame, vibration, drive, known)
+  !> `vibration` is that of the periodic model. `known`: the mechanism tells its kinetic energy. Errors: as of the frame's `check`;
+  !> `vibration` does not hold the accelerations.
+  subroutine find_drive(frame, vibration, drive, known, error)
     type(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(drive_type), intent(out) :: drive
     logical, intent(out) :: known
+    type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :), motion(:, :)
     integer :: k
 
+    known = .false.
+    call frame%check(error)
+    if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
+    if (allocated(error)) return
     allocate(drive%history(power_rows, size(vibration%motion_history, 2)), samples(power_rows, size(vibration%motion, 2)))
     associate (points => size(drive%history, 2) - 1, n => size(samples, 2))
       motion = vibration%motion_history(:accelerations, :)

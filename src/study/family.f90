@@ -1,10 +1,12 @@
 !> A family of systems that depends on a few parameters: what a sweep or a border is about.
 module gestell_study_family
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
+
+  public :: take_member
 
   type, abstract, public :: family_type
   contains
@@ -23,5 +25,24 @@ module gestell_study_family
       type(error_type), allocatable, intent(out) :: error
     end subroutine member_at
   end interface
+
+contains
+
+  !> The member of `family` at these parameters: all studies come through here. Errors: its own; there is no system, or one whose
+  !> components make no sense.
+  subroutine take_member(family, parameters, system, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+
+    call family%member(parameters, system, error)
+    if (allocated(error)) return
+    if (allocated(system)) then
+      call system%check(error)
+    else
+      call fatal_error(error, "the family has neither a system nor an error to give", invalid_input)
+    end if
+  end subroutine take_member
 
 end module gestell_study_family

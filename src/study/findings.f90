@@ -1,5 +1,6 @@
 !> What was asked about the vibration: forces on the ground, probes, the drive.
 module gestell_study_findings
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: accelerations, probe_type
@@ -24,24 +25,26 @@ module gestell_study_findings
 contains
 
   !> Evaluates a vibration that holds the rows of the motion that are needed. `forces`, `power`: what is asked for beside the
-  !> probes.
-  subroutine find(frame, vibration, probes, forces, power, findings)
+  !> probes. Errors: those of the parts.
+  subroutine find(frame, vibration, probes, forces, power, findings, error)
     type(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(probe_type), intent(in) :: probes(:)
     logical, intent(in) :: forces, power
     type(findings_type), intent(out) :: findings
+    type(error_type), allocatable, intent(out) :: error
     logical :: known
 
     findings%speed = frame%speed
     findings%period = frame%period
     if (.not. allocated(vibration%motion)) return
-    if (forces) call find_places(frame, vibration, findings%places)
+    if (forces) call find_places(frame, vibration, findings%places, error)
+    if (allocated(error)) return
     if (size(vibration%motion, 1) < accelerations) return
-    if (size(probes) > 0) call watch(frame, vibration, probes, findings%watched)
-    if (.not. power) return
+    if (size(probes) > 0) call watch(frame, vibration, probes, findings%watched, error)
+    if (allocated(error) .or. .not. power) return
     allocate(findings%drive)
-    call find_drive(frame, vibration, findings%drive, known)
+    call find_drive(frame, vibration, findings%drive, known, error)
     if (.not. known) deallocate(findings%drive)
   end subroutine find
 

@@ -3,11 +3,12 @@
 module gestell_study_grid
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: new_axis, new_grid
+  public :: check_axis, check_grid, check_tile, new_axis, new_grid
 
   !> Values of one parameter.
   type, public :: axis_type
@@ -51,20 +52,32 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     axis = axis_type(from, to, count, logarithmic)
-    if (count < 1) then
-      call fatal_error(error, "a range needs one value at least", invalid_input)
-    else if (count > 1 .and. .not. abs(to - from) > 0) then
-      call fatal_error(error, "the range is empty: from equals to", invalid_input)
-    else if (count == 1 .and. abs(to - from) > 0) then
-      call fatal_error(error, "one value cannot be two: from and to differ", invalid_input)
-    else if (logarithmic .and. .not. (from > 0 .and. to > 0 .or. from < 0 .and. to < 0)) then
-      call fatal_error(error, "a logarithmic range keeps off zero: from and to need the same sign", invalid_input)
-    else if (max(abs(from), abs(to)) > huge(from) / 2) then
-      call fatal_error(error, "the range is too wide to be divided", invalid_input)
-    else if (logarithmic) then
-      if (abs(log(abs(to)) - log(abs(from))) > 700) call fatal_error(error, "the range is too wide to be divided", invalid_input)
-    end if
+    call check_axis(axis, error)
   end subroutine new_axis
+
+  !> Errors: as of `new_axis`.
+  pure subroutine check_axis(axis, error)
+    type(axis_type), intent(in) :: axis
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (from => axis%from, to => axis%to, count => axis%count, logarithmic => axis%logarithmic)
+      if (count < 1) then
+        call fatal_error(error, "a range needs one value at least", invalid_input)
+      else if (.not. (ieee_is_finite(from) .and. ieee_is_finite(to))) then
+        call fatal_error(error, "the ends of a range must be finite", invalid_input)
+      else if (count > 1 .and. .not. abs(to - from) > 0) then
+        call fatal_error(error, "the range is empty: from equals to", invalid_input)
+      else if (count == 1 .and. abs(to - from) > 0) then
+        call fatal_error(error, "one value cannot be two: from and to differ", invalid_input)
+      else if (logarithmic .and. .not. (from > 0 .and. to > 0 .or. from < 0 .and. to < 0)) then
+        call fatal_error(error, "a logarithmic range keeps off zero: from and to need the same sign", invalid_input)
+      else if (max(abs(from), abs(to)) > huge(from) / 2) then
+        call fatal_error(error, "the range is too wide to be divided", invalid_input)
+      else if (logarithmic) then
+        if (abs(log(abs(to)) - log(abs(from))) > 700) call fatal_error(error, "the range is too wide to be divided", invalid_input)
+      end if
+    end associate
+  end subroutine check_axis
 
   !> Value `i` of 1 ... count; the ends are exactly those that were given.
   elemental real(dp) function value_of_axis(self, i) result(value)
@@ -86,41 +99,81 @@ contains
     end if
   end function value_of_axis
 
-  pure subroutine new_grid(grid, axes)
+  !> The grid of one or two axes. Errors: as of `check_grid`.
+  pure subroutine new_grid(grid, axes, error)
     type(grid_type), intent(out) :: grid
     type(axis_type), intent(in) :: axes(:)
+    type(error_type), allocatable, intent(out) :: error
 
     allocate(grid%axes(size(axes)))
     grid%axes = axes
+    call check_grid(grid, error)
   end subroutine new_grid
 
-  !> All points.
+  !> Errors: it has not one axis or two; one of them is none.
+  pure subroutine check_grid(grid, error)
+    type(grid_type), intent(in) :: grid
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+
+    k = 0
+    if (allocated(grid%axes)) k = size(grid%axes)
+    if (k < 1 .or. k > 2) then
+      call fatal_error(error, "a grid has one axis or two", invalid_input)
+      return
+    end if
+    do k = 1, size(grid%axes)
+      call check_axis(grid%axes(k), error)
+      if (allocated(error)) return
+    end do
+  end subroutine check_grid
+
+  !> Error: the grid has no such tile.
+  pure subroutine check_tile(grid, tile, error)
+    type(grid_type), intent(in) :: grid
+    type(tile_type), intent(in) :: tile
+    type(error_type), allocatable, intent(out) :: error
+    type(tile_type) :: own
+
+    own = grid%tile(tile%number)
+    if (own%number == 0 .or. any(tile%first /= own%first) .or. any(tile%last /= own%last)) then
+      call fatal_error(error, "the grid has no such tile", invalid_input)
+    end if
+  end subroutine check_tile
+
+  !> All points; none of a grid without axes.
   pure integer(int64) function points(self)
     class(grid_type), intent(in) :: self
 
-    points = product(int(self%axes%count, int64))
+    points = 0
+    if (allocated(self%axes)) points = product(int(self%axes%count, int64))
   end function points
 
-  !> All tiles.
+  !> All tiles; none of a grid without axes.
   pure integer function tiles(self)
     class(grid_type), intent(in) :: self
     integer :: along(2)
 
+    tiles = 0
+    if (.not. allocated(self%axes)) return
     along = tiles_along(self)
     tiles = product(along)
   end function tiles
 
-  !> Tile `number` of 1 ... tiles.
+  !> Tile `number` of 1 ... tiles; of another number an empty one, with number 0.
   pure type(tile_type) function tile(self, number)
     class(grid_type), intent(in) :: self
     integer, intent(in) :: number
     integer :: along(2), place(2), k
 
+    tile%last = 0
+    if (number < 1 .or. number > self%tiles()) return
+    tile%last = 1
     along = tiles_along(self)
     place(1) = (number - 1) / along(2)
     place(2) = mod(number - 1, along(2))
     tile%number = number
-    do k = 1, size(self%axes)
+    do k = 1, min(2, size(self%axes))
       tile%first(k) = 1 + int(int(place(k), int64) * self%axes(k)%count / along(k))
       tile%last(k) = int(int(place(k) + 1, int64) * self%axes(k)%count / along(k))
     end do
@@ -132,7 +185,7 @@ contains
 
     along = 1
     most = merge(most_of_one, most_of_two, size(self%axes) == 1)
-    do k = 1, size(self%axes)
+    do k = 1, min(2, size(self%axes))
       associate (count => self%axes(k)%count)
         along(k) = max((count - 1) / most + 1, min(usual_tiles, (count - 1) / least_of_tile + 1))
       end associate

@@ -4,9 +4,9 @@ module gestell_study_ground
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: find_quantity, probe_type, quantity_type
+  use gestell_model_quantity, only: find_quantity, guide_forces, probe_type, quantity_type, velocities
   use gestell_study_statistics, only: history_of, statistics_type, take_statistics
-  use gestell_study_vibration, only: vibration_type
+  use gestell_study_vibration, only: check_rows, vibration_type
   implicit none (type, external)
   private
 
@@ -29,16 +29,20 @@ module gestell_study_ground
 
 contains
 
-  !> Supports in the frame's order, then foundation and guide where they carry anything, then the total. `vibration` must
-  !> hold the rows of the motion that they need.
-  subroutine find_places(frame, vibration, places)
+  !> Supports in the frame's order, then foundation and guide where they carry anything, then the total. Errors: as of the frame's
+  !> `check`; `vibration` does not hold the rows of the motion that they need.
+  subroutine find_places(frame, vibration, places, error)
     type(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(place_type), allocatable, intent(out) :: places(:)
+    type(error_type), allocatable, intent(out) :: error
     type(quantity_type) :: parts(force_parts), guide(force_parts)
     logical :: founded, guided
     integer :: i, n
 
+    call frame%check(error)
+    if (.not. allocated(error)) call check_rows(vibration, merge(guide_forces, velocities, size(frame%free) < 3), error)
+    if (allocated(error)) return
     n = size(frame%supports)
     call force_of(frame, "foundation.", parts)
     founded = carries(parts(along_x)) .or. carries(parts(along_y)) .or. carries(parts(moment))
@@ -49,24 +53,27 @@ contains
       places(i)%name = text(i)
       places(i)%position = frame%supports(i)%position
       places(i)%turns = .false.
-      call take_place(vibration, parts, places(i))
+      call take_place(vibration, parts, places(i), error)
+      if (allocated(error)) return
     end do
     if (founded) then
       call force_of(frame, "foundation.", parts)
       places(n + 1)%name = "foundation"
-      call take_place(vibration, parts, places(n + 1))
+      call take_place(vibration, parts, places(n + 1), error)
+      if (allocated(error)) return
     end if
     call force_of(frame, "guide.", guide)
     if (guided) then
       places(size(places) - 1)%name = "guide"
-      call take_place(vibration, guide, places(size(places) - 1))
+      call take_place(vibration, guide, places(size(places) - 1), error)
+      if (allocated(error)) return
     end if
     call force_of(frame, "", parts)
     do i = along_x, moment
       if (i /= whole_force) parts(i)%weights = parts(i)%weights + guide(i)%weights
     end do
     places(size(places))%name = "total"
-    call take_place(vibration, parts, places(size(places)))
+    call take_place(vibration, parts, places(size(places)), error)
   end subroutine find_places
 
   !> The forces that `place`, with its dot, exerts. What the place does not have remains unallocated.
@@ -90,10 +97,11 @@ contains
     carries = any(abs(quantity%weights) > 0)
   end function carries
 
-  subroutine take_place(vibration, parts, place)
+  subroutine take_place(vibration, parts, place, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: parts(force_parts)
     type(place_type), intent(inout) :: place
+    type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: history(:)
     integer :: i
 
@@ -101,8 +109,9 @@ contains
     allocate(place%history(size(vibration%motion_history, 2), force_parts), source=0.0_dp)
     do i = 1, force_parts
       if (.not. allocated(parts(i)%weights)) cycle
-      call take_statistics(vibration, parts(i), place%statistics(i))
-      call history_of(vibration, parts(i), history)
+      call take_statistics(vibration, parts(i), place%statistics(i), error)
+      if (.not. allocated(error)) call history_of(vibration, parts(i), history, error)
+      if (allocated(error)) return
       place%history(:, i) = history
     end do
   end subroutine take_place

@@ -3,12 +3,12 @@ module gestell_study_mode_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_constant, only: constant_type, solve_constant
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
   use gestell_study_mode_components, only: find_components, keep_component
   use gestell_study_mode_motion, only: motions_type, solve_motions
   use gestell_study_mode_type, only: assurance, mode_type, most_freedoms
   use gestell_system_averaged, only: averaged_system
-  use gestell_system_part, only: independent_parts, part_of
+  use gestell_system_part, only: check_coupled, independent_parts, part_of
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
@@ -21,7 +21,7 @@ contains
   !> The modes of `system`, as many as it has degrees of freedom, in ascending order of their frequencies, and the mean of M
   !> over the period, shape (f, f). Parts that do not act on each other are solved apart. A mode that cannot be told, or all
   !> of a part that has no solution, are not `told` and stand last.
-  !> Error: the system has more degrees of freedom than a mode can hold.
+  !> Errors: a system or an accuracy that makes no sense; the system has more degrees of freedom than a mode can hold.
   subroutine solve_modes(system, accuracy, modes, mass, error)
     class(second_order_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -32,6 +32,10 @@ contains
     integer, allocatable :: numbers(:), states(:), chosen(:)
     integer :: f, i, k
 
+    call system%check(error)
+    if (.not. allocated(error)) call check_accuracy(accuracy, error)
+    if (.not. allocated(error)) call check_coupled(system, error)
+    if (allocated(error)) return
     f = system%states / 2
     if (f > most_freedoms) then
       call fatal_error(error, "modes are told of three degrees of freedom at the most", failed_computation)

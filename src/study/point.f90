@@ -6,7 +6,7 @@ module gestell_study_point
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_study_family, only: family_type
+  use gestell_study_family, only: family_type, take_member
   use gestell_study_tile_results, only: eta_peak, failed, impossible, log_rho_max, psi_peak, rho_error, rho_max, stable, &
     & sweep_columns, undecided, unstable, verdict, xi_peak
   use gestell_study_vibration, only: solve_vibration, vibration_type
@@ -44,7 +44,7 @@ contains
     type(multipliers_type) :: multipliers
 
     values = ieee_value(1.0_dp, ieee_quiet_nan)
-    call family%member(parameters, system, error)
+    call take_member(family, parameters, system, error)
     if (allocated(error)) then
       if (error%code /= impossible_mechanism) return
       deallocate(error)

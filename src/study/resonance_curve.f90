@@ -3,7 +3,7 @@
 !>
 !> The speeds come in rounds, so that a caller may share those of one round among threads:
 !>
-!>     call start_curve(curve, order, grid speeds)
+!>     call start_curve(curve, order, grid speeds, error)
 !>     do
 !>       call curve%wanted(speeds)              ! none: done
 !>       (solve_speed_point at each of them)
@@ -18,7 +18,8 @@ module gestell_study_resonance_curve
   use gestell_study_family, only: family_type
   use gestell_study_resonance_maxima, only: find_maxima, half_power_speeds, maximum_type, top_speeds
   use gestell_study_resonance_seeds, only: crossing_speeds
-  use gestell_study_speed_point, only: marginal, solve_speed_point, speed_order_type, speed_point_type
+  use gestell_study_speed_point, only: check_speed_order, marginal, solve_speed_point, speed_order_type, speed_point_type
+  use gestell_study_speeds, only: check_speeds
   implicit none (type, external)
   private
 
@@ -55,12 +56,16 @@ module gestell_study_resonance_curve
 
 contains
 
-  !> An empty curve over `speeds`, all of one sign, none twice.
-  subroutine start_curve(curve, order, speeds)
+  !> An empty curve over `speeds`, all of one sign, ascending or descending. Errors: they are not; an order that makes no sense.
+  subroutine start_curve(curve, order, speeds, error)
     type(resonance_curve_type), intent(out) :: curve
     type(speed_order_type), intent(in) :: order
     real(dp), intent(in) :: speeds(:)
+    type(error_type), allocatable, intent(out) :: error
 
+    call check_speeds(speeds, error)
+    if (.not. allocated(error)) call check_speed_order(order, error)
+    if (allocated(error)) return
     curve%order = order
     allocate(curve%grid, source=speeds)
     curve%descends = speeds(size(speeds)) < speeds(1)
@@ -184,7 +189,7 @@ contains
     end do
   end subroutine finish
 
-  !> The whole curve. Error: that of the first speed whose parameter makes no sense.
+  !> The whole curve. Errors: as of `start_curve`; that of the first speed whose parameter makes no sense.
   subroutine solve_curve(family, order, speeds, curve, error)
     class(family_type), intent(in) :: family
     type(speed_order_type), intent(in) :: order
@@ -195,7 +200,8 @@ contains
     real(dp), allocatable :: round(:)
     integer :: k
 
-    call start_curve(curve, order, speeds)
+    call start_curve(curve, order, speeds, error)
+    if (allocated(error)) return
     do
       call curve%wanted(round)
       if (size(round) == 0) exit

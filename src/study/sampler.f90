@@ -10,7 +10,7 @@ module gestell_study_sampler
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
-  use gestell_study_family, only: family_type
+  use gestell_study_family, only: family_type, take_member
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -69,7 +69,7 @@ contains
     fits = .false.
     most = -1
     do k = 1, size(corners, 2)
-      call family%member(corners(:, k), system, error)
+      call take_member(family, corners(:, k), system, error)
       if (allocated(error)) return
       call survey(system, scale, turns, error)
       if (allocated(error)) return
@@ -173,7 +173,7 @@ contains
 
     fits = .false.
     values = 0
-    call family%member(parameters, system, error)
+    call take_member(family, parameters, system, error)
     if (allocated(error)) return
     if (system%states /= self%states .or. system%least_steps > self%steps) return
     self%solutions = self%solutions + 1
@@ -203,7 +203,7 @@ contains
     fits = .false.
     values = 0
     bound = 0
-    call family%member(parameters, system, error)
+    call take_member(family, parameters, system, error)
     if (.not. allocated(error)) call solve_monodromy(system, accuracy, self%times > 0, monodromy, error)
     self%solutions = self%solutions + 1
     if (allocated(error)) return

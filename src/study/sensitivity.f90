@@ -6,11 +6,12 @@
 !> extrapolates them to h = 0. Of its entries that one counts whose error, what it differs from its neighbours in the table and
 !> the roundings over h, is the least (Ridders, Adv. Eng. Software 4, 1982, 75).
 module gestell_study_sensitivity
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_periodic_solution, only: resonance
   use gestell_study_family, only: family_type
-  use gestell_study_speed_point, only: in_resonance, solve_member, speed_order_type, speed_point_type, state_names, unreached
+  use gestell_study_speed_point, only: check_speed_order, in_resonance, solve_member, speed_order_type, speed_point_type, &
+    & state_names, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -87,7 +88,7 @@ contains
 
   !> The machine itself, and how large steps may be: a change p of a parameter turns a free vibration of N swings by at
   !> most 2 pi N p more in a turn, which has to be little against the distance of its multiplier from 1.
-  !> Error: there is no periodic vibration; what `solve_member` finds.
+  !> Errors: no parameters; there is no periodic vibration; what `solve_member` finds.
   subroutine solve_base(family, parameters, order, base, error)
     class(family_type), intent(in) :: family
     integer, intent(in) :: parameters
@@ -98,6 +99,12 @@ contains
     real(dp) :: distance, swings
     integer :: q
 
+    call check_speed_order(order, error)
+    if (allocated(error)) return
+    if (parameters < 1) then
+      call fatal_error(error, "a sensitivity needs one parameter at least", invalid_input)
+      return
+    end if
     base%order = order
     base%order%orders = 1
     base%order%accuracy%tolerance = min(order%accuracy%tolerance, sharp)
@@ -120,7 +127,8 @@ contains
     base%step = min(greatest_step, part_of_distance * distance / (2 * pi * swings))
   end subroutine solve_base
 
-  !> The derivatives with respect to parameter `number`. Error: what `solve_member` finds.
+  !> The derivatives with respect to parameter `number`. Errors: there is none of that number, or no base; what
+  !> `solve_member` finds.
   subroutine solve_parameter(family, base, number, found, error)
     class(family_type), intent(in) :: family
     type(sensitivity_base_type), intent(in) :: base
@@ -132,6 +140,10 @@ contains
     integer :: k, q, change
     logical :: known
 
+    if (number < 1 .or. number > base%parameters .or. .not. allocated(base%values)) then
+      call fatal_error(error, "a derivative is that of one of the parameters that solve_base was given", invalid_input)
+      return
+    end if
     associate (n => size(base%order%names))
       allocate(found%slope(changes, n), found%error(changes, n), source=ieee_value(1.0_dp, ieee_quiet_nan))
       allocate(found%bend(changes, n), source=.false.)

@@ -3,13 +3,14 @@
 module gestell_study_speed_point
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_periodic_solution, only: resonance_message => resonance
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: find_quantity, probe_type, quantity_type
-  use gestell_study_family, only: family_type
+  use gestell_study_family, only: family_type, take_member
+  use gestell_study_speeds, only: check_orders
   use gestell_study_statistics, only: statistics_type, take_statistics
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_averaged, only: averaged_system
@@ -18,7 +19,7 @@ module gestell_study_speed_point
   implicit none (type, external)
   private
 
-  public :: solve_member, solve_speed_point
+  public :: check_speed_order, solve_member, solve_speed_point
 
   !> What is wanted at every speed.
   type, public :: speed_order_type
@@ -70,6 +71,22 @@ contains
     point%speed = speed
   end subroutine solve_speed_point
 
+  !> Errors: no quantities; orders or an accuracy out of range.
+  pure subroutine check_speed_order(order, error)
+    type(speed_order_type), intent(in) :: order
+    type(error_type), allocatable, intent(out) :: error
+    integer :: n
+
+    n = 0
+    if (allocated(order%names)) n = size(order%names)
+    if (n == 0) then
+      call fatal_error(error, "a curve needs one quantity at least", invalid_input)
+      return
+    end if
+    call check_orders(order%orders, error)
+    if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
+  end subroutine check_speed_order
+
   !> The same at any parameters; `speed` stays open.
   subroutine solve_member(family, parameters, order, point, error)
     class(family_type), intent(in) :: family
@@ -79,9 +96,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(periodic_system), allocatable :: system
 
+    call check_speed_order(order, error)
+    if (allocated(error)) return
     allocate(point%values(3 + order%orders, size(order%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
     allocate(point%strongest(size(order%names)), source=0)
-    call family%member(parameters, system, error)
+    call take_member(family, parameters, system, error)
     if (allocated(error)) then
       if (error%code /= impossible_mechanism) return
       deallocate(error)
@@ -102,16 +121,18 @@ contains
     type(speed_point_type), intent(inout) :: point
     type(error_type), allocatable, intent(out) :: error
     type(quantity_type), allocatable :: quantities(:)
+    type(probe_type), allocatable :: probes(:)
     type(averaged_system) :: model
     type(floquet_type) :: floquet
     type(multipliers_type) :: multipliers
     type(vibration_type) :: vibration
     integer :: i, rows, harmonics_wanted
 
-    allocate(quantities(size(order%names)))
+    allocate(quantities(size(order%names)), probes(0))
+    if (allocated(order%probes)) probes = order%probes
     rows = 0
     do i = 1, size(quantities)
-      call find_quantity(frame, order%probes, trim(order%names(i)), quantities(i), error)
+      call find_quantity(frame, probes, trim(order%names(i)), quantities(i), error)
       if (allocated(error)) return
       rows = max(rows, quantities(i)%rows())
     end do
@@ -143,7 +164,8 @@ contains
     if (multipliers%verdict() == "stable") point%state = reached
     if (multipliers%verdict() == "unstable") point%state = unreached
     do i = 1, size(quantities)
-      call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i))
+      call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i), error)
+      if (allocated(error)) return
     end do
   end subroutine solve_frame
 
@@ -159,15 +181,18 @@ contains
     end do
   end function without_motion
 
-  subroutine take_values(vibration, quantity, values, strongest)
+  subroutine take_values(vibration, quantity, values, strongest, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
     real(dp), intent(out) :: values(:)
     integer, intent(out) :: strongest
+    type(error_type), allocatable, intent(out) :: error
     type(statistics_type) :: statistics
     integer :: k
 
-    call take_statistics(vibration, quantity, statistics)
+    strongest = 0
+    call take_statistics(vibration, quantity, statistics, error)
+    if (allocated(error)) return
     values(:3) = [statistics%peak, statistics%peak_error, statistics%rms]
     values(4:) = [(statistics%amplitude(k), k = 1, size(values) - 3)]
     strongest = statistics%strongest()

@@ -1,10 +1,11 @@
 !> What an engineer reads off a quantity over one period: peak, root of the mean square, crest factor, harmonics.
 module gestell_study_statistics
   use gestell_base_circle, only: circle
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_fourier, only: fourier_type, greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_model_quantity, only: quantity_type
-  use gestell_study_vibration, only: vibration_type
+  use gestell_study_vibration, only: check_rows, vibration_type
   implicit none (type, external)
   private
 
@@ -25,22 +26,25 @@ module gestell_study_statistics
 
 contains
 
-  !> `vibration` must hold the rows of the motion that the quantity needs.
-  subroutine take_statistics(vibration, quantity, statistics)
+  !> Peak, rms and harmonics of the quantity. Errors: it is none; `vibration` does not hold the rows of the motion that it needs.
+  subroutine take_statistics(vibration, quantity, statistics, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
     type(statistics_type), intent(out) :: statistics
+    type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :)
-    real(dp) :: error
+    real(dp) :: bound
     integer :: i
 
+    call check_quantity(vibration, quantity, error)
+    if (allocated(error)) return
     call components(quantity, vibration%motion, samples)
     allocate(statistics%series(size(samples, 2)))
-    error = 0
+    bound = 0
     do i = 1, size(samples, 2)
       call combine(quantity%weights(:, i), vibration%motion_series, statistics%series(i))
       statistics%rms = hypot(statistics%rms, statistics%series(i)%rms())
-      error = hypot(error, dot_product(abs(quantity%weights(:size(vibration%motion_error), i)), vibration%motion_error))
+      bound = hypot(bound, dot_product(abs(quantity%weights(:size(vibration%motion_error), i)), vibration%motion_error))
     end do
     if (size(samples, 2) == 1) then
       statistics%peak = statistics%series(1)%peak(samples(:, 1))
@@ -48,7 +52,7 @@ contains
       statistics%peak = greatest_size(statistics%series, samples)
     end if
     statistics%peak_phase = top(norm2(samples, dim=2))
-    statistics%peak_error = error
+    statistics%peak_error = bound
   end subroutine take_statistics
 
   !> max of the size of a vector, from the samples of its components, shape (samples, components), and their series. The square is
@@ -144,13 +148,16 @@ contains
     samples = matmul(transpose(motion), quantity%weights(:size(motion, 1), :))
   end subroutine components
 
-  !> The quantity at the times of the history, a magnitude without sign; shape (points + 1).
-  pure subroutine history_of(vibration, quantity, history)
+  !> The quantity at the times of the history, a magnitude without sign; shape (points + 1). Errors: as of `take_statistics`.
+  pure subroutine history_of(vibration, quantity, history, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
     real(dp), allocatable, intent(out) :: history(:)
+    type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :)
 
+    call check_quantity(vibration, quantity, error)
+    if (allocated(error)) return
     call components(quantity, vibration%motion_history, samples)
     if (size(samples, 2) == 1) then
       history = samples(:, 1)
@@ -158,6 +165,19 @@ contains
       history = norm2(samples, dim=2)
     end if
   end subroutine history_of
+
+  !> Errors: `find_quantity` has not found it; `vibration` does not hold the rows of the motion that it needs.
+  pure subroutine check_quantity(vibration, quantity, error)
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: quantity
+    type(error_type), allocatable, intent(out) :: error
+
+    if (allocated(quantity%weights)) then
+      call check_rows(vibration, quantity%rows(), error)
+    else
+      call fatal_error(error, "a quantity is found by find_quantity or point_quantity", invalid_input)
+    end if
+  end subroutine check_quantity
 
   !> Peak over root of the mean square; 0 where nothing moves.
   pure real(dp) function crest(self)
@@ -191,16 +211,25 @@ contains
 
   !> Root of the mean square of the components' orders whose frequency, order / period, lies in `band` (both ends included),
   !> along each component and in the direction in which it is greatest; of one component both are the same.
-  pure subroutine band_rms(statistics, period, band, along, greatest_direction)
+  !> Error: statistics, period and band (Hz, ascending) are not such.
+  pure subroutine band_rms(statistics, period, band, along, greatest_direction, error)
     type(statistics_type), intent(in) :: statistics
     real(dp), intent(in) :: period, band(2)
     real(dp), intent(out) :: along(:), greatest_direction
+    type(error_type), allocatable, intent(out) :: error
     real(dp) :: square(2, 2)
     complex(dp) :: c(2)
     real(dp), parameter :: rounding = 1.0e-12_dp
     integer :: k, i, n
 
-    n = size(statistics%series)
+    along = 0
+    greatest_direction = 0
+    n = 0
+    if (allocated(statistics%series)) n = size(statistics%series)
+    if (n < 1 .or. n > 2 .or. size(along) /= n .or. .not. (period > 0 .and. band(1) <= band(2))) then
+      call fatal_error(error, "a band of frequencies needs statistics, a positive period and two ascending ends", invalid_input)
+      return
+    end if
     square = 0
     do k = 1, size(statistics%series(1)%amplitude)
       if (k / period < band(1) * (1 - rounding) .or. k / period > band(2) * (1 + rounding)) cycle

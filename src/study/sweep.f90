@@ -1,12 +1,13 @@
 !> A tile of a sweep: by expansions over cells where that pays, else point by point.
 module gestell_study_sweep
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: check_accuracy
   use gestell_study_cell, only: cell_points, expand_it, halves, plan_cell, random_points, solve_it
   use gestell_study_evaluation, only: evaluate
   use gestell_study_expansion, only: expand, expansion_type
   use gestell_study_family, only: family_type
-  use gestell_study_grid, only: grid_type, tile_type
+  use gestell_study_grid, only: check_grid, check_tile, grid_type, tile_type
   use gestell_study_peaks, only: peaks_of_numbers
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
   use gestell_study_sampler, only: sampler_type
@@ -22,9 +23,11 @@ module gestell_study_sweep
   !> Points of a cell that are compared with solutions of their own.
   integer, parameter :: checked_points = 3
 
+  character(len=*), parameter :: engines(3) = [character(len=9) :: "auto", "expansion", "direct"]
+
 contains
 
-  !> The points of `tile`. Error: the parameters of a point make no sense.
+  !> The points of `tile`. Errors: a grid, tile, engine or accuracy that makes no sense, or the parameters of a point.
   subroutine solve_tile(family, grid, tile, order, results, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
@@ -33,6 +36,14 @@ contains
     type(tile_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
 
+    call check_grid(grid, error)
+    if (.not. allocated(error)) call check_tile(grid, tile, error)
+    if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
+    if (allocated(error)) return
+    if (.not. any(order%engine == engines)) then
+      call fatal_error(error, "there is no engine '" // trim(order%engine) // "'", invalid_input)
+      return
+    end if
     allocate(results%values(count(order%columns), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1))
     call solve_cell(family, grid, tile, tile, order, results, error)
   end subroutine solve_tile

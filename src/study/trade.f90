@@ -1,6 +1,6 @@
 !> The trade of speed for accuracy, measured on the user's own machine.
 module gestell_study_trade
-  use gestell_base_error, only: error_type, fatal_error, failed_computation
+  use gestell_base_error, only: error_type, fatal_error, failed_computation, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: inverse
   use gestell_base_matrix, only: balanced
@@ -13,6 +13,7 @@ module gestell_study_trade
   use gestell_floquet_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -48,7 +49,7 @@ contains
 
   !> Runs every method over a ladder of steps, each 1.5 times the one before, until its errors reach the converged
   !> solution's own or the method's share of `budget` (s) is spent; and the reduction, if it applies.
-  !> Errors: no converged solution; resonance.
+  !> Errors: a budget that is not positive and finite; no converged solution; resonance.
   subroutine measure_trade(frame, budget, trade, error, progress)
     type(frame_type), intent(in) :: frame
     real(dp), intent(in) :: budget
@@ -62,6 +63,10 @@ contains
     character(len=name_length), allocatable :: names(:)
     integer :: i
 
+    if (.not. (budget > 0 .and. ieee_is_finite(budget))) then
+      call fatal_error(error, "the time allowed must be positive and finite", invalid_input)
+      return
+    end if
     call solve_monodromy(frame, accuracy_type(tolerance=1.0e-14_dp, method="gauss8"), .true., converged, error)
     if (.not. allocated(error)) call solve_multipliers(converged, .false., multipliers, error)
     if (.not. allocated(error)) call solve_periodic(converged, solution, error)

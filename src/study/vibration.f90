@@ -1,18 +1,18 @@
 !> The periodic vibration of a frame as an engineer reads it: history, forces on the ground, harmonics, peaks.
 module gestell_study_vibration
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: velocities
+  use gestell_model_quantity, only: accelerations, guide_forces, velocities
   use gestell_study_motion, only: motion_errors, whole_motion
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private
 
-  public :: solve_vibration
+  public :: check_rows, check_times, solve_vibration
 
   !> Quantities of the vibration, in this order: xi, eta, psi, their velocities, forces and moment on the ground.
   integer, parameter, public :: quantities = 9
@@ -47,7 +47,7 @@ contains
 
   !> The periodic vibration of `frame`, at `points` + 1 times, with at least `harmonics` harmonics. `floquet` must
   !> have been solved with forcing. With `rows` also that many rows of the motion; `system` is the averaged model where `floquet`
-  !> solves that. Errors: resonance; overflow.
+  !> solves that. Errors: as of `check_times`; `floquet` is not that of the frame, with forcing; resonance; overflow.
   subroutine solve_vibration(frame, floquet, points, harmonics, vibration, error, rows, system)
     type(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
@@ -60,8 +60,14 @@ contains
     logical :: resolved_all
     integer :: samples, k, i
 
-    call solve_periodic(floquet, vibration%start, error)
+    call frame%check(error)
+    if (.not. allocated(error)) call check_times(points, harmonics, error, rows)
+    if (.not. allocated(error)) call solve_periodic(floquet, vibration%start, error)
     if (allocated(error)) return
+    if (size(floquet%scale) /= frame%states) then
+      call fatal_error(error, "the solution is not that of the frame: their numbers of states differ", invalid_input)
+      return
+    end if
 
     ! The samples are the rows that were ordered, with as many between them as the harmonics need; for very many rows the
     ! harmonics have samples of their own.
@@ -110,6 +116,36 @@ contains
     allocate(vibration%motion_error(rows))
     call take_errors(frame, system, phases(:samples), state_errors(frame, vibration), frame%rounding, vibration%motion_error)
   end subroutine solve_vibration
+
+  !> Errors: points, harmonics or rows of the motion out of range.
+  pure subroutine check_times(points, harmonics, error, rows)
+    integer, intent(in) :: points, harmonics
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: rows
+    integer, parameter :: most_points = 10**6, most_harmonics = 8000
+
+    if (points < 1 .or. points > most_points) then
+      call fatal_error(error, "points of the history must lie between 1 and 1000000", invalid_input)
+    else if (harmonics < 0 .or. harmonics > most_harmonics) then
+      call fatal_error(error, "harmonics must lie between 0 and 8000", invalid_input)
+    else if (present(rows)) then
+      if (all(rows /= [velocities, accelerations, guide_forces])) call fatal_error(error, "rows of the motion are 6 (positions " &
+        & // "and velocities), 9 (accelerations too) or 12 (forces of guides too)", invalid_input)
+    end if
+  end subroutine check_times
+
+  !> Error: the vibration does not hold so many rows of the motion.
+  pure subroutine check_rows(vibration, rows, error)
+    type(vibration_type), intent(in) :: vibration
+    integer, intent(in) :: rows
+    type(error_type), allocatable, intent(out) :: error
+    logical :: held
+
+    held = allocated(vibration%motion) .and. allocated(vibration%motion_history)
+    if (held) held = size(vibration%motion, 1) >= rows
+    if (.not. held) call fatal_error(error, "the vibration does not hold the rows of the motion that are needed: order them with " &
+      & // "its tasks", invalid_input)
+  end subroutine check_rows
 
   !> The motion, of the averaged model where there is one.
   subroutine take_motion(frame, system, phases, x, rows, motion)

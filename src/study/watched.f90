@@ -1,10 +1,12 @@
 !> What a vibration meter at a point of the frame would show, against the limit that is set there.
 module gestell_study_watched
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: point_quantity, probe_type, quantity_type
+  use gestell_model_quantity, only: accelerations, point_quantity, probe_type, quantity_type
   use gestell_study_statistics, only: band_rms, history_of, statistics_type, take_statistics
-  use gestell_study_vibration, only: vibration_type
+  use gestell_study_vibration, only: check_rows, vibration_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -29,16 +31,21 @@ module gestell_study_watched
 
 contains
 
-  !> All probes. `vibration` must hold the accelerations.
-  subroutine watch(frame, vibration, probes, watched)
+  !> All probes. Errors: a position, limit or band that makes no sense; `vibration` does not hold the accelerations.
+  subroutine watch(frame, vibration, probes, watched, error)
     type(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(probe_type), intent(in) :: probes(:)
     type(watched_type), allocatable, intent(out) :: watched(:)
+    type(error_type), allocatable, intent(out) :: error
     type(quantity_type) :: quantity
     real(dp), allocatable :: history(:)
     integer :: i, k
 
+    call frame%check(error)
+    if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
+    if (.not. allocated(error)) call check_probes(probes, error)
+    if (allocated(error)) return
     allocate(watched(size(probes)))
     do i = 1, size(probes)
       watched(i)%probe = probes(i)
@@ -46,17 +53,34 @@ contains
       allocate(watched(i)%history(size(vibration%motion_history, 2), probe_parts))
       do k = 1, probe_parts
         call point_quantity(probes(i), trim(probe_part_names(k)), quantity)
-        call take_statistics(vibration, quantity, watched(i)%statistics(k))
-        call history_of(vibration, quantity, history)
+        call take_statistics(vibration, quantity, watched(i)%statistics(k), error)
+        if (.not. allocated(error)) call history_of(vibration, quantity, history, error)
+        if (allocated(error)) return
         watched(i)%history(:, k) = history
       end do
       associate (velocity => watched(i)%statistics(velocity_part))
-        call band_rms(velocity, frame%period, probes(i)%band, watched(i)%band, watched(i)%greatest)
+        call band_rms(velocity, frame%period, probes(i)%band, watched(i)%band, watched(i)%greatest, error)
+        if (allocated(error)) return
         ! A part of an error, in the mean square, is at most its greatest value.
         watched(i)%error = velocity%peak_error
       end associate
     end do
   end subroutine watch
+
+  !> Error: a position that is not finite, a limit that is negative, a band (Hz) that does not ascend.
+  pure subroutine check_probes(probes, error)
+    type(probe_type), intent(in) :: probes(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(probes)
+      if (all(ieee_is_finite([probes(i)%position, probes(i)%limit])) .and. probes(i)%limit >= 0 &
+        & .and. probes(i)%band(1) >= 0 .and. probes(i)%band(1) <= probes(i)%band(2)) cycle
+      call fatal_error(error, "probe '" // trim(probes(i)%name) // "' needs a finite position, a limit that is not " &
+        & // "negative and a band of ascending frequencies", invalid_input)
+      return
+    end do
+  end subroutine check_probes
 
   !> "within" or "above" the limit, "undecided" where the error reaches across it; empty without a limit.
   pure character(len=9) function verdict(self)

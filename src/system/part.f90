@@ -1,12 +1,13 @@
 !> Periodic systems that fall into parts which do not act on each other.
 module gestell_system_part
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private
 
-  public :: independent_parts, part_of
+  public :: check_coupled, independent_parts, part_of
 
   !> The states `chosen` of another system.
   type, extends(periodic_system) :: first_order_part
@@ -29,6 +30,24 @@ module gestell_system_part
   end type second_order_part
 
 contains
+
+  !> Error: the table `coupled` has not a row and a column for each state (each degree of freedom of a second-order system).
+  subroutine check_coupled(system, error)
+    class(periodic_system), intent(in) :: system
+    type(error_type), allocatable, intent(out) :: error
+    logical, allocatable :: coupled(:, :)
+    integer :: places(2)
+
+    allocate(coupled, source=system%coupled())
+    places = system%states
+    select type (system)
+    class is (second_order_system)
+      ! What is all coupled may say so of the states.
+      if (.not. (all(coupled) .and. size(coupled, 1) == system%states)) places = system%states / 2
+    end select
+    if (any(shape(coupled) /= places)) call fatal_error(error, "the table coupled has a row and a column for each state, of a " &
+      & // "second-order system for each degree of freedom", invalid_input)
+  end subroutine check_coupled
 
   !> The number of the part to which each state (each degree of freedom of a second-order system) belongs, from 1.
   function independent_parts(system) result(parts)

@@ -5,9 +5,14 @@
 !> A model extends `periodic_system`, sets `states` and `period`, and gives `matrix` (and `forcing` if there is one).
 !> Where M q'' + B q' + C q = h is at hand, extend `second_order_system` instead: nothing is inverted then.
 module gestell_system_periodic
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
+
+  public :: check_periodic
 
   type, abstract, public :: periodic_system
     !> Number of states n.
@@ -25,6 +30,7 @@ module gestell_system_periodic
     procedure :: forcing => no_forcing
     procedure :: sample
     procedure :: coupled => all_coupled
+    procedure :: check => check_periodic
   end type periodic_system
 
   abstract interface
@@ -38,7 +44,36 @@ module gestell_system_periodic
     end subroutine matrix_at
   end interface
 
+  !> `least_steps` at the most.
+  integer, parameter :: most_least_steps = 2**17
+
 contains
+
+  !> Whether the components make sense; every procedure that solves a system asks this first. A model with more to check
+  !> overrides it and calls this one too. Errors: no states; a period that is not positive and finite; breaks that are not ascending
+  !> within it; `least_steps` or `rounding` out of range.
+  subroutine check_periodic(self, error)
+    class(periodic_system), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+    logical :: ordered
+
+    if (self%states < 1) then
+      call fatal_error(error, "a system needs one state at least", invalid_input)
+    else if (.not. (ieee_is_finite(self%period) .and. self%period > 0)) then
+      call fatal_error(error, "the period must be positive and finite", invalid_input)
+    else if (self%least_steps < 1 .or. self%least_steps > most_least_steps) then
+      call fatal_error(error, "least_steps must lie between 1 and " // text(most_least_steps), invalid_input)
+    else if (.not. (self%rounding >= 0 .and. ieee_is_finite(self%rounding))) then
+      call fatal_error(error, "the rounding of the coefficients must be finite and not negative", invalid_input)
+    else if (allocated(self%breaks)) then
+      associate (phases => self%breaks / self%period)
+        ordered = all(phases > 0 .and. phases < 1)
+        if (ordered .and. size(phases) > 1) ordered = all(phases(2:) > phases(:size(phases) - 1))
+      end associate
+      if (.not. ordered) call fatal_error(error, "the breaks must lie within the period, not at its ends, in ascending order", &
+        & invalid_input)
+    end if
+  end subroutine check_periodic
 
   !> f(t), shape (n): zero unless a model says otherwise.
   subroutine no_forcing(self, t, f)

@@ -5,13 +5,14 @@
 !> as periodic systems with n = 2 f states for f degrees of freedom. Integrators that know the structure take
 !> M, B, C, h as they are; the others get P and f of (21), (22).
 module gestell_system_second_order
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_system_mass, only: solve_mass
-  use gestell_system_periodic, only: periodic_system
+  use gestell_system_periodic, only: check_periodic, periodic_system
   implicit none (type, external)
   private
 
-  public :: sample_in_units
+  public :: check_second_order, sample_in_units
 
   !> Extend this, set `states` = 2 f and `period`, give `matrices` (and `load` if there is one).
   type, abstract, extends(periodic_system), public :: second_order_system
@@ -22,6 +23,7 @@ module gestell_system_second_order
     procedure :: matrix => first_order_matrix
     procedure :: forcing => first_order_forcing
     procedure :: sample => sample_first_order
+    procedure :: check => check_second_order
   end type second_order_system
 
   abstract interface
@@ -36,6 +38,17 @@ module gestell_system_second_order
   end interface
 
 contains
+
+  !> As of any periodic system, and a state and its velocity for each degree of freedom.
+  subroutine check_second_order(self, error)
+    class(second_order_system), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_periodic(self, error)
+    if (allocated(error)) return
+    if (modulo(self%states, 2) /= 0) call fatal_error(error, "a second-order system has an even number of states, two for each " &
+      & // "degree of freedom", invalid_input)
+  end subroutine check_second_order
 
   !> h(t), shape (f): zero unless a model says otherwise.
   subroutine no_load(self, t, h)

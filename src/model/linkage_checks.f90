@@ -1,0 +1,38 @@
+!> What joints and links can be given.
+module gestell_model_linkage_checks
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: check_finite, check_lengths
+
+contains
+
+  !> Error: not all of the numbers of `part` are finite.
+  pure subroutine check_finite(part, numbers, error)
+    character(len=*), intent(in) :: part
+    real(dp), intent(in) :: numbers(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. all(ieee_is_finite(numbers))) call fatal_error(error, part // ": its numbers must be finite", invalid_input)
+  end subroutine check_finite
+
+  !> Errors: lengths (m) that are not finite and positive; a branch that is neither 1 nor -1.
+  pure subroutine check_lengths(name, lengths, branch, error)
+    character(len=*), intent(in) :: name
+    real(dp), intent(in) :: lengths(:)
+    integer, intent(in) :: branch
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_finite("joint '" // name // "'", lengths, error)
+    if (allocated(error)) return
+    if (.not. all(lengths > 0)) then
+      call fatal_error(error, "joint '" // name // "': its lengths must be positive", invalid_input)
+    else if (abs(branch) /= 1) then
+      call fatal_error(error, "joint '" // name // "': its branch must be 1 or -1", invalid_input)
+    end if
+  end subroutine check_lengths
+
+end module gestell_model_linkage_checks

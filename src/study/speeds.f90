@@ -1,0 +1,39 @@
+!> What a list of crank speeds has to be.
+module gestell_study_speeds
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: check_orders, check_speeds
+
+  !> Orders of the crank that can be asked for.
+  integer, parameter :: most_orders = 8000
+
+contains
+
+  !> Error: `speeds` (1/min) are not finite numbers of one sign, ascending or descending, one at least.
+  pure subroutine check_speeds(speeds, error)
+    real(dp), intent(in) :: speeds(:)
+    type(error_type), allocatable, intent(out) :: error
+    logical :: sound
+    integer :: n
+
+    n = size(speeds)
+    sound = n > 0 .and. all(ieee_is_finite(speeds)) .and. (all(speeds > 0) .or. all(speeds < 0))
+    if (sound .and. n > 1) sound = all(speeds(2:) > speeds(:n - 1)) .or. all(speeds(2:) < speeds(:n - 1))
+    if (.not. sound) call fatal_error(error, "speeds must be finite, of one sign, ascending or descending, one at least", &
+      & invalid_input)
+  end subroutine check_speeds
+
+  !> Error: so many orders cannot be told.
+  pure subroutine check_orders(orders, error)
+    integer, intent(in) :: orders
+    type(error_type), allocatable, intent(out) :: error
+
+    if (orders < 0 .or. orders > most_orders) call fatal_error(error, "the orders of the crank must lie between 0 and 8000", &
+      & invalid_input)
+  end subroutine check_orders
+
+end module gestell_study_speeds

@@ -1,0 +1,305 @@
+!> Bad arguments to the procedures that solve families of systems.
+module hostile_studies
+  use gestell, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_order_type, campbell_type, &
+    & critical_type, crossing_type, dp, error_type, find_borders, find_critical, find_crossings, grid_type, invalid_input, &
+    & nearest_stable, nearest_type, new_axis, new_grid, resonance_curve_type, sensitivity_base_type, sensitivity_type, solve_base, &
+    & solve_campbell, solve_curve, solve_parameter, solve_point, solve_sensitivity, solve_speed_point, solve_tile, &
+    & speed_order_type, speed_point_type, start_curve, sweep_columns, sweep_order_type, tile_results_type, tile_type, &
+    & trace_borders, verdict_failed, verdict_impossible
+  use hostile_systems, only: answers, hostile_family, infinite, nan, refuse
+  use testdrive, only: check, test_error => error_type
+  implicit none (type, external)
+  private
+
+  public :: test_axes, test_borders, test_families, test_speeds, test_tiles
+
+  type(axis_type), parameter :: axis = axis_type(0.5_dp, 3.0_dp, 9), other = axis_type(0.0_dp, 1.0_dp, 9)
+
+contains
+
+  subroutine test_axes(error)
+    type(test_error), allocatable, intent(out) :: error
+    type(axis_type) :: made
+    type(grid_type) :: grid, unset
+    type(tile_type) :: tile
+    type(error_type), allocatable :: failure
+    character(len=:), allocatable :: complaints
+
+    complaints = ""
+    call new_axis(made, 0.0_dp, 1.0_dp, 0, .false., failure)
+    call refuse(failure, invalid_input, "no values", complaints)
+    call new_axis(made, 0.0_dp, 1.0_dp, -3, .false., failure)
+    call refuse(failure, invalid_input, "values below 0", complaints)
+    call new_axis(made, nan(), 1.0_dp, 3, .false., failure)
+    call refuse(failure, invalid_input, "from nan", complaints)
+    call new_axis(made, nan(), nan(), 1, .true., failure)
+    call refuse(failure, invalid_input, "both nan", complaints)
+    call new_axis(made, -huge(1.0_dp), huge(1.0_dp), 3, .false., failure)
+    call refuse(failure, invalid_input, "too wide", complaints)
+    call new_axis(made, 1.0_dp, infinite(), 3, .true., failure)
+    call refuse(failure, invalid_input, "to infinity", complaints)
+    call new_axis(made, 0.0_dp, 1.0_dp, huge(1), .false., failure)
+    call answers(failure, "as many values as there are integers", complaints)
+    call new_grid(grid, [axis_type ::], failure)
+    call refuse(failure, invalid_input, "no axes", complaints)
+    call new_grid(grid, [axis, axis, axis], failure)
+    call refuse(failure, invalid_input, "three axes", complaints)
+    call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 0)], failure)
+    call refuse(failure, invalid_input, "axis without values", complaints)
+    call check(error, complaints, "")
+    if (allocated(error)) return
+    call check(error, unset%tiles() == 0 .and. unset%points() == 0, more="a grid that was not made has no tiles")
+    if (allocated(error)) return
+    tile = unset%tile(1)
+    call check(error, tile%number == 0 .and. tile%last(1) < tile%first(1), more="nor has it the first one")
+    if (allocated(error)) return
+    call new_grid(grid, [axis], failure)
+    tile = grid%tile(0)
+    call check(error, tile%number == 0 .and. tile%last(1) < tile%first(1), more="tile 0")
+    if (allocated(error)) return
+    tile = grid%tile(99)
+    call check(error, tile%number == 0 .and. tile%last(1) < tile%first(1), more="tile 99")
+  end subroutine test_axes
+
+  subroutine test_tiles(error)
+    type(test_error), allocatable, intent(out) :: error
+    type(grid_type) :: grid, unset
+    type(sweep_order_type) :: order, bad
+    type(tile_results_type) :: results
+    type(error_type), allocatable :: failure
+    character(len=:), allocatable :: complaints
+
+    complaints = ""
+    call new_grid(grid, [axis], failure)
+    order%columns(5:) = .false.
+    call solve_tile(hostile_family(), unset, tile_type(), order, results, failure)
+    call refuse(failure, invalid_input, "grid not made", complaints)
+    call solve_tile(hostile_family(), grid, grid%tile(0), order, results, failure)
+    call refuse(failure, invalid_input, "tile 0", complaints)
+    call solve_tile(hostile_family(), grid, tile_type(1, [1, 1], [10**9, 1]), order, results, failure)
+    call refuse(failure, invalid_input, "tile beyond the grid", complaints)
+    bad = order
+    bad%engine = "x"
+    call solve_tile(hostile_family(), grid, grid%tile(1), bad, results, failure)
+    call refuse(failure, invalid_input, "engine", complaints)
+    bad = order
+    bad%accuracy%tolerance = 0
+    call solve_tile(hostile_family(), grid, grid%tile(1), bad, results, failure)
+    call refuse(failure, invalid_input, "tolerance", complaints)
+    bad = order
+    bad%columns = .false.
+    call solve_tile(hostile_family(), grid, grid%tile(1), bad, results, failure)
+    call answers(failure, "no columns", complaints)
+    call solve_tile(hostile_family(), grid, grid%tile(1), sweep_order_type(), results, failure)
+    call answers(failure, "peaks of what is no frame", complaints)
+    call check(error, complaints, "")
+  end subroutine test_tiles
+
+  !> Families of systems that make no sense: an error of the family that is no impossible mechanism ends every study.
+  subroutine test_families(error)
+    type(test_error), allocatable, intent(out) :: error
+    character(len=*), parameter :: refused(5) = [character(len=16) :: "no states", "odd states", "negative period", &
+      & "nothing at all", "strange code"]
+    character(len=*), parameter :: tolerated(4) = [character(len=16) :: "", "impossible", "nan", "changing states"]
+    character(len=:), allocatable :: complaints
+    integer :: i
+
+    complaints = ""
+    do i = 1, size(refused)
+      call study(hostile_family(fault=refused(i)), merge(77, invalid_input, refused(i) == "strange code"), complaints)
+    end do
+    do i = 1, size(tolerated)
+      call study(hostile_family(fault=tolerated(i)), 0, complaints)
+    end do
+    call check(error, complaints, "")
+  end subroutine test_families
+
+  !> All studies of a family; `code`: that of the error that each must give, 0: an answer is enough.
+  subroutine study(family, code, complaints)
+    type(hostile_family), intent(in) :: family
+    integer, intent(in) :: code
+    character(len=:), allocatable, intent(inout) :: complaints
+    type(grid_type) :: line, plane
+    type(sweep_order_type) :: order
+    type(tile_results_type) :: results
+    type(border_type), allocatable :: borders(:)
+    type(border_map_type) :: map
+    type(nearest_type) :: nearest
+    type(campbell_type) :: campbell
+    type(resonance_curve_type) :: curve
+    type(speed_point_type) :: point
+    type(sensitivity_base_type) :: base
+    type(sensitivity_type), allocatable :: found(:)
+    type(error_type), allocatable :: failure
+    real(dp) :: values(sweep_columns)
+
+    call new_grid(line, [axis], failure)
+    call new_grid(plane, [axis, other], failure)
+    order%columns(5:) = .false.
+    call solve_point(family, [1.0_dp], order, values, failure)
+    call said(failure, code, "solve_point: " // family%fault, complaints)
+    if (family%fault == "impossible" .and. nint(values(4)) /= verdict_impossible .or. family%fault == "nan" &
+      & .and. nint(values(4)) /= verdict_failed) complaints = complaints &
+      & // "verdict of " // trim(family%fault) // "; "
+    call solve_tile(family, line, line%tile(1), order, results, failure)
+    call said(failure, code, "solve_tile: " // family%fault, complaints)
+    order%engine = "expansion"
+    call solve_tile(family, plane, plane%tile(1), order, results, failure)
+    call said(failure, code, "solve_tile by expansion: " // family%fault, complaints)
+    call find_borders(family, axis, accuracy_type(tolerance=border_accuracy), 1.0e-8_dp, borders, failure)
+    call said(failure, code, "find_borders: " // family%fault, complaints)
+    call trace_borders(family, plane, accuracy_type(), 1.0e-2_dp, map, failure)
+    call said(failure, code, "trace_borders: " // family%fault, complaints)
+    call nearest_stable(family, [1.0_dp], 1, [axis], accuracy_type(), 1.0e-6_dp, nearest, failure)
+    call said(failure, code, "nearest_stable: " // family%fault, complaints)
+    call solve_campbell(family, [1.0_dp, 2.0_dp], campbell_order_type(), campbell, failure)
+    call said(failure, code, "solve_campbell: " // family%fault, complaints)
+    call solve_curve(family, speed_order_type(names=[character(len=80) :: "f"]), [1.0_dp, 2.0_dp], curve, failure)
+    call said(failure, code, "solve_curve: " // family%fault, complaints)
+    call solve_speed_point(family, 1.0_dp, speed_order_type(names=[character(len=80) :: "f"]), point, failure)
+    call said(failure, code, "solve_speed_point: " // family%fault, complaints)
+    call solve_sensitivity(family, 1, speed_order_type(names=[character(len=80) :: "f"]), base, found, failure)
+    call said(failure, code, "solve_sensitivity: " // family%fault, complaints)
+  end subroutine study
+
+  subroutine said(failure, code, what, complaints)
+    type(error_type), allocatable, intent(in) :: failure
+    integer, intent(in) :: code
+    character(len=*), intent(in) :: what
+    character(len=:), allocatable, intent(inout) :: complaints
+
+    if (code > 0) then
+      call refuse(failure, code, what, complaints)
+    else
+      call answers(failure, what, complaints)
+    end if
+  end subroutine said
+
+  subroutine test_borders(error)
+    type(test_error), allocatable, intent(out) :: error
+    real(dp) :: tolerances(6)
+    type(border_type), allocatable :: borders(:)
+    type(border_map_type) :: map
+    type(nearest_type) :: nearest
+    type(grid_type) :: line, plane, unset
+    type(hostile_family) :: family
+    type(accuracy_type) :: order
+    type(error_type), allocatable :: failure
+    character(len=:), allocatable :: complaints
+    integer :: i
+
+    complaints = ""
+    tolerances = [0.0_dp, -1.0_dp, nan(), infinite(), 1.0_dp, 1.0e-300_dp]
+    call new_grid(line, [axis], failure)
+    call new_grid(plane, [axis, other], failure)
+    do i = 1, size(tolerances)
+      call find_borders(family, axis, order, tolerances(i), borders, failure)
+      call refuse(failure, invalid_input, "borders: tolerance", complaints)
+      call trace_borders(family, plane, order, tolerances(i), map, failure)
+      call refuse(failure, invalid_input, "map: deviation", complaints)
+      call nearest_stable(family, [1.0_dp], 1, [axis], order, tolerances(i), nearest, failure)
+      call refuse(failure, invalid_input, "nearest: tolerance", complaints)
+    end do
+    call find_borders(family, axis_type(1.0_dp, 1.0_dp, 1), order, 1.0e-8_dp, borders, failure)
+    call refuse(failure, invalid_input, "borders: no range", complaints)
+    call find_borders(family, axis_type(nan(), nan(), 5), order, 1.0e-8_dp, borders, failure)
+    call refuse(failure, invalid_input, "borders: axis nan", complaints)
+    call find_borders(family, axis_type(0.0_dp, 1.0_dp, huge(1)), order, 1.0e-8_dp, borders, failure)
+    call refuse(failure, invalid_input, "borders: too many points", complaints)
+    call find_borders(family, axis, accuracy_type(tolerance=0.0_dp), 1.0e-8_dp, borders, failure)
+    call refuse(failure, invalid_input, "borders: accuracy", complaints)
+    call trace_borders(family, line, order, 0.1_dp, map, failure)
+    call refuse(failure, invalid_input, "map: one axis", complaints)
+    call trace_borders(family, unset, order, 0.1_dp, map, failure)
+    call refuse(failure, invalid_input, "map: no grid", complaints)
+    call nearest_stable(family, [1.0_dp], 9, [axis], order, 1.0e-6_dp, nearest, failure)
+    call refuse(failure, invalid_input, "nearest: along parameter 9", complaints)
+    call nearest_stable(family, [1.0_dp], 0, [axis], order, 1.0e-6_dp, nearest, failure)
+    call refuse(failure, invalid_input, "nearest: along parameter 0", complaints)
+    call nearest_stable(family, [real(dp) ::], 1, [axis_type ::], order, 1.0e-6_dp, nearest, failure)
+    call refuse(failure, invalid_input, "nearest: no parameters", complaints)
+    call nearest_stable(family, [1.0_dp, 2.0_dp], 1, [axis], order, 1.0e-6_dp, nearest, failure)
+    call refuse(failure, invalid_input, "nearest: more values than axes", complaints)
+    call nearest_stable(family, [nan()], 1, [axis], order, 1.0e-6_dp, nearest, failure)
+    call refuse(failure, invalid_input, "nearest: from nan", complaints)
+    call check(error, complaints, "")
+  end subroutine test_borders
+
+  !> What runs over speeds, and what follows from it.
+  subroutine test_speeds(error)
+    type(test_error), allocatable, intent(out) :: error
+    type(hostile_family) :: family
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: crossings(:)
+    type(critical_type), allocatable :: critical(:)
+    type(resonance_curve_type) :: curve
+    type(speed_point_type) :: point
+    type(sensitivity_base_type) :: base
+    type(sensitivity_type) :: one
+    type(sensitivity_type), allocatable :: found(:)
+    type(speed_order_type) :: order, bad
+    type(error_type), allocatable :: failure
+    character(len=:), allocatable :: complaints
+
+    complaints = ""
+    order%names = [character(len=80) :: "f"]
+    call wrong_speeds([real(dp) ::], "none", complaints)
+    call wrong_speeds([nan(), 1.0_dp], "nan", complaints)
+    call wrong_speeds([1.0_dp, infinite()], "infinite", complaints)
+    call wrong_speeds([0.0_dp, 1.0_dp], "zero", complaints)
+    call wrong_speeds([-1.0_dp, 1.0_dp], "through zero", complaints)
+    call wrong_speeds([1.0_dp, 1.0_dp], "twice", complaints)
+    call wrong_speeds([1.0_dp, 3.0_dp, 2.0_dp], "to and fro", complaints)
+
+    call solve_campbell(family, [1.0_dp, 2.0_dp], campbell_order_type(orders=-1), campbell, failure)
+    call refuse(failure, invalid_input, "campbell: orders", complaints)
+    call find_crossings(family, campbell_order_type(orders=huge(1)), campbell, crossings, failure)
+    call refuse(failure, invalid_input, "crossings: orders", complaints)
+    call find_crossings(family, campbell_order_type(), campbell, crossings, failure)
+    call refuse(failure, invalid_input, "crossings of nothing", complaints)
+    call find_critical(family, campbell_order_type(), [crossing_type()], critical, failure)
+    call refuse(failure, invalid_input, "critical: crossing not set", complaints)
+    call find_critical(family, campbell_order_type(), [crossing_type(mode=1, order=1.0_dp, speed=nan())], critical, failure)
+    call refuse(failure, invalid_input, "critical: speed nan", complaints)
+    call find_critical(family, campbell_order_type(), [crossing_type ::], critical, failure)
+    call answers(failure, "critical: no crossings", complaints)
+
+    bad = order
+    bad%orders = -1
+    call solve_curve(family, bad, [1.0_dp, 2.0_dp], curve, failure)
+    call refuse(failure, invalid_input, "curve: orders", complaints)
+    bad = order
+    bad%accuracy%steps = -1
+    call solve_speed_point(family, 1.0_dp, bad, point, failure)
+    call refuse(failure, invalid_input, "point: steps", complaints)
+    deallocate(bad%names)
+    call solve_speed_point(family, 1.0_dp, bad, point, failure)
+    call refuse(failure, invalid_input, "point: no names", complaints)
+    call solve_base(family, 1, bad, base, failure)
+    call refuse(failure, invalid_input, "sensitivity: no names", complaints)
+    call solve_sensitivity(family, 0, order, base, found, failure)
+    call refuse(failure, invalid_input, "sensitivity: no parameters", complaints)
+    call solve_sensitivity(family, -7, order, base, found, failure)
+    call refuse(failure, invalid_input, "sensitivity: parameters below 0", complaints)
+    call solve_parameter(family, base, 1, one, failure)
+    call refuse(failure, invalid_input, "sensitivity: no base", complaints)
+    call check(error, complaints, "")
+
+  contains
+
+    subroutine wrong_speeds(speeds, what, complaints)
+      real(dp), intent(in) :: speeds(:)
+      character(len=*), intent(in) :: what
+      character(len=:), allocatable, intent(inout) :: complaints
+
+      call solve_campbell(family, speeds, campbell_order_type(), campbell, failure)
+      call refuse(failure, invalid_input, "campbell: speeds " // what, complaints)
+      call start_curve(curve, order, speeds, failure)
+      call refuse(failure, invalid_input, "start_curve: speeds " // what, complaints)
+      call solve_curve(family, order, speeds, curve, failure)
+      call refuse(failure, invalid_input, "solve_curve: speeds " // what, complaints)
+    end subroutine wrong_speeds
+
+  end subroutine test_speeds
+
+end module hostile_studies

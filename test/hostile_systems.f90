@@ -1,0 +1,232 @@
+!> Systems and families that make no sense, for the suite `hostile`; and a list of what was said to them.
+module hostile_systems
+  use gestell, only: dp, error_type, failed_computation, family_type, impossible_mechanism, invalid_input, periodic_system, &
+    & second_order_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_negative_inf, ieee_positive_inf, ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: answers, nan, infinite, refuse
+
+  !> Mathieu's equation for each degree of freedom, with a little damping, unless `fault` says otherwise.
+  type, extends(second_order_system), public :: hostile_second
+    character(len=16) :: fault = ""
+    real(dp) :: a = 1, q = 0.1_dp
+  contains
+    procedure :: matrices
+    procedure :: load
+  end type hostile_second
+
+  !> The same as equations of first order.
+  type, extends(periodic_system), public :: hostile_first
+    character(len=16) :: fault = ""
+    !> Shape of `coupled`, where it is not that of the states.
+    integer :: table = 0
+  contains
+    procedure :: matrix
+    procedure :: forcing
+    procedure :: coupled
+  end type hostile_first
+
+  !> Mathieu's equation over a, or what `fault` says.
+  type, extends(family_type), public :: hostile_family
+    character(len=16) :: fault = ""
+  contains
+    procedure :: member
+  end type hostile_family
+
+  !> How often coefficients were asked for.
+  integer, public :: evaluations = 0
+
+  !> More than any call may ask for: 2**19 steps, three numbers of steps at least, ten stages.
+  integer, parameter, public :: too_many = 2**25
+
+contains
+
+  subroutine matrices(self, t, m, b, c)
+    class(hostile_second), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+    integer :: i
+
+    evaluations = evaluations + 1
+    m = 0
+    b = 0
+    c = 0
+    do i = 1, size(m, 1)
+      m(i, i) = 1
+      b(i, i) = 0.01_dp
+      c(i, i) = self%a - 2 * self%q * cos(2 * t)
+    end do
+    select case (self%fault)
+    case ("mass nan")
+      m = nan()
+    case ("stiffness nan")
+      c = nan()
+    case ("no mass")
+      m = 0
+    case ("singular mass")
+      m = 1
+    case ("negative mass")
+      m = -m
+    case ("least mass")
+      m = tiny(1.0_dp)
+    case ("small mass")
+      m = 1.0e-200_dp * m
+    case ("huge stiffness")
+      c = huge(1.0_dp)
+    case ("great stiffness")
+      c = 1.0e150_dp
+    case ("repelled")
+      c = -1.0e10_dp
+    case ("free")
+      c = 0
+      b = 0
+    case ("damping infinite")
+      b = infinite()
+    case ("great damping")
+      b = 1.0e200_dp
+    case ("nan later")
+      if (t > 0.5_dp) c = nan()
+    case ("rough")
+      c = c * sin(1.0e6_dp * t)
+    end select
+  end subroutine matrices
+
+  subroutine load(self, t, h)
+    class(hostile_second), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    h = cos(2 * t)
+    select case (self%fault)
+    case ("load nan")
+      h = nan()
+    case ("huge load")
+      h = huge(1.0_dp)
+    case ("least load")
+      h = 1.0e-320_dp
+    case ("no load")
+      h = 0
+    end select
+  end subroutine load
+
+  subroutine matrix(self, t, p)
+    class(hostile_first), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    evaluations = evaluations + 1
+    p = 0
+    if (size(p, 1) > 1) then
+      p(1, 2) = 1
+      p(2, 1) = -1 - 0.1_dp * cos(t)
+    else
+      p = -0.1_dp
+    end if
+    select case (self%fault)
+    case ("nan")
+      p = nan()
+    case ("infinite")
+      p = ieee_value(1.0_dp, ieee_negative_inf)
+    case ("huge")
+      p = huge(1.0_dp)
+    case ("growing")
+      p = 1.0e3_dp
+    case ("decaying")
+      p = -1.0e3_dp
+    case ("nothing")
+      p = 0
+    end select
+  end subroutine matrix
+
+  subroutine forcing(self, t, f)
+    class(hostile_first), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    f = sin(t)
+    if (self%fault == "forcing nan") f = nan()
+  end subroutine forcing
+
+  function coupled(self)
+    class(hostile_first), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+    integer :: n
+
+    n = merge(self%table, self%states, self%table > 0)
+    allocate(coupled(n, n), source=self%table == 0)
+  end function coupled
+
+  subroutine member(self, parameters, system, error)
+    class(hostile_family), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: pi = acos(-1.0_dp)
+
+    select case (self%fault)
+    case ("impossible")
+      error = error_type(message="no machine here", code=impossible_mechanism)
+    case ("strange code")
+      error = error_type(message="an error of the user's own", code=77)
+    case ("nothing at all")
+    case ("no states")
+      allocate(system, source=hostile_second(states=0, period=pi))
+    case ("odd states")
+      allocate(system, source=hostile_second(states=3, period=pi))
+    case ("negative period")
+      allocate(system, source=hostile_second(states=2, period=-1.0_dp))
+    case ("nan")
+      allocate(system, source=hostile_second(states=2, period=pi, fault="mass nan"))
+    case ("changing states")
+      allocate(system, source=hostile_first(states=merge(2, 3, parameters(1) > 1), period=pi))
+    case default
+      allocate(system, source=hostile_second(states=2, period=pi, a=parameters(1), q=0.2_dp))
+    end select
+  end subroutine member
+
+  real(dp) function nan()
+    nan = ieee_value(1.0_dp, ieee_quiet_nan)
+  end function nan
+
+  real(dp) function infinite()
+    infinite = ieee_value(1.0_dp, ieee_positive_inf)
+  end function infinite
+
+  !> Notes in `answers` where `failure` is not an error of this code, with a message of one line, or where coefficients were asked
+  !> for before the mistake was seen.
+  subroutine refuse(failure, code, what, complaints)
+    type(error_type), allocatable, intent(in) :: failure
+    integer, intent(in) :: code
+    character(len=*), intent(in) :: what
+    character(len=:), allocatable, intent(inout) :: complaints
+
+    if (.not. allocated(complaints)) complaints = ""
+    if (.not. allocated(failure)) then
+      complaints = complaints // what // ": no error; "
+    else
+      if (failure%code /= code) complaints = complaints // what // ": another code, '" // failure%message // "'; "
+      if (len(failure%message) < 10 .or. index(failure%message, new_line("a")) > 0) complaints = complaints // what &
+        & // ": '" // failure%message // "'; "
+    end if
+    if (code == invalid_input .and. evaluations > 0) complaints = complaints // what // ": evaluated; "
+    evaluations = 0
+  end subroutine refuse
+
+  !> Notes where a call neither succeeded nor failed in a way that is documented, or did more work than it may.
+  subroutine answers(failure, what, complaints)
+    type(error_type), allocatable, intent(in) :: failure
+    character(len=*), intent(in) :: what
+    character(len=:), allocatable, intent(inout) :: complaints
+
+    if (.not. allocated(complaints)) complaints = ""
+    if (allocated(failure)) then
+      if (all(failure%code /= [invalid_input, impossible_mechanism, failed_computation])) complaints = complaints // what &
+        & // ": code out of range, '" // failure%message // "'; "
+    end if
+    if (evaluations > too_many) complaints = complaints // what // ": too much work; "
+    evaluations = 0
+  end subroutine answers
+
+end module hostile_systems
