@@ -201,7 +201,7 @@ contains
       & "                          compute nothing more" // newline // &
       & "  -q, --quiet             no report on standard output" // newline // &
       & "      --fail-if-unstable  exit code 10 for a verdict other than stable; of a" // newline // &
-      & "                          sweep, for any point's" // newline // &
+      & "                          sweep or over the speed, for any point's" // newline // &
       & "      --part i/n          compute part i of n of a sweep, write no sweep.csv" // newline // &
       & "      --merge             write the sweep.csv of all parts" // newline // &
       & "      --one-line          a header and a line of CSV for each case on standard" // newline // &

@@ -31,7 +31,7 @@ module driver
   use single_machine, only: run_single, single_results_type
   use sweeping, only: compute_tiles, open_sweep
   use gestell_study_boundary_task, only: border_results_type
-  use gestell_study_tile_results, only: stable, verdict
+  use gestell_study_tile_results, only: stable, verdict_column
   implicit none (type, external)
   private
 
@@ -98,20 +98,23 @@ contains
     type(single_results_type) :: single
     type(summary_type) :: summary
     character(len=:), allocatable :: place
+    logical :: all_stable
 
     code = 0
+    all_stable = .true.
     place = folder
     if (allocated(staging%place)) place = staging%place
     if (configuration%single() .and. .not. (options%in_parts .or. options%merge)) then
       call run_single(options, configuration, place, preamble(options, configuration), console, single, failure, error)
       if (allocated(error)) return
-      if (options%fail_if_unstable .and. configuration%tasks%stability .and. single%verdict /= "stable") code = not_stable
+      if (options%fail_if_unstable .and. configuration%tasks%judged() .and. single%verdict /= "stable") code = not_stable
     end if
     if (configuration%sweep) call run_sweep(options, configuration, folder, place, code, console, campaign, summary, error)
     if (allocated(error)) return
     if (.not. (options%in_parts .or. options%merge .or. options%one_line)) call run_others(configuration, place, &
-      & preamble(options, configuration), summary, console, error)
+      & preamble(options, configuration), summary, console, all_stable, error)
     if (allocated(error)) return
+    if (options%fail_if_unstable .and. .not. all_stable) code = not_stable
     closing = newline // "files in " // folder // "/" // newline
     if (options%plot .or. options%report) call draw(options, configuration, folder, place, closing, error, undrawn)
     if (options%report .and. .not. allocated(error)) call write_html(place, configuration%result_names(single%vibrates, &
@@ -146,16 +149,19 @@ contains
     if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
   end subroutine settle
 
-  !> Sensitivity, borders, and what is asked over the speed.
-  subroutine run_others(configuration, folder, preamble, summary, console, error)
+  !> Sensitivity, borders, and what is asked over the speed. `all_stable`: at all speeds that are told the machine is stable.
+  subroutine run_others(configuration, folder, preamble, summary, console, all_stable, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: folder, preamble(:)
     type(summary_type), intent(in) :: summary
     type(console_type), intent(inout) :: console
+    logical, intent(out) :: all_stable
     type(error_type), allocatable, intent(out) :: error
     type(border_results_type) :: borders
     character(len=:), allocatable :: report
+    logical :: keeps
 
+    all_stable = .true.
     if (configuration%sensitivity) then
       call run_sensitivity(configuration, folder, preamble, report, error)
       if (allocated(error)) return
@@ -175,13 +181,15 @@ contains
         call console%say(report_search(plan) // report_borders(plan, borders))
       end if
       if (configuration%campbell .or. configuration%critical) then
-        call run_over_modes(configuration, folder, preamble, report, error)
+        call run_over_modes(configuration, folder, preamble, report, keeps, error)
         if (allocated(error)) return
+        all_stable = all_stable .and. keeps
         call console%say(report)
       end if
       if (configuration%resonance) then
-        call run_resonance(configuration, folder, preamble, report, error)
+        call run_resonance(configuration, folder, preamble, report, keeps, error)
         if (allocated(error)) return
+        all_stable = all_stable .and. keeps
         call console%say(report)
       end if
     end associate
@@ -255,10 +263,11 @@ contains
       end if
     end associate
     if (allocated(error) .or. .not. options%fail_if_unstable) return
-    if (.not. (configuration%tasks%stability .or. configuration%sweep)) then
-      call fatal_error(error, "--fail-if-unstable needs the task 'stability' or 'sweep'", wrong_usage)
+    if (.not. (configuration%tasks%judged() .or. configuration%sweep .or. configuration%over_speed())) then
+      call fatal_error(error, "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', " &
+        & // "'power', 'sensitivity', 'sweep', 'resonance', 'critical' or 'campbell'", wrong_usage)
     else if (configuration%sweep) then
-      if (.not. configuration%plan%order%columns(verdict)) call fatal_error(error, "--fail-if-unstable needs the column " // &
+      if (verdict_column(configuration%plan%order%columns) == 0) call fatal_error(error, "--fail-if-unstable needs the column " // &
         & "'verdict' of the sweep", wrong_usage)
     end if
   end subroutine check_options

@@ -23,7 +23,7 @@ module one_line
 contains
 
   !> The machine of the input: what was set, the columns of sweep.csv that its tasks ask for, and what else they do: peaks of
-  !> the forces, the velocity at probes in their bands, the torque's peak.
+  !> the forces, the velocity at probes in their bands, the torque's peak; last the verdict, where it does not stand before them.
   !> Error: it cannot be written.
   subroutine print_case(settings, configuration, analysis, findings, error)
     type(setting_type), intent(in) :: settings(:)
@@ -36,6 +36,7 @@ contains
     real(dp) :: values(sweep_columns)
     logical :: columns(sweep_columns)
     character(len=:), allocatable :: assignments(:)
+    character(len=:), allocatable :: word
     integer :: i, longest
 
     longest = 1
@@ -58,7 +59,9 @@ contains
     end if
     if (allocated(analysis%vibration)) values([xi_peak, eta_peak, psi_peak]) = analysis%vibration%peak(:3)
     call other_columns(configuration, findings, names, others)
-    call print_out(case_lines(assignments, columns, values, names, others), error)
+    word = ""
+    if (allocated(analysis%multipliers) .and. .not. columns(verdict)) word = trim(analysis%multipliers%verdict())
+    call print_out(case_lines(assignments, columns, values, names, others, word), error)
   end subroutine print_case
 
   !> The columns that do not stand in sweep.csv; NaN where there is no vibration.

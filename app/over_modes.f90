@@ -5,7 +5,9 @@ module over_modes
   use gestell_io_campbell_csv, only: write_campbell, write_critical, write_crossings
   use gestell_io_configuration, only: configuration_type
   use gestell_io_plot_campbell, only: plot_campbell, plot_critical, plot_crossings
-  use gestell_io_report_campbell, only: report_campbell, report_critical
+  use gestell_io_report_campbell, only: campbell_verdict, critical_verdict, report_campbell, &
+    & report_critical
+  use gestell_io_verdict, only: with_verdict
   use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_study_campbell_crossings, only: crossing_type, find_crossings
   use gestell_study_critical, only: critical_type, find_critical
@@ -17,20 +19,23 @@ module over_modes
 contains
 
   !> Follows the modes over the speeds, finds crossings and critical speeds as ordered, writes their files to `folder`, and
-  !> tells people of them in `report`.
-  subroutine run_over_modes(configuration, folder, preamble, report, error)
+  !> tells people of them in `report`. `stable`: wherever something is told the machine is stable.
+  subroutine run_over_modes(configuration, folder, preamble, report, stable, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: folder, preamble(:)
     character(len=:), allocatable, intent(out) :: report
+    logical, intent(out) :: stable
     type(error_type), allocatable, intent(out) :: error
     type(campbell_order_type) :: order
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
     type(critical_type), allocatable :: critical(:)
     real(dp), allocatable :: speeds(:)
+    character(len=:), allocatable :: verdict
     integer :: i
 
     report = ""
+    stable = .false.
     order%accuracy = configuration%accuracy
     order%averaged = configuration%tasks%averaged
     order%orders = configuration%orders
@@ -41,17 +46,41 @@ contains
       if (.not. allocated(error) .and. configuration%critical) call find_critical(family, order, crossings, critical, error)
     end associate
     if (allocated(error)) return
-    if (configuration%campbell) then
-      call write_campbell(folder, preamble, campbell, error)
-      if (.not. allocated(error)) call write_crossings(folder, preamble, crossings, error)
-      if (.not. allocated(error)) call plot_campbell(folder, preamble, campbell, crossings, order%orders, error)
-      if (.not. allocated(error)) call plot_crossings(folder, preamble, crossings, error)
-      report = report_campbell(campbell, crossings)
-    end if
+    verdict = campbell_verdict(campbell)
+    stable = verdict == "stable"
+    if (configuration%campbell) call tell_campbell(folder, with_verdict(preamble, verdict), campbell, crossings, order%orders, &
+      & error)
+    if (configuration%campbell) report = report_campbell(campbell, crossings)
     if (allocated(error) .or. .not. configuration%critical) return
-    call write_critical(folder, preamble, critical, error)
-    if (.not. allocated(error)) call plot_critical(folder, preamble, critical, [speeds(1), speeds(size(speeds))], error)
+    verdict = critical_verdict(critical)
+    stable = stable .and. verdict == "stable"
+    call tell_critical(folder, with_verdict(preamble, verdict), critical, [speeds(1), speeds(size(speeds))], error)
     report = report // report_critical(critical, configuration%orders)
   end subroutine run_over_modes
+
+  !> campbell.csv and crossings.csv with their scripts. Error: one cannot be written.
+  subroutine tell_campbell(folder, preamble, campbell, crossings, orders, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(campbell_type), intent(in) :: campbell
+    type(crossing_type), intent(in) :: crossings(:)
+    integer, intent(in) :: orders
+    type(error_type), allocatable, intent(out) :: error
+
+    call write_campbell(folder, preamble, campbell, error)
+    if (.not. allocated(error)) call write_crossings(folder, preamble, crossings, error)
+    if (.not. allocated(error)) call plot_campbell(folder, preamble, campbell, crossings, orders, error)
+    if (.not. allocated(error)) call plot_crossings(folder, preamble, crossings, error)
+  end subroutine tell_campbell
+
+  !> critical.csv with its script, over the range `ends` (1/min). Error: one cannot be written.
+  subroutine tell_critical(folder, preamble, critical, ends, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(critical_type), intent(in) :: critical(:)
+    real(dp), intent(in) :: ends(2)
+    type(error_type), allocatable, intent(out) :: error
+
+    call write_critical(folder, preamble, critical, error)
+    if (.not. allocated(error)) call plot_critical(folder, preamble, critical, ends, error)
+  end subroutine tell_critical
 
 end module over_modes

@@ -3,10 +3,11 @@ module resonating
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_io_configuration, only: configuration_type
-  use gestell_io_report_resonance, only: report_resonance
+  use gestell_io_report_resonance, only: report_resonance, told_of
   use gestell_io_resonance_csv, only: write_resonance
+  use gestell_io_verdict, only: with_verdict
   use gestell_study_resonance_curve, only: resonance_curve_type, start_curve
-  use gestell_study_speed_point, only: solve_speed_point, speed_order_type, speed_point_type
+  use gestell_study_speed_point, only: reached, solve_speed_point, speed_order_type, speed_point_type
   use locked_family, only: locked_family_type
   use terminal, only: progress_type
   use, intrinsic :: iso_fortran_env, only: int64
@@ -18,15 +19,20 @@ module resonating
 contains
 
   !> Computes the curve over the speeds of the group &sweep and writes its files to `folder`. `report` tells people.
-  subroutine run_resonance(configuration, folder, preamble, report, error)
+  !> `stable`: the machine is, at all of the speeds.
+  subroutine run_resonance(configuration, folder, preamble, report, stable, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: folder, preamble(:)
     character(len=:), allocatable, intent(out) :: report
+    logical, intent(out) :: stable
     type(error_type), allocatable, intent(out) :: error
     type(resonance_curve_type) :: curve
 
     call compute_curve(configuration, curve, error)
-    if (.not. allocated(error)) call write_resonance(folder, preamble, configuration%quantities, curve, error)
+    stable = .not. allocated(error)
+    if (stable) stable = all(curve%points%state == reached)
+    if (.not. allocated(error)) call write_resonance(folder, with_verdict(preamble, told_of(curve)), &
+      & configuration%quantities, curve, error)
     if (.not. allocated(error)) report = report_resonance(configuration%quantities, curve)
   end subroutine run_resonance
 

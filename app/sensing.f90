@@ -4,8 +4,9 @@ module sensing
   use gestell_io_configuration, only: configuration_type
   use gestell_io_report_sensitivity, only: report_sensitivity
   use gestell_io_sensitivity_csv, only: write_sensitivity
+  use gestell_io_verdict, only: with_verdict
   use gestell_study_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter
-  use gestell_study_speed_point, only: speed_order_type
+  use gestell_study_speed_point, only: speed_order_type, state_names
   use locked_family, only: locked_family_type
   use terminal, only: progress_type
   use, intrinsic :: iso_fortran_env, only: int64
@@ -28,7 +29,8 @@ contains
     call compute(configuration, base, found, error)
     if (allocated(error)) return
     associate (quantities => configuration%sensitive, paths => configuration%sensitivity_plan%paths)
-      call write_sensitivity(folder, preamble, quantities, paths, base, found, error)
+      call write_sensitivity(folder, with_verdict(preamble, trim(state_names(base%state))), quantities, paths, base, found, &
+        & error)
       if (.not. allocated(error)) report = report_sensitivity(quantities, paths, base, found)
     end associate
   end subroutine run_sensitivity

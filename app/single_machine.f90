@@ -12,10 +12,14 @@ module single_machine
   use gestell_io_report_probes, only: limits_told
   use gestell_io_report_trade, only: report_model, report_trade
   use gestell_io_results, only: write_results, write_trade
+  use gestell_io_verdict, only: with_verdict
   use gestell_study_analysis, only: analyse, analysis_type
   use gestell_study_findings, only: find, findings_type
+  use gestell_study_mode_solution, only: solve_modes
+  use gestell_study_mode_type, only: mode_type
   use gestell_study_model_trade, only: measure_model, model_trade_type
   use gestell_study_trade, only: measure_trade, trade_type
+  use gestell_system_averaged, only: averaged_system
   use one_line, only: print_case
   use terminal, only: show_progress
   implicit none (type, external)
@@ -25,7 +29,7 @@ module single_machine
 
   !> What the rest of a run needs to know of it.
   type, public :: single_results_type
-    !> Its verdict, empty where it was not asked for; whether it has a vibration.
+    !> Its verdict, empty where nothing of it was asked for; whether it has a vibration.
     character(len=10) :: verdict = ""
     logical :: vibrates = .false.
     !> What is said of the probes with a limit.
@@ -49,6 +53,7 @@ contains
     type(trade_type) :: trade
     type(model_trade_type) :: model_trade
     type(findings_type) :: findings
+    type(mode_type), allocatable :: modes(:)
     real(dp), allocatable :: frequencies(:)
 
     if (configuration%trade) then
@@ -57,7 +62,8 @@ contains
       if (allocated(error)) return
     end if
     call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, failure)
-    if (allocated(failure) .and. .not. allocated(analysis%multipliers)) then
+    if (allocated(failure) .and. .not. (allocated(analysis%multipliers) .and. (configuration%tasks%stability &
+      & .or. configuration%tasks%modes))) then
       call move_alloc(failure, error)
       return
     end if
@@ -67,7 +73,7 @@ contains
       & configuration%probes(:merge(size(configuration%probes), 0, configuration%tasks%response)), configuration%forces, &
       & configuration%power, findings, error)
     if (allocated(error)) return
-    if (allocated(findings%watched)) results%limits = limits_told(findings%watched)
+    if (allocated(findings%watched)) results%limits = limits_told(findings%watched, trim(results%verdict))
     if (options%one_line) then
       if (.not. configuration%sweep) call print_case(options%settings, configuration, analysis, findings, error)
       return
@@ -75,18 +81,39 @@ contains
     if (.not. console%silent .or. options%report) then
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
-      call console%say(report_transmission(configuration%frame) // report_results(configuration, analysis, frequencies) &
-        & // report_findings(findings))
+      call name_modes(configuration, modes)
+      call console%say(report_transmission(configuration%frame) // report_results(configuration, analysis, frequencies, modes) &
+        & // report_findings(findings, trim(results%verdict)))
       if (configuration%trade) call console%say(report_trade(trade) // report_model(model_trade))
     end if
 
-    call write_results(folder, preamble, configuration%frame, configuration%tasks, analysis, error)
+    call write_results(folder, with_verdict(preamble, trim(results%verdict)), configuration%frame, configuration%tasks, &
+      & analysis, error)
     if (allocated(error)) return
-    call write_findings(folder, preamble, findings, configuration%tasks%harmonics, error)
+    call write_findings(folder, with_verdict(preamble, trim(results%verdict)), findings, configuration%tasks%harmonics, error)
     if (allocated(error)) return
     if (configuration%trade) call write_trade(folder, preamble, trade, model_trade, error)
     if (configuration%drawing .and. .not. allocated(error)) call write_mechanism(folder, preamble, &
       & configuration%frame, configuration%probes, error)
   end subroutine run_single
+
+  !> The modes for the report's table of multipliers; none where it has no such table, or they cannot be told.
+  subroutine name_modes(configuration, modes)
+    type(configuration_type), intent(in) :: configuration
+    type(mode_type), allocatable, intent(out) :: modes(:)
+    type(error_type), allocatable :: none
+    type(averaged_system) :: model
+    real(dp), allocatable :: mass(:, :)
+
+    if (configuration%tasks%stability .or. configuration%tasks%modes) then
+      if (configuration%tasks%averaged) then
+        call configuration%frame%averaged(model)
+        call solve_modes(model, configuration%accuracy, modes, mass, none)
+      else
+        call solve_modes(configuration%frame, configuration%accuracy, modes, mass, none)
+      end if
+    end if
+    if (.not. allocated(modes)) allocate(modes(0))
+  end subroutine name_modes
 
 end module single_machine

@@ -246,6 +246,18 @@ def library_calls(home):
     check("doc/library.md: the joints are compiled", done.returncode == 0, done.stderr)
 
 
+def suites():
+    """The README's second command with the name of a suite that is none: the suites are listed, nothing is tested."""
+    names = re.findall(r"new_testsuite\(\"([\w-]+)\"", text("test/main.f90"))
+    check("test/main.f90: suites", len(names) > 50, names)
+    done = program("fpm", "test", "--", "no-such-suite")
+    check("fpm test -- no-such-suite: code", done.returncode != 0, done.stdout[-2000:])
+    told = done.stdout + done.stderr
+    check("fpm test -- no-such-suite: told", "there is no suite 'no-such-suite'; the suites are" in told, told[-2000:])
+    check("fpm test -- no-such-suite: listed", all(f"\n  {name}\n" in told for name in names), told[-2000:])
+    check("fpm test -- no-such-suite: nothing is tested", "PASSED" not in told, told[-2000:])
+
+
 def links():
     for document in [ROOT / "README.md", *sorted((ROOT / "doc").glob("*.md"))]:
         for target in re.findall(r"\]\(([^)#]+)\)", document.read_text(encoding="utf-8")):
@@ -284,6 +296,7 @@ def main():
         for name in sorted(written):
             check(f"doc/output.md: {name}", f"`{name}`" in text("doc/output.md"))
     keys()
+    suites()
     links()
     tables()
     run_commands()

@@ -140,6 +140,13 @@ program main
   all = 0
   call get_argument(1, suite_name)
   call get_argument(2, test_name)
+  if (allocated(suite_name)) then
+    if (count([(suites(i)%name == suite_name, i = 1, size(suites))]) == 0) then
+      write (error_unit, "(a)") "there is no suite '" // suite_name // "'; the suites are"
+      write (error_unit, "(2x, a)") (suites(i)%name, i = 1, size(suites))
+      error stop 1, quiet=.true.
+    end if
+  end if
   do i = 1, size(suites)
     if (allocated(suite_name)) then
       if (suite_name /= suites(i)%name) cycle
@@ -148,6 +155,8 @@ program main
     if (allocated(test_name)) then
       call run_selected(suites(i)%collect, test_name, error_unit, failed)
       all = all + 1
+      ! A test that is not there: its suite's are listed.
+      if (failed < 0) failed = 1
     else
       call suites(i)%collect(tests)
       all = all + size(tests)

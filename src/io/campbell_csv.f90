@@ -93,6 +93,7 @@ contains
     type(critical_type), intent(in) :: critical(:)
     type(error_type), allocatable, intent(out) :: error
     character(len=40) :: labels(size(critical))
+    character(len=16) :: tails(size(critical))
     real(dp) :: values(13, size(critical))
     integer :: i
 
@@ -104,11 +105,12 @@ contains
         if (c%found(amplitude)) values(5:9, i) = [c%speed(amplitude), c%error(amplitude), c%height(amplitude), &
           & c%prominence(amplitude), c%share]
         if (c%found(force)) values(10:, i) = [c%speed(force), c%error(force), c%height(force), c%prominence(force)]
+        tails(i) = trim(c%verdict) // "," // merge(bit(c%moved%small()) // "  ", "NaN", any(c%found))
       end associate
     end do
     call write_table(folder, "critical.csv", preamble, "mode,order,outcome,crossing_rpm,half_width_rpm,frequency_Hz," // &
       & "damping_ratio,speed_rpm,speed_error_rpm,amplitude_m,prominence,share,force_speed_rpm,force_speed_error_rpm,force_N," // &
-      & "force_prominence", values, error, labels=labels)
+      & "force_prominence,verdict,small_motion", values, error, labels=labels, tails=tails)
   end subroutine write_critical
 
   pure character function bit(yes)

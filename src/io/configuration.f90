@@ -216,6 +216,7 @@ contains
     configuration%critical = any(tasks == "critical")
     configuration%campbell = any(tasks == "campbell")
     configuration%sensitivity = any(tasks == "sensitivity")
+    configuration%tasks%verdict = configuration%sensitivity
 
     group = the_group(doc, "response")
     call get(group, "points", configuration%tasks%points, error, default=360, must=at_least(1))

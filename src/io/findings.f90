@@ -41,15 +41,16 @@ contains
     if (.not. allocated(error)) call plot_power(folder, preamble, findings%speed, error)
   end subroutine write_findings
 
-  !> The sections of what there is.
-  pure function report_findings(findings) result(lines)
+  !> The sections of what there is, of a machine with that verdict.
+  pure function report_findings(findings, verdict) result(lines)
     type(findings_type), intent(in) :: findings
+    character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
 
     lines = ""
-    if (allocated(findings%places)) lines = lines // force_lines(findings%places, findings%speed)
-    if (allocated(findings%watched)) lines = lines // probe_lines(findings%watched, findings%period)
-    if (allocated(findings%drive)) lines = lines // drive_lines(findings%drive, findings%speed)
+    if (allocated(findings%places)) lines = lines // force_lines(findings%places, findings%speed, verdict)
+    if (allocated(findings%watched)) lines = lines // probe_lines(findings%watched, findings%period, verdict)
+    if (allocated(findings%drive)) lines = lines // drive_lines(findings%drive, findings%speed, verdict)
   end function report_findings
 
 end module gestell_io_findings

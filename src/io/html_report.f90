@@ -39,7 +39,7 @@ module gestell_io_html_report
     & part_type("probes_history", "Probes over a turn", "Velocity at the probes over a turn."), &
     & part_type("probes_harmonics", "Probes by orders", "Amplitudes of the velocity at the probes by orders of the crank."), &
     & part_type("power", "Drive", "Driving torque over a turn, and the power of drive and dampers."), &
-    & part_type("resonance", "Resonance curves", "Response over the speed; gaps: no vibration, or not reached."), &
+    & part_type("resonance", "Resonance curves", "Response over the speed; shaded: the machine leaves it; gaps: none."), &
     & part_type("peaks", "Peaks of the resonance curves", "", .true.), &
     & part_type("campbell", "Campbell diagram", "The modes' frequencies over the speed, and the orders of the crank."), &
     & part_type("crossings", "Crossings", "", .true.), &
@@ -70,7 +70,7 @@ contains
     if (len_trim(title) == 0) title = input
     call open_output(page, folder // "/report.html")
     call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
-      & // ", input " // escaped(input) // "</p>" // newline // banner(verdict, report))
+      & // ", input " // escaped(input) // "</p>" // newline // banner(verdict, report) // alarms(report))
     if (present(limits)) then
       do i = 1, size(limits)
         call page%append("<p class=""verdict " // colour(limits(i)) // """>" // escaped(trim(limits(i))) // "</p>" // newline)
@@ -89,10 +89,10 @@ contains
     character(len=*), intent(in) :: sentence
     character(len=:), allocatable :: name
 
-    if (index(sentence, ", WITHIN the limit") > 0) then
-      name = "stable"
-    else if (index(sentence, ", ABOVE the limit") > 0) then
+    if (index(sentence, "UNSTABLE: ") == 1 .or. index(sentence, ", ABOVE the limit") > 0) then
       name = "unstable"
+    else if (index(sentence, ", WITHIN the limit") > 0 .and. index(sentence, "UNDECIDED: ") /= 1) then
+      name = "stable"
     else
       name = "undecided"
     end if
@@ -113,6 +113,28 @@ contains
     words = "<p class=""verdict " // verdict // """><strong>" // verdict // "</strong>" &
       & // escaped(report(first + len(verdict):last)) // "</p>" // newline
   end function banner
+
+  !> What the report says in capitals of vibrations that no machine has, each once, behind the verdict.
+  pure function alarms(report) result(words)
+    character(len=*), intent(in) :: report
+    character(len=:), allocatable :: words
+    character(len=:), allocatable :: line
+    integer :: first, last
+
+    words = ""
+    first = 1
+    do while (first <= len(report))
+      last = first + index(report(first:) // newline, newline) - 2
+      if (any([index(report(first:last), "  UNSTABLE at "), index(report(first:last), "  UNDECIDED at "), &
+        & index(report(first:last), "  BEYOND SMALL MOTIONS")] == 1)) then
+        line = "undecided"
+        if (index(report(first:last), "UNSTABLE") > 0) line = "unstable"
+        line = "<p class=""verdict " // line // """>" // escaped(report(first + 2:last)) // "</p>" // newline
+        if (index(words, line) == 0) words = words // line
+      end if
+      first = last + 2
+    end do
+  end function alarms
 
   !> Picture and table of one file.
   function section(folder, part) result(words)

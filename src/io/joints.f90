@@ -230,6 +230,10 @@ contains
           & suggestion(trim(names(i)), group_names(joints(:known))), error)
       else if (place == known + 1) then
         call input_error(group, key, "a joint cannot be built on itself", error)
+      else if (place > known .and. builds_on(joints, place, known + 1)) then
+        call input_error(group, key, "joint '" // trim(names(i)) // "' in line " // text(joints(place)%line) // " is built on '" &
+          & // name_of(group) // "' in turn: joints that hold each other make a triad (Assur group of class III) or a larger " &
+          & // "group, and only dyads are built in, two links at a time", error)
       else if (place > known) then
         call input_error(group, key, "joint '" // trim(names(i)) // "' stands only in line " // text(joints(place)%line) &
           & // ": list it before this one", error)
@@ -237,5 +241,43 @@ contains
       if (allocated(error)) return
     end do
   end subroutine check_known
+
+  !> Whether joint `i` is built on joint `target`, directly or by way of others.
+  logical function builds_on(joints, i, target)
+    type(group_type), intent(in) :: joints(:)
+    integer, intent(in) :: i, target
+    logical :: found(size(joints)), done(size(joints))
+    integer :: k
+
+    found = [(k == i, k = 1, size(joints))]
+    done = .false.
+    do while (any(found .and. .not. done))
+      k = findloc(found .and. .not. done, .true., dim=1)
+      done(k) = .true.
+      found = found .or. carriers_of(joints, k)
+    end do
+    builds_on = found(target)
+  end function builds_on
+
+  !> The joints that joint `i` names.
+  function carriers_of(joints, i) result(named)
+    type(group_type), intent(in) :: joints(:)
+    integer, intent(in) :: i
+    logical :: named(size(joints))
+    character(len=*), parameter :: keys(*) = [character(len=6) :: "pivot", "ends", "guide", "guide2"]
+    character(len=word_length), allocatable :: names(:)
+    type(error_type), allocatable :: none
+    integer :: k, n
+
+    named = .false.
+    do k = 1, size(keys)
+      if (.not. has(joints(i), trim(keys(k)))) cycle
+      call get(joints(i), trim(keys(k)), names, none)
+      if (allocated(none)) cycle
+      do n = 1, size(names)
+        named = named .or. group_names(joints) == names(n)
+      end do
+    end do
+  end function carriers_of
 
 end module gestell_io_joints

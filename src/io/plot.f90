@@ -6,6 +6,7 @@ module gestell_io_plot
   use gestell_base_text, only: concise, text
   use gestell_io_output, only: write_file
   use gestell_io_text, only: length_of_character
+  use gestell_io_verdict, only: alarm
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -78,7 +79,7 @@ contains
   end function head
 
   !> A picture's title as gnuplot's expression, to be followed by `noenhanced`: the input's, which leads the preamble of its
-  !> file, and below it what is shown.
+  !> file, and below it what is shown, behind the verdict where the preamble tells another one than stable.
   pure function heading(preamble, shown) result(expression)
     character(len=*), intent(in) :: preamble(:), shown
     character(len=:), allocatable :: expression
@@ -90,7 +91,7 @@ contains
     do i = 1, size(preamble)
       if (index(preamble(i), key) == 1) title = trim(preamble(i)(len(key) + 1:))
     end do
-    expression = quoted(shown)
+    expression = quoted(alarm(preamble) // shown)
     if (title /= "") expression = quoted(title) // " . ""\n"" . " // expression
   end function heading
 

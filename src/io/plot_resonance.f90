@@ -8,7 +8,7 @@ module gestell_io_plot_resonance
   use gestell_io_plot_panels, only: height_of, layout_line, with_rim
   use gestell_model_quantity, only: quantity_type
   use gestell_study_resonance_curve, only: resonance_curve_type
-  use gestell_study_speed_point, only: state_names
+  use gestell_study_speed_point, only: state_names, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -48,8 +48,9 @@ contains
     do i = 1, panels
       visible(:, i) = visible_orders(curve, i)
     end do
-    lines = layout_line(panels, across, heading(preamble, "Response over the crank speed: peak, rms, and amplitudes of orders"), &
-      & legend) // "set key off" // newline // "set xrange " // sweep_of(curve) // newline // "set format x ''" // newline
+    lines = layout_line(panels, across, heading(preamble, "Response over the crank speed: peak, rms, and rms of single orders"), &
+      & legend) // "set key off" // newline // "set xrange " // sweep_of(curve) // newline // "set format x ''" // newline &
+      & // shades(curve)
     do i = 1, panels
       if (i == panels - across + 1) lines = lines // "set format x; set xlabel 'crank speed (rpm)'" // newline
       if (i == panels) lines = lines // "set key on at screen 0.5,screen 0.004 bottom center horizontal samplen 2 font ',12'" &
@@ -62,7 +63,31 @@ contains
       & width=merge(820, 960, across == 1), height=legend + nint(height_of(rows)))
   end subroutine plot_resonance
 
-  !> Whose amplitudes come up to the lower end of the quantity's panel.
+  !> Where the machine leaves its vibration, from the first such speed to the last of each interval.
+  pure function shades(curve) result(lines)
+    type(resonance_curve_type), intent(in) :: curve
+    character(len=:), allocatable :: lines
+    integer, parameter :: most = 100
+    integer :: i, first, n
+
+    lines = ""
+    n = 0
+    first = 0
+    do i = 1, size(curve%points)
+      if (curve%points(i)%state == unreached) then
+        if (first == 0) first = i
+        if (i < size(curve%points)) cycle
+      end if
+      if (first == 0) cycle
+      n = n + 1
+      if (n <= most) lines = lines // "set object " // text(n) // " rectangle from first " &
+        & // concise(curve%points(first)%speed, 9) // ",graph 0 to first " // concise(curve%points(max(first, i - 1))%speed, 9) &
+        & // ",graph 1 behind fillcolor rgb '#F9E2D2' fillstyle solid 1 noborder" // newline
+      first = 0
+    end do
+  end function shades
+
+  !> Whose parts of the rms come up to the lower end of the quantity's panel.
   pure function visible_orders(curve, quantity) result(visible)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: quantity
@@ -79,7 +104,7 @@ contains
         low = min(low, values(of_peak), values(of_rms))
         high = max(high, values(of_peak), values(of_rms))
         do k = 1, min(curve%order%orders, most_orders)
-          most(k) = max(most(k), values(of_rms + k))
+          most(k) = max(most(k), sqrt(0.5_dp) * values(of_rms + k))
         end do
       end associate
     end do
@@ -123,9 +148,9 @@ contains
       & // "shown(v) = v == v ? (v > 0.1 * least ? v : 0.1 * least) : NaN" // newline &
       & // "if (valid) {" // newline // decade_lines("least", "2 * high") // "} else { set yrange [0:1] }" // newline &
       & // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot NaN notitle" &
-      & // line(first + of_peak, 1, "2.5") // line(first + of_rms, 2, "2")
+      & // line(first + of_peak, 1, "2.5", "") // line(first + of_rms, 2, "2", "")
     do k = 1, size(orders)
-      if (orders(k)) lines = lines // line(first + of_rms + k, 2 + k, "1.5")
+      if (orders(k)) lines = lines // line(first + of_rms + k, 2 + k, "1.5", "sqrt(0.5) * ")
     end do
     do k = 1, size(found)
       if (.not. found(k)) cycle
@@ -134,13 +159,13 @@ contains
     end do
   end function curve_panel
 
-  pure function line(number, style, width) result(words)
+  pure function line(number, style, width, factor) result(words)
     integer, intent(in) :: number, style
-    character(len=*), intent(in) :: width
+    character(len=*), intent(in) :: width, factor
     character(len=:), allocatable :: words
 
-    words = ", for [i=1:valid] 'resonance.csv' using 1:(shown(" // trim(column(number)) // ")) with lines lt " // text(style) &
-      & // " lw " // width // " notitle"
+    words = ", for [i=1:valid] 'resonance.csv' using 1:(shown(" // factor // trim(column(number)) // ")) with lines lt " &
+      & // text(style) // " lw " // width // " notitle"
   end function line
 
   pure character(len=16) function column(number)

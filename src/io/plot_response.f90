@@ -4,6 +4,7 @@ module gestell_io_plot_response
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_io_plot, only: axis_unit_type, heading, panel_heading, pick_unit, span, write_script
+  use gestell_io_significance, only: noise_of
   use gestell_model_frame, only: frame_type
   use gestell_study_vibration, only: vibration_type
   implicit none (type, external)
@@ -21,29 +22,30 @@ module gestell_io_plot_response
 
 contains
 
-  !> response.gp: the frame's motion and the forces on the ground over the crank angle; `verdict` may be empty.
+  !> response.gp: the frame's motion and the forces on the ground over the crank angle.
   !> Error: it cannot be written.
-  subroutine plot_response(folder, preamble, frame, vibration, verdict, error)
-    character(len=*), intent(in) :: folder, preamble(:), verdict
+  subroutine plot_response(folder, preamble, frame, vibration, error)
+    character(len=*), intent(in) :: folder, preamble(:)
     type(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: unit
-    real(dp) :: factor
+    real(dp) :: factor, told
     integer :: i, k
 
     lines = "set multiplot layout 3,2 margins 0.125,0.975,0.1,0.86 spacing 0.135,0.065 title " &
-      & // heading(preamble, "Periodic vibration and forces on the ground at " // speed_in_words(frame) // in_brackets(verdict)) &
+      & // heading(preamble, "Periodic vibration and forces on the ground at " // speed_in_words(frame)) &
       & // " noenhanced" // newline // "set xtics 90; set format x ''" // newline &
       & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed))) // "]" // newline
     do i = 1, size(shown)
       k = shown(i)
       unit = pick_unit(trim(si(i)), vibration%peak(k))
       read (unit%factor, *) factor
+      told = factor * noise_of(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first_of(k):first_of(k) + 2)))
       if (i == size(shown) - 1) lines = lines // "set format x; set xlabel 'crank angle (deg)'" // newline
-      lines = lines // panel_heading("peak " // concise(factor * vibration%peak(k), 4) // ", rms " &
-        & // concise(factor * vibration%rms(k), 4) // " " // trim(unit%name)) &
+      lines = lines // panel_heading("peak " // concise(told * vibration%peak(k), 4) // ", rms " &
+        & // concise(told * vibration%rms(k), 4) // " " // trim(unit%name)) &
         & // "set ylabel '" // trim(symbols(i)) // " (" // trim(unit%name) // ")'" // newline &
         & // "set yrange " // span(factor * vibration%history(k, :), factor * noise(vibration, k)) // newline &
         & // "plot 'response.csv' using 'crank_deg':(" // trim(unit%factor) // " * column('" // name_of(i) &
@@ -125,6 +127,13 @@ contains
     fills = all(i)
   end function fills
 
+  !> The first of the three quantities of the same kind.
+  pure integer function first_of(k)
+    integer, intent(in) :: k
+
+    first_of = 3 * ((k - 1) / 3) + 1
+  end function first_of
+
   !> The column of response.csv.
   pure function name_of(i) result(name)
     integer, intent(in) :: i
@@ -154,13 +163,5 @@ contains
 
     words = concise(frame%speed * 60 / (2 * pi), 6) // " rpm"
   end function speed_in_words
-
-  pure function in_brackets(words) result(more)
-    character(len=*), intent(in) :: words
-    character(len=:), allocatable :: more
-
-    more = ""
-    if (words /= "") more = " (" // words // ")"
-  end function in_brackets
 
 end module gestell_io_plot_response

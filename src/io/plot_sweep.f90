@@ -8,7 +8,7 @@ module gestell_io_plot_sweep
   use gestell_io_sweep_summary, only: summary_type
   use gestell_study_grid, only: axis_type, grid_type
   use gestell_study_tile_results, only: eta_peak, failed, impossible, log_rho_max, psi_peak, rho_max, stable, sweep_columns, &
-    & undecided, unstable, verdict, verdict_names, xi_peak
+    & undecided, unstable, verdict, verdict_behind, verdict_names, xi_peak
   implicit none (type, external)
   private
 
@@ -53,7 +53,7 @@ contains
     integer :: place(sweep_columns), panels
 
     place = places(columns, parameters)
-    growth = any(columns([rho_max, log_rho_max, verdict]))
+    growth = any(columns([rho_max, log_rho_max, verdict, verdict_behind]))
     peaks = any(columns([xi_peak, eta_peak, psi_peak]))
     panels = count([growth, peaks])
     x = "(X(column(" // text(k) // ")))"
@@ -152,7 +152,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: curves
     character(len=:), allocatable :: lines, value, label
-    integer :: place(sweep_columns)
+    integer :: place(sweep_columns), i
 
     place = places(columns, 2)
     if (columns(log_rho_max) .or. columns(rho_max)) then
@@ -163,7 +163,7 @@ contains
         & // ") eq 'unstable' ? 1 : strcol(" // text(place(verdict)) // ") eq 'undecided' ? 0 : NaN)"
       label = "-1 stable, 0 undecided, 1 unstable"
     else
-      value = "growth(column(" // text(maxval(place)) // ")) / log(10)"
+      value = "growth(column(" // text(maxval(place(:psi_peak), mask=[(i /= verdict, i = 1, psi_peak)])) // ")) / log(10)"
       label = "lg of the peak (m, rad)"
       if (columns(xi_peak)) value = "growth(column(" // text(place(xi_peak)) // ")) / log(10)"
     end if
@@ -200,6 +200,7 @@ contains
     integer :: i
 
     place = [(merge(parameters + count(columns(:i)), 0, columns(i)), i = 1, sweep_columns)]
+    if (columns(verdict_behind)) place(verdict) = place(verdict_behind)
   end function places
 
   !> ln |rho| of the greatest multiplier.

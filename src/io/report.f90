@@ -9,11 +9,18 @@ module gestell_io_report
   use gestell_floquet_solution, only: evidence, evidence_type
   use gestell_io_configuration, only: configuration_type
   use gestell_io_text, only: counted
+  use gestell_io_plausibility, only: implausible_lines
+  use gestell_io_report_multipliers, only: multiplier_lines
+  use gestell_io_significance, only: noise_of, order_words
   use gestell_io_text, only: padded
+  use gestell_io_verdict, only: section
+  use gestell_io_warnings, only: beyond_small
   use gestell_model_frame, only: frame_type, freedom_names
   use gestell_model_linkage, only: linkage_type
   use gestell_study_analysis, only: analysis_type
+  use gestell_study_mode_type, only: mode_type
   use gestell_study_resonance, only: describe_resonance, resonance_type
+  use gestell_study_small_motion, only: moved
   use gestell_study_vibration, only: vibration_type
   implicit none (type, external)
   private
@@ -25,15 +32,11 @@ module gestell_io_report
   real(dp), parameter :: near = 0.03_dp
   !> Orders above this hardly shake: nearness to them is not worth a word.
   real(dp), parameter :: highest_order = 50
-  !> rad: the cosine of a greater angle is off by more than half a per cent.
-  real(dp), parameter :: small_turn = 0.1_dp
-  !> A peak below this part of the greatest is what rounding leaves of zero.
-  real(dp), parameter :: rounding = 1.0e-9_dp
 
 contains
 
   !> What was read: title, machine, drive.
-  pure function report_machine(configuration, input) result(report)
+  function report_machine(configuration, input) result(report)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: input
     character(len=:), allocatable :: report
@@ -63,7 +66,9 @@ contains
         & "no &support and no stiffness of the &foundation holds the frame"
       report = report // newline // "  drive      " // concise(abs(frame%speed) * 30 / pi) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
-        & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline
+        & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline &
+        & // "  motor      on the frame: it holds this speed whatever torque that takes, and the torque reacts on the frame" &
+        & // newline // implausible_lines(frame)
       if (configuration%tasks%averaged) report = report // "  model      averaged: M, B, C constant, their means over " // &
         & "the turn; the full load h(t)" // newline
     end associate
@@ -87,27 +92,26 @@ contains
     line = line // " Hz; the crank turns at " // concise(1 / frame%period, 4) // " Hz" // newline
   end function report_frequencies
 
-  !> What was found, for what was asked for. `frequencies`: natural frequencies (rad/s).
-  pure function report_results(configuration, analysis, frequencies) result(report)
+  !> What was found, for what was asked for. `frequencies`: natural frequencies (rad/s); `modes`: none where they cannot be told.
+  pure function report_results(configuration, analysis, frequencies, modes) result(report)
     type(configuration_type), intent(in) :: configuration
     type(analysis_type), intent(in) :: analysis
     real(dp), intent(in) :: frequencies(:)
+    type(mode_type), intent(in) :: modes(:)
     character(len=:), allocatable :: report
 
     associate (frame => configuration%frame)
       report = ""
       if (allocated(analysis%multipliers)) report = report // verdict_lines(analysis%multipliers, frame%period)
       report = report // evidence_lines(analysis, configuration%accuracy)
-      if (allocated(analysis%multipliers)) report = report // multiplier_lines(analysis%multipliers)
+      if (allocated(analysis%vibration)) report = report // beyond_small([moved(frame, analysis%vibration%peak(:3))])
+      if (configuration%tasks%stability .or. configuration%tasks%modes) report = report &
+        & // multiplier_lines(analysis%multipliers, modes, abs(frame%speed))
       report = report // frequency_lines(frequencies, abs(frame%speed))
       if (allocated(analysis%vibration)) then
-        if (configuration%tasks%response) report = report &
-          & // vibration_lines(analysis%vibration, frame, configuration%tasks%averaged)
+        if (configuration%tasks%response) report = report // vibration_lines(analysis%vibration, frame, &
+          & configuration%tasks%averaged, trim(analysis%multipliers%verdict()))
         if (allocated(analysis%resonance)) report = report // resonance_lines(analysis%resonance)
-        if (allocated(analysis%multipliers)) then
-          if (analysis%multipliers%verdict() /= "stable") report = report // newline // &
-            & "  This vibration is not reached from rest unless the free vibrations die out." // newline
-        end if
       end if
     end associate
   end function report_results
@@ -227,23 +231,6 @@ contains
     if (found%angles > 0) words = words // "reduction on " // counted(found%angles, "angle")
   end function ways_taken
 
-  pure function multiplier_lines(multipliers) result(lines)
-    type(multipliers_type), intent(in) :: multipliers
-    character(len=:), allocatable :: lines
-    integer :: k
-
-    lines = newline // "MULTIPLIERS AND EXPONENTS" // newline // &
-      & "         re rho         im rho          |rho|    error   growth 1/s   frequency rad/s" // newline
-    do k = 1, size(multipliers%rho)
-      lines = lines // text(k) // repeat(" ", 2 - len(text(k))) &
-        & // padded(concise(real(multipliers%rho(k)), 9), 15) // padded(concise(aimag(multipliers%rho(k)), 9), 15) &
-        & // padded(concise(abs(multipliers%rho(k)), 9), 15) // padded(concise(multipliers%error(k), 1), 9) &
-        & // padded(concise(real(multipliers%exponent(k)), 5), 13) // padded(concise(aimag(multipliers%exponent(k)), 7), 18) &
-        & // newline
-    end do
-    lines = lines // "  (error: bound relative to |rho|; frequency: up to multiples of the crank speed)" // newline
-  end function multiplier_lines
-
   !> Natural frequencies beside the crank speed: where resonance is near.
   pure function frequency_lines(frequencies, speed) result(lines)
     real(dp), intent(in) :: frequencies(:), speed
@@ -314,37 +301,39 @@ contains
     lines = "  near resonance: " // lines // newline
   end function resonance_lines
 
-  pure function vibration_lines(vibration, frame, averaged) result(lines)
+  pure function vibration_lines(vibration, frame, averaged, verdict) result(lines)
     type(vibration_type), intent(in) :: vibration
     type(frame_type), intent(in) :: frame
     logical, intent(in) :: averaged
+    character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     character(len=*), parameter :: names(9) = [character(len=22) :: "xi of F", "eta of F", "psi", "xi velocity", &
       & "eta velocity", "psi velocity", "force on ground, x", "force on ground, y", "moment on ground"]
     character(len=*), parameter :: units(9) = [character(len=6) :: "mm", "mm", "mrad", "mm/s", "mm/s", "mrad/s", "N", "N", "N m"]
     real(dp), parameter :: factors(9) = [1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0_dp, 1.0_dp, 1.0_dp]
+    real(dp) :: noise
     integer :: i, order
 
-    lines = newline // "PERIODIC VIBRATION" // newline // &
-      & "                              peak       error         rms           strongest order" // newline
+    lines = section("PERIODIC VIBRATION", verdict) // &
+      & "                              peak       error         rms           strongest order, its part of rms^2" // newline
     do i = 1, 9
       if (.not. any(frame%free == 1 + mod(i - 1, 3))) cycle
       associate (series => vibration%series(i))
-        lines = lines // "  " // names(i) // padded(concise(factors(i) * vibration%peak(i), 5), 10) &
+        noise = noise_of(vibration%peak(i), vibration%peak_error(i), greatest_beside(vibration, frame, i))
+        lines = lines // "  " // names(i) // padded(concise(factors(i) * noise * vibration%peak(i), 5), 10) &
           & // padded(concise(factors(i) * vibration%peak_error(i), 1), 12) &
-          & // padded(concise(factors(i) * vibration%rms(i), 5), 12) &
+          & // padded(concise(factors(i) * noise * vibration%rms(i), 5), 12) &
           & // "  " // units(i) // "  "
         order = maxloc(series%amplitude, dim=1)
-        if (vibration%peak(i) > vibration%peak_error(i)) lines = lines // text(order) // " (" &
-          & // concise(factors(i) * series%amplitude(order), 4) // ")"
+        if (vibration%peak(i) > vibration%peak_error(i)) lines = lines // order_words(order, series%amplitude(order), &
+          & vibration%rms(i))
         lines = lines // newline
       end associate
     end do
-    if (any(vibration%peak_error(frame%free) >= vibration%peak(frame%free) .and. vibration%peak(frame%free) > 0 &
-      & .and. .not. vibration%peak(frame%free) < rounding * maxval(vibration%peak(frame%free)))) lines = lines // &
+    if (any([(vibration%peak_error(frame%free(i)) >= vibration%peak(frame%free(i)) .and. vibration%peak(frame%free(i)) > 0 &
+      & .and. noise_of(vibration%peak(frame%free(i)), vibration%peak_error(frame%free(i)), &
+      & greatest_beside(vibration, frame, frame%free(i))) > 0, i = 1, size(frame%free))])) lines = lines // &
       & "  note: an error is as great as its peak, which tells nothing then; more steps, or a smaller tolerance, may" // newline
-    if (vibration%peak(3) > small_turn) lines = lines // "  note: psi is no small angle; the equations hold for small ones " &
-      & // "only" // newline
     if (averaged) then
       lines = lines // "  harmonic by harmonic: condition at worst " // concise(vibration%start%condition, 2) // ", costs " &
         & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits" // newline
@@ -354,5 +343,20 @@ contains
       & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits; motion closes after a turn to " &
       & // concise(vibration%closing_defect, 1) // newline
   end function vibration_lines
+
+  !> The greatest peak of the kind of the `i`-th quantity, turns and moments made comparable by the frame's radius of gyration.
+  pure real(dp) function greatest_beside(vibration, frame, i) result(greatest)
+    type(vibration_type), intent(in) :: vibration
+    type(frame_type), intent(in) :: frame
+    integer, intent(in) :: i
+    real(dp) :: scale(3)
+    integer :: first
+
+    first = 3 * ((i - 1) / 3) + 1
+    scale = 1
+    if (frame%mass > 0 .and. frame%inertia > 0) scale(3) = sqrt(frame%inertia / frame%mass)
+    if (first == 7) scale(3) = 1 / scale(3)
+    greatest = maxval(vibration%peak(first:first + 2) * scale) / scale(i - first + 1)
+  end function greatest_beside
 
 end module gestell_io_report

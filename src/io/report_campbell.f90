@@ -3,6 +3,7 @@ module gestell_io_report_campbell
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
   use gestell_io_text, only: counted, padded
+  use gestell_io_warnings, only: beyond_small, left_at
   use gestell_study_campbell, only: campbell_point_type, campbell_type
   use gestell_study_campbell_crossings, only: crossing_type
   use gestell_study_critical, only: amplitude, critical_type, force, no_peak, peak, self_excited
@@ -10,7 +11,7 @@ module gestell_io_report_campbell
   implicit none (type, external)
   private
 
-  public :: report_campbell, report_critical
+  public :: campbell_verdict, critical_verdict, report_campbell, report_critical
 
   character, parameter :: newline = new_line("a")
   !> Lines of a table, at the most.
@@ -32,6 +33,7 @@ contains
 
     report = newline // "CAMPBELL DIAGRAM  of " // counted(campbell%modes, "mode") // " at " &
       & // counted(count(campbell%points%ordered), "speed") // newline
+    if (campbell_verdict(campbell) /= "stable") report = report // "  " // campbell_verdict(campbell) // newline
     solved = campbell%points%solved
     if (.not. any(solved)) then
       report = report // "  no mode can be told at any of the speeds" // newline
@@ -142,9 +144,12 @@ contains
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: orders
     character(len=:), allocatable :: report
+    character(len=:), allocatable :: force_column
     integer :: i, listed, quiet
 
     report = newline // "CRITICAL SPEEDS of the orders 1 to " // text(orders) // newline
+    if (critical_verdict(critical) /= "stable") report = report // "  " // critical_verdict(critical) // newline
+    report = report // beyond_small(pack(critical%moved, [(any(critical(i)%found), i = 1, size(critical))]))
     if (size(critical) == 0) then
       report = report // "  no crossing with a multiple of the speed within the range" // newline
       return
@@ -164,7 +169,12 @@ contains
         if (c%outcome == peak) then
           report = report // padded(fixed(c%speed(amplitude), 5), 21) // padded(concise(c%half_width, 3), 13) &
             & // padded(concise(1000 * c%height(amplitude), 4), 17)
-          if (c%found(force)) report = report // padded(concise(c%height(force), 4), 26)
+          force_column = ""
+          if (c%found(force)) force_column = concise(c%height(force), 4)
+          force_column = padded(force_column, 26)
+          if (c%verdict /= "stable") force_column = force_column // "  " // trim(c%verdict)
+          if (.not. c%moved%small()) force_column = force_column // "  not small"
+          report = report // trim(force_column)
         else
           report = report // padded(fixed(c%crossing%speed, 5), 21) // "   "
           if (c%outcome == self_excited) then
@@ -180,6 +190,33 @@ contains
     if (listed > most_listed) report = report // "  ... all in critical.csv" // newline
     if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a peak that can be noticed" // newline
   end function report_critical
+
+  !> What heads the diagram and its files: "stable" where no free vibration grows, nor may grow, at any of its speeds.
+  pure function campbell_verdict(campbell) result(words)
+    type(campbell_type), intent(in) :: campbell
+    character(len=:), allocatable :: words
+    logical, dimension(size(campbell%points)) :: unstable, undecided
+    integer :: i
+
+    do i = 1, size(campbell%points)
+      associate (modes => campbell%points(i)%modes(:campbell%modes))
+        unstable(i) = any(modes%told .and. modes%growth > modes%error)
+        undecided(i) = .not. unstable(i) .and. any(modes%told .and. modes%growth >= -modes%error)
+      end associate
+    end do
+    words = left_at(campbell%points%speed, unstable, undecided, "speeds", "a free vibration grows")
+    if (words == "") words = "stable"
+  end function campbell_verdict
+
+  !> What heads critical speeds and their files: "stable" where the machine keeps to all vibrations that are told.
+  pure function critical_verdict(critical) result(words)
+    type(critical_type), intent(in) :: critical(:)
+    character(len=:), allocatable :: words
+
+    words = left_at(critical%crossing%speed, critical%verdict == "unstable", critical%verdict == "undecided", "crossings", &
+      & "the machine leaves these vibrations")
+    if (words == "") words = "stable"
+  end function critical_verdict
 
   !> Filled with blanks to a width.
   pure function flush_left(string, width) result(column)

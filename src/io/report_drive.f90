@@ -3,6 +3,7 @@ module gestell_io_report_drive
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed
   use gestell_io_text, only: padded
+  use gestell_io_verdict, only: section
   use gestell_study_drive, only: drive_type, torque_type
   implicit none (type, external)
   private
@@ -10,20 +11,27 @@ module gestell_io_report_drive
   public :: drive_lines
 
   character, parameter :: newline = new_line("a")
+  !> What lies below this part of the greatest torque is what roundings leave of zero.
+  real(dp), parameter :: rounding = 1.0e-13_dp
 
 contains
 
   !> Torque over the turn and the balance of power. `speed`: of the crank (rad/s).
-  pure function drive_lines(drive, speed) result(lines)
+  pure function drive_lines(drive, speed, verdict) result(lines)
     type(drive_type), intent(in) :: drive
     real(dp), intent(in) :: speed
+    character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
+    type(torque_type) :: rigid
 
-    lines = newline // "DRIVE, torque on the crank, without gravity and process forces (N m, counter-clockwise positive)" &
-      & // newline // &
+    ! Of a balanced mechanism the torque on a rigid frame is nothing but roundings.
+    rigid = drive%rigid
+    if (abs(rigid%peak) <= rounding * abs(drive%actual%peak)) rigid = torque_type()
+    lines = section("DRIVE, torque on the crank, without gravity and process forces (N m, counter-clockwise positive)", &
+      & verdict) // &
       & "                              peak    at crank deg         rms        mean" // newline &
       & // torque_line("on the frame as it is", drive%actual, speed) // "   peak's error " // concise(drive%peak_error, 1) &
-      & // newline // torque_line("on a rigid frame", drive%rigid, speed) // newline &
+      & // newline // torque_line("on a rigid frame", rigid, speed) // newline &
       & // "  mean power of the drive " // concise(drive%drive_mean, 5) // " W, of the dampers " // concise(drive%dampers_mean, 5) &
       & // " W, greatest of the drive " // concise(drive%greatest, 4) // " W; the balance is missed by " &
       & // concise(drive%defect(), 1) // " of that" // newline
@@ -34,9 +42,6 @@ contains
     type(torque_type), intent(in) :: told
     real(dp), intent(in) :: speed
     character(len=:), allocatable :: line
-    !> A mean below this part of the peak is what roundings leave of zero.
-    real(dp), parameter :: rounding = 1.0e-13_dp
-
     line = "  " // name // repeat(" ", max(0, 22 - len(name))) // padded(concise(told%peak, 5), 10) &
       & // padded(fixed(sign(360.0_dp, speed) * told%peak_phase, 1), 16) // padded(concise(told%rms, 5), 12) &
       & // padded(concise(merge(0.0_dp, told%mean, abs(told%mean) < rounding * abs(told%peak)), 5), 12)

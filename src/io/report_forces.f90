@@ -2,7 +2,9 @@
 module gestell_io_report_forces
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed, text
+  use gestell_io_significance, only: noise_of, order_words
   use gestell_io_text, only: padded
+  use gestell_io_verdict, only: section
   use gestell_study_ground, only: along_x, along_y, moment, place_type, whole_force
   implicit none (type, external)
   private
@@ -14,13 +16,15 @@ module gestell_io_report_forces
 contains
 
   !> Every place and the total, and which support carries most.
-  pure function force_lines(places, speed) result(lines)
+  pure function force_lines(places, speed, verdict) result(lines)
     type(place_type), intent(in) :: places(:)
     real(dp), intent(in) :: speed
+    character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     integer :: i, most
 
-    lines = newline // "FORCES ON THE GROUND (N), without weight; f: the size of the vector" // newline // &
+    lines = section("FORCES ON THE GROUND (N), without weight; f: the size of the vector; %: the order's part of its mean square", &
+      & verdict) // &
       & "                                fx peak       rms   fy peak       rms    f peak    error       rms  crest   strongest" &
       & // newline
     do i = 1, size(places)
@@ -38,7 +42,8 @@ contains
       end if
       if (total%statistics(whole_force)%peak > 0) lines = lines // "  all together up to " &
         & // concise(total%statistics(whole_force)%peak, 5) // " N" // crank_angle(total, whole_force) // newline
-      if (total%statistics(moment)%peak > 0) lines = lines // "  their moment about F up to " &
+      if (total%statistics(moment)%peak * noise_of(total%statistics(moment)%peak, total%statistics(moment)%peak_error, &
+        & arm(places) * total%statistics(whole_force)%peak) > 0) lines = lines // "  their moment about F up to " &
         & // concise(total%statistics(moment)%peak, 5) // " N m" // crank_angle(total, moment) // ", rms " &
         & // concise(total%statistics(moment)%rms, 5) // " N m" // newline
     end associate
@@ -56,9 +61,19 @@ contains
 
   end function force_lines
 
+  !> The greatest distance of a place from F (m); 1 where all are there.
+  pure real(dp) function arm(places)
+    type(place_type), intent(in) :: places(:)
+    integer :: i
+
+    arm = maxval([(norm2(places(i)%position), i = 1, size(places))])
+    if (.not. arm > 0) arm = 1
+  end function arm
+
   pure function place_line(place) result(line)
     type(place_type), intent(in) :: place
     character(len=:), allocatable :: line
+    real(dp) :: zero(2)
     integer :: order
 
     line = "  " // trim(place%name)
@@ -67,10 +82,12 @@ contains
     line = line // repeat(" ", max(0, 29 - len(line)))
     associate (fx => place%statistics(along_x), fy => place%statistics(along_y), f => place%statistics(whole_force))
       order = f%strongest()
-      line = line // padded(concise(fx%peak, 5), 10) // padded(concise(fx%rms, 5), 10) // padded(concise(fy%peak, 5), 10) &
-        & // padded(concise(fy%rms, 5), 10) // padded(concise(f%peak, 5), 10) // padded(concise(f%peak_error, 1), 9) &
+      zero = [noise_of(fx%peak, fx%peak_error, f%peak), noise_of(fy%peak, fy%peak_error, f%peak)]
+      line = line // padded(concise(zero(1) * fx%peak, 5), 10) // padded(concise(zero(1) * fx%rms, 5), 10) &
+        & // padded(concise(zero(2) * fy%peak, 5), 10) // padded(concise(zero(2) * fy%rms, 5), 10) &
+        & // padded(concise(f%peak, 5), 10) // padded(concise(f%peak_error, 1), 9) &
         & // padded(concise(f%rms, 5), 10) // padded(fixed(f%crest(), 2), 7)
-      if (order > 0) line = line // "   " // text(order) // " (" // concise(f%amplitude(order), 4) // ")"
+      if (order > 0) line = line // "   " // order_words(order, f%amplitude(order), f%rms)
     end associate
   end function place_line
 

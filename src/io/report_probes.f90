@@ -3,6 +3,7 @@ module gestell_io_report_probes
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_io_text, only: padded
+  use gestell_io_verdict, only: judged, section
   use gestell_study_watched, only: probe_parts, velocity_part, watched_type
   implicit none (type, external)
   private
@@ -14,17 +15,18 @@ module gestell_io_report_probes
 contains
 
   !> Every probe, with its verdict where it has a limit. `period`: of the crank (s).
-  pure function probe_lines(watched, period) result(lines)
+  pure function probe_lines(watched, period, verdict) result(lines)
     type(watched_type), intent(in) :: watched(:)
     real(dp), intent(in) :: period
+    character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     integer :: i
 
-    lines = newline // "VIBRATION AT PROBES, peaks of the size of the vector, and rms in the direction where it is greatest" &
-      & // newline // "                               displacement mm  velocity mm/s  acceleration m/s^2   rms in band mm/s" &
+    lines = section("VIBRATION AT PROBES, peaks of the size of the vector, and rms in the direction where it is greatest", &
+      & verdict) // "                               displacement mm  velocity mm/s  acceleration m/s^2   rms in band mm/s" &
       & // newline
     do i = 1, size(watched)
-      lines = lines // probe_line(watched(i)) // newline // band_line(watched(i), period) // newline
+      lines = lines // probe_line(watched(i)) // newline // band_line(watched(i), period, verdict) // newline
     end do
   end function probe_lines
 
@@ -45,9 +47,10 @@ contains
   end function probe_line
 
   !> Which orders the band holds, and the verdict.
-  pure function band_line(watched, period) result(line)
+  pure function band_line(watched, period, verdict) result(line)
     type(watched_type), intent(in) :: watched
     real(dp), intent(in) :: period
+    character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: line
     !> The band leaves out what makes the whole so many times as great.
     real(dp), parameter :: much = 1.5_dp
@@ -63,6 +66,7 @@ contains
         line = line // "orders " // text(nint(orders(1))) // " to " // text(nint(orders(2))) // " of the crank"
       end if
       if (limit > 0) line = line // "; " // against_limit(watched)
+      if (limit > 0 .and. judged(verdict) /= "") line = line // newline // "    " // judged(verdict)
       whole = watched%statistics(velocity_part)%rms
       if (whole > much * watched%greatest .and. orders(1) > 1) line = line // newline // "    mind the lower end of the band: " // &
         & "the velocity in all orders together has an rms of " // concise(1000 * whole, 4) // " mm/s"
@@ -88,10 +92,11 @@ contains
     end associate
   end function against_limit
 
-  !> One sentence for every probe that has a limit.
-  pure function limits_told(watched) result(sentences)
+  !> One sentence for every probe that has a limit. `verdict`: of the machine.
+  pure function limits_told(watched, verdict) result(sentences)
     type(watched_type), intent(in) :: watched(:)
-    character(len=200), allocatable :: sentences(:)
+    character(len=*), intent(in) :: verdict
+    character(len=300), allocatable :: sentences(:)
     integer :: i, n
 
     allocate(sentences(count(watched%probe%limit > 0)))
@@ -101,6 +106,7 @@ contains
       n = n + 1
       sentences(n) = trim(watched(i)%probe%name) // ": " // concise(1000 * watched(i)%greatest, 4) // " mm/s, " &
         & // against_limit(watched(i))
+      if (judged(verdict) /= "") sentences(n) = judged(verdict) // "; " // sentences(n)
     end do
   end function limits_told
 

@@ -3,15 +3,16 @@ module gestell_io_report_resonance
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_io_text, only: counted, padded
+  use gestell_io_warnings, only: beyond_small, left_at
   use gestell_model_quantity, only: quantity_type
   use gestell_study_resonance_curve, only: resonance_curve_type
   use gestell_study_resonance_maxima, only: maximum_type
-  use gestell_study_speed_point, only: in_resonance, reached, state_names, unreached
+  use gestell_study_speed_point, only: in_resonance, marginal, reached, state_names, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
   private
 
-  public :: report_resonance
+  public :: report_resonance, told_of
 
   character, parameter :: newline = new_line("a")
   !> Maxima of a quantity that are listed, at the most.
@@ -29,7 +30,9 @@ contains
     refined = count(curve%points%refined)
     report = newline // "RESONANCE CURVE  " // concise(curve%points(1)%speed, 9) // " to " // concise(curve%points(n)%speed, 9) &
       & // " rpm, " // counted(n - refined, "speed") // " of the grid and " // text(refined) // " between" // newline
-    do i = reached + 1, ubound(state_names, 1)
+    if (told_of(curve) /= "stable") report = report // "  " // told_of(curve) // newline
+    report = report // beyond_small(pack(curve%points%moved, curve%points%state <= unreached))
+    do i = unreached + 1, ubound(state_names, 1)
       if (count(curve%points%state == i) == 0) cycle
       report = report // "  note: at " // counted(count(curve%points%state == i), "speed") // " " // words(i) // newline
     end do
@@ -40,13 +43,23 @@ contains
     end do
   end function report_resonance
 
+  !> What heads the curve and its files: "stable" where the machine keeps to all of its vibrations.
+  pure function told_of(curve) result(words)
+    type(resonance_curve_type), intent(in) :: curve
+    character(len=:), allocatable :: words
+
+    associate (points => curve%points)
+      words = left_at(points%speed, points%state == unreached, points%state == marginal, "speeds", &
+        & "the machine leaves these vibrations")
+      if (words == "") words = "stable"
+    end associate
+  end function told_of
+
   pure function words(state) result(sentence)
     integer, intent(in) :: state
     character(len=:), allocatable :: sentence
 
     select case (state)
-    case (unreached)
-      sentence = "the machine is unstable: its periodic vibration is never reached"
     case (in_resonance)
       sentence = "a resonance leaves no periodic vibration"
     case default
@@ -114,6 +127,7 @@ contains
     end if
     line = line // padded(text(maximum%strongest_order), 8)
     if (maximum%state /= reached) line = line // "  " // trim(state_names(maximum%state))
+    if (.not. maximum%small) line = line // "  not small"
   end function line_of
 
 end module gestell_io_report_resonance

@@ -3,9 +3,11 @@ module gestell_io_report_sensitivity
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed
   use gestell_io_text, only: padded
+  use gestell_io_verdict, only: section
+  use gestell_io_warnings, only: beyond_small
   use gestell_model_quantity, only: quantity_type
   use gestell_study_sensitivity, only: sensitivity_base_type, sensitivity_type
-  use gestell_study_speed_point, only: reached, state_names
+  use gestell_study_speed_point, only: state_names
   implicit none (type, external)
   private
 
@@ -23,9 +25,8 @@ contains
     character(len=:), allocatable :: report
     integer :: i
 
-    report = newline // "SENSITIVITY  per cent of change for one per cent more of a parameter, greatest effect first" // newline
-    if (base%state /= reached) report = report // "  note: the machine is '" // trim(state_names(base%state)) &
-      & // "', its periodic vibration is not reached" // newline
+    report = section("SENSITIVITY  per cent of change for one per cent more of a parameter, greatest effect first", &
+      & trim(state_names(base%state))) // beyond_small([base%moved])
     do i = 1, size(quantities)
       report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &
         & // trim(quantities(i)%unit) // ", rms " // concise(base%values(2, i), 6) // newline &

@@ -5,7 +5,8 @@ module gestell_io_report_sweep
   use gestell_io_sweep, only: sweep_plan_type
   use gestell_io_sweep_summary, only: summary_type
   use gestell_io_text, only: counted
-  use gestell_study_tile_results, only: rho_max, verdict, verdict_names
+  use gestell_io_warnings, only: small_motion_limits
+  use gestell_study_tile_results, only: rho_max, verdict_column, verdict_names
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -42,7 +43,7 @@ contains
     integer :: k
 
     report = newline
-    if (plan%order%columns(verdict)) then
+    if (verdict_column(plan%order%columns) > 0) then
       do k = 0, size(summary%verdicts) - 1
         if (summary%verdicts(k) == 0) cycle
         report = report // "  " // verdict_names(k) // "  " // big(summary%verdicts(k)) // " points (" &
@@ -57,6 +58,9 @@ contains
       end do
       report = report // newline
     end if
+    if (summary%turned > 0) report = report // "  BEYOND SMALL MOTIONS at " // big(summary%turned) // " points: psi reaches " &
+      & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the equations are linear: psi up to " &
+      & // small_motion_limits(0.0_dp) // newline
     report = report // "  rests on    " // big(summary%solutions) // " solutions"
     if (summary%checks > 0) report = report // "; " // big(summary%checks) // " points were compared with solutions of " // &
       & "their own," // newline // "              greatest deviation of Phi " // concise(summary%deviation, 2)

@@ -7,7 +7,7 @@ module gestell_io_resonance_csv
   use gestell_io_plot_resonance, only: plot_peaks, plot_resonance
   use gestell_model_quantity, only: quantity_type
   use gestell_study_resonance_curve, only: resonance_curve_type
-  use gestell_study_speed_point, only: state_names
+  use gestell_study_speed_point, only: state_names, unreached
   implicit none (type, external)
   private
 
@@ -36,6 +36,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: header, name, unit
     character(len=48), allocatable :: labels(:)
+    character(len=3), allocatable :: tails(:)
     real(dp), allocatable :: values(:, :)
     integer :: i, k, columns
 
@@ -51,14 +52,16 @@ contains
         call add(header, name // "_order_" // text(k) // "_" // unit)
       end do
     end do
-    allocate(labels(size(curve%points)), values(columns * size(quantities), size(curve%points)))
+    call add(header, "small_motion")
+    allocate(labels(size(curve%points)), tails(size(curve%points)), values(columns * size(quantities), size(curve%points)))
     do i = 1, size(curve%points)
       associate (point => curve%points(i))
         labels(i) = exact(point%speed) // "," // trim(state_names(point%state)) // "," // merge("1", "0", point%refined)
         values(:, i) = reshape(point%values, [size(point%values)])
+        tails(i) = merge(merge("1  ", "0  ", point%moved%small()), "NaN", point%state <= unreached)
       end associate
     end do
-    call write_table(folder, "resonance.csv", preamble, header, values, error, labels=labels)
+    call write_table(folder, "resonance.csv", preamble, header, values, error, labels=labels, tails=tails)
   end subroutine write_curve
 
   !> A further column.
@@ -90,10 +93,11 @@ contains
         values(:, i) = [maximum%speed, maximum%value, maximum%width, maximum%damping_ratio]
         tails(i) = text(maximum%strongest_order) // "," // trim(state_names(maximum%state))
         if (maximum%unbounded) tails(i) = text(maximum%strongest_order) // ",unbounded"
+        tails(i) = trim(tails(i)) // "," // merge("1", "0", maximum%small)
       end associate
     end do
     call write_table(folder, "peaks.csv", preamble, "quantity,unit,speed_rpm,value,width_rpm,damping_ratio,strongest_order," &
-      & // "state", values, error, labels=labels, tails=tails)
+      & // "state,small_motion", values, error, labels=labels, tails=tails)
   end subroutine write_peaks
 
   !> A unit as a part of a header: m/s^2 becomes m_s2.

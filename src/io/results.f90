@@ -31,9 +31,8 @@ contains
     type(tasks_type), intent(in) :: tasks
     type(analysis_type), intent(in) :: analysis
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: verdict
 
-    if (allocated(analysis%multipliers)) then
+    if (tasks%stability .or. tasks%modes) then
       call write_multipliers(folder, preamble, analysis%multipliers, error)
       if (.not. allocated(error)) call plot_multipliers(folder, preamble, frame, analysis%multipliers, error)
       if (.not. allocated(error) .and. tasks%modes) then
@@ -43,10 +42,8 @@ contains
       if (allocated(error)) return
     end if
     if (allocated(analysis%vibration) .and. tasks%response) then
-      verdict = ""
-      if (allocated(analysis%multipliers)) verdict = trim(analysis%multipliers%verdict())
       call write_history(folder, preamble, frame, analysis%vibration, error)
-      if (.not. allocated(error)) call plot_response(folder, preamble, frame, analysis%vibration, verdict, error)
+      if (.not. allocated(error)) call plot_response(folder, preamble, frame, analysis%vibration, error)
       if (.not. allocated(error)) call write_harmonics(folder, preamble, frame, tasks%harmonics, analysis%vibration, error)
       if (.not. allocated(error)) call plot_harmonics(folder, preamble, frame, tasks%harmonics, analysis%vibration, error)
     end if

@@ -17,7 +17,7 @@ module gestell_io_sweep
   use gestell_study_boundary_task, only: border_order_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: column_names
+  use gestell_study_tile_results, only: column_names, eta_peak, psi_peak, sweep_columns, verdict, verdict_behind, xi_peak
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -273,7 +273,7 @@ contains
       end if
       order%engine = engine
       if (.not. has(groups(i), "columns")) cycle
-      call get(groups(i), "columns", columns, error, allowed=column_names)
+      call get(groups(i), "columns", columns, error, allowed=column_names(:psi_peak))
       if (allocated(error)) return
       if (i > 1 .and. has(groups(1), "columns") .and. any(wanted(columns) .neqv. order%columns)) then
         call input_error(groups(i), "columns", "are others than in " // label(groups(1)), error)
@@ -283,12 +283,14 @@ contains
     end do
   end subroutine read_order
 
+  !> The columns with these names, and the verdict behind peaks that were ordered without it.
   pure function wanted(columns)
     character(len=*), intent(in) :: columns(:)
-    logical :: wanted(size(column_names))
+    logical :: wanted(sweep_columns)
     integer :: i
 
-    wanted = [(any(columns == column_names(i)), i = 1, size(column_names))]
+    wanted = [(any(columns == column_names(i)), i = 1, sweep_columns)]
+    wanted(verdict_behind) = any(wanted([xi_peak, eta_peak, psi_peak])) .and. .not. wanted(verdict)
   end function wanted
 
   !> Whether two paths name a number in common.

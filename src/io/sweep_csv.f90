@@ -5,7 +5,7 @@ module gestell_io_sweep_csv
   use gestell_io_path, only: position_of_equals
   use gestell_io_scientific, only: number_width, put_number
   use gestell_study_grid, only: grid_type
-  use gestell_study_tile_results, only: column_names, sweep_columns, verdict, verdict_names
+  use gestell_study_tile_results, only: column_names, sweep_columns, verdict, verdict_column, verdict_names
   implicit none (type, external)
   private
 
@@ -39,12 +39,12 @@ contains
   end function header
 
   !> Header and line of one case: what was set by --set, all columns that are wanted of `values`, then further ones with their
-  !> names.
-  pure function case_lines(settings, columns, values, names, others) result(lines)
+  !> names, and last the verdict `word`, if there is one.
+  pure function case_lines(settings, columns, values, names, others, word) result(lines)
     character(len=*), intent(in) :: settings(:)
     logical, intent(in) :: columns(sweep_columns)
     real(dp), intent(in) :: values(sweep_columns), others(:)
-    character(len=*), intent(in) :: names(:)
+    character(len=*), intent(in) :: names(:), word
     character(len=:), allocatable :: lines
     character(len=:), allocatable :: head
     character(len=len(settings)) :: paths(size(settings))
@@ -73,6 +73,11 @@ contains
       number = text_of(others(i))
       lines = lines // number%word(:number%length) // ","
     end do
+    if (word /= "") then
+      if (len(head) > 0) head = head // ","
+      head = head // trim(column_names(verdict))
+      lines = lines // word // ","
+    end if
     lines = head // newline // lines(:len(lines) - 1) // newline
   end function case_lines
 
@@ -88,8 +93,7 @@ contains
     integer :: i, j, k, n, word
 
     allocate(character(len=size(values, 3) * size(values, 2) * (number_width + 1) * (size(values, 1) + 2)) :: lines)
-    word = 0
-    if (columns(verdict)) word = count(columns(:verdict))
+    word = verdict_column(columns)
     if (size(grid%axes) > 1) fast = [(text_of(grid%axes(2)%value(first(2) + j - 1)), j = 1, size(fast))]
     n = 0
     do i = 1, size(values, 3)

@@ -1,7 +1,8 @@
 !> What the points of a sweep tell together.
 module gestell_io_sweep_summary
   use gestell_base_kinds, only: dp
-  use gestell_study_tile_results, only: rho_max, sweep_columns, tile_results_type, verdict, verdict_names
+  use gestell_study_small_motion, only: small_turn
+  use gestell_study_tile_results, only: psi_peak, rho_max, sweep_columns, tile_results_type, verdict_column, verdict_names
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -14,6 +15,9 @@ module gestell_io_sweep_summary
     !> Range of rho_max and the point of the greatest, on each axis; nothing was found while least > most.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
     integer :: where(2) = 0
+    !> Points at which psi turns too far for linear equations, and the greatest of all (rad).
+    integer(int64) :: turned = 0
+    real(dp) :: greatest_turn = 0
     !> As in tile_results_type, of all tiles.
     integer(int64) :: solutions = 0, checks = 0
     real(dp) :: deviation = 0
@@ -44,12 +48,22 @@ contains
     integer :: i, j, column, word
 
     self%points = self%points + size(values, 2, kind=int64) * size(values, 3)
-    if (columns(verdict)) then
-      column = count(columns(:verdict))
+    column = verdict_column(columns)
+    if (column > 0) then
       do i = 1, size(values, 3)
         do j = 1, size(values, 2)
           word = nint(values(column, j, i))
           self%verdicts(word) = self%verdicts(word) + 1
+        end do
+      end do
+    end if
+    if (columns(psi_peak)) then
+      column = count(columns(:psi_peak))
+      do i = 1, size(values, 3)
+        do j = 1, size(values, 2)
+          if (ieee_is_nan(values(column, j, i))) cycle
+          if (values(column, j, i) > small_turn) self%turned = self%turned + 1
+          self%greatest_turn = max(self%greatest_turn, values(column, j, i))
         end do
       end do
     end if

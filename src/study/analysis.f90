@@ -25,11 +25,15 @@ module gestell_study_analysis
     logical :: averaged = .false.
     !> Rows of the whole motion that are kept, 0: none (gestell_model_quantity): what forces, probes and power are made of.
     integer :: rows = 0
+    !> The verdict, even where nothing of the above asks for it.
+    logical :: verdict = .false.
   contains
     procedure :: vibration
+    procedure :: judged
   end type tasks_type
 
-  !> What was asked for; the rest stays unallocated.
+  !> What was asked for; the rest stays unallocated. The multipliers come with every vibration: whether the machine keeps to it
+  !> is a part of what is told of it.
   type, public :: analysis_type
     type(floquet_type) :: floquet
     type(multipliers_type), allocatable :: multipliers
@@ -49,6 +53,13 @@ contains
 
     vibration = self%response .or. self%rows > 0
   end function vibration
+
+  !> Whether there is to be a verdict.
+  pure logical function judged(self)
+    class(tasks_type), intent(in) :: self
+
+    judged = self%stability .or. self%modes .or. self%verdict .or. self%vibration()
+  end function judged
 
   !> Verdict and vibration of a frame. Errors: a frame or tasks that make no sense; those of the parts; where
   !> the vibration fails, the multipliers are there, and the message names what it resonates with.
@@ -70,7 +81,7 @@ contains
       call solve_floquet(frame, accuracy, tasks%vibration(), analysis%floquet, error)
     end if
     if (allocated(error)) return
-    if (tasks%stability .or. tasks%modes) then
+    if (tasks%judged()) then
       allocate(analysis%multipliers)
       call solve_multipliers(analysis%floquet, tasks%modes, analysis%multipliers, error)
       if (allocated(error)) return

@@ -3,14 +3,16 @@ module gestell_study_critical
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_periodic_solution, only: periodic_solution_type, resonance
-  use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
+  use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: find_quantity, guide_forces, probe_type, quantity_type, velocities
   use gestell_study_campbell, only: campbell_order_type, check_campbell_order
   use gestell_study_campbell_crossings, only: crossing_type
   use gestell_study_family, only: family_type, take_member
   use gestell_study_motion, only: whole_motion
+  use gestell_study_small_motion, only: moved, moved_type
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
@@ -40,7 +42,25 @@ module gestell_study_critical
     real(dp), dimension(2) :: speed = 0, error = 0, height = 0, prominence = 0
     !> Part of the order in the mean square of the vibration at the peak of its amplitude.
     real(dp) :: share = 0
+    !> The verdict of the machine where the peaks are, the worst one, or at a crossing without a bound; empty where there is none.
+    character(len=10) :: verdict = ""
+    !> How far the frame moves at the peaks, of both the greatest.
+    type(moved_type) :: moved
   end type critical_type
+
+  !> Less than any amplitude or force.
+  real(dp), parameter :: nothing = -1
+
+  !> What a machine tells at one speed.
+  type :: response_type
+    !> The two quantities, infinite at resonance, `nothing` where there is no machine or no solution.
+    real(dp) :: values(2) = nothing
+    !> What the order has of them: its part in the mean square of the vibration, and its amplitude of the force over the greatest
+    !> force.
+    real(dp) :: shares(2) = 0
+    type(floquet_type) :: floquet
+    type(moved_type) :: moved
+  end type response_type
 
   !> The range that is looked at, in half widths, at the most this part of the speed; samples of it. A peak belongs to a crossing
   !> that is no more than about so many half widths away.
@@ -48,8 +68,6 @@ module gestell_study_critical
   integer, parameter :: samples = 37
   !> What stands out by less is no peak.
   real(dp), parameter :: least_prominence = 1.02_dp
-  !> Less than any amplitude or force.
-  real(dp), parameter :: nothing = -1
   !> Peaks are found as exactly, in half widths.
   real(dp), parameter :: exact = 1.0e-3_dp
 
@@ -126,7 +144,8 @@ contains
     type(crossing_type), intent(in) :: crossing
     type(critical_type), intent(out) :: critical
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: values(2, samples), speeds(samples), half, shares(2)
+    type(response_type) :: one
+    real(dp) :: values(2, samples), speeds(samples), half
     integer :: i, quantity
 
     critical%crossing = crossing
@@ -134,17 +153,21 @@ contains
       critical%half_width = 60 / (2 * pi) * max(abs(mode%growth), abs(mode%partner_growth)) / crossing%order
       if (mode%growth > mode%error) critical%outcome = self_excited
       if (max(abs(mode%growth), abs(mode%partner_growth)) <= mode%error) critical%outcome = unbounded
+      if (critical%outcome == self_excited) critical%verdict = "unstable"
+      if (critical%outcome == unbounded) critical%verdict = "undecided"
       if (critical%outcome /= no_peak) return
     end associate
     half = reach * critical%half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2
     half = min(max(half, reach * crossing%error), most_reach * abs(crossing%speed))
     do i = 1, samples
       speeds(i) = crossing%speed + half * (2.0_dp * (i - 1) / (samples - 1) - 1)
-      call respond(family, order, speeds(i), nint(crossing%order), values(:, i), shares, error)
+      call respond(family, order, speeds(i), nint(crossing%order), one, error)
       if (allocated(error)) return
+      values(:, i) = one%values
     end do
     if (any(values(amplitude, :) > huge(1.0_dp))) then
       critical%outcome = unbounded
+      critical%verdict = "undecided"
       return
     end if
     do quantity = 1, 2
@@ -163,7 +186,8 @@ contains
     type(critical_type), intent(inout) :: critical
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: golden = 0.381966_dp
-    real(dp) :: x(3), top, side, new, f, shares(2), foot
+    type(response_type) :: one
+    real(dp) :: x(3), top, side, new, f, foot
     integer :: i
 
     i = nearest_top(speeds, values, critical%crossing, critical%half_width)
@@ -173,8 +197,9 @@ contains
     do while (abs(x(3) - x(1)) > 2 * max(exact * critical%half_width, 4 * spacing(x(2))))
       side = merge(x(3), x(1), abs(x(3) - x(2)) > abs(x(2) - x(1)))
       new = x(2) + golden * (side - x(2))
-      call respond_one(new, f, error)
+      call respond(family, order, new, nint(critical%crossing%order), one, error)
       if (allocated(error)) return
+      f = one%values(quantity)
       if (f > top) then
         if ((new - x(2)) * (x(3) - x(2)) > 0) then
           x = [x(2), new, x(3)]
@@ -190,31 +215,35 @@ contains
     end do
     foot = max(valley(values, i, 1, top), valley(values, i, -1, top), tiny(top))
     if (top < least_prominence * foot) return
-    call respond_one(x(2), f, error)
+    call respond(family, order, x(2), nint(critical%crossing%order), one, error)
     if (allocated(error)) return
     ! An order that the accuracy does not tell from nothing; a force that rises by more than the order has is another's peak.
-    if (quantity == amplitude .and. shares(amplitude) < order%accuracy%tolerance) return
-    if (quantity == force .and. top - foot > 2 * shares(force) * top) return
+    if (quantity == amplitude .and. one%shares(amplitude) < order%accuracy%tolerance) return
+    if (quantity == force .and. top - foot > 2 * one%shares(force) * top) return
     critical%found(quantity) = .true.
     critical%speed(quantity) = x(2)
     critical%error(quantity) = abs(x(3) - x(1)) / 2
     critical%height(quantity) = top
     critical%prominence(quantity) = top / foot
-    if (quantity == amplitude) critical%share = shares(amplitude)
-
-  contains
-
-    subroutine respond_one(speed, f, error)
-      real(dp), intent(in) :: speed
-      real(dp), intent(out) :: f
-      type(error_type), allocatable, intent(out) :: error
-      real(dp) :: both(2)
-
-      call respond(family, order, speed, nint(critical%crossing%order), both, shares, error)
-      f = both(quantity)
-    end subroutine respond_one
-
+    if (quantity == amplitude) critical%share = one%shares(amplitude)
+    call judge(one, critical, error)
   end subroutine refine
+
+  !> Adds the verdict of a machine at a peak, the worst one counts, and how far it moves there. Error: LAPACK found no eigenvalues.
+  subroutine judge(one, critical, error)
+    type(response_type), intent(in) :: one
+    type(critical_type), intent(inout) :: critical
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: multipliers
+
+    call solve_multipliers(one%floquet, .false., multipliers, error)
+    if (allocated(error)) return
+    if (critical%verdict == "" .or. critical%verdict == "stable" .or. multipliers%verdict() == "unstable") &
+      & critical%verdict = multipliers%verdict()
+    critical%moved%turn = max(critical%moved%turn, one%moved%turn)
+    critical%moved%displacement = max(critical%moved%displacement, one%moved%displacement)
+    critical%moved%size = one%moved%size
+  end subroutine judge
 
   !> The sample that is a maximum, near enough to the crossing and nearest to it; 0: none.
   pure integer function nearest_top(speeds, values, crossing, half_width) result(top)
@@ -246,23 +275,18 @@ contains
     end do
   end function valley
 
-  !> The two quantities at a speed, infinite at resonance, `nothing` where there is no machine or no solution; and what the order
-  !> has of them: its part in the mean square of the vibration, and its amplitude of the force over the greatest force.
-  !> Error: the machine is not sound.
-  subroutine respond(family, order, speed, multiple, values, shares, error)
+  !> What the machine tells of the order `multiple` at a speed. Error: the machine is not sound.
+  subroutine respond(family, order, speed, multiple, one, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order
     real(dp), intent(in) :: speed
     integer, intent(in) :: multiple
-    real(dp), intent(out) :: values(2), shares(2)
+    type(response_type), intent(out) :: one
     type(error_type), allocatable, intent(out) :: error
     class(periodic_system), allocatable :: system
     type(averaged_system) :: model
-    type(floquet_type) :: floquet
     type(error_type), allocatable :: failure
 
-    values = nothing
-    shares = 0
     call take_member(family, [speed], system, error)
     if (allocated(error)) then
       if (error%code == impossible_mechanism) deallocate(error)
@@ -272,24 +296,23 @@ contains
     class is (frame_type)
       if (order%averaged) then
         call system%averaged(model)
-        call solve_floquet(model, order%accuracy, .true., floquet, failure)
-        if (.not. allocated(failure)) call measure(system, model, floquet, multiple, values, shares, failure)
+        call solve_floquet(model, order%accuracy, .true., one%floquet, failure)
+        if (.not. allocated(failure)) call measure(system, model, multiple, one, failure)
       else
-        call solve_floquet(system, order%accuracy, .true., floquet, failure)
-        if (.not. allocated(failure)) call measure(system, system, floquet, multiple, values, shares, failure)
+        call solve_floquet(system, order%accuracy, .true., one%floquet, failure)
+        if (.not. allocated(failure)) call measure(system, system, multiple, one, failure)
       end if
     end select
     if (.not. allocated(failure)) return
-    if (failure%message == resonance) values = ieee_value(1.0_dp, ieee_positive_inf)
+    if (failure%message == resonance) one%values = ieee_value(1.0_dp, ieee_positive_inf)
   end subroutine respond
 
   !> `system`: the frame itself, or its averaged model.
-  subroutine measure(frame, system, floquet, multiple, values, shares, error)
+  subroutine measure(frame, system, multiple, one, error)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
-    type(floquet_type), intent(in) :: floquet
     integer, intent(in) :: multiple
-    real(dp), intent(out) :: values(2), shares(2)
+    type(response_type), intent(inout) :: one
     type(error_type), allocatable, intent(out) :: error
     type(periodic_solution_type) :: start
     type(quantity_type) :: total
@@ -297,31 +320,34 @@ contains
     real(dp), allocatable :: x(:, :), motion(:, :), forces(:, :), phases(:)
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
     complex(dp) :: harmonic(size(frame%free)), wave(max(128, 8 * frame%least_steps, 16 * multiple))
-    real(dp) :: mass(size(frame%free), size(frame%free))
+    real(dp) :: mass(size(frame%free), size(frame%free)), reached(3)
     integer :: count, f, i
 
-    call solve_periodic(floquet, start, error)
+    call solve_periodic(one%floquet, start, error)
     if (allocated(error)) return
     count = size(wave)
     phases = [(real(i, dp) / count, i = 0, count - 1)]
-    call follow(frame, floquet, start, phases, x, error)
+    call follow(frame, one%floquet, start, phases, x, error)
     if (allocated(error)) return
     f = size(frame%free)
+    reached = 0
+    reached(frame%free) = maxval(abs(x(:f, :)), dim=2)
+    one%moved = moved(frame, reached)
     wave = [(exp(cmplx(0, -2 * pi * multiple * i / count, dp)), i = 0, count - 1)]
     harmonic = 2 * matmul(x(:f, :), wave) / count
     allocate(m(count, f, f), b(count, f, f), c(count, f, f))
     call system%sample_second_order(phases, m, b, c)
     mass = sum(m, dim=1) / count
-    values(amplitude) = sqrt(real(dot_product(harmonic, matmul(mass, harmonic))) / (frame%mass + frame%mechanism%mass))
+    one%values(amplitude) = sqrt(real(dot_product(harmonic, matmul(mass, harmonic))) / (frame%mass + frame%mechanism%mass))
     call find_quantity(frame, no_probes, "f", total, error)
     if (allocated(error)) return
     call whole_motion(frame, system, phases, x, merge(velocities, guide_forces, f == 3), motion)
     forces = matmul(transpose(motion), total%weights(:size(motion, 1), :))
-    values(force) = sqrt(greatest(sum(forces**2, dim=2)))
-    shares(force) = norm2(abs(2 * matmul(transpose(forces), wave) / count)) / max(values(force), tiny(values))
+    one%values(force) = sqrt(greatest(sum(forces**2, dim=2)))
+    one%shares(force) = norm2(abs(2 * matmul(transpose(forces), wave) / count)) / max(one%values(force), tiny(mass))
     x(:f, :) = x(:f, :) - spread(sum(x(:f, :), dim=2) / count, 2, count)
-    shares(amplitude) = real(dot_product(harmonic, matmul(mass, harmonic))) / 2 &
-      & / max(sum(x(:f, :) * matmul(mass, x(:f, :))) / count, tiny(shares))
+    one%shares(amplitude) = real(dot_product(harmonic, matmul(mass, harmonic))) / 2 &
+      & / max(sum(x(:f, :) * matmul(mass, x(:f, :))) / count, tiny(mass))
   end subroutine measure
 
 end module gestell_study_critical

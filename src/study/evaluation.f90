@@ -11,7 +11,7 @@ module gestell_study_evaluation
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
   use gestell_study_sampler, only: sampler_type
   use gestell_study_tile_results, only: log_rho_max, psi_peak, rho_error, rho_max, stable, sweep_columns, tile_results_type, &
-    & undecided, unstable, verdict, xi_peak
+    & undecided, unstable, verdict, verdict_behind, xi_peak
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -73,7 +73,7 @@ contains
     real(dp) :: all(sweep_columns)
     integer :: last, i, j
 
-    last = count(order%columns)
+    last = count(order%columns(:psi_peak))
     do i = cell%first(1), cell%last(1)
       do j = cell%first(2), cell%last(2)
         associate (values => results%values(:, j - tile%first(2) + 1, i - tile%first(1) + 1))
@@ -99,10 +99,11 @@ contains
     integer :: n2, k
 
     n2 = sampler%states**2
-    if (order%columns(rho_error) .or. order%columns(verdict)) then
+    if (any(order%columns([rho_error, verdict, verdict_behind]))) then
       call spectral_radii(numbers(:, :n2), perturbations(1), columns(:, rho_max), columns(:, log_rho_max), &
         & columns(:, rho_error), inside, outside)
       columns(:, verdict) = merge(stable, merge(unstable, undecided, outside), inside)
+      columns(:, verdict_behind) = columns(:, verdict)
     else if (order%columns(rho_max) .or. order%columns(log_rho_max)) then
       call spectral_radii(numbers(:, :n2), perturbations(1), columns(:, rho_max), columns(:, log_rho_max))
     end if

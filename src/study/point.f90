@@ -7,8 +7,8 @@ module gestell_study_point
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_study_family, only: family_type, take_member
-  use gestell_study_tile_results, only: eta_peak, failed, impossible, log_rho_max, psi_peak, rho_error, rho_max, stable, &
-    & sweep_columns, undecided, unstable, verdict, xi_peak
+  use gestell_study_tile_results, only: all_columns, eta_peak, failed, has_multipliers, impossible, log_rho_max, psi_peak, &
+    & rho_error, rho_max, stable, sweep_columns, undecided, unstable, verdict, verdict_behind, xi_peak
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
@@ -22,7 +22,7 @@ module gestell_study_point
   type, public :: sweep_order_type
     type(accuracy_type) :: accuracy
     !> The columns that are wanted.
-    logical :: columns(sweep_columns) = .true.
+    logical :: columns(sweep_columns) = all_columns
     !> 'auto', 'expansion' or 'direct'.
     character(len=9) :: engine = "auto"
     !> Whether M, B, C are averaged over the turn.
@@ -48,35 +48,35 @@ contains
     if (allocated(error)) then
       if (error%code /= impossible_mechanism) return
       deallocate(error)
-      values(verdict) = impossible
+      values([verdict, verdict_behind]) = impossible
       return
     end if
-    values(verdict) = failed
+    values([verdict, verdict_behind]) = failed
     select type (system)
     class is (frame_type)
       if (order%averaged) then
         call system%averaged(model)
-        call solve_floquet(model, order%accuracy, any(order%columns(xi_peak:)), floquet, error)
+        call solve_floquet(model, order%accuracy, any(order%columns(xi_peak:psi_peak)), floquet, error)
       else
-        call solve_floquet(system, order%accuracy, any(order%columns(xi_peak:)), floquet, error)
+        call solve_floquet(system, order%accuracy, any(order%columns(xi_peak:psi_peak)), floquet, error)
       end if
     class default
       call solve_floquet(system, order%accuracy, .false., floquet, error)
     end select
-    if (any(order%columns(:verdict)) .and. .not. allocated(error)) then
+    if (has_multipliers(order%columns) .and. .not. allocated(error)) then
       call solve_multipliers(floquet, .false., multipliers, error)
     end if
     if (allocated(error)) then
       if (error%code /= invalid_input) deallocate(error)
       return
     end if
-    if (any(order%columns(:verdict))) then
+    if (has_multipliers(order%columns)) then
       values(rho_max) = abs(multipliers%rho(1))
       values(log_rho_max) = multipliers%log_abs(1)
       values(rho_error) = multipliers%error(1)
-      values(verdict) = verdict_number(multipliers)
+      values([verdict, verdict_behind]) = verdict_number(multipliers)
     end if
-    if (.not. any(order%columns(xi_peak:))) return
+    if (.not. any(order%columns(xi_peak:psi_peak))) return
     select type (system)
     class is (frame_type)
       call set_peaks(system, floquet, values)

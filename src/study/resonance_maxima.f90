@@ -22,6 +22,8 @@ module gestell_study_resonance_maxima
     real(dp) :: half(2) = 0, width = 0, damping_ratio = 0
     !> Whether its surroundings are resolved; whether the vibration grows without bounds there, as at a border of stability.
     logical :: resolved = .true., unbounded = .false.
+    !> Whether the motion is small enough there for linear equations.
+    logical :: small = .true.
   end type maximum_type
 
   !> A maximum is found where the next step is less than this part of the speed and wins no more than this part of the
@@ -59,6 +61,7 @@ contains
           found(n)%damping_ratio = found(n)%half(1)
           found(n)%resolved = .false.
           found(n)%unbounded = .true.
+          found(n)%small = .false.
         end if
       end if
       if (.not. all(known(i - 1:i + 1))) cycle
@@ -73,6 +76,7 @@ contains
         maximum%width = abs(maximum%half(2) - maximum%half(1))
         maximum%damping_ratio = maximum%width / (2 * abs(point%speed))
         maximum%unbounded = .not. maximum%resolved .and. (any(states /= point%state) .or. point%state == marginal)
+        maximum%small = point%moved%small() .and. .not. maximum%unbounded
         if (maximum%unbounded) maximum%value = ieee_value(1.0_dp, ieee_positive_inf)
       end associate
     end do

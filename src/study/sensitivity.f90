@@ -10,6 +10,7 @@ module gestell_study_sensitivity
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_periodic_solution, only: resonance
   use gestell_study_family, only: family_type
+  use gestell_study_small_motion, only: moved_type
   use gestell_study_speed_point, only: check_speed_order, in_resonance, solve_member, speed_order_type, speed_point_type, &
     & state_names, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
@@ -25,6 +26,8 @@ module gestell_study_sensitivity
   type, public :: sensitivity_base_type
     type(speed_order_type) :: order
     integer :: parameters = 0, state = 0
+    !> How far its frame moves.
+    type(moved_type) :: moved
     !> Peak and root of the mean square, and the relative error of the peak; shapes (changes, quantities), (quantities).
     real(dp), allocatable :: values(:, :), relative_error(:)
     !> The greatest change that is tried, and what rounding leaves of a logarithm.
@@ -112,6 +115,7 @@ contains
     call solve_member(family, [(0.0_dp, q = 1, parameters)], base%order, point, error)
     if (allocated(error)) return
     base%state = point%state
+    base%moved = point%moved
     if (point%state == in_resonance) then
       call fatal_error(error, resonance, failed_computation)
     else if (point%state > unreached) then

@@ -10,6 +10,7 @@ module gestell_study_speed_point
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: find_quantity, probe_type, quantity_type
   use gestell_study_family, only: family_type, take_member
+  use gestell_study_small_motion, only: moved, moved_type
   use gestell_study_speeds, only: check_orders
   use gestell_study_statistics, only: statistics_type, take_statistics
   use gestell_study_vibration, only: solve_vibration, vibration_type
@@ -51,6 +52,8 @@ module gestell_study_speed_point
     !> growth in a turn, and the turns that the averaged frame would give all of them, ascending; shapes (modes). Not
     !> allocated where there are no multipliers.
     real(dp), allocatable :: turns(:), growth(:), averaged_turns(:)
+    !> How far the frame moves; nowhere where there is no vibration.
+    type(moved_type) :: moved
   end type speed_point_type
 
   !> Rows that solve_vibration is asked for; the harmonics it is asked for at least.
@@ -163,6 +166,7 @@ contains
     point%state = marginal
     if (multipliers%verdict() == "stable") point%state = reached
     if (multipliers%verdict() == "unstable") point%state = unreached
+    point%moved = moved(frame, vibration%peak(:3))
     do i = 1, size(quantities)
       call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i), error)
       if (allocated(error)) return

@@ -4,11 +4,18 @@ module gestell_study_tile_results
   implicit none (type, external)
   private
 
+  public :: has_multipliers, verdict_column
+
   !> Columns, in the order in which they are written.
   integer, parameter, public :: rho_max = 1, log_rho_max = 2, rho_error = 3, verdict = 4, xi_peak = 5, eta_peak = 6, &
-    & psi_peak = 7, sweep_columns = 7
+    & psi_peak = 7, sweep_columns = 8
+  !> The verdict behind the peaks, where these were ordered without it: no peak is told of which nobody knows whether the machine
+  !> keeps to that vibration.
+  integer, parameter, public :: verdict_behind = 8
   character(len=12), parameter, public :: column_names(sweep_columns) = [character(len=12) :: "rho_max", "log_rho_max", &
-    & "rho_error", "verdict", "xi_peak_m", "eta_peak_m", "psi_peak_rad"]
+    & "rho_error", "verdict", "xi_peak_m", "eta_peak_m", "psi_peak_rad", "verdict"]
+  !> All that can be ordered, and no verdict twice.
+  logical, parameter, public :: all_columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false.]
 
   !> Verdicts as numbers. Impossible: the mechanism cannot be assembled. Failed: it could not be computed.
   integer, parameter, public :: stable = 0, unstable = 1, undecided = 2, impossible = 3, failed = 4
@@ -25,5 +32,23 @@ module gestell_study_tile_results
     integer :: checks = 0
     real(dp) :: deviation = 0
   end type tile_results_type
+
+contains
+
+  !> Whether any of the columns tells of the multipliers.
+  pure logical function has_multipliers(columns)
+    logical, intent(in) :: columns(sweep_columns)
+
+    has_multipliers = any(columns([rho_max, log_rho_max, rho_error, verdict, verdict_behind]))
+  end function has_multipliers
+
+  !> The place of the verdict among the columns that are written; 0: none.
+  pure integer function verdict_column(columns)
+    logical, intent(in) :: columns(sweep_columns)
+
+    verdict_column = 0
+    if (columns(verdict_behind)) verdict_column = count(columns)
+    if (columns(verdict)) verdict_column = count(columns(:verdict))
+  end function verdict_column
 
 end module gestell_study_tile_results

@@ -414,6 +414,7 @@ OPTIONS = [
     ("--set, the mechanism cannot be assembled", ["input.nml", "-s", "joint(B).lengths(1)=0.1"], 3,
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
      "its ends are 0.33 m apart, lengths of 0.1 m and 0.16 m reach from 0.06 m to 0.26 m"),
-    ("--fail-if-unstable without stability", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='response'"], 1,
-     "--fail-if-unstable needs the task 'stability' or 'sweep'"),
+    ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
+     "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'sensitivity', "
+     "'sweep', 'resonance', 'critical' or 'campbell'"),
 ]

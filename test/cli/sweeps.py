@@ -476,7 +476,7 @@ def small_disk(folder, right):
 
 def test_one_line():
     with Folder(input=SOUND, sweep=SWEEP + TWO) as folder:
-        for tasks, columns in (("stability", COLUMNS[:4]), ("response", COLUMNS[4:]), ("stability,response", COLUMNS)):
+        for tasks, columns in (("stability", COLUMNS[:4]), ("response", [*COLUMNS[4:], "verdict"]), ("stability,response", COLUMNS)):
             run = Run(folder, "--one-line", "input.nml", "-s", f"case.tasks={tasks}", "-s", f"{FIRST}=300", "-s",
                       "frame.origin=-0.2,0.2")
             run.done(f"--one-line, {tasks}")

@@ -1,0 +1,60 @@
+!> Which mode a multiplier belongs to: what it leaves open, whole multiples of the crank speed, the mode knows.
+module gestell_study_mode_naming
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_study_mode_type, only: mode_type
+  implicit none (type, external)
+  private
+
+  public :: modes_of_multipliers
+
+  !> How far exponents may differ that are one, beside their errors, relative to the crank speed.
+  real(dp), parameter :: alike = 1.0e-6_dp
+
+contains
+
+  !> For each multiplier the number of the mode with its exponent, the best match first, every mode with two of them; 0: none has
+  !> it within the errors. `speed`: of the crank (rad/s).
+  pure function modes_of_multipliers(multipliers, modes, speed) result(mode)
+    type(multipliers_type), intent(in) :: multipliers
+    type(mode_type), intent(in) :: modes(:)
+    real(dp), intent(in) :: speed
+    integer :: mode(size(multipliers%rho))
+    real(dp) :: apart(size(multipliers%rho), size(modes))
+    integer :: left(size(modes)), i, k, place(2)
+
+    mode = 0
+    left = 2
+    if (size(modes) == 0) return
+    apart = huge(1.0_dp)
+    do k = 1, size(modes)
+      if (.not. modes(k)%told) cycle
+      do i = 1, size(mode)
+        apart(i, k) = distance(multipliers%exponent(i), modes(k), speed) - modes(k)%error &
+          & - multipliers%error(i) * speed
+      end do
+    end do
+    do i = 1, size(mode)
+      place = minloc(apart)
+      if (apart(place(1), place(2)) > alike * speed) exit
+      mode(place(1)) = place(2)
+      left(place(2)) = left(place(2)) - 1
+      apart(place(1), :) = huge(1.0_dp)
+      if (left(place(2)) == 0) apart(:, place(2)) = huge(1.0_dp)
+    end do
+  end function modes_of_multipliers
+
+  !> Between an exponent and the nearest of a mode's two, frequencies up to multiples of the crank speed and their sign.
+  pure real(dp) function distance(exponent, mode, speed)
+    complex(dp), intent(in) :: exponent
+    type(mode_type), intent(in) :: mode
+    real(dp), intent(in) :: speed
+    real(dp) :: turn, turns(2)
+
+    turn = aimag(exponent)
+    turns = [turn - mode%frequency(), turn + mode%frequency()]
+    turns = turns - speed * anint(turns / speed)
+    distance = min(abs(real(exponent) - mode%growth), abs(real(exponent) - mode%partner_growth)) + minval(abs(turns))
+  end function distance
+
+end module gestell_study_mode_naming

@@ -1,0 +1,159 @@
+"""No vibration without the verdict of the machine that makes it, nor a great one without a word on linear equations.
+
+The sieve rocks on torsion springs; at 229 1/min, near twice its natural frequency of 114 1/min, parametric resonance makes the
+rocking grow, at 120 and 300 1/min it does not (Mathieu's first tongue).
+"""
+
+import csv
+import re
+import shutil
+
+from harness import Folder, Run, check, equal, files
+
+SIEVE = """&case title = 'Sieve', tasks = 'response', 'forces', 'power' /
+&drive speed_rpm = 229.0 /
+&joint name='O', type='ground', position=0.0,0.0 /
+&joint name='A', type='crank', pivot='O', radius=0.12 /
+&link name='eccentric', from='O', to='A', mass=9.0, inertia=0.02, center=0.12,0.0 /
+&frame mass=40.0, inertia=2.0, origin=0.5,0.0, dof='psi' /
+&foundation stiffness=0.0,0.0,0.0, 0.0,0.0,0.0, 0.0,0.0,630.0, damping=0.0,0.0,1.5 /
+&probe name='lip', position=0.4,0.1, limit_mm_s=2000.0, band_hz=1.0,1000.0 /
+"""
+SPEEDS = "&sweep parameter='drive.speed_rpm', from=120, to=300, count=19 /\n&resonance quantities='psi' /\n"
+LEFT = "UNSTABLE: the machine leaves this vibration"
+TASKS = [("response",), ("forces",), ("power",), ("response", "forces"), ("response", "power"), ("sensitivity",)]
+
+
+def tasks(*names):
+    return ["-s", "case.tasks=" + ",".join(f"'{name}'" for name in names)]
+
+
+def table(path):
+    lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    return list(csv.DictReader(lines))
+
+
+def head(path):
+    """The # lines of a file."""
+    return [line for line in path.read_text().splitlines() if line.startswith("#")]
+
+
+def test_vibrations():
+    """Verdict first, and again where the vibration begins; the same tasks of a stable machine say nothing."""
+    for names in TASKS:
+        what = "verdict, tasks " + ", ".join(names)
+        with Folder(input=SIEVE) as folder:
+            run = Run(folder, *tasks(*names), "input.nml")
+            run.done(what)
+            sections = re.findall(r"^(PERIODIC|FORCES|VIBRATION AT|DRIVE|SENSITIVITY)[^\n]*\n([^\n]*)", run.out, re.M)
+            equal(f"{what}: comes first", run.out.find("VERDICT  unstable") in range(1, run.out.find(sections[0][0])), True)
+            equal(f"{what}: sections", [line for _, line in sections], ["  " + LEFT] * len(sections))
+            for name in files(folder / "input"):
+                if name.endswith(".csv"):
+                    equal(f"{what}, {name}: head", head(folder / "input" / name)[-1],
+                          "# verdict: unstable: the machine leaves this vibration")
+            check(f"{what}: no file that was not asked for", not (folder / "input/multipliers.csv").exists(), "none", "one")
+            Run(folder, "-q", "--fail-if-unstable", *tasks(*names), "input.nml").done(f"{what}: exit code", 10)
+            run = Run(folder, "--fail-if-unstable", *tasks(*names), "-s", "drive.speed_rpm=300", "input.nml")
+            run.done(f"{what}, stable")
+            check(f"{what}, stable: no alarm", "UNSTABLE" not in run.out and "VERDICT  stable" in run.out, "stable", run.out)
+
+
+def test_limits():
+    with Folder(input=SIEVE) as folder:
+        run = Run(folder, *tasks("response"), "input.nml")
+        check("limit of an unstable machine", re.search(r"WITHIN the limit.*\n    " + LEFT, run.out), LEFT, run.out)
+
+
+def test_one_line():
+    with Folder(input=SIEVE) as folder:
+        for names, header in ((("response", "forces"), "xi_peak_m,eta_peak_m,psi_peak_rad,f_peak_N,"
+                               "probe(lip).v_band_mm_s,verdict"), (("power",), "torque_peak_Nm,verdict")):
+            for speed, word in ((229, "unstable"), (300, "stable")):
+                run = Run(folder, "--one-line", *tasks(*names), "-s", f"drive.speed_rpm={speed}", "input.nml")
+                lines = list(csv.reader(run.out.splitlines()))
+                equal(f"--one-line, {names}: columns", ",".join(lines[0][2:]), header)
+                equal(f"--one-line, {names} at {speed}: verdict", lines[1][-1], word)
+
+
+def test_over_speeds():
+    """Resonance curve, critical speeds, modes."""
+    with Folder(input=SIEVE + SPEEDS) as folder:
+        run = Run(folder, *tasks("resonance", "campbell"), "input.nml")
+        run.done("speeds")
+        out = folder / "input"
+        told = re.search(r"RESONANCE CURVE .*\n  UNSTABLE at (\d+) of (\d+) speeds, (\S+) to (\S+) rpm: the machine leaves", run.out)
+        unstable = [float(row["speed_rpm"]) for row in table(out / "resonance.csv") if row["state"] == "unstable"]
+        equal("speeds: unstable", bool(told and unstable), True)
+        if told and unstable:
+            equal("speeds: how many", (int(told[1]), int(told[2])), (len(unstable), len(table(out / "resonance.csv"))))
+            check("speeds: from, to", abs(float(told[3]) - unstable[0]) < 1e-3 and abs(float(told[4]) - unstable[-1]) < 1e-3,
+                  (unstable[0], unstable[-1]), told[0])
+        for name in ("resonance.csv", "peaks.csv"):
+            check(f"{name}: head", head(out / name)[-1].startswith("# verdict: unstable at "), "the verdict",
+                  head(out / name))
+        check("modes: report", re.search(r"CAMPBELL DIAGRAM .*\n  UNSTABLE at .* a free vibration grows\n", run.out), "it", run.out)
+        for name in ("resonance", "critical", "campbell"):
+            Run(folder, "-q", "--fail-if-unstable", *tasks(name), "input.nml").done(f"{name}: exit code", 10)
+            Run(folder, "-q", "--fail-if-unstable", *tasks(name), "-s", "sweep(1).from=260", "input.nml").done(f"{name}, stable")
+
+
+def test_sweep():
+    """Peaks that are ordered alone have the verdict behind them, and the same numbers as with all columns."""
+    for engine in ("direct", "expansion"):
+        with Folder(input=SIEVE + SPEEDS) as folder:
+            settings = [*tasks("sweep"), "-s", f"sweep.engine={engine}"]
+            run = Run(folder, *settings, "-s", "sweep.columns=psi_peak_rad", "input.nml")
+            run.done(f"peaks alone, {engine}")
+            header = [line for line in (folder / "input/sweep.csv").read_text().splitlines() if line[0] != "#"][0]
+            equal(f"peaks alone, {engine}: columns", header, "drive.speed_rpm,psi_peak_rad,verdict")
+            alone = table(folder / "input/sweep.csv")
+            check(f"peaks alone, {engine}: report", re.search(r"^  unstable +\d+ points", run.out, re.M), "unstable points", run.out)
+            Run(folder, "-q", *settings, "-o", "all", "input.nml").done(f"all columns, {engine}")
+            every = table(folder / "all/sweep.csv")
+            equal(f"peaks alone, {engine}: verdicts", [row["verdict"] for row in alone], [row["verdict"] for row in every])
+            equal(f"peaks alone, {engine}: peaks", [row["psi_peak_rad"] for row in alone], [row["psi_peak_rad"] for row in every])
+            equal(f"peaks alone, {engine}: both verdicts", {row["verdict"] for row in alone} >= {"stable", "unstable"}, True)
+            Run(folder, "-q", "--fail-if-unstable", *settings, "-s", "sweep.columns=psi_peak_rad", "-o", "new",
+                "input.nml").done(f"peaks alone, {engine}: exit code", 10)
+
+
+def test_small():
+    """psi of 0.17 rad is told as beyond small angles, wherever it is told; the limit is 0.1 rad."""
+    for names in TASKS:
+        with Folder(input=SIEVE) as folder:
+            run = Run(folder, *tasks(*names), "input.nml")
+            check(f"small, {names}", re.search(r"BEYOND SMALL MOTIONS: psi reaches 0\.168 rad\n.*psi up to 0\.1 rad", run.out),
+                  "psi and its limit", run.out)
+            # a tenth of the eccentric shakes a tenth
+            run = Run(folder, *tasks(*names), "-s", "link.mass=0.9", "input.nml")
+            check(f"small, {names}: a light eccentric", "BEYOND" not in run.out, "nothing", run.out)
+    with Folder(input=SIEVE + SPEEDS) as folder:
+        run = Run(folder, *tasks("resonance", "sweep"), "input.nml")
+        equal("small, resonance and sweep", len(re.findall("BEYOND SMALL MOTIONS", run.out)), 2)
+        for row in table(folder / "input/resonance.csv"):
+            equal(f"small_motion at {row['speed_rpm']}", row["small_motion"], "10"[float(row["psi_peak_rad"]) > 0.1])
+
+
+def test_page():
+    if not shutil.which("gnuplot"):
+        print("skip  the verdict on a page: there is no gnuplot")
+        return
+    with Folder(input=SIEVE) as folder:
+        Run(folder, "-q", "--report", *tasks("response"), "input.nml").done("page")
+        page = (folder / "input/report.html").read_text(encoding="utf-8")
+        top = page[:page.index("<h2>")]
+        check("page: verdict", '<p class="verdict unstable"><strong>unstable</strong>' in top, "in the headline", top[-900:])
+        check("page: a limit is no comfort", f'<p class="verdict unstable">{LEFT}; lip: ' in top, LEFT, top[-900:])
+        check("page: small motions", '<p class="verdict undecided">BEYOND SMALL MOTIONS' in top, "it", top[-900:])
+        for name in ("response", "harmonics", "probes"):
+            check(f"{name}.gp: title", '"UNSTABLE: ' in (folder / "input" / f"{name}.gp").read_text(), "UNSTABLE", "none")
+    with Folder(input=SIEVE + SPEEDS) as folder:
+        Run(folder, "-q", "--report", *tasks("resonance"), "input.nml").done("page of a curve")
+        page = (folder / "input/report.html").read_text(encoding="utf-8")
+        check("page of a curve", '<p class="verdict unstable">UNSTABLE at ' in page[:page.index("<h2>")], "in the headline",
+              page[:page.index("<h2>")][-600:])
+        check("resonance.gp: title", '"UNSTABLE IN PART: ' in (folder / "input/resonance.gp").read_text(), "UNSTABLE", "none")
+
+
+VERDICT_TESTS = (test_vibrations, test_limits, test_one_line, test_over_speeds, test_sweep, test_small, test_page)
