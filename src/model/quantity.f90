@@ -77,7 +77,7 @@ contains
       quantity%unit = coordinate_units(part)
     else if (any(name == [character(len=2) :: force_parts, "m"])) then
       call total_forces(frame, forces)
-      if (name == "f") call add_guides(forces)
+      if (name == "f") call add_guides(frame, forces)
       call take_forces(forces, name, quantity)
     else if (dot > 1 .and. index(name, "probe(") == 1) then
       do k = 1, size(probes)
@@ -120,7 +120,7 @@ contains
     if (place == "foundation") then
       call foundation_forces(frame, forces)
     else if (place == "guide") then
-      call add_guides(forces)
+      call add_guides(frame, forces)
     else
       do number = 1, size(frame%supports)
         if (place == "support(" // text(number) // ")") exit
@@ -182,11 +182,14 @@ contains
     terms = reshape([((sqrt(abs(c(i, i))) * sqrt(abs(c(k, k))), i = 1, 3), k = 1, 3)], [3, 3])
   end function size_of
 
-  pure subroutine add_guides(forces)
+  !> Adds the guides' forces: those along degrees of freedom that are not free.
+  pure subroutine add_guides(frame, forces)
+    type(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: forces(guide_forces, 3)
     integer :: i
 
     do i = 1, 3
+      if (any(frame%free == i)) cycle
       forces(accelerations + i, i) = forces(accelerations + i, i) + 1
     end do
   end subroutine add_guides
