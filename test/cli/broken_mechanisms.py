@@ -380,7 +380,8 @@ SETTINGS = [
     ("guide_angle in words", "joint(B).guide_angle=up", 2, "must be a number"),
     ("one carrier", "joint(B).guide=O", 2, "takes 2 values, has 1"),
     ("unknown carrier", "joint(B).guide='O','Q'", 2, "there is no joint 'Q'; known: 'O', 'P', 'A'"),
-    ("later carrier", "joint(B).guide='O','K'", 2, "joint 'K' stands only in line 11: list it before this one"),
+    ("later carrier", "joint(B).guide='O','K'", 2, "joint 'K' in line 11 is built on 'B' in turn: joints that hold each "
+     "other make a triad (Assur group of class III) or a larger group, and only dyads are built in, two links at a time"),
     ("slot of a slider", "joint(B).slot_angle=3", 2, RRP_HAS),
     ("slot parallel", "joint(E).slot_angle=0", 2, "the slot is parallel to the guide"),
     ("half an offset", "joint(D).offset=0.1", 2, "takes 2 values, has 1"),
