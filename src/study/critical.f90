@@ -238,8 +238,9 @@ contains
 
     call solve_multipliers(one%floquet, .false., multipliers, error)
     if (allocated(error)) return
-    if (critical%verdict == "" .or. critical%verdict == "stable" .or. multipliers%verdict() == "unstable") &
-      & critical%verdict = multipliers%verdict()
+    if (any(critical%verdict == [character(len=6) :: "", "stable"]) .or. multipliers%verdict() == "unstable") then
+      critical%verdict = multipliers%verdict()
+    end if
     critical%moved%turn = max(critical%moved%turn, one%moved%turn)
     critical%moved%displacement = max(critical%moved%displacement, one%moved%displacement)
     critical%moved%size = one%moved%size
