@@ -1,11 +1,20 @@
 !> What the system may do to the program: limits, signals, closed streams.
 module limits
+  use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_base_text, only: text
   use gestell_io_files, only: open_to_read, unlock_file
-  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+  use gestell_io_number, only: read_integer
+  use gestell_io_text, only: lower
+  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_long
   implicit none (type, external)
   private
 
-  public :: prepare_process
+  public :: check_stacks, prepare_process
+
+  !> struct rlimit of POSIX; a negative number: there is no limit.
+  type, bind(c) :: limit_type
+    integer(c_long) :: current, most
+  end type limit_type
 
   interface
     !> POSIX signal; a handler is an address, or one of a few small numbers.
@@ -15,12 +24,24 @@ module limits
       integer(c_int), value :: number
       integer(c_intptr_t), value :: handler
     end function c_signal
+
+    !> POSIX getrlimit.
+    integer(c_int) function c_getrlimit(resource, limit) bind(c, name="getrlimit")
+      import :: c_int, limit_type
+      implicit none (type, external)
+      integer(c_int), value :: resource
+      type(limit_type), intent(out) :: limit
+    end function c_getrlimit
   end interface
 
   !> SIGXFSZ and SIGPIPE, and SIG_IGN.
   integer(c_int), parameter :: file_too_large = 25, closed_pipe = 13
   integer(c_intptr_t), parameter :: ignore = 1
   integer(c_int), parameter :: standard_error = 2
+  !> RLIMIT_STACK; kilobytes that the program needs and usually has, those that a thread needs: more than twice of what the
+  !> tests were seen to take.
+  integer(c_int), parameter :: of_stack = 3
+  integer, parameter :: least_stack = 128, usual_stack = 8192, least_of_threads = 64
 
 contains
 
@@ -39,5 +60,50 @@ contains
     end do
     call unlock_file(handle)
   end subroutine prepare_process
+
+  !> Error: a stack is too small, with which the program would end in a signal somewhere. Threads get what OMP_STACKSIZE says,
+  !> else what the program has.
+  subroutine check_stacks(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(limit_type) :: limit
+    integer :: own
+
+    if (c_getrlimit(of_stack, limit) == 0) then
+      if (limit%current >= 0 .and. limit%current < 1024 * least_stack) then
+        call fatal_error(error, "the stack is limited to " // text(int(limit%current / 1024)) // " kB, " // text(least_stack) &
+          & // " kB are needed: ulimit -s " // text(usual_stack), wrong_usage)
+        return
+      end if
+    end if
+    own = kilobytes("OMP_STACKSIZE")
+    if (own >= 0 .and. own < least_of_threads) call fatal_error(error, "OMP_STACKSIZE gives threads a stack of " // text(own) &
+      & // " kB, " // text(least_of_threads) // " kB are needed", wrong_usage)
+  end subroutine check_stacks
+
+  !> The size that a variable of the environment tells as OpenMP has it: a number and B, K, M or G, K without; -1 where it
+  !> tells none or more than can matter.
+  integer function kilobytes(name)
+    character(len=*), intent(in) :: name
+    character(len=32) :: value
+    character(len=:), allocatable :: reason
+    integer :: n, status
+
+    kilobytes = -1
+    call get_environment_variable(name, value, status=status)
+    n = len_trim(value)
+    if (status /= 0 .or. n == 0) return
+    if (scan(lower(value(n:n)), "bkmg") == 1) n = n - 1
+    call read_integer(trim(adjustl(value(:n))), kilobytes, reason)
+    if (reason /= "" .or. kilobytes < 0) kilobytes = -1
+    if (n == len_trim(value) .or. kilobytes < 0) return
+    select case (lower(value(n + 1:n + 1)))
+    case ("b")
+      kilobytes = kilobytes / 1024
+    case ("m", "g")
+      if (kilobytes > 0) kilobytes = -1
+    case default
+      return
+    end select
+  end function kilobytes
 
 end module limits

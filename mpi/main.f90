@@ -1,13 +1,14 @@
 !> Sweeps by many processes (ranks) of MPI, on one machine or many that share a file system.
 program main
   use cli, only: options_type, parse_command_line
+  use console, only: tell
   use gestell_base_error, only: error_type
   use gestell_base_version, only: version
-  use limits, only: prepare_process
+  use limits, only: check_stacks, prepare_process
   use mpi_f08, only: mpi_finalize, mpi_init
   use ranked_sweep, only: run
   use ranks, only: own_rank, share_error
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none (type, external)
 
   type(options_type) :: options
@@ -19,7 +20,9 @@ program main
   call prepare_process()
   call mpi_init()
   speaks = own_rank() == 0
-  call parse_command_line(options, error)
+  call check_stacks(error)
+  call share_error(error)
+  if (.not. allocated(error)) call parse_command_line(options, error)
   call share_error(error)
   if (.not. allocated(error)) then
     if (options%help) then
@@ -31,7 +34,7 @@ program main
     end if
   end if
   if (allocated(error)) then
-    if (speaks) write (error_unit, "(a)") error%message
+    if (speaks) call tell(error%message)
     code = error%code
   end if
   flush (output_unit)

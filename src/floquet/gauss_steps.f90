@@ -39,6 +39,13 @@ module gestell_floquet_gauss_steps
     integer :: f = 0, positions = 0, states = 0
   end type coefficients_type
 
+  !> What eight steps at once need: their equations, and of these h B and h^2 C of one stage below the other. On the heap:
+  !> threads have small stacks.
+  type :: room_type
+    real(dp) :: w(lanes, most_rows, most_rows + block)
+    real(dp), dimension(lanes, most_rows, most_rows / 2) :: damping, stiffness
+  end type room_type
+
 contains
 
   !> Whether a step with so many stages is small enough to be eliminated in lanes.
@@ -60,6 +67,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: b(:, :)
     type(coefficients_type) :: at
+    type(room_type), allocatable :: room
     real(dp) :: units(system%states), map(lanes, system%states, system%states + 1)
     logical :: safe(lanes), side_by_side
     integer :: steps, i, j, k, first, last
@@ -69,9 +77,10 @@ contains
     steps = size(lengths)
     side_by_side = steps >= lanes .and. fits_lanes(size(tableau%c), at%states, at%positions > 0)
     safe = .false.
+    if (side_by_side) allocate(room)
     do k = 1, steps, lanes
       first = max(1, min(k, steps - lanes + 1))
-      if (side_by_side) call maps_of_lanes(tableau, at, first, map, safe)
+      if (side_by_side) call maps_of_lanes(tableau, at, first, room, map, safe)
       last = min(k + lanes - 1, steps)
       do i = k, last
         if (.not. safe(i - first + 1)) then
@@ -133,13 +142,14 @@ contains
 
   !> The maps [A b], shape (lanes, states, states + 1), of the steps from `first` on, b where there are loads.
   !> (Recursive: gfortran makes large arrays of other procedures static, and threads share those.)
-  pure recursive subroutine maps_of_lanes(tableau, at, first, map, safe)
+  pure recursive subroutine maps_of_lanes(tableau, at, first, room, map, safe)
     type(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
     integer, intent(in) :: first
+    type(room_type), intent(inout) :: room
     real(dp), contiguous, intent(inout) :: map(:, :, :)
     logical, intent(out) :: safe(lanes)
-    real(dp) :: w(lanes, most_rows, most_rows + block), h(lanes), multiplier(lanes)
+    real(dp) :: h(lanes), multiplier(lanes)
     integer :: p, n, rows, columns, i, j
 
     p = at%positions
@@ -147,10 +157,10 @@ contains
     rows = n + padded(at%states)
     columns = at%states
     if (allocated(at%g)) columns = columns + 1
-    call fill_equations(tableau, at, first, n, rows, n + padded(columns), w)
-    call schur_complement(w, n, rows, n + padded(columns), multiplier)
+    call fill_equations(tableau, at, first, n, rows, n + padded(columns), room%w, room%damping, room%stiffness)
+    call schur_complement(room%w, n, rows, n + padded(columns), multiplier)
     safe = multiplier < safe_multiplier
-    map(:, :, :columns) = w(:, n + 1:n + at%states, n + 1:n + columns)
+    map(:, :, :columns) = room%w(:, n + 1:n + at%states, n + 1:n + columns)
 
     h = at%lengths(first:first + lanes - 1)
     do i = 1, p
@@ -164,13 +174,12 @@ contains
 
   !> (a) and (b) of the steps from `first` on; unknowns and equations up to `n`, `rows` and `columns` are padded with zeros and
   !> ones. Column after column, as they lie in memory. Without positions C is zero, and p takes the place of q after it.
-  pure recursive subroutine fill_equations(tableau, at, first, n, rows, columns, w)
+  pure recursive subroutine fill_equations(tableau, at, first, n, rows, columns, w, damping, stiffness)
     type(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
     integer, intent(in) :: first, n, rows, columns
     real(dp), intent(inout) :: w(lanes, most_rows, columns)
-    ! h B and h^2 C of one stage below the other.
-    real(dp), dimension(lanes, most_rows, most_rows / 2) :: damping, stiffness
+    real(dp), dimension(lanes, most_rows, most_rows / 2), intent(inout) :: damping, stiffness
     real(dp) :: h(lanes), a, aa
     integer :: f, p, s, points, lane, i, j, r, c, row, column
 

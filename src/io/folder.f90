@@ -33,6 +33,7 @@ contains
     call remove_made(folder, first)
     call fatal_error(error, "the folder '" // folder // "' for the results cannot be made: " // reason // "; name another with " &
       & // "--output", wrong_usage)
+    error%unwritten = .true.
   end subroutine make_folder
 
   !> Removes the folders that `make_folder` made, as far as they are empty.

@@ -92,7 +92,7 @@ contains
   end subroutine take
 
   !> Gives all files their places, or none, and ends. Pictures that belong to older tables are removed.
-  !> Error: it cannot be done; what was there before is there again.
+  !> Error: it cannot be done; what was there before is there again, or the message says that it is not.
   subroutine publish(self, error)
     class(staging_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -112,7 +112,8 @@ contains
       if (done) cycle
       call fatal_error(error, self%folder // "/" // trim(names(i)) // ": cannot be written: " // last_reason(), failed_computation)
       error%unwritten = .true.
-      call restore(self, names(:i - 1), replaces(:i - 1))
+      call restore(self, names(:i - 1), replaces(:i - 1), done)
+      if (.not. done) error%message = error%message // "; other files of this run are in their places already"
       exit
     end do
     if (.not. allocated(error)) call remove_old_pictures(self%folder, names)
@@ -121,17 +122,20 @@ contains
       & failed_computation)
   end subroutine publish
 
-  !> Brings back what was there in place of these files, as far as the file system knows second names.
-  subroutine restore(staging, names, replaces)
+  !> Brings back what was there in place of these files; not `done` where the file system knows no second names.
+  subroutine restore(staging, names, replaces, done)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: names(:)
     logical, intent(in) :: replaces(:)
-    logical :: done
+    logical, intent(out) :: done
+    logical :: back
     integer :: i
 
+    done = .true.
     do i = 1, size(names)
       if (replaces(i)) then
-        call rename_file(staging%place // "/" // trim(names(i)) // old, staging%folder // "/" // trim(names(i)), done)
+        call rename_file(staging%place // "/" // trim(names(i)) // old, staging%folder // "/" // trim(names(i)), back)
+        done = done .and. back
       else
         call remove_file(staging%folder // "/" // trim(names(i)))
       end if

@@ -9,39 +9,20 @@ module gestell_model_linkage_table
 
   public :: tabulate_linkage
 
-  !> Room on the stack for the paths of a linkage's joints; longer ones take theirs from the heap.
-  integer, parameter :: common_joints = 40
-
 contains
 
-  !> The table at crank angles (rad), shape (angles, table_columns). (Recursive only so that no compiler keeps the room in
-  !> static memory, which threads share.)
-  recursive subroutine tabulate_linkage(joints, links, angles, table)
+  !> The table at crank angles (rad), shape (angles, table_columns).
+  subroutine tabulate_linkage(joints, links, angles, table)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp), contiguous, intent(out) :: table(:, :)
-    type(path_type) :: few(common_joints)
-    type(path_type), allocatable :: many(:)
-
-    if (size(joints) <= common_joints) then
-      call tabulate_on(few(:size(joints)), joints, links, angles, table)
-    else
-      allocate(many(size(joints)))
-      call tabulate_on(many, joints, links, angles, table)
-    end if
-  end subroutine tabulate_linkage
-
-  !> The same with the joints' paths on `at`.
-  subroutine tabulate_on(at, joints, links, angles, table)
-    type(path_type), intent(inout) :: at(:)
-    type(named_joint_type), intent(in) :: joints(:)
-    type(link_type), intent(in) :: links(:)
-    real(dp), contiguous, intent(in) :: angles(:)
-    real(dp), contiguous, intent(out) :: table(:, :)
+    !> On the heap: threads have small stacks.
+    type(path_type), allocatable :: at(:)
     real(dp) :: some(batch)
     integer :: first, last, i
 
+    allocate(at(size(joints)))
     do first = 1, size(angles), batch
       call take_batch(angles, first, last, some)
       do i = 1, size(joints)
@@ -49,6 +30,6 @@ contains
       end do
       call tabulate_masses(links, at, first, last, table)
     end do
-  end subroutine tabulate_on
+  end subroutine tabulate_linkage
 
 end module gestell_model_linkage_table

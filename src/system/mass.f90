@@ -20,14 +20,17 @@ contains
   subroutine solve_mass(m, r)
     real(dp), contiguous, intent(in) :: m(:, :, :)
     real(dp), contiguous, intent(inout) :: r(:, :, :)
+    !> On the heap: threads have small stacks.
+    real(dp), allocatable :: w(:, :, :)
     logical :: safe(lanes)
     integer :: first, points, k
 
     points = size(m, 1)
     first = 1
     if (2 * padded(size(m, 2)) <= most_rows .and. padded(size(m, 2)) + padded(size(r, 3)) <= most_columns) then
+      allocate(w(lanes, most_rows, most_columns))
       do first = 1, points - lanes + 1, lanes
-        call solve_lanes(first, m, r, safe)
+        call solve_lanes(first, m, r, w, safe)
         do k = 1, lanes
           if (.not. safe(k)) call solve_point(first + k - 1, m, r)
         end do
@@ -39,13 +42,13 @@ contains
   end subroutine solve_mass
 
   !> The points from `first` on, side by side: 0 + E M^-1 R is a Schur complement. What is not `safe` stays as it was.
-  !> (Recursive: gfortran makes large arrays of other procedures static, and threads share those.)
-  recursive subroutine solve_lanes(first, m, r, safe)
+  subroutine solve_lanes(first, m, r, w, safe)
     integer, intent(in) :: first
     real(dp), contiguous, intent(in) :: m(:, :, :)
     real(dp), contiguous, intent(inout) :: r(:, :, :)
+    real(dp), intent(inout) :: w(lanes, most_rows, most_columns)
     logical, intent(out) :: safe(lanes)
-    real(dp) :: w(lanes, most_rows, most_columns), multiplier(lanes)
+    real(dp) :: multiplier(lanes)
     integer :: f, n, columns, last, i, k
 
     f = size(m, 2)

@@ -25,6 +25,7 @@ from averaged import AVERAGED_TESTS, write_averaged_golden  # noqa: E402
 from borders import BORDER_TESTS  # noqa: E402
 from broken_inputs import INPUTS, OPTIONS, SOUND  # noqa: E402
 from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
+from faults import FAULT_TESTS  # noqa: E402
 from findings import FINDINGS_TESTS, write_findings_golden  # noqa: E402
 from critical import CRITICAL_TESTS  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
@@ -590,7 +591,7 @@ def main():
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS,
                      *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS,
-                     *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS):
+                     *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS, *FAULT_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)
