@@ -30,7 +30,7 @@ contains
     type(fourier_type) :: series(3)
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: complaints
-    real(dp) :: bad(4)
+    real(dp) :: bad(6)
     integer :: i
 
     complaints = ""
@@ -41,7 +41,7 @@ contains
     call four_bar(linkage)
     call shaking(linkage, nan(), series, failure)
     call refuse(failure, invalid_input, "shaking: speed", complaints)
-    bad = [nan(), infinite(), -1.0_dp, 0.0_dp]
+    bad = [nan(), infinite(), -1.0_dp, 0.0_dp, 1.0e-155_dp, 1.0e200_dp]
     do i = 1, size(bad)
       call linkage%crank("C", "A0", bad(i), 0.0_dp, failure)
       call refuse(failure, invalid_input, "crank: radius", complaints)
@@ -51,7 +51,7 @@ contains
       call refuse(failure, invalid_input, "rrp: length", complaints)
       call linkage%rpr("C", ["A ", "B0"], bad(i), 1, failure)
       call refuse(failure, invalid_input, "rpr: length", complaints)
-      if (i == 4) cycle
+      if (i >= 4) cycle
       call linkage%link("C", "A", "B", bad(i), 1.0_dp, [0.0_dp, 0.0_dp], failure)
       call refuse(failure, invalid_input, "link: mass", complaints)
       call linkage%link("C", "A", "B", 1.0_dp, bad(i), [0.0_dp, 0.0_dp], failure)

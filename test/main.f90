@@ -29,6 +29,7 @@ program main
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
   use test_lanes, only: collect_lanes
+  use test_lost, only: collect_lost
   use test_masses, only: collect_masses
   use test_mesh, only: collect_mesh
   use test_method, only: collect_method
@@ -93,6 +94,7 @@ program main
     & new_testsuite("model", collect_model), &
     & new_testsuite("guards", collect_guards), &
     & new_testsuite("hostile", collect_hostile), &
+    & new_testsuite("lost", collect_lost), &
     & new_testsuite("lanes", collect_lanes), &
     & new_testsuite("spectra", collect_spectra), &
     & new_testsuite("spectra-edges", collect_spectra_edges), &

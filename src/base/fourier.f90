@@ -92,7 +92,9 @@ contains
   pure real(dp) function rms(self)
     class(fourier_type), intent(in) :: self
 
-    rms = sqrt(self%mean**2 + sum(self%amplitude**2) / 2)
+    rms = self%greatest_term()
+    ! Relative to the greatest: squares of small numbers vanish.
+    if (rms > 0) rms = rms * sqrt((self%mean / rms)**2 + sum((self%amplitude / rms)**2) / 2)
   end function rms
 
   !> The greatest of |mean| and amplitudes.

@@ -45,6 +45,9 @@ module gestell_floquet_monodromy
     !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by two estimates; shapes (n, n, 2)
     !> and (n, 2). Unallocated: the norms are all that is known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
+    !> Whether the differences between the numbers of steps tell anything of the errors of Phi(T) and of x_p(T); where they do not,
+    !> `error` and `xp_error` are no bounds.
+    logical :: told = .true., xp_told = .true.
     !> ln |det Phi(T)| - integral of tr P, zero by Liouville's theorem.
     real(dp) :: liouville_defect = 0
     !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
@@ -78,7 +81,7 @@ contains
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
   !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater. Steps given by the user are compared
-  !> with half and twice as many.
+  !> with half and twice as many; where that tells nothing, `monodromy%told` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
   !> tolerance out of reach.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error)
@@ -162,8 +165,9 @@ contains
     end do
   end subroutine survey
 
-  !> With N steps, measured by N/2 and 2 N: unless the differences fall, or are small already, the method has not begun to
-  !> converge and nothing is claimed.
+  !> With N steps, measured by N/2 and 2 N. The method has not begun to converge, and nothing is told of the error, unless the
+  !> differences fall or are small already, and the bound that they give is below Phi(T) (below the greatest x_p(t)) itself:
+  !> differences of that size fall by chance.
   subroutine with_given_steps(system, steps, forced, turns, monodromy, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -171,7 +175,8 @@ contains
     real(dp), intent(in) :: turns
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: small = 1.0e-6_dp, nothing_known = 1 / epsilon(1.0_dp)
+    real(dp), parameter :: small = 1.0e-6_dp, whole = 1, nothing_known = 1 / epsilon(1.0_dp)
+    logical :: lost(2)
     type(level_type) :: coarser, level, finer
     real(dp) :: before(2), change(2)
 
@@ -182,8 +187,11 @@ contains
     ! Relative to `level`, which becomes the result: the finer solution can be larger.
     before = distance(coarser, level, monodromy%scale)
     change = distance(finer, level, monodromy%scale)
-    where (change > small .and. 2 * change > before) change = nothing_known
-    if (maxval(change) < nothing_known) call estimate_changes(monodromy, level, finer, safety, coarser, &
+    lost = (change > small .and. 2 * change > before) .or. .not. safety * change < whole
+    monodromy%told = .not. lost(1)
+    monodromy%xp_told = .not. lost(2)
+    where (lost) change = nothing_known
+    if (.not. any(lost)) call estimate_changes(monodromy, level, finer, safety, coarser, &
       & safety * (real(coarser%steps, dp) / level%steps)**monodromy%method%order)
     call accept(system, level, safety * change, turns, monodromy)
   end subroutine with_given_steps
@@ -324,6 +332,9 @@ contains
     monodromy%norm = level%norm
     monodromy%error = errors(1) * level%norm + monodromy%roundoff
     monodromy%xp_roundoff = roundoff(system, level, turns) * level%reach
+    if (allocated(level%xp)) then
+      if (any(abs(level%xp) > 0)) monodromy%xp_roundoff = monodromy%xp_roundoff + sqrt(tiny(1.0_dp))
+    end if
     monodromy%xp_error = errors(2) * level%reach + monodromy%xp_roundoff
     monodromy%steps = level%steps
     monodromy%detour = level%detour

@@ -20,7 +20,8 @@ module gestell_floquet_multipliers
     real(dp), allocatable :: arg(:)
     !> Characteristic exponents ln(rho) / T, imaginary parts up to multiples of 2 pi / T.
     complex(dp), allocatable :: exponent(:)
-    !> Bound on the error of rho relative to |rho|, at most 1e300, where rho is lost.
+    !> Bound on the error of rho relative to |rho|; from 1 on rho is lost: no digit of it is sure. At most 1e300; `nothing_told`
+    !> where there is no bound at all.
     real(dp), allocatable :: error(:)
     !> Condition of the eigenvalue in balanced units: 1 at best.
     real(dp), allocatable :: condition(:)
@@ -28,7 +29,12 @@ module gestell_floquet_multipliers
     complex(dp), allocatable :: vectors(:, :)
   contains
     procedure :: verdict
+    procedure :: lost
+    procedure :: untold
   end type multipliers_type
+
+  !> The error of a multiplier of which nothing is known: above every bound.
+  real(dp), parameter, public :: nothing_told = 1.0e308_dp
 
   !> ln 1e300.
   real(dp), parameter :: most = 300 * log(10.0_dp)
@@ -61,6 +67,7 @@ contains
         call set_multipliers(rho, right, left, monodromy%error + rounding, multipliers)
       end if
     end associate
+    if (.not. monodromy%told) multipliers%error = nothing_told
     multipliers%exponent = multipliers%exponent / monodromy%period
     if (vectors) multipliers%vectors = right * spread(monodromy%scale, 2, n)
     call arrange(multipliers)
@@ -233,6 +240,21 @@ contains
     unit = unit / norm2(abs(unit))
   end function normalised
 
+  !> Which multipliers have no digit that is sure: the bound is as great as the number.
+  pure function lost(self)
+    class(multipliers_type), intent(in) :: self
+    logical :: lost(size(self%error))
+
+    lost = self%error >= 1
+  end function lost
+
+  !> Whether nothing at all is known of them, as with too few given steps.
+  pure logical function untold(self)
+    class(multipliers_type), intent(in) :: self
+
+    untold = any(self%error >= nothing_told)
+  end function untold
+
   !> 'stable': all |rho| below 1 by more than their error; 'unstable': some |rho| above 1 by more than its error;
   !> 'undecided': neither. By logarithms: |rho| may over- or underflow.
   pure function verdict(self) result(word)
@@ -242,7 +264,7 @@ contains
     associate (e => self%error)
       if (any(e < 1 .and. self%log_abs + min(log(max(1 - e, tiny(1.0_dp))), -e) > 0)) then
         word = "unstable"
-      else if (all(self%log_abs + min(log(1 + e) + epsilon(1.0_dp), e) < 0)) then
+      else if (all(e < nothing_told .and. self%log_abs + min(log(1 + e) + epsilon(1.0_dp), e) < 0)) then
         word = "stable"
       else
         word = "undecided"

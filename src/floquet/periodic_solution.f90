@@ -33,7 +33,8 @@ contains
   !> That holds for rounding. The errors of integration are known in direction too: they leave (E - Phi)^-1 (E x0 + e_p) with
   !> the matrices E and vectors e_p that belong together, in which most of them cancels: the periodic motion is slower than
   !> the free vibrations.
-  !> Errors: `monodromy` was not solved with forcing; an error of Phi as large as e can make E - Phi singular,
+  !> Errors: `monodromy` was not solved with forcing, or with so few steps that nothing is known; an
+  !> error of Phi as large as e can make E - Phi singular,
   !> so that nothing is known of x0.
   subroutine solve_periodic(monodromy, solution, error)
     type(monodromy_type), intent(in) :: monodromy
@@ -46,6 +47,11 @@ contains
 
     if (.not. (allocated(monodromy%phi) .and. allocated(monodromy%xp))) then
       call fatal_error(error, "the periodic motion needs a system that was solved with forcing", invalid_input)
+      return
+    end if
+    if (.not. (monodromy%told .and. monodromy%xp_told)) then
+      call fatal_error(error, "the periodic vibration cannot be told: with so few steps nothing is known of its error (order " &
+        & // "more, or none, and the tolerance decides)", failed_computation)
       return
     end if
     n = size(monodromy%scale)

@@ -208,7 +208,9 @@ contains
         end if
         if (allocated(error)) return
         solution%x0(part%states) = own%x0
+        ! The squares within a norm vanish below sqrt(tiny): so small a motion is known to that only.
         solution%error(part%states) = own%error
+        if (any(abs(own%x0) > 0)) solution%error(part%states) = max(own%error, sqrt(tiny(1.0_dp)) * scale_of(part))
         solution%condition = max(solution%condition, own%condition)
       end associate
     end do

@@ -10,7 +10,7 @@ module gestell_io_report
   use gestell_io_configuration, only: configuration_type
   use gestell_io_text, only: counted
   use gestell_io_plausibility, only: implausible_lines
-  use gestell_io_report_multipliers, only: multiplier_lines
+  use gestell_io_report_multipliers, only: multiplier_lines, out_of_range, told
   use gestell_io_significance, only: noise_of, order_words
   use gestell_io_text, only: padded
   use gestell_io_verdict, only: section
@@ -127,6 +127,11 @@ contains
 
     word = trim(multipliers%verdict())
     lines = newline // "VERDICT  " // word // ": "
+    if (multipliers%untold()) then
+      lines = lines // "nothing is known of the multipliers: with half and with twice the steps that were ordered" // newline &
+        & // "  they come out different. Order more steps, or none: then the tolerance decides" // newline
+      return
+    end if
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
     if (word == "stable" .and. multipliers%error(1) >= 1) then
       lines = lines // "every free vibration dies out within a turn, so fast that the multipliers are lost in rounding" &
@@ -145,7 +150,7 @@ contains
     end select
     lines = lines // newline // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
     if (word == "undecided") then
-      worst = maxloc(abs(multipliers%rho) * (1 + multipliers%error), dim=1)
+      worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
       if (worst > 1) lines = lines // "  largest bound       |rho| = " // modulus(multipliers, worst) // newline
       lines = lines // "  Either the tolerance is too coarse (ask for a smaller one in &accuracy), or the machine sits on the" &
         & // newline // "  border, as one without damping or without springs in some direction does." // newline
@@ -167,7 +172,7 @@ contains
     end if
   end function manner
 
-  !> A modulus with as many digits as its error leaves, and the error.
+  !> A modulus with as many digits as its error leaves, and the error; beyond the range of numbers by its logarithm.
   pure function modulus(multipliers, k) result(words)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: k
@@ -176,6 +181,13 @@ contains
 
     rho = abs(multipliers%rho(k))
     bound = rho * multipliers%error(k)
+    if (multipliers%error(k) >= 1) then
+      words = told(multipliers, k, 3) // ", lost: no digit of it is sure"
+      return
+    else if (abs(multipliers%log_abs(k)) > out_of_range) then
+      words = told(multipliers, k, 10) // ", to " // concise(multipliers%error(k), 1) // " of it"
+      return
+    end if
     if (rho > 1.0e-4_dp .and. rho < 1.0e6_dp .and. bound > 1.0e-16_dp) then
       words = fixed(rho, min(max(ceiling(-log10(bound)), 4), 14))
     else
@@ -200,8 +212,11 @@ contains
       return
     end if
     if (.not. allocated(analysis%multipliers)) lines = newline
-    lines = lines // "  rests on            Phi(T) to " // concise(found%error, 1) &
-      & // " of its size"
+    if (found%error >= 1) then
+      lines = lines // "  rests on            nothing: Phi(T) is lost"
+    else
+      lines = lines // "  rests on            Phi(T) to " // concise(found%error, 1) // " of its size"
+    end if
     if (accuracy%steps == 0) then
       lines = lines // " (" // concise(accuracy%tolerance, 2) // " was ordered)"
     else

@@ -9,7 +9,10 @@ module gestell_io_report_multipliers
   implicit none (type, external)
   private
 
-  public :: multiplier_lines
+  public :: multiplier_lines, told
+
+  !> ln |rho| beyond which rho leaves the range of numbers.
+  real(dp), parameter, public :: out_of_range = 700
 
   character, parameter :: newline = new_line("a")
   !> A mode whose strongest component has less than this of its mean square swings with several frequencies.
@@ -31,7 +34,7 @@ contains
     do k = 1, size(multipliers%rho)
       lines = lines // text(k) // repeat(" ", 2 - len(text(k))) &
         & // padded(concise(real(multipliers%rho(k)), 9), 15) // padded(concise(aimag(multipliers%rho(k)), 9), 15) &
-        & // padded(concise(abs(multipliers%rho(k)), 9), 15) // padded(concise(multipliers%error(k), 1), 9) &
+        & // padded(told(multipliers, k, 9), 15) // padded(error_told(multipliers%error(k)), 9) &
         & // padded(concise(real(multipliers%exponent(k)), 5), 13)
       if (mode(k) > 0) then
         lines = lines // frequency_columns(modes(mode(k)), speed)
@@ -42,7 +45,26 @@ contains
     end do
     lines = lines // "  (error: bound relative to |rho|; frequency: of the free vibration's strongest component, " &
       & // "which the multiplier alone" // newline // "  leaves open up to multiples of the crank speed)" // newline
+    if (any(multipliers%lost())) lines = lines // "  (lost: the bound is as great as |rho|, no digit is sure)" // newline
   end function multiplier_lines
+
+  !> A modulus, or the power of e that it is where it leaves the range of numbers.
+  pure function told(multipliers, k, digits) result(words)
+    type(multipliers_type), intent(in) :: multipliers
+    integer, intent(in) :: k, digits
+    character(len=:), allocatable :: words
+
+    words = concise(abs(multipliers%rho(k)), digits)
+    if (abs(multipliers%log_abs(k)) > out_of_range) words = "e^" // concise(multipliers%log_abs(k), digits)
+  end function told
+
+  pure function error_told(error) result(words)
+    real(dp), intent(in) :: error
+    character(len=:), allocatable :: words
+
+    words = "lost"
+    if (error < 1) words = concise(error, 1)
+  end function error_told
 
   !> Frequency, its multiple of the crank speed, and what kind of vibration it is.
   pure function frequency_columns(mode, speed) result(columns)

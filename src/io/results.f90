@@ -54,6 +54,7 @@ contains
     type(multipliers_type), intent(in) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: values(8, size(multipliers%rho))
+    character :: lost(size(multipliers%rho))
 
     associate (m => multipliers)
       values(1, :) = real(m%rho)
@@ -64,9 +65,11 @@ contains
       values(6, :) = real(m%exponent)
       values(7, :) = aimag(m%exponent)
       values(8, :) = m%error
+      lost = merge("1", "0", m%lost())
     end associate
     call write_table(folder, "multipliers.csv", preamble, &
-      & "index,re,im,abs,log_abs,arg_rad,exponent_re_per_s,exponent_im_rad_per_s,error", values, error, first_index=1)
+      & "index,re,im,abs,log_abs,arg_rad,exponent_re_per_s,exponent_im_rad_per_s,error,lost", values, error, first_index=1, &
+      & tails=lost)
   end subroutine write_multipliers
 
   !> Eigenvectors of (19) at t = 0; degrees of freedom that are not free have zeros.

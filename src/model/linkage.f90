@@ -68,10 +68,8 @@ contains
     call self%find(pivot, place, error)
     if (.not. allocated(error)) call check_finite("joint '" // name // "'", [radius, phase], error)
     if (allocated(error)) return
-    if (.not. radius > 0) then
-      call fatal_error(error, "joint '" // name // "': its radius must be positive", invalid_input)
-      return
-    end if
+    call check_lengths(name, [radius], 1, error)
+    if (allocated(error)) return
     call self%add_joint(name, crank_joint(place, radius, phase), error)
   end subroutine add_crank
 

@@ -8,6 +8,9 @@ module gestell_model_linkage_checks
 
   public :: check_finite, check_lengths
 
+  !> Lengths of links (m) within which squares and their quotients neither vanish nor overflow.
+  real(dp), parameter :: shortest = 1.0e-100_dp, longest = 1.0e100_dp
+
 contains
 
   !> Error: not all of the numbers of `part` are finite.
@@ -19,7 +22,7 @@ contains
     if (.not. all(ieee_is_finite(numbers))) call fatal_error(error, part // ": its numbers must be finite", invalid_input)
   end subroutine check_finite
 
-  !> Errors: lengths (m) that are not finite and positive; a branch that is neither 1 nor -1.
+  !> Errors: lengths (m) that are not positive, or beyond what can be computed with; a branch that is neither 1 nor -1.
   pure subroutine check_lengths(name, lengths, branch, error)
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: lengths(:)
@@ -30,6 +33,8 @@ contains
     if (allocated(error)) return
     if (.not. all(lengths > 0)) then
       call fatal_error(error, "joint '" // name // "': its lengths must be positive", invalid_input)
+    else if (any(lengths < shortest .or. lengths > longest)) then
+      call fatal_error(error, "joint '" // name // "': lengths must lie between 1e-100 m and 1e100 m", invalid_input)
     else if (abs(branch) /= 1) then
       call fatal_error(error, "joint '" // name // "': its branch must be 1 or -1", invalid_input)
     end if

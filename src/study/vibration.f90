@@ -286,13 +286,12 @@ contains
     type(vibration_type), intent(in) :: vibration
     real(dp), intent(in) :: greatest(:)
     real(dp) :: errors(quantities)
-    real(dp) :: relative, state(size(greatest)), full(6)
+    real(dp) :: state(size(greatest)), full(6)
     integer :: f
 
     f = size(frame%free)
     associate (scale => floquet%scale)
-      relative = vibration%closing_defect + norm2(vibration%start%error / scale) / max(norm2(greatest / scale), tiny(1.0_dp))
-      state = relative * norm2(greatest / scale) * scale
+      state = (vibration%closing_defect * norm2(greatest / scale) + norm2(vibration%start%error / scale)) * scale
     end associate
     full = 0
     full(frame%free) = state(:f)

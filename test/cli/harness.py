@@ -10,7 +10,7 @@ from broken_inputs import SOUND
 
 SECONDS = 60
 
-MULTIPLIERS = "index,re,im,abs,log_abs,arg_rad,exponent_re_per_s,exponent_im_rad_per_s,error".split(",")
+MULTIPLIERS = "index,re,im,abs,log_abs,arg_rad,exponent_re_per_s,exponent_im_rad_per_s,error,lost".split(",")
 STATES = ["xi", "eta", "psi", "xi_dot", "eta_dot", "psi_dot"]
 MODES = ["index"] + [f"{state}_{part}" for state in STATES for part in ("re", "im")]
 QUANTITIES = "xi_m,eta_m,psi_rad,xi_dot_m_s,eta_dot_m_s,psi_dot_rad_s,fx_N,fy_N,m_Nm".split(",")

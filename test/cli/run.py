@@ -73,8 +73,10 @@ def form(what, found, preamble):
         equal(f"{what}, {name}: preamble", table.preamble, preamble)
         check(f"{what}, {name}: ends with a newline", table.ends_with_newline, "a newline", "none")
         counted = name != "response.csv"
+        flags = HEADERS[name].count("lost")
         wrong = [row for row in table.rows if len(row) != len(HEADERS[name])
-                 or not all(NUMBER.fullmatch(word) for word in row[counted:])
+                 or not all(NUMBER.fullmatch(word) for word in row[counted:len(row) - flags])
+                 or not all(word in "01" for word in row[len(row) - flags:])
                  or (counted and not row[0].isdigit())]
         check(f"{what}, {name}: 17 significant digits in all columns", not wrong, NUMBER.pattern, wrong[:1])
         if counted:

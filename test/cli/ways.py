@@ -244,4 +244,23 @@ def test_overdamped_probes():
                           f"{key} = {value} with {settings}")
 
 
-WAYS_TESTS = (test_overdamped, test_overdamped_probes, test_references, test_methods, test_reduced_by_name, test_parts, test_resonance, test_trade)
+def test_lost():
+    """With far too few steps nothing is known: the report says so in words, and multipliers.csv row by row."""
+    with Folder() as folder:
+        run = Run(folder, DATA / "khang_four_bar.nml", "-o", "out", "-s", "case.tasks='stability'", "-s",
+                  "accuracy.method='explicit8'", "-s", "accuracy.steps=2")
+        if not run.done("too few steps"):
+            return
+        check("too few steps, verdict", "VERDICT  undecided: nothing is known of the multipliers" in run.out,
+              "undecided, nothing is known", run.out)
+        check("too few steps, evidence", "nothing: Phi(T) is lost" in run.out, "Phi(T) is lost", run.out)
+        lines = (folder / "out/multipliers.csv").read_text().splitlines()
+        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+        check("too few steps, lost", [row["lost"] for row in rows] == ["1"] * 6, "six times 1", rows)
+        check("too few steps, error", all(float(row["error"]) == 1e308 for row in rows), "1e308", rows)
+        response = Run(folder, DATA / "khang_four_bar.nml", "-s", "accuracy.method='explicit8'", "-s", "accuracy.steps=2")
+        check("too few steps, vibration", response.code == 4 and "steps" in response.err, "exit code 4, for the steps",
+              response.err)
+
+
+WAYS_TESTS = (test_lost, test_overdamped, test_overdamped_probes, test_references, test_methods, test_reduced_by_name, test_parts, test_resonance, test_trade)

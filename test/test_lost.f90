@@ -1,0 +1,169 @@
+!> What is not known is said to be lost: too few given steps, numbers whose squares underflow.
+module test_lost
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_methods, only: method_names
+  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
+  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_model_frame, only: frame_type
+  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use machines, only: frame_of_machine
+  use population_check, only: truth_of, truth_type
+  use population_machines, only: specimen, specimen_type
+  use reference_linear, only: qp
+  use reference_machine, only: khang_machine, machine_data
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_lost
+
+contains
+
+  subroutine collect_lost(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("given steps, all methods: no claim is beaten", test_given_steps), &
+      & new_unittest("too few steps: undecided, lost, no vibration", test_too_few), &
+      & new_unittest("links of next to no mass", test_small_masses)]
+  end subroutine collect_lost
+
+  !> Random machines with all methods and numbers of steps from far too few to enough, against quadruple precision. A multiplier
+  !> that is not lost holds its bound relative to the true one too.
+  subroutine test_given_steps(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: machines = 12, steps(7) = [1, 2, 3, 7, 19, 24, 60]
+    character(len=:), allocatable :: names(:)
+    type(specimen_type) :: one
+    type(truth_type) :: truth
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    integer :: i, k, m, told, lost
+    character(len=60) :: counts
+
+    allocate(names, source=pack(method_names(), method_names() /= "auto"))
+    told = 0
+    lost = 0
+    do i = 1, machines
+      one = specimen(i, 30.0_dp)
+      truth = truth_of(one%machine)
+      call frame_of_machine(one%machine, frame, failure)
+      if (allocated(failure)) cycle
+      do m = 1, size(names)
+        do k = 1, size(steps)
+          call check_claim(frame, truth, accuracy_type(method=trim(names(m)), steps=steps(k)), told, lost, error)
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+    write(counts, "(i0, a, i0, a)") told, " told, ", lost, " lost"
+    call check(error, told > 500 .and. lost > 500, more=trim(counts))
+  end subroutine test_given_steps
+
+  subroutine check_claim(frame, truth, accuracy, told, lost, error)
+    type(frame_type), intent(in) :: frame
+    type(truth_type), intent(in) :: truth
+    type(accuracy_type), intent(in) :: accuracy
+    integer, intent(inout) :: told, lost
+    type(error_type), allocatable, intent(out) :: error
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    character(len=120) :: label
+    real(dp) :: distance
+    integer :: k
+
+    call solve_monodromy(frame, accuracy, .true., monodromy, failure)
+    if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
+    if (allocated(failure)) return
+    do k = 1, size(multipliers%rho)
+      distance = real(minval(abs(multipliers%rho(k) - truth%rho)), dp)
+      write(label, "(2a, i0, a, 3es10.2)") accuracy%method, " with ", accuracy%steps, ": |rho|, error, true error ", &
+        & abs(multipliers%rho(k)), multipliers%error(k), distance / abs(multipliers%rho(k))
+      ! Not written as a product: it would overflow where nothing is told.
+      call check(error, distance / abs(multipliers%rho(k)) <= multipliers%error(k), more=trim(label))
+      if (allocated(error)) return
+    end do
+    told = told + count(.not. multipliers%lost())
+    lost = lost + count(multipliers%lost())
+    label = accuracy%method // ": " // multipliers%verdict()
+    call check(error, .not. (multipliers%verdict() == "stable" .and. truth%excess >= 0 .or. &
+      & multipliers%verdict() == "unstable" .and. truth%excess <= 0), more=trim(label))
+    if (allocated(error)) return
+    call solve_periodic(monodromy, solution, failure)
+    if (allocated(failure) .or. .not. allocated(truth%x0)) return
+    write(label, "(2a, i0, a, 2es10.2)") accuracy%method, " with ", accuracy%steps, ": error of x0, its bound ", &
+      & maxval(real(abs(solution%x0 - truth%x0), dp) / solution%error), norm2(solution%error)
+    call check(error, all(real(abs(solution%x0 - truth%x0), dp) <= solution%error), more=trim(label))
+  end subroutine check_claim
+
+  !> A turn of 16 swings by one step.
+  subroutine test_too_few(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(gestell_error), allocatable :: failure
+
+    call frame_of_machine(khang_machine(240.0_dp), frame, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(), accuracy_type(method="explicit8", steps=2), analysis, failure)
+    call check(error, allocated(failure) .and. .not. allocated(analysis%vibration), more="no vibration")
+    if (allocated(error)) return
+    call check(error, index(failure%message, "steps") > 0, more=failure%message)
+    if (allocated(error)) return
+    call check(error, analysis%multipliers%verdict(), "undecided")
+    if (allocated(error)) return
+    call check(error, analysis%multipliers%untold() .and. all(analysis%multipliers%lost()), more="all lost")
+  end subroutine test_too_few
+
+  !> The motion is linear in the links' masses where these are nothing beside the frame's: against 1e-100 times the motion of
+  !> links of 1e-60 kg errors hold, and none is zero.
+  subroutine test_small_masses(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: factors(3) = [1.0e-90_dp, 1.0e-100_dp, 1.0e-250_dp], base = 1.0e-60_dp
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: light, analysis
+    type(gestell_error), allocatable :: failure
+    character(len=120) :: label
+    integer :: i, k
+
+    machine = lighter(khang_machine(240.0_dp), base)
+    call frame_of_machine(machine, frame, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(points=64), accuracy_type(), light, failure)
+    do i = 1, size(factors)
+      if (.not. allocated(failure)) call frame_of_machine(lighter(machine, factors(i)), frame, failure)
+      if (.not. allocated(failure)) call analyse(frame, tasks_type(points=64), accuracy_type(), analysis, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      associate (few => analysis%vibration, many => light%vibration)
+        do k = 1, size(few%peak)
+          write(label, "(a, es8.1, i3, 4es11.3)") "factor, quantity, peak, rms, error, expected", factors(i), k, few%peak(k), &
+            & few%rms(k), few%peak_error(k), many%peak(k) * factors(i)
+          call check(error, few%peak_error(k) > 0, more="an error of zero: " // trim(label))
+          if (allocated(error)) return
+          call check(error, abs(few%peak(k) - many%peak(k) * factors(i)) <= few%peak_error(k) + many%peak_error(k) * factors(i), &
+            & more=trim(label))
+          if (allocated(error)) return
+          call check(error, few%rms(k) <= few%peak(k) .and. few%rms(k) > 0.01_dp * few%peak(k), more=trim(label))
+          if (allocated(error)) return
+        end do
+      end associate
+    end do
+  end subroutine test_small_masses
+
+  pure function lighter(machine, factor) result(light)
+    type(machine_data), intent(in) :: machine
+    real(dp), intent(in) :: factor
+    type(machine_data) :: light
+
+    light = machine
+    light%links%mass = factor * machine%links%mass
+    light%links%inertia = factor * machine%links%inertia
+  end function lighter
+
+end module test_lost
