@@ -242,13 +242,15 @@ contains
     end do
   end subroutine check_known
 
-  !> Whether joint `i` is built on joint `target`, directly or by way of others.
+  !> Whether joint `i` is built on joint `target`, directly or by way of others; not where there is no such joint.
   logical function builds_on(joints, i, target)
     type(group_type), intent(in) :: joints(:)
     integer, intent(in) :: i, target
     logical :: found(size(joints)), done(size(joints))
     integer :: k
 
+    builds_on = .false.
+    if (i < 1 .or. target > size(joints)) return
     found = [(k == i, k = 1, size(joints))]
     done = .false.
     do while (any(found .and. .not. done))
