@@ -1,17 +1,22 @@
 !> What results cost, in counted work: samples, evaluations, intervals, comparisons.
 module test_cost
   use gestell_base_dft, only: dft
+  use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: evidence, evidence_type
+  use gestell_model_diagnosis, only: diagnose, diagnosis_type
   use gestell_model_frame, only: frame_type
+  use gestell_model_joints_guide, only: guide_type
+  use gestell_model_linkage, only: linkage_type
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
-  use machines, only: frame_of_machine
+  use machines, only: frame_of_machine, new_crank
   use reference_cases, only: random_machine
   use reference_linear, only: qp
   use reference_machine, only: khang_machine, machine_data, pi_qp
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use user_mechanisms, only: timid_joint
   implicit none (type, external)
   private
 
@@ -24,7 +29,12 @@ contains
 
     testsuite = [ &
       & new_unittest("the discrete Fourier transform is its sum", test_dft), &
-      & new_unittest("a looser tolerance takes no more samples", test_tolerance)]
+      & new_unittest("a looser tolerance takes no more samples", test_tolerance), &
+      & new_unittest("a dictionary of many words", test_dictionary), &
+      & new_unittest("a diagnosis places every joint once an angle", test_diagnosis), &
+      & new_unittest("the proof of assembly does not depend on joints beside each other", test_beside), &
+      & new_unittest("the proof of assembly near dead points", test_dead_points), &
+      & new_unittest("the proof of assembly ends", test_ends)]
   end subroutine collect_cost
 
   !> Of lengths with one prime factor and with several, by the sum in quadruple precision.
@@ -113,5 +123,175 @@ contains
       if (allocated(error)) return
     end do
   end subroutine compare
+
+  !> Found at the first of their places, also after the room has been doubled many times.
+  subroutine test_dictionary(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: many = 2000
+    type(dictionary_type) :: dictionary, copy
+    character(len=12) :: word
+    integer :: i
+
+    call check(error, dictionary%place("nothing"), 0, more="empty")
+    if (allocated(error)) return
+    do i = 1, many
+      write (word, "('joint ', i0)") modulo(7 * i, many)
+      call dictionary%add(word)
+    end do
+    call dictionary%add("joint 7")
+    call dictionary%add(repeat("long", 1000))
+    call dictionary%add("")
+    copy = dictionary
+    do i = 1, many
+      write (word, "('joint ', i0)") modulo(7 * i, many)
+      call check(error, copy%place(word), i, more=word)
+      if (allocated(error)) return
+    end do
+    call check(error, copy%place(repeat("long", 1000)), many + 2, more="long")
+    if (allocated(error)) return
+    call check(error, copy%place("  "), many + 3, more="blank")
+    if (allocated(error)) return
+    call check(error, copy%place("joint") + copy%place("joint 07") + copy%place(repeat("long", 999)), 0, more="not there")
+  end subroutine test_dictionary
+
+  !> The paper's four-bar with so many points more, all fixed to its coupler.
+  subroutine build_fan(more, linkage, error)
+    integer, intent(in) :: more
+    type(linkage_type), intent(out) :: linkage
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+    character(len=6) :: name
+    integer :: i
+
+    call new_crank(linkage, failure)
+    call linkage%ground("P", [4.5_dp, 0.0_dp], failure)
+    call linkage%rrr("B", ["A", "P"], [4.0_dp, 2.5_dp], 1, failure)
+    do i = 1, more
+      write (name, "('R', i0)") i
+      call linkage%rigid(name, ["A", "B"], [0.01_dp * i, 1.0_dp], failure)
+      call linkage%link("on " // name, "A", name, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+    end do
+    if (.not. allocated(failure)) call linkage%prepare(failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine build_fan
+
+  subroutine test_diagnosis(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(diagnosis_type) :: diagnosis
+    type(gestell_error), allocatable :: failure
+    integer :: more(2), placements(2), i
+
+    more = [10, 80]
+    do i = 1, 2
+      call build_fan(more(i), linkage, error)
+      if (allocated(error)) return
+      call diagnose(linkage, diagnosis, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      placements(i) = diagnosis%placements
+    end do
+    ! 14 joints and 84: their numbers are as 1 to 6.
+    call check(error, placements(2), 6 * placements(1))
+    if (allocated(error)) return
+    ! Half a degree apart, both ends of the turn.
+    call check(error, placements(1), 721 * 14)
+  end subroutine test_diagnosis
+
+  subroutine test_beside(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: few, many
+
+    call build_fan(1, few, error)
+    if (.not. allocated(error)) call build_fan(300, many, error)
+    if (allocated(error)) return
+    call check(error, few%intervals > 0 .and. many%intervals <= 2 * few%intervals)
+  end subroutine test_beside
+
+  !> With a gap left of the length to a dead point the motion changes within about the root of it. The intervals there are as
+  !> short; elsewhere they double: their number grows with the logarithm.
+  subroutine test_dead_points(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: decades(4) = [1, 3, 5, 7]
+    real(dp), parameter :: r = 0.2_dp, d = 0.4_dp, l = 0.35_dp
+    type(linkage_type) :: linkage
+    type(guide_type) :: guide
+    type(gestell_error), allocatable :: failure
+    character(len=80) :: found
+    integer :: kind, i, intervals(3, 4)
+
+    do i = 1, size(decades)
+      associate (gap => 0.1_dp * 10.0_dp**(-decades(i)))
+        do kind = 1, 3
+          call start()
+          select case (kind)
+          case (1) ! stretched
+            call linkage%rrr("B", ["A", "D"], [l, r + d - l + gap], 1, failure)
+          case (2) ! folded
+            call linkage%rrr("B", ["A", "D"], [0.5_dp, 0.5_dp + d - r - gap], 1, failure)
+          case default ! the rod across its guide
+            call linkage%rrp("B", "A", r + d + gap, guide_type(point=[0.0_dp, -d]), 1, failure)
+          end select
+          call linkage%link("on B", "B", "", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+          if (.not. allocated(failure)) call linkage%prepare(failure)
+          if (allocated(failure)) then
+            call test_failed(error, failure%message)
+            return
+          end if
+          intervals(kind, i) = linkage%intervals
+        end do
+      end associate
+    end do
+    do kind = 1, 3
+      write (found, "(a, i0, a, 4(1x, i0))") "kind ", kind, ", intervals", intervals(kind, :)
+      ! A decade of the gap is half a decade of angle, to both sides.
+      call check(error, intervals(kind, 4) - intervals(kind, 1) <= 25 * (decades(4) - decades(1)), more=found)
+      if (allocated(error)) return
+    end do
+    ! The rod on the point that carries its guide stands across it, all but 4e-6 of its length, throughout.
+    call start()
+    call linkage%rrr("B", ["A", "D"], [0.6_dp, 0.5_dp], 1, failure)
+    call linkage%moving_guide(["D", "B"], [0.0_dp, 0.1_dp], 0.0_dp, guide, failure)
+    call linkage%rrp("C", "B", 0.1_dp * (1 + 4.0e-6_dp), guide, 1, failure)
+    call linkage%link("on C", "C", "", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
+    if (.not. allocated(failure)) call linkage%prepare(failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    write (found, "(a, i0)") "rod across, intervals ", linkage%intervals
+    ! Bounds that do not know that the point goes with the guide: the root of the gap's reciprocal, some times.
+    call check(error, linkage%intervals < 50000, more=found)
+
+  contains
+
+    subroutine start()
+      linkage = linkage_type()
+      call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+      call linkage%ground("D", [d, 0.0_dp], failure)
+      call linkage%crank("A", "O", r, 0.0_dp, failure)
+    end subroutine start
+
+  end subroutine test_dead_points
+
+  !> A joint that is only sure of itself within 1e-7 rad: that would take 30 million intervals.
+  subroutine test_ends(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(gestell_error), allocatable :: failure
+
+    call new_crank(linkage, failure)
+    call linkage%add_joint("T", timid_joint(1.0e-7_dp), failure)
+    call linkage%prepare(failure)
+    call check(error, allocated(failure), more="it is proved")
+    if (allocated(error)) return
+    call check(error, failure%code, 3, more=failure%message)
+    if (allocated(error)) return
+    call check(error, failure%subject, "joint 'T'")
+    if (allocated(error)) return
+    call check(error, linkage%intervals <= 1000001, more="intervals")
+  end subroutine test_ends
 
 end module test_cost

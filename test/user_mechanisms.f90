@@ -16,6 +16,14 @@ module user_mechanisms
     procedure :: reach
   end type handle_joint
 
+  !> A point that stands still and is sure of it within this angle (rad) only.
+  type, extends(joint_type), public :: timid_joint
+    real(dp) :: sure = 0
+  contains
+    procedure :: place => place_timid
+    procedure :: reach => reach_timid
+  end type timid_joint
+
   !> a1 = cos phi, a2 = 2 sin phi, a3 = 5 + cos 2 phi, a4 = sin 3 phi.
   type, extends(mechanism_type), public :: pendulum_type
   contains
@@ -45,6 +53,28 @@ contains
     reach%speed = speeds(self%pivot) + self%radius
     reach%acceleration = accelerations(self%pivot) + self%radius
   end function reach
+
+  pure subroutine place_timid(self, crank_angle, points, here)
+    class(timid_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+
+    associate (unused => self, unused_angle => crank_angle, unused_points => points)
+      here = point_type()
+    end associate
+  end subroutine place_timid
+
+  pure function reach_timid(self, points, speeds, accelerations, half_width) result(reach)
+    class(timid_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+
+    associate (unused_points => points, unused_speeds => speeds, unused => accelerations)
+      reach%assembled = half_width < self%sure
+    end associate
+  end function reach_timid
 
   subroutine mass_functions(self, crank_angle, a)
     class(pendulum_type), intent(in) :: self

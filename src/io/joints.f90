@@ -1,5 +1,6 @@
 !> The joints of an input file, each by its type.
 module gestell_io_joints
+  use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
@@ -28,10 +29,11 @@ module gestell_io_joints
 
 contains
 
-  !> Adds joint `i` of `joints` to the linkage, built on those before it.
+  !> Adds joint `i` of `joints`, whose names are `names`, to the linkage, built on those before it.
   !> Errors: keys that do not fit the joint's type, joints that are not there (yet), values out of range.
-  subroutine read_joint(joints, i, units, linkage, error)
+  subroutine read_joint(joints, names, i, units, linkage, error)
     type(group_type), intent(in) :: joints(:)
+    type(dictionary_type), intent(in) :: names
     integer, intent(in) :: i
     type(units_type), intent(in) :: units
     type(linkage_type), intent(inout) :: linkage
@@ -55,39 +57,39 @@ contains
       call linkage%ground(name_of(group), position, error)
     case ("crank")
       call get(group, "pivot", pivot, error)
-      if (.not. allocated(error)) call check_known(group, "pivot", [pivot], joints, i - 1, error)
+      if (.not. allocated(error)) call check_known(group, "pivot", [pivot], joints, names, i - 1, error)
       if (.not. allocated(error)) call get(group, "radius", radius, error, must=positive, unit=units%length)
       if (.not. allocated(error)) call get(group, "phase", angle, error, default=0.0_dp, unit=units%angle)
       if (allocated(error)) return
       if (abs(angle) > 2 * pi) angle = modulo(angle, 2 * pi)
       call linkage%crank(name_of(group), pivot, radius, angle, error)
     case ("RRR")
-      call get_ends(joints, i, 2, ends, error)
+      call get_ends(joints, names, i, 2, ends, error)
       if (.not. allocated(error)) call get(group, "lengths", lengths, error, must=positive, unit=units%length)
       if (.not. allocated(error)) call get_branch(group, branch, error)
       if (allocated(error)) return
       call linkage%rrr(name_of(group), ends, lengths, branch, error)
     case ("RRP")
-      call get_ends(joints, i, 1, ends, error)
+      call get_ends(joints, names, i, 1, ends, error)
       if (.not. allocated(error)) call get(group, "lengths", lengths(:1), error, must=positive, unit=units%length)
       if (.not. allocated(error)) call get_branch(group, branch, error)
-      if (.not. allocated(error)) call get_guide(joints, i, "guide", units, linkage, guides(1), error)
+      if (.not. allocated(error)) call get_guide(joints, names, i, "guide", units, linkage, guides(1), error)
       if (allocated(error)) return
       call linkage%rrp(name_of(group), ends(1), lengths(1), guides(1), branch, error)
     case ("RPR")
-      call get_ends(joints, i, 2, ends, error)
+      call get_ends(joints, names, i, 2, ends, error)
       if (.not. allocated(error)) call get(group, "lengths", lengths(:1), error, must=positive, unit=units%length)
       if (.not. allocated(error)) call get_branch(group, branch, error)
       if (allocated(error)) return
       call linkage%rpr(name_of(group), ends, lengths(1), branch, error)
     case ("rigid")
-      call get_ends(joints, i, 2, ends, error)
+      call get_ends(joints, names, i, 2, ends, error)
       if (.not. allocated(error)) call get(group, "offset", position, error, unit=units%length)
       if (allocated(error)) return
       call linkage%rigid(name_of(group), ends, position, error)
     case ("PRP")
-      call get_guide(joints, i, "guide", units, linkage, guides(1), error)
-      if (.not. allocated(error)) call get_guide(joints, i, "guide2", units, linkage, guides(2), error)
+      call get_guide(joints, names, i, "guide", units, linkage, guides(1), error)
+      if (.not. allocated(error)) call get_guide(joints, names, i, "guide2", units, linkage, guides(2), error)
       if (allocated(error)) return
       if (all(guides(1)%carriers == guides(2)%carriers) .and. &
         & abs(sin(guides(1)%angle - guides(2)%angle)) < parallel) then
@@ -96,8 +98,8 @@ contains
       end if
       call linkage%prp(name_of(group), guides, error)
     case default ! RPP
-      call get_ends(joints, i, 1, ends, error)
-      if (.not. allocated(error)) call get_guide(joints, i, "guide", units, linkage, guides(1), error)
+      call get_ends(joints, names, i, 1, ends, error)
+      if (.not. allocated(error)) call get_guide(joints, names, i, "guide", units, linkage, guides(1), error)
       if (.not. allocated(error)) call get(group, "slot_angle", angle, error, unit=units%angle)
       if (allocated(error)) return
       if (abs(sin(angle)) < parallel) then
@@ -110,8 +112,9 @@ contains
   end subroutine read_joint
 
   !> The ends of joint `i`: a number of different earlier joints.
-  subroutine get_ends(joints, i, number, ends, error)
+  subroutine get_ends(joints, names, i, number, ends, error)
     type(group_type), intent(in) :: joints(:)
+    type(dictionary_type), intent(in) :: names
     integer, intent(in) :: i, number
     character(len=word_length), allocatable, intent(out) :: ends(:)
     type(error_type), allocatable, intent(out) :: error
@@ -122,7 +125,7 @@ contains
       call input_error(joints(i), "ends", "needs " // trim(merge("1 joint ", "2 joints", number == 1)), error)
       return
     end if
-    call check_known(joints(i), "ends", ends, joints, i - 1, error)
+    call check_known(joints(i), "ends", ends, joints, names, i - 1, error)
     if (allocated(error) .or. number == 1) return
     if (ends(1) == ends(2)) call input_error(joints(i), "ends", "needs 2 different joints", error)
   end subroutine get_ends
@@ -139,8 +142,9 @@ contains
 
   !> A guide of joint `i` by the keys `key`, `key`_point and `key`_angle: carried by two joints, or fixed, by its point
   !> and angle.
-  subroutine get_guide(joints, i, key, units, linkage, guide, error)
+  subroutine get_guide(joints, names, i, key, units, linkage, guide, error)
     type(group_type), intent(in) :: joints(:)
+    type(dictionary_type), intent(in) :: names
     integer, intent(in) :: i
     character(len=*), intent(in) :: key
     type(units_type), intent(in) :: units
@@ -161,7 +165,7 @@ contains
       return
     end if
     call get(joints(i), key, carriers, error)
-    if (.not. allocated(error)) call check_known(joints(i), key, carriers, joints, i - 1, error)
+    if (.not. allocated(error)) call check_known(joints(i), key, carriers, joints, names, i - 1, error)
     if (.not. allocated(error)) call get(joints(i), key // "_point", point, error, default=0.0_dp, unit=units%length)
     if (.not. allocated(error)) call get(joints(i), key // "_angle", angle, error, default=0.0_dp, unit=units%angle)
     if (allocated(error)) return
@@ -215,19 +219,20 @@ contains
     end do
   end function commas
 
-  !> Whether all `names` are those of the first `known` of the `joints`.
-  subroutine check_known(group, key, names, joints, known, error)
+  !> Whether all `wanted` are among the first `known` of the `joints`, whose names are `names`.
+  subroutine check_known(group, key, wanted, joints, names, known, error)
     type(group_type), intent(in) :: group, joints(:)
-    character(len=*), intent(in) :: key, names(:)
+    character(len=*), intent(in) :: key, wanted(:)
+    type(dictionary_type), intent(in) :: names
     integer, intent(in) :: known
     type(error_type), allocatable, intent(out) :: error
     integer :: i, place
 
-    do i = 1, size(names)
-      place = findloc(group_names(joints) == names(i), .true., dim=1)
+    do i = 1, size(wanted)
+      place = names%place(wanted(i))
       if (place == 0) then
-        call input_error(group, key, "there is no joint '" // trim(names(i)) // "'" // &
-          & suggestion(trim(names(i)), group_names(joints(:known))), error)
+        call input_error(group, key, "there is no joint '" // trim(wanted(i)) // "'" // &
+          & suggestion(trim(wanted(i)), group_names(joints(:known))), error)
       else if (place == known + 1) then
         call input_error(group, key, "a joint cannot be built on itself", error)
       else if (place > known .and. builds_on(joints, place, known + 1)) then
@@ -235,7 +240,7 @@ contains
           & // name_of(group) // "' in turn: joints that hold each other make a triad (Assur group of class III) or a larger " &
           & // "group, and only dyads are built in, two links at a time", error)
       else if (place > known) then
-        call input_error(group, key, "joint '" // trim(names(i)) // "' stands only in line " // text(joints(place)%line) &
+        call input_error(group, key, "joint '" // trim(wanted(i)) // "' stands only in line " // text(joints(place)%line) &
           & // ": list it before this one", error)
       end if
       if (allocated(error)) return

@@ -1,5 +1,6 @@
 !> The mechanism of an input file: its joints and links together.
 module gestell_io_mechanism
+  use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_io_document, only: document_type, group_type, groups_named, has, name_of, the_group
@@ -84,6 +85,7 @@ contains
     type(linkage_type), intent(out) :: linkage
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: joints(:), links(:)
+    type(dictionary_type) :: names, link_names
     integer :: i
 
     joints = groups_named(doc, "joint")
@@ -93,14 +95,14 @@ contains
       return
     end if
     links = groups_named(doc, "link")
-    call check_names(joints, error)
+    call take_names(joints, names, error)
     if (allocated(error)) return
-    call check_names(links, error)
+    call take_names(links, link_names, error)
     if (allocated(error)) return
     call check_crank(joints, error)
     if (allocated(error)) return
     do i = 1, size(joints)
-      call read_joint(joints, i, units, linkage, error)
+      call read_joint(joints, names, i, units, linkage, error)
       if (allocated(error)) return
     end do
     if (size(links) == 0) then
@@ -109,28 +111,30 @@ contains
       return
     end if
     do i = 1, size(links)
-      call read_link(links(i), joints, units, linkage, error)
+      call read_link(links(i), joints, names, units, linkage, error)
       if (allocated(error)) return
     end do
   end subroutine read_linkage
 
-  subroutine check_names(groups, error)
+  !> The names of joints or links, in their order. Errors: an empty name; one that is taken.
+  subroutine take_names(groups, names, error)
     type(group_type), intent(in) :: groups(:)
+    type(dictionary_type), intent(out) :: names
     type(error_type), allocatable, intent(out) :: error
-    integer :: i, j
+    character(len=:), allocatable :: name
+    integer :: i
 
     do i = 1, size(groups)
-      if (name_of(groups(i)) == "") then
+      name = name_of(groups(i))
+      if (name == "") then
         call input_error(groups(i), "name", "must not be empty", error)
-        return
-      end if
-      do j = 1, i - 1
-        if (name_of(groups(i)) /= name_of(groups(j))) cycle
+      else if (names%place(name) > 0) then
         call input_error(groups(i), "name", "is taken already", error)
-        return
-      end do
+      end if
+      if (allocated(error)) return
+      call names%add(name)
     end do
-  end subroutine check_names
+  end subroutine take_names
 
   !> A mechanism has one crank.
   subroutine check_crank(joints, error)
@@ -155,8 +159,9 @@ contains
   end subroutine check_crank
 
   !> A link on any of the joints.
-  subroutine read_link(group, joints, units, linkage, error)
+  subroutine read_link(group, joints, names, units, linkage, error)
     type(group_type), intent(in) :: group, joints(:)
+    type(dictionary_type), intent(in) :: names
     type(units_type), intent(in) :: units
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
@@ -165,13 +170,13 @@ contains
 
     call get(group, "from", from, error)
     if (allocated(error)) return
-    call check_known(group, "from", [from], joints, size(joints), error)
+    call check_known(group, "from", [from], joints, names, size(joints), error)
     if (allocated(error)) return
     to = ""
     if (has(group, "to")) then
       call get(group, "to", to, error)
       if (allocated(error)) return
-      call check_known(group, "to", [to], joints, size(joints), error)
+      call check_known(group, "to", [to], joints, names, size(joints), error)
       if (allocated(error)) return
       if (to == from) then
         call input_error(group, "to", "is the joint of from, needs another one", error)

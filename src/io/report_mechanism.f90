@@ -6,7 +6,7 @@ module gestell_io_report_mechanism
   use gestell_base_text, only: concise, fixed, text
   use gestell_io_text, only: counted
   use gestell_io_text, only: padded
-  use gestell_model_diagnosis, only: diagnose, diagnose_transmission, diagnosis_type, shaking
+  use gestell_model_diagnosis, only: diagnose, diagnose_joints, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   implicit none (type, external)
@@ -49,7 +49,7 @@ contains
     line = ""
     select type (mechanism => frame%mechanism)
     class is (linkage_type)
-      call diagnose_transmission(mechanism, diagnosis)
+      call diagnose_joints(mechanism, diagnosis)
       line = transmission_line(mechanism, diagnosis)
     end select
   end function report_transmission
@@ -57,7 +57,7 @@ contains
   function joint_lines(mechanism, diagnosis) result(lines)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, line
     real(dp) :: size_of_all
     integer :: i
 
@@ -65,10 +65,10 @@ contains
     lines = "  joint             x (m)                    y (m)                    stroke (m)" // newline
     do i = 1, size(mechanism%joints)
       associate (joint => diagnosis%joints(i))
-        lines = lines // "  " // column(mechanism%joints(i)%name, 14) // column(extent(joint%x, size_of_all), 25) &
+        line = "  " // column(mechanism%joints(i)%name, 14) // column(extent(joint%x, size_of_all), 25) &
           & // column(extent(joint%y, size_of_all), 25)
-        if (joint%slides) lines = lines // concise(joint%travel(2) - joint%travel(1))
-        lines = trim(lines) // newline
+        if (joint%slides) line = line // concise(joint%travel(2) - joint%travel(1))
+        lines = lines // trim(line) // newline
       end associate
     end do
   end function joint_lines
@@ -76,19 +76,19 @@ contains
   function link_lines(mechanism, diagnosis) result(lines)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, motion
     integer :: i
 
     lines = "  link              motion" // newline
     do i = 1, size(mechanism%links)
-      lines = lines // "  " // column(mechanism%links(i)%name, 16)
       if (mechanism%links(i)%to == 0) then
-        lines = lines // "  translates" // newline
+        motion = "translates"
       else if (diagnosis%turns(i)) then
-        lines = lines // "  turns fully" // newline
+        motion = "turns fully"
       else
-        lines = lines // "  swings through " // fixed(diagnosis%swing(i) * 180 / pi, 2) // " deg" // newline
+        motion = "swings through " // fixed(diagnosis%swing(i) * 180 / pi, 2) // " deg"
       end if
+      lines = lines // "  " // column(mechanism%links(i)%name, 16) // "  " // motion // newline
     end do
   end function link_lines
 

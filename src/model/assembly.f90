@@ -2,7 +2,7 @@
 module gestell_model_assembly
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: fixed
+  use gestell_base_text, only: fixed, text
   use gestell_model_bodies, only: link_type
   use gestell_model_joints_guide, only: turning_feature
   use gestell_model_joints_joint, only: named_joint_type, point_type, reach_type, slack
@@ -14,32 +14,40 @@ module gestell_model_assembly
   !> A joint that cannot be secured over this angle (rad) stands at a dead point: near one the proof needs ever shorter
   !> intervals. About the angle between its links (rad) squared.
   real(dp), parameter :: narrowest = 1.0e-9_dp
+  !> Intervals over the turn, at the most.
+  integer, parameter :: most_intervals = 1000000
 
 contains
 
   !> Marches over the whole turn in intervals that are each proved from their middle: bounds on the joints' speeds pass
   !> from joint to joint and limit how far each can move within the interval. `feature`: the crank angle (rad) over which
-  !> the motion changes in earnest.
-  !> Errors: a joint that cannot be assembled or reaches a dead point; a link whose two joints meet. They are named with
-  !> the angle.
-  subroutine prove_assembly(joints, links, feature, error)
+  !> the motion changes in earnest; `intervals`: how many were tried.
+  !> Errors: a joint that cannot be assembled or reaches a dead point; a link whose two joints meet; too many intervals. They
+  !> are named with the angle.
+  subroutine prove_assembly(joints, links, feature, intervals, error)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
     real(dp), intent(out) :: feature
+    integer, intent(out) :: intervals
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: angle, width, local
     integer :: bad_joint, bad_link
 
     feature = 1
+    intervals = 0
     angle = 0
     width = pi / 4
     do while (angle < 2 * pi)
       width = min(2 * width, 2 * pi - angle)
       do
+        intervals = intervals + 1
         call secure(joints, links, angle + width / 2, width / 2, local, bad_joint, bad_link)
         if (bad_joint == 0 .and. bad_link == 0) exit
         width = width / 2
-        if (width < narrowest) then
+        if (intervals >= most_intervals) then
+          call give_up(joints, links, angle, bad_joint, bad_link, error)
+          return
+        else if (width < narrowest) then
           call report(joints, links, angle, bad_joint, bad_link, error)
           return
         end if
@@ -89,6 +97,24 @@ contains
       end associate
     end do
   end subroutine secure
+
+  subroutine give_up(joints, links, angle, bad_joint, bad_link, error)
+    type(named_joint_type), intent(in) :: joints(:)
+    type(link_type), intent(in) :: links(:)
+    real(dp), intent(in) :: angle
+    integer, intent(in) :: bad_joint, bad_link
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: subject
+
+    if (bad_joint > 0) then
+      subject = "joint '" // joints(bad_joint)%name // "'"
+    else
+      subject = "link '" // links(bad_link)%name // "'"
+    end if
+    call fatal_error(error, subject // ": that it passes a crank angle of " // fixed(angle * 180 / pi, 3) // " deg is not " &
+      & // "proved within " // text(most_intervals) // " intervals of the turn: too close to a dead point, or too long a chain", &
+      & impossible_mechanism, subject)
+  end subroutine give_up
 
   subroutine report(joints, links, angle, bad_joint, bad_link, error)
     type(named_joint_type), intent(in) :: joints(:)

@@ -10,7 +10,7 @@ module gestell_model_bodies
   implicit none (type, external)
   private
 
-  public :: sum_drive, sum_masses, tabulate_masses
+  public :: move_link, sum_drive, sum_masses, tabulate_masses
 
   !> Sums that cancel to this part of their terms' magnitudes are zero: a balanced mechanism does not shake at all.
   real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
@@ -24,6 +24,19 @@ module gestell_model_bodies
   end type link_type
 
 contains
+
+  !> `to` becomes `from`, which loses its name: nothing is allocated.
+  pure subroutine move_link(from, to)
+    type(link_type), intent(inout) :: from
+    type(link_type), intent(out) :: to
+
+    call move_alloc(from%name, to%name)
+    to%from = from%from
+    to%to = from%to
+    to%mass = from%mass
+    to%inertia = from%inertia
+    to%center = from%center
+  end subroutine move_link
 
   !> The sums (4) to (7) over the links, with all joints at `at`.
   pure subroutine sum_masses(links, at, a)

@@ -2,9 +2,13 @@
 module gestell_model_diagnosis
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_fourier, only: fourier_series, fourier_type
+  use gestell_base_jet, only: jet
   use gestell_base_kinds, only: dp, pi
+  use gestell_model_bodies, only: link_type
+  use gestell_model_extremes, only: extremes_type
   use gestell_model_joints_driven, only: crank_joint, ground_joint
-  use gestell_model_joints_joint, only: fitness_type, point_type
+  use gestell_model_joints_guide, only: direction
+  use gestell_model_joints_joint, only: fitness_type, named_joint_type, point_type
   use gestell_model_joints_lever, only: rigid_joint
   use gestell_model_joints_rrr, only: rrr_joint
   use gestell_model_linkage, only: linkage_type
@@ -13,7 +17,7 @@ module gestell_model_diagnosis
   implicit none (type, external)
   private
 
-  public :: diagnose, diagnose_transmission, shaking
+  public :: diagnose, diagnose_joints, shaking
 
   !> What one joint does over a turn.
   type, public :: joint_report_type
@@ -35,7 +39,23 @@ module gestell_model_diagnosis
     !> Whether each link turns fully, else the angle that it swings through (rad).
     logical, allocatable :: turns(:)
     real(dp), allocatable :: swing(:)
+    !> What it cost: joints placed at a crank angle, one by one.
+    integer :: placements = 0
   end type diagnosis_type
+
+  !> What is followed of a joint and of a link, as it was at the last crank angle, with its extremes so far.
+  type :: joint_track_type
+    type(point_type) :: here
+    type(fitness_type) :: fitness
+    type(extremes_type) :: x, y, travel, transmission, margin
+  end type joint_track_type
+
+  type :: link_track_type
+    type(point_type) :: direction
+    !> The angle it has turned through (rad).
+    type(jet) :: angle
+    type(extremes_type) :: swing
+  end type link_track_type
 
 contains
 
@@ -44,35 +64,111 @@ contains
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(out) :: diagnosis
     type(error_type), allocatable, intent(out) :: error
-    integer :: i
 
     call linkage%check(error)
     if (allocated(error)) return
     call count_links(linkage, diagnosis)
     diagnosis%grashof = grashof_class(linkage)
-    call diagnose_transmission(linkage, diagnosis)
-    do i = 1, size(linkage%joints)
-      call follow_joint(linkage, i, diagnosis%joints(i))
-    end do
-    call follow_links(linkage, diagnosis)
+    call turn_once(linkage, linkage%links, diagnosis)
   end subroutine diagnose
 
-  !> Of the diagnosis the transmission angles and margins alone.
-  subroutine diagnose_transmission(linkage, diagnosis)
+  !> Of the diagnosis what concerns the joints.
+  subroutine diagnose_joints(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
+    type(diagnosis_type), intent(out) :: diagnosis
+
+    call turn_once(linkage, linkage%links(:0), diagnosis)
+  end subroutine diagnose_joints
+
+  !> Follows all joints and `links` through one turn, from angle to angle: in steps of half a degree, or as many as the
+  !> mechanism's feature asks for.
+  subroutine turn_once(linkage, links, diagnosis)
+    class(linkage_type), intent(in) :: linkage
+    type(link_type), intent(in) :: links(:)
     type(diagnosis_type), intent(inout) :: diagnosis
-    real(dp) :: sine
+    integer, parameter :: least = 720, most = 8192
+    type(point_type) :: at(size(linkage%joints))
+    type(joint_track_type) :: joints(size(linkage%joints))
+    type(link_track_type) :: bodies(size(links))
+    real(dp) :: step
+    integer :: steps, k
+
+    steps = max(least, ceiling(min(real(most, dp), 32 * pi / linkage%feature)))
+    step = 2 * pi / steps
+    do k = 0, steps
+      call linkage%points(k * step, at)
+      call follow_joints(linkage%joints, at, k * step, step, k == 0, joints)
+      call follow_links(links, at, k * step, step, k == 0, bodies)
+    end do
+    diagnosis%placements = (steps + 1) * size(at)
+    diagnosis%joints = joint_report(joints)
+    diagnosis%turns = links%to > 0 .and. abs(bodies%angle%v) > pi
+    diagnosis%swing = merge(bodies%swing%greatest - bodies%swing%least, 0.0_dp, links%to > 0)
+  end subroutine turn_once
+
+  !> What the joints do on the step that ends at this `angle`; with `first` nothing lies behind them.
+  subroutine follow_joints(joints, at, angle, step, first, tracks)
+    type(named_joint_type), intent(in) :: joints(:)
+    type(point_type), intent(in) :: at(:)
+    real(dp), intent(in) :: angle, step
+    logical, intent(in) :: first
+    type(joint_track_type), intent(inout) :: tracks(:)
+    type(fitness_type) :: fitness
     integer :: i
 
-    allocate(diagnosis%joints(size(linkage%joints)))
-    do i = 1, size(linkage%joints)
-      associate (report => diagnosis%joints(i))
-        sine = extreme(linkage, i, 4, -1, report%transmission_at)
-        report%transmission = asin(min(1.0_dp, sine))
-        report%margin = extreme(linkage, i, 5, -1)
+    do i = 1, size(joints)
+      fitness = joints(i)%joint%fitness(at, at(i))
+      associate (track => tracks(i), from => angle - step)
+        if (.not. first) then
+          call track%x%take(track%here%x, at(i)%x, from, step)
+          call track%y%take(track%here%y, at(i)%y, from, step)
+          call track%travel%take(track%fitness%travel, fitness%travel, from, step)
+          call track%transmission%take(track%fitness%transmission, fitness%transmission, from, step)
+          call track%margin%take(track%fitness%margin, fitness%margin, from, step)
+        end if
+        track%here = at(i)
+        track%fitness = fitness
       end associate
     end do
-  end subroutine diagnose_transmission
+  end subroutine follow_joints
+
+  !> The same for links: u = (cos phi, sin phi) turns by phi' = u x u', phi'' = u x u''.
+  subroutine follow_links(links, at, angle, step, first, tracks)
+    type(link_type), intent(in) :: links(:)
+    type(point_type), intent(in) :: at(:)
+    real(dp), intent(in) :: angle, step
+    logical, intent(in) :: first
+    type(link_track_type), intent(inout) :: tracks(:)
+    type(point_type) :: u
+    type(jet) :: turned
+    integer :: i
+
+    do i = 1, size(links)
+      if (links(i)%to == 0) cycle
+      u = direction(at(links(i)%from), at(links(i)%to))
+      associate (track => tracks(i), before => tracks(i)%direction)
+        turned = jet(0.0_dp, u%x%v * u%y%d - u%y%v * u%x%d, u%x%v * u%y%dd - u%y%v * u%x%dd)
+        if (.not. first) then
+          turned%v = track%angle%v + atan2(before%x%v * u%y%v - before%y%v * u%x%v, before%x%v * u%x%v + before%y%v * u%y%v)
+          call track%swing%take(track%angle, turned, angle - step, step)
+        end if
+        track%angle = turned
+        track%direction = u
+      end associate
+    end do
+  end subroutine follow_links
+
+  elemental type(joint_report_type) function joint_report(track) result(report)
+    type(joint_track_type), intent(in) :: track
+
+    report%x = [track%x%least, track%x%greatest]
+    report%y = [track%y%least, track%y%greatest]
+    report%slides = track%fitness%slides
+    if (report%slides) report%travel = [track%travel%least, track%travel%greatest]
+    report%transmission = asin(min(1.0_dp, track%transmission%least))
+    report%transmission_at = modulo(track%transmission%least_at, 2 * pi)
+    report%margin = track%margin%least
+  end function joint_report
 
   !> Every dyad brings two links and three pairs, the crank one of each.
   subroutine count_links(linkage, diagnosis)
@@ -148,114 +244,6 @@ contains
       grashof_class = ""
     end select
   end function grashof_class
-
-  !> Where a joint goes over a turn.
-  subroutine follow_joint(linkage, number, report)
-    class(linkage_type), intent(in) :: linkage
-    integer, intent(in) :: number
-    type(joint_report_type), intent(inout) :: report
-    type(fitness_type) :: fitness
-
-    fitness = fitness_at(linkage, number, 0.0_dp)
-    report%slides = fitness%slides
-    report%x = [extreme(linkage, number, 1, -1), extreme(linkage, number, 1, 1)]
-    report%y = [extreme(linkage, number, 2, -1), extreme(linkage, number, 2, 1)]
-    if (report%slides) report%travel = [extreme(linkage, number, 3, -1), extreme(linkage, number, 3, 1)]
-  end subroutine follow_joint
-
-  pure function fitness_at(linkage, number, angle) result(fitness)
-    class(linkage_type), intent(in) :: linkage
-    integer, intent(in) :: number
-    real(dp), intent(in) :: angle
-    type(fitness_type) :: fitness
-    type(point_type) :: at(size(linkage%joints))
-
-    call linkage%points(angle, at)
-    fitness = linkage%joints(number)%joint%fitness(at, at(number))
-  end function fitness_at
-
-  !> Quantity `which` of a joint at a crank angle: x, y, travel, transmission, margin.
-  pure real(dp) function quantity(linkage, number, which, angle)
-    class(linkage_type), intent(in) :: linkage
-    integer, intent(in) :: number, which
-    real(dp), intent(in) :: angle
-    type(point_type) :: at(size(linkage%joints))
-    type(fitness_type) :: fitness
-
-    call linkage%points(angle, at)
-    fitness = linkage%joints(number)%joint%fitness(at, at(number))
-    select case (which)
-    case (1)
-      quantity = at(number)%x%v
-    case (2)
-      quantity = at(number)%y%v
-    case (3)
-      quantity = fitness%travel
-    case (4)
-      quantity = fitness%transmission
-    case default
-      quantity = fitness%margin
-    end select
-  end function quantity
-
-  !> The least (`sense` = -1) or greatest (1) value of a quantity over the turn, and where it is met: the best of 720 angles,
-  !> refined by golden sections.
-  real(dp) function extreme(linkage, number, which, sense, place)
-    class(linkage_type), intent(in) :: linkage
-    integer, intent(in) :: number, which, sense
-    real(dp), intent(out), optional :: place
-    integer, parameter :: samples = 720
-    real(dp), parameter :: golden = (sqrt(5.0_dp) - 1) / 2
-    real(dp) :: values(samples), left, right, a, b
-    integer :: i, iteration
-
-    values = [(sense * quantity(linkage, number, which, 2 * pi * i / samples), i = 0, samples - 1)]
-    i = maxloc(values, dim=1) - 1
-    left = 2 * pi * (i - 1) / samples
-    right = 2 * pi * (i + 1) / samples
-    do iteration = 1, 40
-      a = right - golden * (right - left)
-      b = left + golden * (right - left)
-      if (sense * quantity(linkage, number, which, a) > sense * quantity(linkage, number, which, b)) then
-        right = b
-      else
-        left = a
-      end if
-    end do
-    extreme = sense * max(values(i + 1), sense * quantity(linkage, number, which, (left + right) / 2))
-    if (present(place)) place = modulo((left + right) / 2, 2 * pi)
-  end function extreme
-
-  !> The links' angles, followed step by step through the turn.
-  subroutine follow_links(linkage, diagnosis)
-    class(linkage_type), intent(in) :: linkage
-    type(diagnosis_type), intent(inout) :: diagnosis
-    integer, parameter :: samples = 1440
-    type(point_type) :: at(size(linkage%joints))
-    real(dp) :: u(2), before(2), angle, least, greatest
-    integer :: i, k
-
-    allocate(diagnosis%turns(size(linkage%links)), source=.false.)
-    allocate(diagnosis%swing(size(linkage%links)), source=0.0_dp)
-    do i = 1, size(linkage%links)
-      associate (link => linkage%links(i))
-        if (link%to == 0) cycle
-        angle = 0
-        least = 0
-        greatest = 0
-        do k = 0, samples
-          call linkage%points(2 * pi * k / samples, at)
-          u = [at(link%to)%x%v - at(link%from)%x%v, at(link%to)%y%v - at(link%from)%y%v]
-          if (k > 0) angle = angle + atan2(before(1) * u(2) - before(2) * u(1), dot_product(before, u))
-          before = u
-          least = min(least, angle)
-          greatest = max(greatest, angle)
-        end do
-        diagnosis%turns(i) = abs(angle) > pi
-        diagnosis%swing(i) = greatest - least
-      end associate
-    end do
-  end subroutine follow_links
 
   !> Harmonics of the shaking forces along x and y (N) and of the shaking moment about O (N m) at a speed (rad/s). Errors: the
   !> mechanism is not made yet; the speed is not finite.

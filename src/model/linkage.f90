@@ -1,9 +1,10 @@
 !> Planar linkages: a list of joints, each from earlier ones, and the links that move with them.
 module gestell_model_linkage
+  use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_model_assembly, only: prove_assembly
-  use gestell_model_bodies, only: link_type, sum_drive, sum_masses
+  use gestell_model_bodies, only: link_type, move_link, sum_drive, sum_masses
   use gestell_model_joints_driven, only: crank_joint, ground_joint
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
@@ -23,6 +24,10 @@ module gestell_model_linkage
     type(link_type), allocatable :: links(:)
     !> Whether it is known to turn freely.
     logical :: prepared = .false.
+    !> Intervals of the crank angle that the proof of it took.
+    integer :: intervals = 0
+    !> The joints' names.
+    type(dictionary_type), private :: names
   contains
     procedure :: ground => add_ground
     procedure :: crank => add_crank
@@ -225,12 +230,10 @@ contains
     end if
     count = 0
     if (allocated(self%joints)) count = size(self%joints)
-    do i = 1, count
-      if (self%joints(i)%name == name) then
-        call fatal_error(error, "joint '" // name // "' is there already", invalid_input)
-        return
-      end if
-    end do
+    if (self%names%place(name) > 0) then
+      call fatal_error(error, "joint '" // name // "' is there already", invalid_input)
+      return
+    end if
     allocate(longer(count + 1))
     do i = 1, count
       call move_alloc(self%joints(i)%name, longer(i)%name)
@@ -239,6 +242,7 @@ contains
     longer(count + 1)%name = name
     allocate(longer(count + 1)%joint, source=joint)
     call move_alloc(longer, self%joints)
+    call self%names%add(name)
     self%prepared = .false.
   end subroutine add_joint
 
@@ -266,12 +270,28 @@ contains
       call fatal_error(error, "link '" // name // "': mass and inertia must not be negative", invalid_input)
     end if
     if (allocated(error)) return
-    if (.not. allocated(self%links)) allocate(self%links(0))
-    self%links = [self%links, link]
+    call append_link(self, link)
     self%prepared = .false.
     self%mass = self%mass + mass
     self%inertia = self%inertia + inertia
   end subroutine add_link
+
+  !> The links with one more. (The names move: copies of all would cost more than the rest.)
+  subroutine append_link(self, link)
+    class(linkage_type), intent(inout) :: self
+    type(link_type), intent(in) :: link
+    type(link_type), allocatable :: longer(:)
+    integer :: i, count
+
+    count = 0
+    if (allocated(self%links)) count = size(self%links)
+    allocate(longer(count + 1))
+    do i = 1, count
+      call move_link(self%links(i), longer(i))
+    end do
+    longer(count + 1) = link
+    call move_alloc(longer, self%links)
+  end subroutine append_link
 
   !> The place of the joint of that name. Error: there is none.
   subroutine find(self, name, place, error)
@@ -280,12 +300,8 @@ contains
     integer, intent(out) :: place
     type(error_type), allocatable, intent(out) :: error
 
-    if (allocated(self%joints)) then
-      do place = 1, size(self%joints)
-        if (self%joints(place)%name == name) return
-      end do
-    end if
-    place = 0
+    place = self%names%place(name)
+    if (place > 0) return
     call fatal_error(error, "no joint '" // trim(name) // "' stands before it", invalid_input)
   end subroutine find
 
@@ -324,7 +340,7 @@ contains
       call fatal_error(error, "a mechanism needs at least one link", invalid_input)
     end if
     if (allocated(error)) return
-    call prove_assembly(self%joints, self%links, self%feature, error)
+    call prove_assembly(self%joints, self%links, self%feature, self%intervals, error)
     self%prepared = .not. allocated(error)
   end subroutine prepare
 

@@ -6,6 +6,8 @@ module gestell_model_joints_joint
   implicit none (type, external)
   private
 
+  public :: greatest_change
+
   !> A point of the mechanism's x-y plane with its derivatives with respect to the crank angle (m).
   type, public :: point_type
     type(jet) :: x, y
@@ -13,6 +15,10 @@ module gestell_model_joints_joint
 
   !> Bounds on motions are taken this much longer, so that rounding cannot prove what does not hold.
   real(dp), parameter, public :: slack = 1.01_dp
+
+  !> Within an interval the sine of a transmission angle keeps this part of what it is in the middle: so the least of the
+  !> sines in the middles is nearly the least of all.
+  real(dp), parameter, public :: steady = 0.8_dp
 
   !> What holds for a joint over an interval of the crank angle, proved from its middle.
   type, public :: reach_type
@@ -24,15 +30,15 @@ module gestell_model_joints_joint
     real(dp) :: feature = 1
   end type reach_type
 
-  !> How well a joint is placed at one crank angle.
+  !> How well a joint is placed at one crank angle, with derivatives with respect to it.
   type, public :: fitness_type
     !> Sine of the transmission angle: 1 at best, 0 at a dead point.
-    real(dp) :: transmission = 1
+    type(jet) :: transmission = jet(v=1.0_dp)
     !> Change of one of the joint's lengths that would bring it to a dead point (m); huge where no length can.
-    real(dp) :: margin = huge(1.0_dp)
+    type(jet) :: margin = jet(v=huge(1.0_dp))
     !> Whether the joint slides on a guide, and how far from the guide's point (m).
     logical :: slides = .false.
-    real(dp) :: travel = 0
+    type(jet) :: travel
   end type fitness_type
 
   !> Joints refer to earlier ones by their place in the list.
@@ -74,6 +80,15 @@ module gestell_model_joints_joint
   end interface
 
 contains
+
+  !> By how much a length changes at most within `half_width` (rad) of the crank angle: by its greatest speed there, or by its
+  !> speed in the middle and its greatest second derivative, whichever is less. Near a dead point the second lets go: the
+  !> length is extreme there.
+  pure real(dp) function greatest_change(speed, speed_in_middle, second_derivative, half_width) result(change)
+    real(dp), intent(in) :: speed, speed_in_middle, second_derivative, half_width
+
+    change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
+  end function greatest_change
 
   !> The joint's path over a batch of crank angles (rad), from those of the earlier joints: `place` at each of them.
   !> Override it by straight loops over the batch where speed matters.

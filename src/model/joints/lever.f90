@@ -1,6 +1,6 @@
 !> Joints on a body whose direction two earlier joints give: the slotted lever and the rigid body's point.
 module gestell_model_joints_lever
-  use gestell_base_jet, only: operator(*), operator(+), operator(-)
+  use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_base_kinds, only: dp
   use gestell_model_joints_guide, only: direction
   use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
@@ -132,9 +132,12 @@ contains
     class(rpr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
     type(fitness_type) :: fitness
+    type(jet) :: ex, ey
 
     associate (unused => here, one => points(self%ends(1)), two => points(self%ends(2)))
-      fitness%margin = hypot(two%x%v - one%x%v, two%y%v - one%y%v)
+      ex = two%x - one%x
+      ey = two%y - one%y
+      fitness%margin = sqrt(ex * ex + ey * ey)
     end associate
   end function fitness_rpr
 

@@ -4,7 +4,7 @@ module gestell_model_joints_rrp
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
+  use gestell_model_joints_joint, only: fitness_type, greatest_change, joint_type, point_type, reach_type, slack, steady
   use gestell_model_joints_path, only: batch, path_type
   implicit none (type, external)
   private
@@ -96,9 +96,10 @@ contains
     end do
   end subroutine hold_on_guide
 
-  !> The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian; where it stays below l the
-  !> rod keeps an angle to the guide's normal with cosine c > 0. The rod fixes the slider's velocity along itself, so it
-  !> slides with at most (v_end + v_guide) / c.
+  !> The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian, or less where its derivative in
+  !> the middle is small: its second is at most a_end + a_g + 2 (v_end + v_g) omega + |r| (omega' + omega^2). Where it stays
+  !> below l the rod keeps an angle to the guide's normal with cosine c > 0. The rod fixes the slider's velocity along
+  !> itself, so it slides with at most (v_end + v_guide) / c.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -107,7 +108,7 @@ contains
     type(guide_motion_type) :: motion
     type(point_type) :: g, u, r
     type(jet) :: off
-    real(dp) :: apart, rate, farthest, cosine, carried, sliding, dragged
+    real(dp) :: apart, rate, bend, farthest, cosine, carried, sliding, dragged
 
     motion = self%guide%motion(points, speeds, accelerations, half_width)
     reach%assembled = motion%sound
@@ -117,12 +118,14 @@ contains
     off = cross(r, u)
     apart = hypot(r%x%v, r%y%v) + (speeds(self%end) + motion%speed) * half_width
     rate = speeds(self%end) + motion%speed + motion%turning * apart
-    farthest = abs(off%v) + slack * rate * half_width
+    bend = accelerations(self%end) + motion%acceleration + 2 * (speeds(self%end) + motion%speed) * motion%turning &
+      & + apart * (motion%turning_change + motion%turning**2)
+    farthest = abs(off%v) + greatest_change(rate, off%d, bend, half_width)
     reach%assembled = farthest < self%length
     if (.not. reach%assembled) return
-    cosine = sqrt((1 - farthest / self%length) * (1 + farthest / self%length))
+    cosine = cosine_at(farthest)
     ! Closer to a dead point `place` has lost half its digits.
-    reach%assembled = cosine > 1.0e-6_dp
+    reach%assembled = cosine > max(1.0e-6_dp, steady * cosine_at(abs(off%v)))
     if (.not. reach%assembled) return
     carried = motion%speed + motion%turning * (apart + self%length)
     sliding = (speeds(self%end) + carried) / cosine
@@ -132,8 +135,16 @@ contains
     reach%acceleration = dragged + (accelerations(self%end) + dragged &
       & + (reach%speed + speeds(self%end))**2 / self%length) / cosine
     reach%feature = motion%feature
-    if (rate > 0) reach%feature = min(motion%feature, sqrt((self%length - abs(off%v)) * (self%length + abs(off%v))) &
-      & / sqrt(rate * self%length))
+    if (rate > 0) reach%feature = min(motion%feature, cosine_at(abs(off%v)) * sqrt(self%length / rate))
+
+  contains
+
+    pure real(dp) function cosine_at(distance)
+      real(dp), intent(in) :: distance
+
+      cosine_at = sqrt((1 - distance / self%length) * (1 + distance / self%length))
+    end function cosine_at
+
   end function reach
 
   !> A dead point is where the rod stands across the guide.
@@ -148,9 +159,26 @@ contains
     r = point_type(points(self%end)%x - g%x, points(self%end)%y - g%y)
     off = cross(r, u)
     s = dot(point_type(here%x - g%x, here%y - g%y), u)
-    fitness = fitness_type(transmission=sqrt(max(0.0_dp, 1 - (off%v / self%length)**2)), &
-      & margin=self%length - abs(off%v), slides=.true., travel=s%v)
+    fitness = fitness_type(transmission=cosine_of(off, self%length), margin=toward(off, self%length), slides=.true., travel=s)
   end function fitness
+
+  !> l - |off|.
+  pure type(jet) function toward(off, length)
+    type(jet), intent(in) :: off
+    real(dp), intent(in) :: length
+
+    toward = (-sign(1.0_dp, off%v)) * off + length
+  end function toward
+
+  !> Of the rod's angle to the guide; where it does not reach, zero.
+  pure type(jet) function cosine_of(off, length)
+    type(jet), intent(in) :: off
+    real(dp), intent(in) :: length
+    type(jet) :: square
+
+    square = toward(off, length) * (sign(1.0_dp, off%v) * off + length)
+    if (square%v > 0) cosine_of = (1 / length) * sqrt(square)
+  end function cosine_of
 
   pure subroutine explain(self, points, text)
     class(rrp_joint), intent(in) :: self

@@ -3,7 +3,7 @@ module gestell_model_joints_rrr
   use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
-  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
+  use gestell_model_joints_joint, only: fitness_type, greatest_change, joint_type, point_type, reach_type, slack, steady
   use gestell_model_joints_path, only: batch, path_type
   implicit none (type, external)
   private
@@ -111,8 +111,9 @@ contains
     sine_squared = (-1.0_dp) * (cosine + (-1.0_dp)) * (cosine + 1.0_dp)
   end function sine_squared
 
-  !> The ends' distance d changes by at most (v1 + v2) half_width, so mu keeps clear of 0 and pi if both ends of that
-  !> range lie inside |l1 - l2| < d < l1 + l2. Of the joint's velocity the links fix the components along themselves,
+  !> The ends' distance d changes by at most (v1 + v2) half_width, or less where its derivative in the middle is small and
+  !> |d''| <= a1 + a2 + (v1 + v2)^2 / d. So mu keeps clear of 0 and pi if both ends of that range lie inside
+  !> |l1 - l2| < d < l1 + l2. Of the joint's velocity the links fix the components along themselves,
   !> hence |v| <= (v1 + v2) / sin mu; of its acceleration likewise, those of the ends along the links less the
   !> centripetal |v - v_i|^2 / l_i.
   pure function reach(self, points, speeds, accelerations, half_width)
@@ -120,16 +121,19 @@ contains
     type(point_type), intent(in) :: points(:)
     real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
-    real(dp) :: d, v, sine, rate
+    type(jet) :: d
+    real(dp) :: v, bend, change, sine, rate
 
     associate (one => points(self%ends(1)), two => points(self%ends(2)), l1 => self%lengths(1), l2 => self%lengths(2))
-      d = hypot(two%x%v - one%x%v, two%y%v - one%y%v)
+      d = distance_of(one, two)
       v = slack * sum(speeds(self%ends))
-      reach%assembled = d - v * half_width > abs(l1 - l2) .and. d + v * half_width < l1 + l2
+      bend = sum(accelerations(self%ends)) + v**2 / max(abs(l1 - l2), d%v - v * half_width, tiny(v))
+      change = greatest_change(v, d%d, bend, half_width)
+      reach%assembled = d%v - change > abs(l1 - l2) .and. d%v + change < l1 + l2
       if (.not. reach%assembled) return
-      sine = sqrt(min(sine2(d - v * half_width), sine2(d + v * half_width)))
+      sine = sqrt(min(sine2(d%v - change), sine2(d%v + change)))
       ! Closer to a dead point `place` has lost half its digits.
-      reach%assembled = sine > 1.0e-6_dp
+      reach%assembled = sine > max(1.0e-6_dp, steady * sqrt(sine2(d%v)))
       if (.not. reach%assembled) return
       reach%speed = v / sine
       reach%acceleration = (sum(accelerations(self%ends)) + (reach%speed + speeds(self%ends(1)))**2 / l1 &
@@ -138,8 +142,8 @@ contains
       reach%assembled = reach%speed * half_width < min(l1, l2) / 4
       if (.not. reach%assembled) return
       ! cos mu changes at most at this rate; near an extreme it takes sin mu / sqrt(rate) to the complex dead point.
-      rate = d * v / (l1 * l2)
-      if (rate > 0) reach%feature = sqrt(sine2(d)) / sqrt(rate)
+      rate = d%v * v / (l1 * l2)
+      if (rate > 0) reach%feature = sqrt(sine2(d%v)) / sqrt(rate)
     end associate
 
   contains
@@ -162,17 +166,39 @@ contains
     end associate
   end function sine_squared_at
 
+  pure type(jet) function distance_of(one, two) result(d)
+    type(point_type), intent(in) :: one, two
+    type(jet) :: ex, ey
+
+    ex = two%x - one%x
+    ey = two%y - one%y
+    d = sqrt(ex * ex + ey * ey)
+  end function distance_of
+
+  !> sin mu at a distance d of the ends; of a sin^2 that is not positive, zero.
+  pure type(jet) function sine_of(l, d)
+    real(dp), intent(in) :: l(2)
+    type(jet), intent(in) :: d
+    type(jet) :: square
+
+    associate (p => 1 / l(1), q => 1 / l(2), difference => l(1) - l(2), sum => l(1) + l(2))
+      square = (p * (d + difference)) * (q * (d - difference)) * (p * (d + sum)) * (q * ((-1.0_dp) * d + sum))
+    end associate
+    if (square%v > 0) sine_of = 0.5_dp * sqrt(square)
+  end function sine_of
+
   !> A dead point is where the links stretch or fold: d = l1 + l2 or d = |l1 - l2|.
   pure function fitness(self, points, here)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
     type(fitness_type) :: fitness
-    real(dp) :: d
+    type(jet) :: d
 
-    associate (unused => here, one => points(self%ends(1)), two => points(self%ends(2)), l => self%lengths)
-      d = hypot(two%x%v - one%x%v, two%y%v - one%y%v)
-      fitness%transmission = sqrt(max(0.0_dp, sine_squared_at(l, d)))
-      fitness%margin = min(l(1) + l(2) - d, d - abs(l(1) - l(2)))
+    associate (unused => here, l => self%lengths)
+      d = distance_of(points(self%ends(1)), points(self%ends(2)))
+      fitness%transmission = sine_of(l, d)
+      fitness%margin = (-1.0_dp) * d + (l(1) + l(2))
+      if (d%v - abs(l(1) - l(2)) < fitness%margin%v) fitness%margin = d - abs(l(1) - l(2))
     end associate
   end function fitness
 

@@ -4,7 +4,7 @@ module gestell_model_joints_sliders
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack
+  use gestell_model_joints_joint, only: fitness_type, greatest_change, joint_type, point_type, reach_type, steady
   use gestell_model_joints_path, only: batch, path_type, turn
   implicit none (type, external)
   private
@@ -137,7 +137,8 @@ contains
     end do
   end subroutine meet
 
-  !> The sine of the guides' angle loses at most (omega_1 + omega_2) half_width. Each guide fixes the joint's velocity
+  !> The sine of the guides' angle loses at most (omega_1 + omega_2) half_width, or less where its derivative in the middle is
+  !> small: its second is at most omega_1' + omega_2' + (omega_1 + omega_2)^2. Each guide fixes the joint's velocity
   !> across itself to v_g + omega |r - g|, where |r - g| grows while the joint moves with at most V: what bounds V is
   !>
   !>     V sin <= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
@@ -149,21 +150,23 @@ contains
     type(guide_motion_type) :: motion
     type(point_type) :: g(2), u(2), here
     type(jet) :: sine
-    real(dp) :: turning, left, across, distance
+    real(dp) :: turning, bend, left, across, distance
     integer :: i
 
     turning = 0
+    bend = 0
     do i = 1, 2
       motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
       reach%assembled = motion%sound
       if (.not. reach%assembled) return
       turning = turning + motion%turning
+      bend = bend + motion%turning_change
       call self%guides(i)%line(points, g(i), u(i))
     end do
     sine = cross(u(1), u(2))
-    left = abs(sine%v) - 2 * slack * turning * half_width
+    left = abs(sine%v) - 2 * greatest_change(turning, sine%d, bend + turning**2, half_width)
     ! Closer to parallel `crossing` has lost half its digits.
-    reach%assembled = left > sqrt(epsilon(left))
+    reach%assembled = left > max(sqrt(epsilon(left)), steady * abs(sine%v))
     if (.not. reach%assembled) return
     here = crossing(g(1), u(1), g(2), u(2))
     across = 0
@@ -224,7 +227,7 @@ contains
     call self%guides(2)%line(points, g2, u2)
     sine = cross(u1, u2)
     s = dot(point_type(here%x - g1%x, here%y - g1%y), u1)
-    fitness = fitness_type(transmission=abs(sine%v), slides=.true., travel=s%v)
+    fitness = fitness_type(transmission=sign(1.0_dp, sine%v) * sine, slides=.true., travel=s)
   end function fitness_prp
 
   !> The transmission angle is that of the slot.
@@ -237,7 +240,7 @@ contains
 
     call self%guide%line(points, g, u)
     s = dot(point_type(here%x - g%x, here%y - g%y), u)
-    fitness = fitness_type(transmission=abs(sin(self%slot_angle)), slides=.true., travel=s%v)
+    fitness = fitness_type(transmission=jet(v=abs(sin(self%slot_angle))), slides=.true., travel=s)
   end function fitness_rpp
 
   pure subroutine explain_prp(self, points, text)
