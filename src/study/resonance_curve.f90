@@ -127,14 +127,18 @@ contains
     end do
   end function all_quantities
 
-  !> The intervals where the curve is not resolved: h^2 / 8 |second difference quotient|, the greater one of those at its ends,
-  !> is what a straight line misses.
+  !> The intervals where the curve is not resolved. The straight line through the two points before an interval, continued to
+  !> its other end, misses the point that was computed there by h times the change of slope, and so does the line from behind.
+  !> Between the ends a bend at any one place, as where two maxima over the turn are equal, misses at most half of the greater
+  !> one, a curve of constant curvature a quarter and less. Where one side is not known the other one counts twice; where
+  !> neither is the interval is divided.
   subroutine bent_intervals(self, level, known, bent)
     class(resonance_curve_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
     logical, intent(in) :: known(:)
     logical, allocatable, intent(out) :: bent(:)
-    real(dp) :: slope(size(level) - 1), curvature(size(level)), h(size(level) - 1)
+    real(dp) :: slope(size(level) - 1), change(size(level)), h(size(level) - 1)
+    logical :: told(size(level))
     integer :: i, n
 
     n = size(level)
@@ -142,12 +146,15 @@ contains
     h = abs(self%points(2:)%speed - self%points(:n - 1)%speed)
     slope = 0
     where (known(2:) .and. known(:n - 1)) slope = (level(2:) - level(:n - 1)) / h
-    curvature = 0
+    change = 0
+    told = .false.
     do i = 2, n - 1
-      if (all(known(i - 1:i + 1))) curvature(i) = 2 * abs(slope(i) - slope(i - 1)) / (h(i) + h(i - 1))
+      told(i) = all(known(i - 1:i + 1))
+      if (told(i)) change(i) = abs(slope(i) - slope(i - 1))
     end do
     do i = 1, n - 1
-      if (known(i) .and. known(i + 1)) bent(i) = h(i)**2 / 8 * max(curvature(i), curvature(i + 1)) > straight
+      if (.not. (known(i) .and. known(i + 1))) cycle
+      bent(i) = h(i) * maxval(change(i:i + 1)) > merge(2, 1, all(told(i:i + 1))) * straight .or. .not. any(told(i:i + 1))
     end do
   end subroutine bent_intervals
 
