@@ -236,7 +236,7 @@ contains
       else if (place == known + 1) then
         call input_error(group, key, "a joint cannot be built on itself", error)
       else if (place > known .and. builds_on(joints, place, known + 1)) then
-        call input_error(group, key, "joint '" // trim(names(i)) // "' in line " // text(joints(place)%line) // " is built on '" &
+        call input_error(group, key, "joint '" // trim(wanted(i)) // "' in line " // text(joints(place)%line) // " is built on '" &
           & // name_of(group) // "' in turn: joints that hold each other make a triad (Assur group of class III) or a larger " &
           & // "group, and only dyads are built in, two links at a time", error)
       else if (place > known) then
