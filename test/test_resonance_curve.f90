@@ -242,8 +242,7 @@ contains
     if (allocated(failure)) call test_failed(error, failure%message)
   end subroutine khang_family
 
-  !> At two places within every interval the machine is solved by itself; where two maxima over the turn are equal the peaks
-  !> have bends.
+  !> At two places within every interval the machine is solved by itself; where two maxima are equal the peaks have bends.
   subroutine test_straight(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: places(2) = [0.5_dp, 0.31_dp], dampings(2) = [5.0_dp, 100.0_dp]
