@@ -1,0 +1,66 @@
+!> The folder of a run: made, looked through, emptied.
+module fuzz_folder
+  use fuzz_input, only: input_type
+  use fuzz_text, only: content_of, save_text
+  use gestell_io_files, only: file_size, remove_file, remove_folder
+  use gestell_io_folder, only: make_folder
+  use gestell_base_error, only: error_type
+  implicit none (type, external)
+  private
+
+  public :: clear, is_there, prepare
+
+  !> All tables that there can be (doc/output.md), each beside its script for gnuplot; `mechanism` has one too.
+  character(len=*), parameter, public :: tables(*) = [character(len=18) :: "multipliers", "modes", "response", "harmonics", &
+    & "supports", "supports_history", "supports_harmonics", "probes", "probes_history", "probes_harmonics", "power", "trade", &
+    & "sweep", "boundary", "campbell", "crossings", "critical", "resonance", "peaks", "sensitivity", "mechanism"]
+
+contains
+
+  !> `folder`/work with the input in it.
+  subroutine prepare(folder, input)
+    character(len=*), intent(in) :: folder
+    type(input_type), intent(in) :: input
+    type(error_type), allocatable :: error
+
+    call make_folder(folder // "/work", error)
+    if (allocated(error)) error stop "no folder for the runs"
+    call save_text(folder // "/work/" // input%file, input%document)
+  end subroutine prepare
+
+  !> Empties it. `clean`: nothing was there but what a run may leave.
+  subroutine clear(folder, input, clean)
+    character(len=*), intent(in) :: folder
+    type(input_type), intent(in) :: input
+    logical, intent(out) :: clean
+    character(len=:), allocatable :: results
+    integer :: i, status
+
+    results = folder // "/work/" // input%folder
+    if (is_there(results // "/.")) then
+      do i = 1, size(tables)
+        call remove_file(results // "/" // trim(tables(i)) // ".csv")
+        call remove_file(results // "/" // trim(tables(i)) // ".gp")
+        if (.not. input%option("--report") .and. .not. input%option("--plot")) cycle
+        call remove_file(results // "/" // trim(tables(i)) // ".svg")
+        call remove_file(results // "/" // trim(tables(i)) // ".png")
+      end do
+      call remove_file(results // "/report.html")
+      call remove_folder(results)
+    end if
+    call remove_file(folder // "/work/" // input%file)
+    call remove_folder(folder // "/work")
+    clean = .not. is_there(folder // "/work/.")
+    if (clean) return
+    call execute_command_line("ls -lR '" // folder // "/work' >'" // folder // "/left'", exitstat=status)
+    call execute_command_line("rm -rf '" // folder // "/work'", exitstat=status)
+    if (status /= 0) error stop "a folder cannot be removed"
+  end subroutine clear
+
+  logical function is_there(name)
+    character(len=*), intent(in) :: name
+
+    inquire (file=name, exist=is_there)
+  end function is_there
+
+end module fuzz_folder
