@@ -1,8 +1,9 @@
 !> What the library claims of a machine beside the truth, which is known in quadruple precision.
 module population_check
   use gestell_base_kinds, only: dp
-  use population_library, only: claim_type
-  use reference_flow, only: flow_map, periodic_start
+  use population_library, only: claim_type, turn_points
+  use population_turn, only: quantities_of
+  use reference_flow, only: flow_path, periodic_start
   use reference_frame, only: frame_of, frame_system
   use reference_linear, only: eigenvalues, qp, solve
   use reference_machine, only: machine_data, period
@@ -16,6 +17,8 @@ module population_check
     real(qp), allocatable :: phi(:, :)
     !> Unallocated where no vibration is periodic: a multiplier is 1.
     real(qp), allocatable :: x0(:)
+    !> The vibration over the turn, shape (turn_rows, turn_points), with x0.
+    real(qp), allocatable :: turn(:, :)
     !> rho_max - 1.
     real(dp) :: excess = 0
   end type truth_type
@@ -40,14 +43,21 @@ contains
     ! Multipliers of order m that fall together are then known to 1e-24**(1/m), the library to 1e-15**(1/m) at best.
     real(qp), parameter :: tolerance = 1.0e-24_qp
     type(frame_system) :: frame
-    real(qp), allocatable :: xp(:)
+    real(qp), allocatable :: phi(:, :, :), xp(:, :)
+    integer :: k
 
     frame = frame_of(machine)
-    allocate(truth%phi(frame%n, frame%n), xp(frame%n), truth%rho(frame%n))
-    call flow_map(frame, 0.0_qp, period(machine), tolerance, truth%phi, xp)
+    allocate(phi(frame%n, frame%n, turn_points), xp(frame%n, turn_points), truth%rho(frame%n))
+    call flow_path(frame, 0.0_qp, [(k * period(machine) / turn_points, k = 1, turn_points)], tolerance, phi, xp)
+    truth%phi = phi(:, :, turn_points)
     call eigenvalues(truth%phi, truth%rho)
     truth%excess = real(maxval(abs(truth%rho)) - 1, dp)
-    call find_start(truth%phi, xp, truth%x0)
+    call find_start(truth%phi, xp(:, turn_points), truth%x0)
+    if (.not. allocated(truth%x0)) return
+    do k = 1, turn_points
+      xp(:, k) = xp(:, k) + matmul(phi(:, :, k), truth%x0)
+    end do
+    truth%turn = quantities_of(frame, period(machine), xp)
   end function truth_of
 
   !> x0, unallocated where errors of Phi of 1e-22 change it by more than 1e-4: within the double precision of the library

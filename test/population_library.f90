@@ -8,6 +8,8 @@ module population_library
   use gestell_floquet_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
+  use gestell_model_quantity, only: accelerations
+  use gestell_study_vibration, only: quantities, solve_vibration, vibration_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
   implicit none (type, external)
@@ -16,6 +18,9 @@ module population_library
   public :: all_methods, largest_log_abs, solve_by_library
 
   integer, parameter, public :: name_length = 12
+  !> Times of the turn at which the vibration is told, its rows (the quantities of a vibration, then the accelerations), and
+  !> orders.
+  integer, parameter, public :: turn_points = 64, turn_rows = quantities + 3, orders = 16
 
   !> What the library says of a machine; all shapes (n) or (n, n).
   type, public :: claim_type
@@ -29,6 +34,9 @@ module population_library
     character(len=9) :: verdict = ""
     !> Start of the periodic vibration and the bounds on its errors; units that make the states comparable.
     real(dp), allocatable :: x0(:), x0_error(:), scale(:)
+    !> The vibration over the turn: rows at the times k T / turn_points, bounds that hold at all times, peaks with bounds, roots of
+    !> the mean square, amplitudes, shape (orders, quantities); unallocated where it is declined.
+    real(dp), allocatable :: turn(:, :), turn_error(:), peak(:), peak_error(:), rms(:), amplitude(:, :)
     !> Phi(T), its norm and the bound on the norm of its error, in those units; unallocated where it was not needed.
     real(dp), allocatable :: phi(:, :)
     real(dp) :: norm = 0, phi_error = 0
@@ -45,11 +53,13 @@ contains
     names = method_names()
   end function all_methods
 
-  subroutine solve_by_library(machine, tolerance, method, claim)
+  subroutine solve_by_library(machine, tolerance, method, claim, steps)
     type(machine_data), intent(in) :: machine
     real(dp), intent(in) :: tolerance
     character(len=*), intent(in) :: method
     type(claim_type), intent(out) :: claim
+    integer, intent(in), optional :: steps
+    type(accuracy_type) :: accuracy
     type(frame_type) :: frame
     type(floquet_type) :: floquet
     type(multipliers_type) :: multipliers
@@ -60,7 +70,10 @@ contains
     claim%x0_refusal = ""
     call frame_of_machine(machine, frame, error)
     claim%impossible = allocated(error)
-    if (.not. allocated(error)) call solve_floquet(frame, accuracy_type(tolerance, trim(method)), .true., floquet, error)
+    accuracy%tolerance = tolerance
+    accuracy%method = trim(method)
+    if (present(steps)) accuracy%steps = steps
+    if (.not. allocated(error)) call solve_floquet(frame, accuracy, .true., floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
     if (allocated(error)) then
       claim%refusal = error%message
@@ -79,8 +92,35 @@ contains
     else
       claim%x0 = periodic%x0
       claim%x0_error = periodic%error
+      call take_turn(frame, floquet, claim)
     end if
   end subroutine solve_by_library
+
+  !> The vibration over the turn, unless it is declined.
+  subroutine take_turn(frame, floquet, claim)
+    type(frame_type), intent(in) :: frame
+    type(floquet_type), intent(in) :: floquet
+    type(claim_type), intent(inout) :: claim
+    type(vibration_type) :: vibration
+    type(error_type), allocatable :: error
+    integer :: k
+
+    call solve_vibration(frame, floquet, turn_points, orders, vibration, error, accelerations)
+    if (allocated(error)) return
+    allocate(claim%turn(turn_rows, turn_points), claim%turn_error(turn_rows), claim%amplitude(orders, quantities))
+    claim%turn(:quantities, :) = vibration%history(:, 2:)
+    claim%turn(quantities + 1:, :) = vibration%motion_history(7:9, 2:)
+    claim%turn_error(:quantities) = vibration%error
+    associate (bounds => vibration%motion_errors%bounds())
+      claim%turn_error(quantities + 1:) = bounds(7:9)
+    end associate
+    claim%peak = vibration%peak
+    claim%peak_error = vibration%peak_error
+    claim%rms = vibration%rms
+    do k = 1, quantities
+      claim%amplitude(:, k) = vibration%series(k)%amplitude(:orders)
+    end do
+  end subroutine take_turn
 
   !> Phi(T) from its parts, if all of them have been integrated.
   subroutine assemble(floquet, claim)

@@ -36,6 +36,8 @@ module population_machines
     !> What is ordered, and two methods to get it by.
     real(dp) :: tolerance = 0
     character(len=name_length) :: methods(2) = ""
+    !> 0, or steps that are given.
+    integer :: steps = 0
   contains
     procedure :: undamped
   end type specimen_type
@@ -43,10 +45,12 @@ module population_machines
 contains
 
   !> Machine `number` (1, 2, ...) of the population. The fastest of its free motions turns, or decays, by 0.1 to
-  !> `most_turns` in a period, spread evenly in logarithm.
-  function specimen(number, most_turns) result(one)
+  !> `most_turns` in a period, spread evenly in logarithm. Of a `kind` all are 'weak'ly damped, by 1e-5 to 1e-2 of what they had,
+  !> or 'strong'ly, by 10 to 1e4 times as much, or have given 'steps', 4 to 400.
+  function specimen(number, most_turns, kind) result(one)
     integer, intent(in) :: number
     real(dp), intent(in) :: most_turns
+    character(len=*), intent(in), optional :: kind
     type(specimen_type) :: one
     type(random_type) :: random
 
@@ -69,6 +73,17 @@ contains
     call set_trait(random, one%trait, most_turns, one%machine)
     one%tolerance = 10.0_dp**(-random%between(2.0_dp, 13.0_dp))
     one%methods = two_methods(random, one%tolerance)
+    if (.not. present(kind)) return
+    select case (kind)
+    case ("weak")
+      call scale_damping(one%machine, 10.0_dp**(-random%between(2.0_dp, 5.0_dp)))
+    case ("strong")
+      call scale_damping(one%machine, 10.0_dp**random%between(1.0_dp, 4.0_dp))
+      call set_speed(random, most_turns, one%machine)
+    case ("steps")
+      one%steps = nint(4 * 100**random%draw())
+    case default
+    end select
   end function specimen
 
   !> No damper acts.

@@ -4,6 +4,7 @@ module population_tally
   use population_check, only: comparison_type, compare, disagreement, liouville_bound, truth_of, truth_type, unpaired
   use population_library, only: claim_type, solve_by_library
   use population_machines, only: specimen, specimen_type
+  use population_turn, only: compare_turn, turn_comparison_type
   implicit none (type, external)
   private
 
@@ -22,7 +23,9 @@ module population_tally
     integer :: machines = 0, claims = 0
     !> Claims that say nothing, or nothing of x0, and among the latter those where no vibration is periodic.
     integer :: refused = 0, x0_refused = 0, resonant = 0
-    type(ratios_type) :: rho, log_abs, x0, phi
+    type(ratios_type) :: rho, log_abs, x0, phi, turn
+    !> Rows of vibrations in all, and those whose bound is greater than their peak.
+    integer :: rows = 0, lost_rows = 0
     !> Multipliers in all, and those of whose modulus the bound leaves nothing: relative, it is above 1/2.
     integer :: multipliers = 0, lost = 0
     !> Verdicts by the first method, and what becomes of the undecided at the least tolerance: decided; rho_max is 1 to
@@ -48,20 +51,21 @@ module population_tally
 contains
 
   !> Machine `number` of the population by both of its methods.
-  subroutine examine(number, most_turns, tally)
+  subroutine examine(number, most_turns, tally, kind)
     integer, intent(in) :: number
     real(dp), intent(in) :: most_turns
     type(tally_type), intent(inout) :: tally
+    character(len=*), intent(in), optional :: kind
     type(specimen_type) :: one
     type(truth_type) :: truth
     type(claim_type) :: claims(2)
     integer :: i
 
     if (tally%machines == 0) allocate(tally%failures(0), tally%wide(0), tally%times(0), tally%declined(0))
-    one = specimen(number, most_turns)
+    one = specimen(number, most_turns, kind)
     tally%machines = tally%machines + 1
     do i = 1, 2
-      call solve_by_library(one%machine, one%tolerance, one%methods(i), claims(i))
+      call solve_by_library(one%machine, one%tolerance, one%methods(i), claims(i), one%steps)
       if (claims(i)%impossible) then
         call note(tally%declined, line(one, one%methods(i), claims(i)%refusal))
         return
@@ -85,6 +89,7 @@ contains
     type(claim_type), intent(in) :: claim
     type(tally_type), intent(inout) :: tally
     type(comparison_type) :: c
+    type(turn_comparison_type) :: turn
 
     tally%claims = tally%claims + 1
     if (len(claim%refusal) > 0) then
@@ -110,6 +115,17 @@ contains
       & "ln |rho|", tally%log_abs, tally)
     if (allocated(claim%phi)) call collect([c%phi_error], [c%phi_bound], one, method, "Phi", tally%phi, tally)
     if (allocated(claim%x0)) call collect([c%x0_error], [c%x0_bound], one, method, "x0", tally%x0, tally)
+
+    if (allocated(claim%turn) .and. allocated(truth%turn)) then
+      turn = compare_turn(claim, truth%turn)
+      call expect(turn%rows, one, method, "a row", tally)
+      call expect(turn%peaks, one, method, "a peak", tally)
+      call expect(turn%rms, one, method, "an rms", tally)
+      call expect(turn%harmonics, one, method, "a harmonic", tally)
+      tally%rows = tally%rows + size(turn%bound)
+      tally%lost_rows = tally%lost_rows + count(turn%bound >= 1)
+      call collect(turn%error, turn%bound, one, method, "row", tally%turn, tally)
+    end if
 
     associate (bound => liouville_bound(claim))
       if (bound < huge(bound)) then

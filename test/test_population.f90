@@ -6,6 +6,7 @@ module test_population
     & unpaired
   use population_library, only: claim_type, solve_by_library
   use population_tally, only: examine, quantile, tally_type
+  use population_turn, only: compare_turn, turn_comparison_type
   use reference_machine, only: khang_machine, machine_data
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -20,6 +21,7 @@ contains
 
     testsuite = [ &
       & new_unittest("bounds, verdicts, theorems, two methods over random machines", test_machines), &
+      & new_unittest("weakly and strongly damped machines, given steps", test_kinds), &
       & new_unittest("what the checks must notice", test_noticed), &
       & new_unittest("pairing within bounds", test_partners), &
       & new_unittest("quantiles", test_quantile)]
@@ -54,6 +56,31 @@ contains
       & + tally%near_border, more="undecided")
   end subroutine test_machines
 
+  !> Kinds of machines whose vibrations are hard to bound over the turn.
+  subroutine test_kinds(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=6), parameter :: kinds(3) = [character(len=6) :: "weak", "strong", "steps"]
+    integer, parameter :: machines = 16
+    ! Short periods: the reference takes most of the time.
+    real(dp), parameter :: most_turns = 20, most_median = 1000
+    type(tally_type) :: tally
+    integer :: i, k
+
+    do k = 1, size(kinds)
+      do i = 1, machines
+        call examine(i, most_turns, tally, trim(kinds(k)))
+        if (size(tally%failures) == 0) cycle
+        call check(error, .false., more=trim(kinds(k)) // ": " // trim(tally%failures(1)))
+        return
+      end do
+    end do
+    call check(error, size(tally%turn%ratio) > 5 * machines .and. quantile(tally%turn%ratio, 0.5_dp) <= most_median, &
+      & more="median bound of rows")
+    if (allocated(error)) return
+    ! One in fifty rows may tell nothing beside its peak, as a component that hardly moves.
+    call check(error, tally%lost_rows <= tally%rows / 50, more="rows that tell nothing")
+  end subroutine test_kinds
+
   !> Claims on the paper's machine made false by a little.
   subroutine test_noticed(error)
     type(error_type), allocatable, intent(out) :: error
@@ -61,6 +88,7 @@ contains
     type(claim_type) :: claim, other
     type(truth_type) :: truth
     type(comparison_type) :: c
+    type(turn_comparison_type) :: turn
     integer :: i
 
     machine = khang_machine(1300.0_dp)
@@ -73,6 +101,27 @@ contains
     if (allocated(error)) return
     call compare(claim, truth, .true., c)
     call check(error, c%verdict_wrong, more="stable without damping")
+    if (allocated(error)) return
+
+    ! The vibration over the turn: each claim made false by a little, alone.
+    turn = compare_turn(claim, truth%turn)
+    call check(error, max(turn%rows, turn%peaks, turn%rms, turn%harmonics) < 1 .and. turn%rows > 0, more="turn as claimed")
+    if (allocated(error)) return
+    other = claim
+    other%turn(8, 40) = other%turn(8, 40) + 2.1_dp * claim%turn_error(8)
+    turn = compare_turn(other, truth%turn)
+    call check(error, turn%rows > 1 .and. max(turn%peaks, turn%rms, turn%harmonics) < 1, more="a row")
+    if (allocated(error)) return
+    other = claim
+    other%peak(4) = other%peak(4) + 2.1_dp * claim%peak_error(4)
+    turn = compare_turn(other, truth%turn)
+    call check(error, turn%peaks > 1 .and. max(turn%rows, turn%rms, turn%harmonics) < 1, more="a peak")
+    if (allocated(error)) return
+    other = claim
+    other%rms(9) = other%rms(9) - 2.1_dp * claim%turn_error(9)
+    other%amplitude(3, 1) = other%amplitude(3, 1) + 3.1_dp * claim%turn_error(1)
+    turn = compare_turn(other, truth%turn)
+    call check(error, min(turn%rms, turn%harmonics) > 1 .and. max(turn%rows, turn%peaks) < 1, more="rms, harmonic")
     if (allocated(error)) return
 
     other = claim

@@ -350,7 +350,7 @@ contains
         end do
         miss = maxval(abs([watched(1)%band - exact(1)%band, watched(1)%greatest - exact(1)%greatest]))
         call check(error, miss <= watched(1)%error + exact(1)%error .and. &
-          & abs(watched(1)%error - watched(1)%statistics(velocity_part)%peak_error) <= 0, more="band")
+          & abs(watched(1)%error - watched(1)%statistics(velocity_part)%error) <= 0, more="band")
         if (allocated(error)) return
       end do
     end do

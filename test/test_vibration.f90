@@ -31,7 +31,7 @@ contains
       & new_unittest("Fourier series of a known function", test_fourier), &
       & new_unittest("Parseval, mean and peak of the vibration", test_parseval), &
       & new_unittest("free degrees of freedom, forces on the ground, harmonics", test_freedoms), &
-      & new_unittest("loose tolerances: claimed errors of the peaks hold", test_peak_errors), &
+      & new_unittest("loose tolerances: claimed errors of rows and peaks hold", test_peak_errors), &
       & new_unittest("only what was asked for", test_unasked)]
   end subroutine collect_vibration
 
@@ -317,6 +317,7 @@ contains
   subroutine test_peak_errors(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: steps(4) = [10, 12, 16, 20]
+    real(dp) :: miss(9)
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: loose, tight
@@ -343,18 +344,15 @@ contains
             & / maxval(norm2(v%history(:6, :) / scale, dim=1)), thr=1.0e-14_dp)
           if (allocated(error)) return
         end associate
-        ! What is known of the start is no worse known later, and springs and dampers hand it on; the defect counts too.
-        associate (v => loose%vibration, scale => loose%floquet%scale)
-          call check(error, all(v%peak_error(:6) >= v%start%error), more="error of the start")
+        ! Rows hold their errors at all times. A method of order 12 leaves 1e-3 of what half the steps change, and four times that
+        ! is claimed: where errors stand out of the roundings, about 4 times what they are.
+        associate (l => loose%vibration, t => tight%vibration)
+          miss = maxval(abs(l%history - t%history), dim=2)
+          call check(error, all(miss <= l%error + t%error), more="rows")
           if (allocated(error)) return
-          call check(error, all(v%peak_error(:6) / scale >= v%closing_defect * maxval(abs(v%history(:6, :)) &
-            & / spread(scale, 2, size(v%history, 2)))), more="defect")
+          call check(error, all(l%error <= 8 * miss .or. miss < 1.0e-9_dp * t%peak), more="no more than that")
           if (allocated(error)) return
-          call check(error, all(v%peak_error(7:) >= matmul(abs(frame%stiffness), v%start%error(:3)) &
-            & + matmul(abs(frame%damping), v%start%error(4:))), more="error of the forces")
-          if (allocated(error)) return
-          call check(error, all(v%peak_error(:6) / scale <= 2 * norm2(v%start%error / scale) &
-            & + 2 * v%closing_defect * norm2(v%peak(:6) / scale)), more="no more than that")
+          call check(error, all(l%peak_error >= l%error .and. t%error > 0), more="errors of peaks")
           if (allocated(error)) return
         end associate
       end do

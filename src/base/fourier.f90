@@ -17,6 +17,7 @@ module gestell_base_fourier
     procedure :: rms
     procedure :: greatest_term
     procedure :: tail
+    procedure :: beyond
     procedure :: peak
   end type fourier_type
 
@@ -116,6 +117,17 @@ contains
     tail = 0
     if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
   end function tail
+
+  !> What the orders that the samples do not reach may add to a value between the samples, about: twice the sum of the upper third
+  !> of those that they reach, which is more than the sum of all beyond where amplitudes fall at least like 1/k^2; twice, since
+  !> the samples show these orders as lower ones.
+  pure real(dp) function beyond(self)
+    class(fourier_type), intent(in) :: self
+    integer :: n
+
+    n = size(self%amplitude)
+    beyond = 4 * sum(self%amplitude(n - n / 3 + 1:))
+  end function beyond
 
   !> max |f| of a series and the samples that it goes through.
   pure real(dp) function peak(self, samples)

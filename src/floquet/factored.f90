@@ -9,16 +9,19 @@ module gestell_floquet_factored
   use gestell_floquet_periodic_frames, only: periodic_frames
   use gestell_floquet_periodic_schur, only: periodic_multipliers, periodic_schur
   use gestell_floquet_periodic_solution, only: periodic_solution_type, resonance
+  use gestell_floquet_turn_errors, only: compare, comparison_type, relative_rounding, take_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
-  public :: factored_multipliers, factored_periodic, follow_factored
+  public :: factored_errors, factored_multipliers, factored_periodic, follow_factored
 
   !> Periodic Schur form, eigenvectors at t = 0, logarithms of the multipliers, and their bounds.
   type :: frames_type
     complex(dp), allocatable :: q(:, :, :), r(:, :, :), vectors(:, :), z(:)
     real(dp), allocatable :: bound(:), most(:), condition(:)
+    !> |1 - rho|, at the least, where the periodic motion is asked for.
+    real(dp), allocatable :: distance(:)
   end type frames_type
 
 contains
@@ -101,58 +104,84 @@ contains
     type(factors_type), intent(in) :: factors
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: x(:, :)
+    type(frames_type) :: frames
+    real(dp), allocatable :: x(:, :), doubt(:), at_starts(:, :)
+    integer :: n, count, k, next
 
-    call periodic_states(factors, x, solution, error)
+    call periodic_states(factors, frames, x, error)
+    if (allocated(error)) return
+    n = size(x, 1)
+    count = size(x, 2)
+    allocate(doubt(count))
+    do k = 1, count
+      next = modulo(k, count) + 1
+      doubt(k) = factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
+        & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
+    end do
+    call accumulate(frames, doubt, at_starts)
+    solution%x0 = x(:, 1) * factors%scale
+    solution%error = at_starts(:, 1) * factors%scale
+    solution%condition = maxval(frames%condition / frames%distance)
   end subroutine factored_periodic
 
-  !> The periodic motion at the starts of the segments, shape (n, K), in balanced units. In the coordinates z = Q^H x of the
-  !> periodic Schur form
+  !> The frames, and the periodic motion at the starts of the segments, shape (n, K), in balanced units. Error: resonance within
+  !> the errors.
+  subroutine periodic_states(factors, frames, x, error)
+    type(factors_type), intent(in) :: factors
+    type(frames_type), intent(out) :: frames
+    real(dp), allocatable, intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    call solve_frames(factors, frames, error)
+    if (allocated(error)) return
+    frames%distance = [(distance_from_one(frames, i), i = 1, size(factors%scale))]
+    if (any(frames%distance <= 0)) then
+      call fatal_error(error, resonance, failed_computation)
+      return
+    end if
+    call periodic_answer(frames, factors%b, x)
+  end subroutine periodic_states
+
+  !> The periodic solution of x_{k+1} = A_k x_k + b_k, shapes (n, K). In the coordinates z = Q^H x of the periodic Schur form
   !>
   !>     z_{k+1} = R_k z_k + Q_{k+1}^H b_k
   !>
   !> one component after the other, from the last, where |rho_i| <= 1 forward and where |rho_i| > 1 backward: nothing grows.
-  !> Errors e_k of A_k and b_k are followed in the same way, by sizes, from |e_k| |x_k| + |error of b_k|.
-  subroutine periodic_states(factors, x, solution, error)
-    type(factors_type), intent(in) :: factors
+  pure subroutine periodic_answer(frames, b, x)
+    type(frames_type), intent(in) :: frames
+    real(dp), intent(in) :: b(:, :)
     real(dp), allocatable, intent(out) :: x(:, :)
-    type(periodic_solution_type), intent(out) :: solution
-    type(error_type), allocatable, intent(out) :: error
-    type(frames_type) :: frames
-    complex(dp), allocatable :: z(:, :), b(:, :)
-    real(dp), allocatable :: doubt(:, :), distances(:), sizes(:, :, :)
-    integer :: n, count, i, k, next
+    complex(dp), dimension(size(b, 1), size(b, 2)) :: turned, z
+    integer :: k
 
-    call solve_frames(factors, frames, error)
-    if (allocated(error)) return
-    n = size(factors%scale)
-    count = size(factors%a, 3)
-    allocate(distances, source=[(distance_from_one(frames, i), i = 1, n)])
-    if (any(distances <= 0)) then
-      call fatal_error(error, resonance, failed_computation)
-      return
-    end if
-
-    allocate(b(n, count), z(n, count), x(n, count), doubt(n, count))
-    do k = 1, count
-      next = modulo(k, count) + 1
-      b(:, k) = matmul(conjg(transpose(frames%q(:, :, next))), factors%b(:, k))
+    do k = 1, size(b, 2)
+      turned(:, k) = matmul(conjg(transpose(frames%q(:, :, modulo(k, size(b, 2)) + 1))), b(:, k))
     end do
-    call cycle_through(frames%z, frames%r, b, z)
-    do k = 1, count
+    call cycle_through(frames%z, frames%r, turned, z)
+    allocate(x(size(b, 1), size(b, 2)))
+    do k = 1, size(b, 2)
       x(:, k) = real(matmul(frames%q(:, :, k), z(:, k)))
     end do
-    do k = 1, count
-      next = modulo(k, count) + 1
-      doubt(:, k) = factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
-        & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
+  end subroutine periodic_answer
+
+  !> The same by sizes: what errors of at most `doubt` in each of the segments, shape (K), come to at their starts, shape (n, K).
+  pure subroutine accumulate(frames, doubt, at_starts)
+    type(frames_type), intent(in) :: frames
+    real(dp), intent(in) :: doubt(:)
+    real(dp), allocatable, intent(out) :: at_starts(:, :)
+    complex(dp), dimension(size(frames%z), size(doubt)) :: z
+    complex(dp), allocatable :: sizes(:, :, :)
+    integer :: n, k
+
+    n = size(frames%z)
+    allocate(sizes, source=cmplx(abs(frames%r), 0, dp))
+    call cycle_through(cmplx(real(frames%z), 0, dp), sizes, cmplx(spread(doubt, 1, n), 0, dp), z, frames%distance)
+    allocate(at_starts(n, size(doubt)))
+    do k = 1, size(doubt)
+      at_starts(:, k) = 2 * matmul(abs(frames%q(:, :, k)), abs(z(:, k)))
     end do
-    allocate(sizes, source=abs(frames%r))
-    call cycle_through(cmplx(real(frames%z), 0, dp), cmplx(sizes, 0, dp), cmplx(doubt, 0, dp), z, distances)
-    solution%x0 = x(:, 1) * factors%scale
-    solution%error = 2 * matmul(abs(frames%q(:, :, 1)), abs(z(:, 1))) * factors%scale
-    solution%condition = maxval(frames%condition / distances)
-  end subroutine periodic_states
+  end subroutine accumulate
 
   !> |1 - rho| over the greater one of 1 and |rho|, at the least: not positive where the bound reaches 1.
   pure real(dp) function distance_from_one(frames, i)
@@ -214,11 +243,11 @@ contains
     real(dp), intent(in) :: phases(:)
     real(dp), intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
-    type(periodic_solution_type) :: solution
+    type(frames_type) :: frames
     real(dp), allocatable :: starts(:, :)
     integer :: k, first, last, begin, finish
 
-    call periodic_states(factors, starts, solution, error)
+    call periodic_states(factors, frames, starts, error)
     if (allocated(error)) return
     last = 0
     begin = 1
@@ -238,5 +267,34 @@ contains
       begin = finish
     end do
   end subroutine follow_factored
+
+  !> The errors of the motion `x` that `follow_factored` found at `phases`, shape (n, phases), the first 0 and the last 1.
+  !> `disturbance`: what is unknown of the load, integrated over the period. Errors: overflow; resonance within the errors.
+  subroutine factored_errors(system, factors, phases, x, errors, error, disturbance)
+    class(periodic_system), intent(in) :: system
+    type(factors_type), intent(in) :: factors
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: disturbance
+    type(frames_type) :: frames
+    type(comparison_type) :: comparison
+    real(dp), allocatable :: starts(:, :), z(:, :), own(:), at_starts(:, :)
+    integer :: count
+
+    call periodic_states(factors, frames, starts, error)
+    if (allocated(error)) return
+    count = size(starts, 2)
+    associate (scale => spread(factors%scale, 2, count))
+      call compare(system, factors%method, factors%nodes, factors%scale, factors%ends, starts * scale, phases, x, comparison, error)
+      if (allocated(error)) return
+      call periodic_answer(frames, comparison%defect / scale, z)
+      z = z * scale
+    end associate
+    own = relative_rounding(system, comparison%steps, factors%turns) * comparison%size / count
+    if (present(disturbance)) own = own + disturbance / minval(factors%scale) / count
+    call accumulate(frames, own, at_starts)
+    call take_differences(comparison, factors%scale, z, at_starts, own, errors)
+  end subroutine factored_errors
 
 end module gestell_floquet_factored

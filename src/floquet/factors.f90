@@ -32,6 +32,8 @@ module gestell_floquet_factors
     real(dp) :: relative_error = 0
     !> Sum of ln |det A| - integral of tr P, zero by Liouville's theorem.
     real(dp) :: liouville_defect = 0
+    !> Radians by which the fastest motion turns within the period.
+    real(dp) :: turns = 0
     !> Steps of the result, evaluations of the coefficients in all.
     integer :: steps = 0, evaluations = 0
     !> Ends of the steps, as phases.
@@ -106,6 +108,7 @@ contains
     factors%error = (safety * left(:, 1) + floor) * fine%size_a
     factors%b_error = (safety * left(:, 2) + floor) * fine%size_b
     factors%steps = fine%steps
+    factors%turns = turns
     call move_alloc(fine%nodes, factors%nodes)
     call move_alloc(fine%a, factors%a)
     call move_alloc(fine%b, factors%b)

@@ -17,7 +17,7 @@ module gestell_floquet_flow
   public :: check_phases, end_of_block, motions, period_map, trajectory
 
   !> Steps whose maps are held at a time: memory does not grow with the number of steps, and stays in the cache.
-  integer, parameter :: block_length = 32
+  integer, parameter, public :: block_length = 32
 
 contains
 

@@ -52,6 +52,8 @@ module gestell_floquet_monodromy
     real(dp) :: liouville_defect = 0
     !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
     real(dp) :: detour = 1
+    !> Radians by which the fastest motion turns within the period.
+    real(dp) :: turns = 0
     !> Steps of the result, evaluations of the coefficients in all.
     integer :: steps = 0, evaluations = 0
     !> Where there is no result: a step or the product failed, as by overflow.
@@ -337,6 +339,7 @@ contains
     end if
     monodromy%xp_error = errors(2) * level%reach + monodromy%xp_roundoff
     monodromy%steps = level%steps
+    monodromy%turns = turns
     monodromy%detour = level%detour
     call move_alloc(level%nodes, monodromy%nodes)
     call move_alloc(level%phi, monodromy%phi)

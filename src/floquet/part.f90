@@ -4,20 +4,22 @@ module gestell_floquet_part
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_floquet_constant, only: constant_type, solve_constant
-  use gestell_floquet_factored, only: follow_factored
+  use gestell_floquet_factored, only: factored_errors, follow_factored
   use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_method, only: name_length
   use gestell_floquet_methods, only: method_names
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
-  use gestell_floquet_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
-  use gestell_floquet_reduced, only: follow_reduced, reduced_periodic, reduced_type, solve_reduced
+  use gestell_floquet_periodic_solution, only: errors_of_monodromy => take_errors, follow_monodromy => follow, &
+    & periodic_solution_type
+  use gestell_floquet_reduced, only: follow_reduced, reduced_errors, reduced_periodic, reduced_type, solve_reduced
   use gestell_floquet_reduction, only: reduce, reduction_type
+  use gestell_floquet_turn_errors, only: turn_errors_type
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
-  public :: follow_part, scale_of, solve_part, ways
+  public :: errors_of_part, follow_part, scale_of, solve_part, ways
 
   !> A part of the system: its map over the period, its reduction, or the factors of its map.
   type, public :: part_type
@@ -212,5 +214,26 @@ contains
       call follow_factored(system, part%factors, phases, x, error)
     end if
   end subroutine follow_part
+
+  !> The errors of the motion `x` that `follow_part` found at `phases`, shape (n, phases), the first 0 and the last 1. Errors:
+  !> overflow; resonance within the errors.
+  subroutine errors_of_part(system, part, phases, x, errors, error)
+    class(periodic_system), intent(in) :: system
+    type(part_type), intent(in) :: part
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+
+    if (allocated(part%constant)) then
+      allocate(errors%differences(size(x, 1), size(phases)), source=0.0_dp)
+      allocate(errors%rounding, source=part%constant%spectrum%error)
+    else if (allocated(part%monodromy)) then
+      call errors_of_monodromy(system, part%monodromy, phases, x, errors, error)
+    else if (allocated(part%reduced)) then
+      call reduced_errors(part%reduced, phases, x, errors, error)
+    else
+      call factored_errors(system, part%factors, phases, x, errors, error)
+    end if
+  end subroutine errors_of_part
 
 end module gestell_floquet_part

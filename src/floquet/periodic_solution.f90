@@ -6,11 +6,13 @@ module gestell_floquet_periodic_solution
   use gestell_base_matrix, only: balanced, unit_matrix
   use gestell_floquet_flow, only: trajectory
   use gestell_floquet_monodromy, only: monodromy_type
+  use gestell_floquet_turn_errors, only: close_turn, compare, comparison_type, relative_rounding, rounding_errors, &
+    & take_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
-  public :: follow, resonance, solve_periodic
+  public :: follow, resonance, solve_periodic, take_errors
 
   !> What a failure means.
   character(len=*), parameter :: resonance = "the periodic vibration cannot be told: within the error of the free ones a " &
@@ -110,5 +112,40 @@ contains
     allocate(x(system%states, size(phases)))
     call trajectory(system, monodromy%method, monodromy%nodes, solution%x0, phases, x, error)
   end subroutine follow
+
+  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1.
+  !> `disturbance`: what is unknown of the load, integrated over the period. Errors: overflow; resonance within the roundings.
+  subroutine take_errors(system, monodromy, phases, x, errors, error, disturbance)
+    class(periodic_system), intent(in) :: system
+    type(monodromy_type), intent(in) :: monodromy
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: disturbance
+    integer, parameter :: most_segments = 8
+    type(comparison_type) :: comparison
+    real(dp), allocatable :: z(:, :), inverted(:, :), own(:)
+    integer, allocatable :: first(:)
+    real(dp) :: rounding, lost
+    integer :: count, k
+
+    count = min(most_segments, size(phases) - 1)
+    allocate(first, source=[(1 + (k * (size(phases) - 1)) / count, k = 0, count)])
+    call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, phases(first), x(:, first(:count)), phases, x, &
+      & comparison, error)
+    if (allocated(error)) return
+    allocate(z(size(x, 1), count))
+    call close_turn(comparison, monodromy%scale, z, inverted, error)
+    if (allocated(error)) return
+    rounding = relative_rounding(system, comparison%steps, monodromy%turns)
+    lost = norm2(inverted) * rounding * monodromy%norm
+    if (.not. lost < 1) then
+      call fatal_error(error, resonance, failed_computation)
+      return
+    end if
+    own = rounding / (1 - lost) * comparison%size / count
+    if (present(disturbance)) own = own + disturbance / minval(monodromy%scale) / count
+    call take_differences(comparison, monodromy%scale, z, rounding_errors(comparison, monodromy%scale, inverted, own), own, errors)
+  end subroutine take_errors
 
 end module gestell_floquet_periodic_solution

@@ -5,21 +5,22 @@ module gestell_floquet_reduced
   use gestell_base_lapack, only: inverse
   use gestell_floquet_conjugates, only: complex_columns
   use gestell_floquet_convergence, only: safety
-  use gestell_floquet_factored, only: factored_periodic, follow_factored
+  use gestell_floquet_factored, only: factored_errors, factored_periodic, follow_factored
   use gestell_floquet_flow, only: trajectory
   use gestell_floquet_mode_group, only: blocks, group_amplification, group_multipliers, group_type, least_size, mirror, &
     & solve_group, take_rates
   use gestell_floquet_modes, only: columns_of, modes_type
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, no_multipliers
-  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic, take_errors
   use gestell_floquet_reduction, only: reduction_type
   use gestell_floquet_trigonometric, only: interpolation
+  use gestell_floquet_turn_errors, only: turn_errors_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
-  public :: follow_reduced, reduced_multipliers, reduced_periodic, solve_reduced
+  public :: follow_reduced, reduced_errors, reduced_multipliers, reduced_periodic, solve_reduced
 
   type, public :: reduced_type
     type(reduction_type) :: reduction
@@ -123,65 +124,89 @@ contains
     call arrange(multipliers)
   end subroutine reduced_multipliers
 
-  !> x(0) of the periodic motion: that of the slow group, and the response p of the fast ones.
-  !>
-  !> What p leaves over, r, disturbs a fast group in two ways. Its harmonics k that the N phases resolve, k < N / 2, meet a
-  !> group with |D| > 2 pi k: at most |r| / (|D| - pi N). Those near resonance, k = |D| / 2 pi, are at most as large as
-  !> the ones that are resolved foretell, when they go on to fall as they do until N / 2, |r| (|r| / |A p|)^(2 k / N - 1),
-  !> and are amplified by |(E - Phi)^-1| and the growth within the period. What decays (or grows) throughout with a rate of at
-  !> least lambda is nowhere greater than |r| / lambda.
-  !> Error: resonance within the errors.
+  !> x(0) of the periodic motion: that of the slow group, and the response p of the fast ones. Error: resonance within the
+  !> errors.
   subroutine reduced_periodic(reduced, solution, error)
     type(reduced_type), intent(in) :: reduced
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
     type(periodic_solution_type) :: slow
+    real(dp) :: within(size(reduced%scale)), slow_size
     real(dp), allocatable :: start(:)
-    real(dp), allocatable :: within(:)
-    real(dp) :: amplification, disturbance, peak, resonant, slowest, growth, rate, condition
-    integer :: g, n
 
-    n = size(reduced%scale)
-    allocate(within(n), source=0.0_dp)
-    associate (r => reduced%reduction)
+    slow_size = 0
+    associate (r => reduced%reduction, group => reduced%groups(1))
       start = r%response(1, :)
-      disturbance = r%forcing_residual
-      peak = r%forcing_peak
-      do g = 1, size(reduced%groups)
+      if (reduced%has_slow) then
+        if (allocated(group%factors)) then
+          call factored_periodic(group%factors, slow, error)
+        else
+          call solve_periodic(group%monodromy, slow, error)
+        end if
+        if (allocated(error)) return
+        start = start + matmul(r%basis(1, :, group%columns), slow%x0)
+        slow_size = maxval(abs(slow%x0))
+      end if
+      call fast_errors(reduced, slow_size, within, solution%condition, error)
+      if (allocated(error)) return
+      if (reduced%has_slow) then
+        within(group%columns) = slow%error + safety * size(group%columns) * slow%condition * r%slow_residual
+        solution%condition = max(solution%condition, slow%condition)
+      end if
+      solution%x0 = start * reduced%scale
+      solution%error = matmul(abs(complex_columns(r%basis(1, :, :), r%modes%conjugate)), within) * reduced%scale &
+        & + rounding_of(reduced)
+    end associate
+  end subroutine reduced_periodic
+
+  !> What rounding leaves of p, in the units of the states.
+  pure function rounding_of(reduced) result(rounding)
+    type(reduced_type), intent(in) :: reduced
+    real(dp) :: rounding(size(reduced%scale))
+
+    associate (r => reduced%reduction)
+      rounding = size(reduced%scale) * epsilon(1.0_dp) * r%condition * maxval(abs(r%response)) * reduced%scale
+    end associate
+  end function rounding_of
+
+  !> Bounds on the error of the fast groups' coordinates, shape (n), zero in the slow ones, whose motion is as large as `slow_size`.
+  !> They hold at all times. `condition`: the greatest |(E - Phi)^-1| of a group.
+  !>
+  !> What p leaves over, r, disturbs a fast group in two ways. Its harmonics k that the N phases resolve, k < N / 2, meet a
+  !> group with |D| > 2 pi k: at most |r| / (|D| - pi N). Those near resonance, k = |D| / 2 pi, are at most as large as
+  !> the ones that are resolved foretell, when they go on to fall as they do until N / 2, |r| (|r| / |A p|)^(2 k / N - 1),
+  !> and are amplified by |(E - Phi)^-1| and the growth within the period. What decays (or grows) throughout with a rate of at
+  !> least lambda is nowhere greater than |r| / lambda. Error: resonance within the errors.
+  subroutine fast_errors(reduced, slow_size, within, condition, error)
+    type(reduced_type), intent(in) :: reduced
+    real(dp), intent(in) :: slow_size
+    real(dp), intent(out) :: within(:), condition
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: amplification, disturbance, peak, resonant, slowest, growth, rate, skew, bound
+    integer :: g
+
+    within = 0
+    condition = 0
+    associate (r => reduced%reduction)
+      disturbance = r%forcing_residual + r%residual * slow_size
+      peak = r%forcing_peak + r%residual_peak * slow_size
+      do g = merge(2, 1, reduced%has_slow), size(reduced%groups)
         associate (group => reduced%groups(g))
-          if (g == 1 .and. reduced%has_slow) then
-            if (allocated(group%factors)) then
-              call factored_periodic(group%factors, slow, error)
-            else
-              call solve_periodic(group%monodromy, slow, error)
-            end if
-            if (allocated(error)) return
-            start = start + matmul(r%basis(1, :, group%columns), slow%x0)
-            within(group%columns) = slow%error + safety * size(group%columns) * slow%condition * r%slow_residual
-            disturbance = disturbance + r%residual * maxval(abs(slow%x0))
-            peak = peak + r%residual_peak * maxval(abs(slow%x0))
-            solution%condition = max(solution%condition, slow%condition)
-            cycle
-          end if
           call group_amplification(group, amplification, error)
           if (allocated(error)) return
           slowest = least_size(blocks(r%generator, r, group))
-          call take_rates(blocks(r%generator, r, group), growth, rate, condition)
+          call take_rates(blocks(r%generator, r, group), growth, rate, skew)
           resonant = log(min(max(disturbance, tiny(1.0_dp)) / max(r%effort, tiny(1.0_dp)), 1.0_dp)) &
             & * max(slowest / (pi * r%angles) - 1, 0.0_dp)
-          within(group%columns) = disturbance / max(slowest - pi * r%angles, 1.0_dp) &
-            & + amplification * disturbance * exp(growth + resonant)
-          if (rate > 0) within(group%columns) = min(within(group%columns), condition * peak / rate)
-          within(group%columns) = safety * within(group%columns)
-          within(group%conjugates) = within(group%columns)
-          solution%condition = max(solution%condition, amplification)
+          bound = disturbance / max(slowest - pi * r%angles, 1.0_dp) + amplification * disturbance * exp(growth + resonant)
+          if (rate > 0) bound = min(bound, skew * peak / rate)
+          within(group%columns) = safety * bound
+          within(group%conjugates) = safety * bound
+          condition = max(condition, amplification)
         end associate
       end do
-      solution%x0 = start * reduced%scale
-      solution%error = (matmul(abs(complex_columns(r%basis(1, :, :), r%modes%conjugate)), within) &
-        & + n * epsilon(1.0_dp) * r%condition * maxval(abs(r%response))) * reduced%scale
     end associate
-  end subroutine reduced_periodic
+  end subroutine fast_errors
 
   !> The periodic motion that starts with `x0`, at `phases` (ascending, in [0, 1]); x has the shape (n, points).
   subroutine follow_reduced(reduced, x0, phases, x, error)
@@ -189,32 +214,96 @@ contains
     real(dp), intent(in) :: x0(:), phases(:)
     real(dp), intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: inverted(:, :), shapes(:, :, :), y(:, :), y0(:), weights(:, :)
-    integer :: n, m, k
+    real(dp), allocatable :: shapes(:, :, :), y(:, :)
+    integer :: k
 
-    n = size(x0)
-    allocate(weights, source=interpolation(reduced%reduction%angles, phases))
+    x = transpose(matmul(interpolation(reduced%reduction%angles, phases), reduced%reduction%response))
+    if (reduced%has_slow) then
+      call follow_slow(reduced, x0, phases, y, error)
+      if (allocated(error)) return
+      call slow_shapes(reduced, phases, shapes)
+      do k = 1, size(phases)
+        x(:, k) = x(:, k) + matmul(shapes(k, :, :), y(:, k))
+      end do
+    end if
+    x = x * spread(reduced%scale, 2, size(phases))
+  end subroutine follow_reduced
+
+  !> The errors of the motion `x` that `follow_reduced` found at `phases`, shape (n, phases), the first 0 and the last 1. Errors:
+  !> overflow; resonance within the errors.
+  subroutine reduced_errors(reduced, phases, x, errors, error)
+    type(reduced_type), intent(in) :: reduced
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    type(turn_errors_type) :: slow
+    real(dp) :: within(size(reduced%scale)), slow_size, condition
+    real(dp), allocatable :: y(:, :), shapes(:, :, :)
+    integer :: k
+
+    slow_size = 0
     associate (r => reduced%reduction, group => reduced%groups(1))
-      x = transpose(matmul(weights, r%response))
+      allocate(errors%differences(size(x, 1), size(phases)), source=0.0_dp)
       if (reduced%has_slow) then
-        m = size(group%columns)
-        call inverse(r%basis(1, :, :), inverted, error)
+        call follow_slow(reduced, x(:, 1), phases, y, error)
         if (allocated(error)) return
-        y0 = matmul(inverted(group%columns, :), x0 / reduced%scale - r%response(1, :))
-        allocate(y(m, size(phases)))
         if (allocated(group%factors)) then
-          call follow_factored(group%system, group%factors, phases, y, error)
+          call factored_errors(group%system, group%factors, phases, y, slow, error, safety * r%slow_residual)
         else
-          call trajectory(group%system, group%monodromy%method, group%monodromy%nodes, y0, phases, y, error)
+          call take_errors(group%system, group%monodromy, phases, y, slow, error, safety * r%slow_residual)
         end if
         if (allocated(error)) return
-        shapes = reshape(matmul(weights, reshape(r%basis(:, :, group%columns), [r%angles, n * m])), [size(phases), n, m])
+        slow_size = maxval(abs(y))
+        call slow_shapes(reduced, phases, shapes)
         do k = 1, size(phases)
-          x(:, k) = x(:, k) + matmul(shapes(k, :, :), y(:, k))
+          errors%differences(:, k) = matmul(shapes(k, :, :), slow%differences(:, k)) * reduced%scale
         end do
       end if
-      x = x * spread(reduced%scale, 2, size(phases))
+      call fast_errors(reduced, slow_size, within, condition, error)
+      if (allocated(error)) return
+      if (reduced%has_slow) within(group%columns) = slow%rounding
+      allocate(errors%rounding(size(x, 1)), source=0.0_dp)
+      do k = 1, r%angles
+        errors%rounding = max(errors%rounding, matmul(abs(complex_columns(r%basis(k, :, :), r%modes%conjugate)), within))
+      end do
+      errors%rounding = errors%rounding * reduced%scale + rounding_of(reduced)
     end associate
-  end subroutine follow_reduced
+  end subroutine reduced_errors
+
+  !> The slow group's motion, shape (m, phases), that starts with the state x0 of all.
+  subroutine follow_slow(reduced, x0, phases, y, error)
+    type(reduced_type), intent(in) :: reduced
+    real(dp), intent(in) :: x0(:), phases(:)
+    real(dp), allocatable, intent(out) :: y(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: inverted(:, :), y0(:)
+
+    associate (r => reduced%reduction, group => reduced%groups(1))
+      call inverse(r%basis(1, :, :), inverted, error)
+      if (allocated(error)) return
+      y0 = matmul(inverted(group%columns, :), x0 / reduced%scale - r%response(1, :))
+      allocate(y(size(group%columns), size(phases)))
+      if (allocated(group%factors)) then
+        call follow_factored(group%system, group%factors, phases, y, error)
+      else
+        call trajectory(group%system, group%monodromy%method, group%monodromy%nodes, y0, phases, y, error)
+      end if
+    end associate
+  end subroutine follow_slow
+
+  !> The columns of S that belong to the slow group, shape (phases, n, m).
+  pure subroutine slow_shapes(reduced, phases, shapes)
+    type(reduced_type), intent(in) :: reduced
+    real(dp), intent(in) :: phases(:)
+    real(dp), allocatable, intent(out) :: shapes(:, :, :)
+    integer :: n, m
+
+    n = size(reduced%scale)
+    associate (r => reduced%reduction, group => reduced%groups(1))
+      m = size(group%columns)
+      shapes = reshape(matmul(interpolation(r%angles, phases), reshape(r%basis(:, :, group%columns), [r%angles, n * m])), &
+        & [size(phases), n, m])
+    end associate
+  end subroutine slow_shapes
 
 end module gestell_floquet_reduced

@@ -1,24 +1,26 @@
 !> Floquet's solution of a periodic system by the cheapest way: parts that do not act on each other apart, vibrations that
 !> are fast against the period by reduction, the others by integration over the period.
 module gestell_floquet_solution
-  use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_kinds, only: dp
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp, pi
   use gestell_floquet_constant, only: constant_multipliers, constant_periodic
   use gestell_floquet_factored, only: factored_multipliers, factored_periodic
   use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_flow, only: check_phases
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
-  use gestell_floquet_part, only: follow_part, part_type, scale_of, solve_part, ways
+  use gestell_floquet_part, only: errors_of_part, follow_part, part_type, scale_of, solve_part, ways
   use gestell_floquet_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
   use gestell_floquet_periodic_solution, only: periodic_of_monodromy => solve_periodic
   use gestell_floquet_reduced, only: reduced_multipliers, reduced_periodic
+  use gestell_floquet_turn_errors, only: turn_errors_type
   use gestell_system_part, only: check_coupled, independent_parts, part_of
   use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: evidence, follow, solve_floquet, solve_multipliers, solve_periodic, ways
+  public :: checkpoints, evidence, follow, solve_floquet, solve_multipliers, solve_periodic, take_errors, ways
 
   !> All multipliers of a monodromy matrix or of a Floquet solution.
   interface solve_multipliers
@@ -252,5 +254,54 @@ contains
       end associate
     end do
   end subroutine follow_floquet
+
+  !> At how many phases the errors of a motion are to be looked at: the fastest error swings like the fastest free vibration that is
+  !> integrated, and is seen at four of them in a swing.
+  pure integer function checkpoints(floquet) result(number)
+    type(floquet_type), intent(in) :: floquet
+    integer, parameter :: fewest = 40
+    real(dp) :: turns
+    integer :: k
+
+    turns = 0
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        if (allocated(part%monodromy)) turns = max(turns, part%monodromy%turns)
+        if (allocated(part%factors)) turns = max(turns, part%factors%turns)
+      end associate
+    end do
+    number = max(fewest, ceiling(2 / pi * min(turns, 1.0e6_dp)))
+  end function checkpoints
+
+  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1. Errors: overflow;
+  !> resonance within the errors.
+  subroutine take_errors(system, floquet, phases, x, errors, error)
+    class(periodic_system), intent(in) :: system
+    type(floquet_type), intent(in) :: floquet
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    type(turn_errors_type) :: own
+    integer :: k
+
+    allocate(errors%differences, source=0 * x)
+    allocate(errors%rounding(size(x, 1)), source=0.0_dp)
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        if (allocated(part%system)) then
+          call errors_of_part(part%system, part, phases, x(part%states, :), own, error)
+        else
+          call errors_of_part(system, part, phases, x(part%states, :), own, error)
+        end if
+        if (allocated(error)) return
+        errors%differences(part%states, :) = own%differences
+        errors%rounding(part%states) = own%rounding
+        ! The squares within a norm vanish below sqrt(tiny): so small a motion is known to that only.
+        if (any(abs(x(part%states, :)) > 0)) errors%rounding(part%states) = max(own%rounding, sqrt(tiny(1.0_dp)) * scale_of(part))
+      end associate
+    end do
+    if (.not. all(ieee_is_finite(errors%bounds()))) call fatal_error(error, "the errors of the periodic vibration " &
+      & // "cannot be told: they leave the range of the numbers", failed_computation)
+  end subroutine take_errors
 
 end module gestell_floquet_solution

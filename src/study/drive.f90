@@ -21,7 +21,7 @@ module gestell_study_drive
   type, public :: drive_type
     !> The rows of gestell_model_driving at the times of the vibration's history, shape (power_rows, points + 1).
     real(dp), allocatable :: history(:, :)
-    !> On the frame as it vibrates, with an estimate of the peak's error, and on a rigid one.
+    !> On the frame as it vibrates, with a bound on the peak's error, and on a rigid one.
     type(torque_type) :: actual, rigid
     real(dp) :: peak_error = 0
     !> Means over the turn (W), greatest power of the drive (W).
@@ -52,7 +52,8 @@ contains
       motion = vibration%motion_history(:accelerations, :)
       call drive_power(frame, [(real(k, dp) / points, k = 0, points)], motion, drive%history, known)
       motion = vibration%motion(:accelerations, :)
-      call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], motion, samples, known, vibration%motion_error, drive%peak_error)
+      call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], motion, samples, known, vibration%motion_errors%bounds(), &
+        & drive%peak_error)
       drive%drive_mean = sum(samples(drive_watts, :)) / n
       drive%dampers_mean = sum(samples(damper_watts, :)) / n
     end associate

@@ -14,8 +14,9 @@ module gestell_study_statistics
   type, public :: statistics_type
     !> Harmonics, shape (1), of a magnitude those of its components along x and y, shape (2).
     type(fourier_type), allocatable :: series(:)
-    !> max |.| over the period, an estimate of its error, root of the mean square.
-    real(dp) :: peak = 0, peak_error = 0, rms = 0
+    !> max |.| over the period, a bound on its error, root of the mean square, a bound on the error at any time, and so on that of
+    !> the root.
+    real(dp) :: peak = 0, peak_error = 0, rms = 0, error = 0
     !> Phase of the period, t / T, at the peak: that of the parabola through the highest sample and its neighbours.
     real(dp) :: peak_phase = 0
   contains
@@ -33,18 +34,21 @@ contains
     type(statistics_type), intent(out) :: statistics
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :)
-    real(dp) :: bound
+    real(dp) :: between
     integer :: i
 
     call check_quantity(vibration, quantity, error)
     if (allocated(error)) return
     call components(quantity, vibration%motion, samples)
     allocate(statistics%series(size(samples, 2)))
-    bound = 0
+    between = 0
     do i = 1, size(samples, 2)
       call combine(quantity%weights(:, i), vibration%motion_series, statistics%series(i))
       statistics%rms = hypot(statistics%rms, statistics%series(i)%rms())
-      bound = hypot(bound, dot_product(abs(quantity%weights(:size(vibration%motion_error), i)), vibration%motion_error))
+      associate (weights => quantity%weights(:size(vibration%motion_series), i))
+        statistics%error = hypot(statistics%error, vibration%motion_errors%along(weights))
+      end associate
+      between = hypot(between, statistics%series(i)%beyond())
     end do
     if (size(samples, 2) == 1) then
       statistics%peak = statistics%series(1)%peak(samples(:, 1))
@@ -52,7 +56,7 @@ contains
       statistics%peak = greatest_size(statistics%series, samples)
     end if
     statistics%peak_phase = top(norm2(samples, dim=2))
-    statistics%peak_error = bound
+    statistics%peak_error = statistics%error + between
   end subroutine take_statistics
 
   !> max of the size of a vector, from the samples of its components, shape (samples, components), and their series. The square is

@@ -4,7 +4,8 @@ module gestell_study_vibration
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_periodic_solution, only: periodic_solution_type
-  use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
+  use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, take_errors
+  use gestell_floquet_turn_errors, only: turn_errors_type
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: accelerations, guide_forces, velocities
   use gestell_study_motion, only: motion_errors, whole_motion
@@ -25,13 +26,16 @@ module gestell_study_vibration
     real(dp), allocatable :: history(:, :)
     !> Harmonics of every quantity, shape (quantities).
     type(fourier_type), allocatable :: series(:)
-    !> max |.| over the period and an estimate of its error, root of the mean square; shapes (quantities).
+    !> max |.| over the period and a bound on its error, root of the mean square; shapes (quantities).
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
+    !> Bounds on the errors of the history, at any time, and of the roots of the mean square; shape (quantities).
+    real(dp), allocatable :: error(:)
     !> |x(T) - x(0)| of the motion that was followed, relative to the greatest |x(t)|, in balanced units.
     real(dp) :: closing_defect = 0
     !> Where more was ordered: the motion as in gestell_model_quantity at equidistant phases that resolve it, shape (rows,
-    !> samples), at the times of the history, shape (rows, points + 1), estimates of the errors and harmonics, shapes (rows).
-    real(dp), allocatable :: motion(:, :), motion_history(:, :), motion_error(:)
+    !> samples), at the times of the history, shape (rows, points + 1), their errors, harmonics, shape (rows).
+    real(dp), allocatable :: motion(:, :), motion_history(:, :)
+    type(turn_errors_type) :: motion_errors
     type(fourier_type), allocatable :: motion_series(:)
   end type vibration_type
 
@@ -56,9 +60,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: rows
     class(second_order_system), intent(in), optional :: system
-    real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:)
+    real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:), watched(:), x_watched(:, :)
+    type(turn_errors_type) :: errors
     logical :: resolved_all
-    integer :: samples, k, i
+    integer :: samples, every, k, i
 
     call frame%check(error)
     if (.not. allocated(error)) call check_times(points, harmonics, error, rows)
@@ -84,7 +89,16 @@ contains
         vibration%series(i) = fourier_series(all(i, :samples))
       end do
       vibration%closing_defect = closing_defect(floquet, x)
-      vibration%peak_error = peak_errors(frame, floquet, vibration, maxval(abs(x), dim=2))
+      if (.not. allocated(vibration%error)) then
+        ! More samples make the steps of the motion shorter, and its error no greater.
+        every = stride(samples, checkpoints(floquet))
+        watched = phases(::every)
+        x_watched = x(:, ::every)
+        call take_errors(frame, floquet, watched, x_watched, errors, error)
+        if (allocated(error)) return
+        vibration%error = quantity_errors(frame, errors)
+        if (present(rows)) call take_motion_errors(frame, system, watched, x_watched, rows, errors, vibration%motion_errors)
+      end if
       resolved_all = states_resolved(frame, floquet, vibration)
       if (present(rows)) then
         call take_motion(frame, system, phases, x, rows, vibration%motion)
@@ -112,9 +126,7 @@ contains
     end if
     vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, quantities)]
     vibration%rms = [(vibration%series(i)%rms(), i = 1, quantities)]
-    if (.not. present(rows)) return
-    allocate(vibration%motion_error(rows))
-    call take_errors(frame, system, phases(:samples), state_errors(frame, vibration), frame%rounding, vibration%motion_error)
+    vibration%peak_error = vibration%error + [(vibration%series(i)%beyond(), i = 1, quantities)]
   end subroutine solve_vibration
 
   !> Errors: points, harmonics or rows of the motion out of range.
@@ -146,6 +158,55 @@ contains
     if (.not. held) call fatal_error(error, "the vibration does not hold the rows of the motion that are needed: order them with " &
       & // "its tasks", invalid_input)
   end subroutine check_rows
+
+  !> The longest stride through the samples that leaves so many.
+  pure integer function stride(samples, wanted)
+    integer, intent(in) :: samples, wanted
+    integer :: k
+
+    stride = 1
+    do k = 2, samples / wanted
+      if (modulo(samples, k) == 0) stride = k
+    end do
+  end function stride
+
+  !> Errors of the quantities by those of the free states.
+  pure function quantity_errors(frame, states) result(errors)
+    type(frame_type), intent(in) :: frame
+    type(turn_errors_type), intent(in) :: states
+    real(dp) :: errors(quantities)
+    real(dp) :: weights(size(states%rounding), 3)
+
+    errors = 0
+    associate (bounds => states%bounds(), f => size(frame%free))
+      errors(frame%free) = bounds(:f)
+      errors(3 + frame%free) = bounds(f + 1:)
+      weights(:f, :) = transpose(frame%stiffness(:, frame%free))
+      weights(f + 1:, :) = transpose(frame%damping(:, frame%free))
+    end associate
+    errors(7:) = [states%along(weights(:, 1)), states%along(weights(:, 2)), states%along(weights(:, 3))]
+  end function quantity_errors
+
+  !> Errors of the motion's rows by those of the free states at the same phases: what the differences are as a motion without
+  !> load, and rounding, of the states, the load and the sums.
+  subroutine take_motion_errors(frame, system, phases, x, rows, states, errors)
+    type(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in), optional :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: x(:, :)
+    integer, intent(in) :: rows
+    type(turn_errors_type), intent(in) :: states
+    type(turn_errors_type), intent(out) :: errors
+    real(dp), parameter :: sums = 4 * epsilon(1.0_dp)
+    real(dp), allocatable :: load(:, :)
+
+    call take_motion(frame, system, phases, states%differences, rows, errors%differences)
+    call take_motion(frame, system, phases, 0 * states%differences, rows, load)
+    errors%differences = errors%differences - load
+    allocate(errors%rounding(rows))
+    call take_roundings(frame, system, phases, states%rounding + sums * maxval(abs(x), dim=2), max(frame%rounding, sums), &
+      & errors%rounding)
+  end subroutine take_motion_errors
 
   !> The motion, of the averaged model where there is one.
   subroutine take_motion(frame, system, phases, x, rows, motion)
@@ -192,15 +253,15 @@ contains
     real(dp), dimension(size(vibration%motion_series)) :: terms, errors
     integer :: k
 
+    errors = vibration%motion_errors%bounds()
     associate (inner => phases(:size(phases) - 1), series => vibration%motion_series)
-      call take_errors(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
-      call take_errors(frame, system, inner, state_errors(frame, vibration), frame%rounding, errors)
+      call take_roundings(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
       rows_resolved = all([(is_resolved(series(k), rounding * terms(k), errors(k)), k = velocities + 1, size(series))])
     end associate
   end function rows_resolved
 
   !> How errors of the states, and this part of the load, show in the motion's rows.
-  subroutine take_errors(frame, system, phases, states, part, errors)
+  subroutine take_roundings(frame, system, phases, states, part, errors)
     type(frame_type), intent(in) :: frame
     class(second_order_system), intent(in), optional :: system
     real(dp), contiguous, intent(in) :: phases(:)
@@ -212,7 +273,7 @@ contains
     else
       call motion_errors(frame, frame, phases, states, part, errors)
     end if
-  end subroutine take_errors
+  end subroutine take_roundings
 
   !> Whether the samples resolve the free states. What is roundoff beside the other states, in balanced units, counts as
   !> resolved; the forces follow from the states.
@@ -245,13 +306,13 @@ contains
     end associate
   end function is_resolved
 
-  !> Errors of the free states' peaks.
+  !> Errors of the free states.
   pure function state_errors(frame, vibration) result(errors)
     type(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     real(dp) :: errors(2 * size(frame%free))
 
-    errors = [vibration%peak_error(frame%free), vibration%peak_error(3 + frame%free)]
+    errors = [vibration%error(frame%free), vibration%error(3 + frame%free)]
   end function state_errors
 
   !> |x(T) - x(0)| relative to the greatest |x(t)|, in balanced units.
@@ -278,26 +339,5 @@ contains
     all(3 + frame%free, :) = x(f + 1:, :)
     all(7:9, :) = frame%ground_forces(x)
   end function all_quantities
-
-  !> Estimates of the errors of the peaks: the start's error and the defect at the end travel with the motion.
-  pure function peak_errors(frame, floquet, vibration, greatest) result(errors)
-    type(frame_type), intent(in) :: frame
-    type(floquet_type), intent(in) :: floquet
-    type(vibration_type), intent(in) :: vibration
-    real(dp), intent(in) :: greatest(:)
-    real(dp) :: errors(quantities)
-    real(dp) :: state(size(greatest)), full(6)
-    integer :: f
-
-    f = size(frame%free)
-    associate (scale => floquet%scale)
-      state = (vibration%closing_defect * norm2(greatest / scale) + norm2(vibration%start%error / scale)) * scale
-    end associate
-    full = 0
-    full(frame%free) = state(:f)
-    full(3 + frame%free) = state(f + 1:)
-    errors(:6) = full
-    errors(7:) = matmul(abs(frame%stiffness), full(:3)) + matmul(abs(frame%damping), full(4:))
-  end function peak_errors
 
 end module gestell_study_vibration

@@ -23,7 +23,7 @@ module gestell_study_watched
     !> At the times of the vibration's history, shape (points + 1, probe_parts).
     real(dp), allocatable :: history(:, :)
     !> Velocity in the probe's band of frequencies (m/s, root of the mean square): along x and y, in the direction in which
-    !> it is greatest, and an estimate of the latter's error.
+    !> it is greatest, and a bound on the latter's error.
     real(dp) :: band(2) = 0, greatest = 0, error = 0
   contains
     procedure :: verdict
@@ -62,7 +62,7 @@ contains
         call band_rms(velocity, frame%period, probes(i)%band, watched(i)%band, watched(i)%greatest, error)
         if (allocated(error)) return
         ! A part of an error, in the mean square, is at most its greatest value.
-        watched(i)%error = velocity%peak_error
+        watched(i)%error = velocity%error
       end associate
     end do
   end subroutine watch

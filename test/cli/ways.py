@@ -219,6 +219,56 @@ def test_overdamped():
             near("overdamped, peak", auto[0], gauss[0], 1e-4 * gauss[0] + auto[1])
 
 
+# Near a dead point a local error arises in mid-turn, and strong damping makes it vanish before the turn ends.
+MID_TURN = """\
+&case title='Local errors in mid-turn', tasks='response' /
+&drive speed_rpm=9264.774065173902 /
+&joint name='A0', type='ground', position=0.0,0.0 /
+&joint name='A', type='crank', pivot='A0', radius=0.6672421006418059, phase=60.18584513557212 /
+&joint name='J0', type='RPP', ends='A', slot_angle=43.17496011821451,
+  guide_point=0.8561199323426971,-1.3999786904765725, guide_angle=-17.552972062742327 /
+&joint name='J1', type='RPP', ends='J0', slot_angle=90.0, guide_point=1.4675224521820607,-1.1308530145396163,
+  guide_angle=-75.29789678157528 /
+&joint name='Q2', type='rigid', ends='A0','A', offset=0.8526811778993434,0.42565237078409784 /
+&joint name='G2', type='ground', position=-2.078511273526963,1.4418076872919654 /
+&joint name='J2', type='RRR', ends='Q2','G2', lengths=2.374477223188262,3.950747386087779, branch=1 /
+&link name='l0', from='A0', mass=0.0021784752271873354, inertia=0.001461926438448936, to='A',
+  center=0.39803050541395624,0.5323521369500472 /
+&link name='l1', from='J0', mass=0.0008173705566112474, inertia=2.833836656850779e-05 /
+&link name='l2', from='J1', mass=0.0020861916391901767, inertia=7.212454300174185e-05 /
+&link name='l3', from='Q2', mass=0.0023987393695196245, inertia=0.003535540784757042, to='J2',
+  center=0.3224888323017097,0.0 /
+&link name='l4', from='G2', mass=0.000680147024107798, inertia=0.0008228764799773836, to='J2',
+  center=1.3522059062261158,0.0 /
+&frame mass=0.013299096676104679, inertia=0.01858969747258322, origin=0.3587766129766365,0.8494146606074289 /
+&support position=-3.299338832453058,3.2567392314596377, stiffness=191901.14352385074,1246793.4072967274,
+  damping=0.0002724147224277745,0.00027462438820976534 /
+&support position=-1.8048124115026025,0.6528056621309871, stiffness=419477.8782234779,498194.5240135626,
+  damping=4.97249277078601,13.224161020646292 /
+&support position=2.7763707854349398,-2.4537275748507055, stiffness=382278.95713569556,391809.314333715,
+  damping=105.74380728136556,114.16337668382178 /
+"""
+
+
+def test_mid_turn():
+    """Errors of the rows are told wherever in the turn they arise."""
+    with Folder(input=MID_TURN) as folder:
+        rows = {}
+        for name, accuracy in (("rough", ["tolerance=1e-8"]), ("sharp", ["tolerance=1e-13", "method='gauss10'"])):
+            settings = [word for key in accuracy for word in ("-s", f"accuracy.{key}")]
+            run = Run(folder, "input.nml", "-o", name, *settings)
+            if not run.done(f"mid-turn, {name}"):
+                return
+            rows[name] = Table(folder / name / "response.csv")
+            lines = run.out.split("PERIODIC VIBRATION")[1].splitlines()[2:5]
+            # of xi, eta and psi, told in mm and mrad to one digit
+            rows[name + " error"] = [float(re.split(r"  +", line.strip())[2]) / 1000 for line in lines]
+        for column, error in zip(QUANTITIES, rows["rough error"]):
+            miss = max(abs(a - b) for a, b in zip(rows["rough"][column], rows["sharp"][column]))
+            check(f"mid-turn, {column}", 0 < miss <= error, f"at most {error}", miss)
+            check(f"mid-turn, no more than that, {column}", error <= 10 * miss, f"at most 10 times {miss}", error)
+
+
 # A frame with little inertia between strong dampers: its rotation decays 1e4 times within a degree of the crank.
 COMPRESSORS = (("frame.inertia=1e-3", "support.damping=6e4"), ("frame.inertia=1e-2", "support.damping=6e4"),
                ("frame.inertia=1.6e-4", "support.damping=6e4", "frame.mass=1620"))
@@ -263,4 +313,4 @@ def test_lost():
               response.err)
 
 
-WAYS_TESTS = (test_lost, test_overdamped, test_overdamped_probes, test_references, test_methods, test_reduced_by_name, test_parts, test_resonance, test_trade)
+WAYS_TESTS = (test_lost, test_mid_turn, test_overdamped, test_overdamped_probes, test_references, test_methods, test_reduced_by_name, test_parts, test_resonance, test_trade)

@@ -1,10 +1,11 @@
 !> Error bounds, verdicts and theorems over a population of random machines, against a solution in quadruple precision
 !> that shares nothing with the library:
 !>
-!>     fpm run population --directory validation --profile release -- [MACHINES [FIRST]]
+!>     fpm run population --directory validation --profile release -- [MACHINES [FIRST [weak | strong | steps]]]
 !>
-!> examines MACHINES machines (default 100) from number FIRST (default 1) on, a tenth of a second each. Stops with an
-!> error where a bound is beaten, a verdict wrong, a theorem broken beyond the bounds, or two methods disagree by more.
+!> examines MACHINES machines (default 100) from number FIRST (default 1) on, a tenth of a second each: all kinds, or only weakly or
+!> strongly damped ones, or with given steps. Stops with an error where a bound is beaten, a verdict wrong, a theorem broken
+!> beyond the bounds, or two methods disagree by more.
 program population
   use gestell_base_kinds, only: dp
   use population_tally, only: examine, line_length, quantile, ratios_type, tally_type
@@ -13,15 +14,19 @@ program population
 
   !> In a period the fastest free motion turns by at most this (rad): the reference then takes less than a second.
   real(dp), parameter :: most_turns = 200
+  character(len=*), parameter :: usage = "usage: population [MACHINES [FIRST [weak | strong | steps]]]"
   type(tally_type) :: tally
   integer :: machines, first, shown, i
+  character(len=20) :: kind
 
   machines = argument(1, 100)
   first = argument(2, 1)
+  call get_command_argument(3, kind)
+  if (all(kind /= [character(len=6) :: "", "weak", "strong", "steps"])) error stop usage
   print "(a, /)", "Bounds beaten, verdicts wrong, theorems broken, methods at odds:"
   shown = 0
   do i = first, first + machines - 1
-    call examine(i, most_turns, tally)
+    call examine(i, most_turns, tally, trim(kind))
     call show(tally%failures(shown + 1:))
     shown = size(tally%failures)
   end do
@@ -34,6 +39,7 @@ program population
   call show_widest(": rho,")
   call show_widest(": ln |rho|,")
   call show_widest(": x0,")
+  call show_widest(": row,")
   print "(/, a, /)", "Declined, or undecided near a border:"
   call show(tally%declined)
   if (shown > 0) error stop 1, quiet=.true.
@@ -49,7 +55,7 @@ contains
     call get_command_argument(place, word)
     if (word == "") return
     read (word, *, iostat=status) argument
-    if (status /= 0 .or. argument < 1) error stop "usage: population [MACHINES [FIRST]]"
+    if (status /= 0 .or. argument < 1) error stop usage
   end function argument
 
   !> Bound over true error by the tolerance that was ordered.
@@ -57,17 +63,19 @@ contains
     integer :: decade
 
     print "(/, a, /)", "Bound over true error, where that is above 1e-14: median, 99 % below, number."
-    print "(a)", "| tolerance | Phi | | | rho | | | ln abs(rho) | | | x0 | | |"
-    print "(a)", "|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+    print "(a)", "| tolerance | Phi | | | rho | | | ln abs(rho) | | | x0 | | | row | | |"
+    print "(a)", "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
     do decade = 2, 12
-      print "('| 1e-', i0, ' to 1e-', i0, 4a, ' |')", decade, decade + 1, trim(row(tally%phi, decade)), &
-        & trim(row(tally%rho, decade)), trim(row(tally%log_abs, decade)), trim(row(tally%x0, decade))
+      print "('| 1e-', i0, ' to 1e-', i0, 5a, ' |')", decade, decade + 1, trim(row(tally%phi, decade)), &
+        & trim(row(tally%rho, decade)), trim(row(tally%log_abs, decade)), trim(row(tally%x0, decade)), &
+        & trim(row(tally%turn, decade))
     end do
-    print "('| all', 4a, ' |')", trim(row(tally%phi)), trim(row(tally%rho)), trim(row(tally%log_abs)), &
-      & trim(row(tally%x0))
-    print "('| up to 1e-14 | | | ', i0, ' | | | ', i0, ' | | | ', i0, ' | | | ', i0, ' |')", tally%phi%at_roundoff, &
-      & tally%rho%at_roundoff, tally%log_abs%at_roundoff, tally%x0%at_roundoff
+    print "('| all', 5a, ' |')", trim(row(tally%phi)), trim(row(tally%rho)), trim(row(tally%log_abs)), &
+      & trim(row(tally%x0)), trim(row(tally%turn))
+    print "('| up to 1e-14 | | | ', i0, ' | | | ', i0, ' | | | ', i0, ' | | | ', i0, ' | | | ', i0, ' |')", tally%phi%at_roundoff, &
+      & tally%rho%at_roundoff, tally%log_abs%at_roundoff, tally%x0%at_roundoff, tally%turn%at_roundoff
     print "(/, a, i0, a, i0, a)", "Of ", tally%multipliers, " multipliers ", tally%lost, " are lost (bound above half of them)."
+    print "(a, i0, a, i0, a)", "Of ", tally%rows, " rows of vibrations ", tally%lost_rows, " claim more than their peak."
   end subroutine show_ratios
 
   function row(ratios, decade) result(cells)
@@ -95,7 +103,7 @@ contains
       & ", reciprocal pairs ", tally%reciprocal, ", two methods ", tally%agreement
   end subroutine show_verdicts
 
-  !> Of the bounds on one quantity the five widest.
+  !> Of the bounds on one quantity the ten widest.
   subroutine show_widest(quantity)
     character(len=*), intent(in) :: quantity
     logical :: left(size(tally%wide))
@@ -103,7 +111,7 @@ contains
 
     left = index(tally%wide, quantity) > 0
     print "(/, a, 1x, i0, /)", quantity(3:), count(left)
-    do k = 1, min(5, count(left))
+    do k = 1, min(10, count(left))
       place = maxloc(tally%times, dim=1, mask=left)
       left(place) = .false.
       print "(a)", trim(tally%wide(place))
