@@ -1,10 +1,15 @@
 !> The task `boundary`.
 module bordering
   use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
   use gestell_io_borders_csv, only: write_borders
   use gestell_io_configuration, only: configuration_type
   use gestell_io_plot_borders, only: plot_borders
-  use gestell_study_boundary_task, only: border_results_type, solve_borders
+  use gestell_io_sweep, only: sweep_plan_type
+  use gestell_study_boundary_map, only: border_line_type, border_lines
+  use gestell_study_boundary_task, only: border_results_type, search_line_of, solve_borders
+  use locked_family, only: locked_family_type
+  use terminal, only: show_part
   implicit none (type, external)
   private
 
@@ -18,16 +23,48 @@ contains
     character(len=*), intent(in) :: folder, preamble(:)
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
+    type(border_line_type), allocatable :: lines(:)
 
     associate (plan => configuration%plan)
+      if (size(plan%grid%axes) == 2) call search_lines(plan, lines, error)
+      if (allocated(error)) return
+      ! What is not allocated is not there.
       if (allocated(plan%base)) then
-        call solve_borders(plan%family, plan%grid, plan%borders, results, error, plan%base)
+        call solve_borders(plan%family, plan%grid, plan%borders, results, error, plan%base, lines)
       else
-        call solve_borders(plan%family, plan%grid, plan%borders, results, error)
+        call solve_borders(plan%family, plan%grid, plan%borders, results, error, lines=lines)
       end if
       if (.not. allocated(error)) call write_borders(folder, preamble, plan%paths, results, error)
       if (.not. allocated(error)) call plot_borders(folder, preamble, plan%paths, plan%units, plan%grid, results, error)
     end associate
   end subroutine run_borders
+
+  !> The lines of the search over two parameters, by threads. Error: that of the first line that fails.
+  subroutine search_lines(plan, lines, error)
+    type(sweep_plan_type), intent(in) :: plan
+    type(border_line_type), allocatable, intent(out) :: lines(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(locked_family_type) :: family
+    type(error_type), allocatable :: own
+    integer :: k, done, failed
+
+    allocate(family%inner, source=plan%family)
+    allocate(lines(border_lines(plan%grid)))
+    done = 0
+    failed = huge(failed)
+    !$omp parallel do schedule(dynamic, 1) private(own)
+    do k = 1, size(lines)
+      call search_line_of(family, plan%grid, plan%borders, k, lines(k), own)
+      !$omp critical (input_and_output)
+      if (allocated(own) .and. k < failed) then
+        failed = k
+        call move_alloc(own, error)
+      end if
+      done = done + 1
+      call show_part("searching lines", real(done, dp) / size(lines))
+      !$omp end critical (input_and_output)
+    end do
+    !$omp end parallel do
+  end subroutine search_lines
 
 end module bordering

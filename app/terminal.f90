@@ -8,7 +8,7 @@ module terminal
   implicit none (type, external)
   private
 
-  public :: show_progress
+  public :: show_part, show_progress
 
   interface
     !> POSIX isatty.
@@ -44,13 +44,21 @@ contains
   subroutine show_progress(part)
     real(dp), intent(in) :: part
 
+    call show_part("measuring", part)
+  end subroutine show_progress
+
+  !> The same of any work.
+  subroutine show_part(doing, part)
+    character(len=*), intent(in) :: doing
+    real(dp), intent(in) :: part
+
     if (c_isatty(standard_error) == 0) return
     if (part < 1) then
-      call show("measuring " // bar_of(part))
+      call show(doing // " " // bar_of(part))
     else
       call show("")
     end if
-  end subroutine show_progress
+  end subroutine show_part
 
   !> Begins with `all` points to come.
   subroutine start(self, all)

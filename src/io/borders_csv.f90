@@ -55,7 +55,26 @@ contains
         end associate
       end do
     end if
-    call write_table(folder, "boundary.csv", preamble, header, values, error, labels=curves, tails=tails)
+    call write_table(folder, "boundary.csv", heads(preamble, paths, results), header, values, error, labels=curves, tails=tails)
   end subroutine write_borders
+
+  !> The preamble, and behind it a line for each place that the search left open.
+  pure function heads(preamble, paths, results) result(lines)
+    character(len=*), intent(in) :: preamble(:), paths(:)
+    type(border_results_type), intent(in) :: results
+    character(len=max(len(preamble), len(paths) + 80)), allocatable :: lines(:)
+    integer :: i, n
+
+    n = 0
+    if (allocated(results%rest%places)) n = size(results%rest%places)
+    allocate(lines(size(preamble) + n))
+    lines(:size(preamble)) = preamble
+    do i = 1, n
+      associate (place => results%rest%places(i))
+        lines(size(preamble) + i) = "open: " // trim(paths(1)) // " = " // exact(place%value) // " within " &
+          & // exact(place%width) // ": a border could not be excluded"
+      end associate
+    end do
+  end function heads
 
 end module gestell_io_borders_csv

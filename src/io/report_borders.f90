@@ -4,7 +4,7 @@ module gestell_io_report_borders
   use gestell_base_text, only: concise, text
   use gestell_io_sweep, only: sweep_plan_type
   use gestell_io_text, only: counted, padded
-  use gestell_study_boundary, only: nearest_type
+  use gestell_study_boundary, only: border_rest_type, nearest_type
   use gestell_study_boundary_functions, only: flutter, kind_names
   use gestell_study_boundary_map, only: border_map_type, border_vertex_type
   use gestell_study_boundary_task, only: border_results_type
@@ -45,7 +45,7 @@ contains
     if (allocated(results%map)) then
       report = report // curves_of(results%map, plan%paths)
     else
-      if (size(results%values) == 0) report = report // "  none between the search points" // newline
+      if (size(results%values) == 0) report = report // "  no border in the range" // newline
       do i = 1, size(results%values)
         associate (v => results%values(i))
           report = report // padded(concise(v%value, 13), 20) // " +- " // concise(v%error, 2) // "  " // words(v%kind)
@@ -53,6 +53,7 @@ contains
           report = report // ", below " // trim(v%below) // ", above " // trim(v%above) // newline
         end associate
       end do
+      report = report // rest_of(results%rest, plan%borders%tolerance)
     end if
     if (.not. allocated(results%nearest)) return
     report = report // newline // "  The machine of the input is " // trim(results%nearest(1)%verdict) &
@@ -61,6 +62,24 @@ contains
       report = report // "    along " // trim(plan%paths(k)) // ": " // way_to(results%nearest(k)) // newline
     end do
   end function report_borders
+
+  !> What the search leaves open.
+  pure function rest_of(rest, tolerance) result(report)
+    type(border_rest_type), intent(in) :: rest
+    real(dp), intent(in) :: tolerance
+    character(len=:), allocatable :: report
+    integer :: i
+
+    report = ""
+    if (rest%thin > 0) report = "  note: without damping, at " // counted(rest%thin, "more place") // " multipliers meet; if a " &
+      & // "tongue is there, it is narrower than " // concise(2 * tolerance, 2) // " of the range" // newline
+    if (.not. allocated(rest%places)) return
+    do i = 1, min(size(rest%places), most_listed)
+      report = report // "  open: a border could not be excluded at " // concise(rest%places(i)%value, 13) // ", within " &
+        & // concise(rest%places(i)%width, 2) // newline
+    end do
+    if (size(rest%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
+  end function rest_of
 
   pure function way_to(nearest) result(sentence)
     type(nearest_type), intent(in) :: nearest
@@ -96,6 +115,8 @@ contains
     if (map%curves > most_listed) report = report // "  ... all in boundary.csv" // newline
     if (map%rough > 0) report = report // "  note: " // counted(map%rough, "way") // " between vertices could " &
       & // "not be refined, as at the tip of a tongue" // newline
+    if (map%open > 0) report = report // "  note: at " // counted(map%open, "place") // " on the lines of the search a border " &
+      & // "could not be excluded" // newline
   end function curves_of
 
   !> ": divergence, flutter", in the order in which they follow each other first.

@@ -3,11 +3,10 @@ module gestell_study_boundary
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_study_boundary_crossing, only: crossings_type
   use gestell_study_boundary_functions, only: kind_names
   use gestell_study_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity, skewed
   use gestell_study_boundary_order, only: check_search
-  use gestell_study_boundary_scan, only: probe_all, scan_line
+  use gestell_study_boundary_search, only: search_line, search_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_tile_results, only: verdict_names
@@ -33,6 +32,18 @@ module gestell_study_boundary
     character(len=10) :: below = "", above = ""
   end type border_type
 
+  !> A place where a border could not be excluded, and the width of what may have been missed there.
+  type, public :: place_type
+    real(dp) :: value = 0, width = 0
+  end type place_type
+
+  !> What the search for borders tells besides: where multipliers meet, how often that is without damping and without any
+  !> growth at a distance of the tolerance, and what could not be told.
+  type, public :: border_rest_type
+    integer :: meetings = 0, thin = 0
+    type(place_type), allocatable :: places(:)
+  end type border_rest_type
+
   !> The stable system nearest to a given one along a parameter: itself if it is not unstable.
   type, public :: nearest_type
     !> Verdict on the given system.
@@ -45,32 +56,31 @@ module gestell_study_boundary
 
 contains
 
-  !> All borders in the range of `axis`, in its direction, as far as its `count` values give them away
-  !> (gestell_study_boundary_scan). `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis).
+  !> All borders in the range of `axis`, in its direction (gestell_study_boundary_search); its `count` values are where the search
+  !> begins. `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis). `rest`: what is not sure.
   !> Errors: as of `check_search`; the parameters make no sense.
-  subroutine find_borders(family, axis, accuracy, tolerance, borders, error)
+  subroutine find_borders(family, axis, accuracy, tolerance, borders, error, rest)
     class(family_type), intent(in) :: family
     type(axis_type), intent(in) :: axis
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: tolerance
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
+    type(border_rest_type), intent(out), optional :: rest
     type(line_type) :: line
-    type(probe_type), allocatable :: probes(:)
-    type(crossings_type) :: found
+    type(search_type) :: search
     integer :: i
 
     allocate(borders(0))
     call check_search([axis], accuracy, tolerance, error)
     if (allocated(error)) return
     call line_along([axis], 1, [axis%from], accuracy, tolerance, line)
-    call probe_all(family, line, skewed(axis%count), probes, error)
-    if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
+    call search_line(family, line, skewed(axis%count), search, error)
     if (allocated(error)) return
     deallocate(borders)
-    allocate(borders(size(found%list)))
+    allocate(borders(size(search%found%list)))
     do i = 1, size(borders)
-      associate (crossing => found%list(i))
+      associate (crossing => search%found%list(i))
         borders(i)%value = parameter_at(axis, crossing%t)
         borders(i)%error = abs(sensitivity(axis, crossing%t)) * crossing%error
         borders(i)%kind = kind_names(crossing%kind)
@@ -79,7 +89,20 @@ contains
         borders(i)%above = verdict_names(crossing%verdicts(merge(1, 2, axis%to < axis%from)))
       end associate
     end do
+    if (present(rest)) rest = rest_of(axis, search)
   end subroutine find_borders
+
+  pure function rest_of(axis, search) result(rest)
+    type(axis_type), intent(in) :: axis
+    type(search_type), intent(in) :: search
+    type(border_rest_type) :: rest
+    integer :: i
+
+    rest%meetings = search%meetings
+    rest%thin = search%thin
+    rest%places = [(place_type(parameter_at(axis, search%doubts(i)%t), &
+      & abs(sensitivity(axis, search%doubts(i)%t)) * search%doubts(i)%width), i = 1, size(search%doubts))]
+  end function rest_of
 
   !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
   !> is not unstable: 'stable', or where there is no damping 'undecided'. Of another axis only its place counts. A stable
@@ -96,8 +119,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(line_type) :: line
     type(probe_type) :: here
-    type(probe_type), allocatable :: probes(:)
-    type(crossings_type) :: found
+    type(search_type) :: search
     real(dp), allocatable :: u(:)
     real(dp) :: home
     integer :: i
@@ -125,14 +147,13 @@ contains
     home = coordinate(axes(which), base(which))
     u = skewed(axes(which)%count)
     if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
-    call probe_all(family, line, u, probes, error)
-    if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
+    call search_line(family, line, u, search, error)
     if (allocated(error)) return
-    do i = 1, size(probes)
-      if (.not. probes(i)%missing() .and. .not. probes(i)%is_unstable()) call consider(probes(i)%t, probes(i)%verdict)
+    do i = 1, size(search%marks)
+      if (.not. search%marks(i)%is_unstable()) call consider(search%marks(i)%t, search%marks(i)%verdict)
     end do
-    do i = 1, size(found%list)
-      associate (crossing => found%list(i))
+    do i = 1, size(search%found%list)
+      associate (crossing => search%found%list(i))
         if (crossing%unstable_above) then
           call consider(crossing%t - crossing%error, crossing%verdicts(1))
         else

@@ -10,7 +10,7 @@ module gestell_study_boundary_crossing
   implicit none (type, external)
   private
 
-  public :: last_before, same_sign, separate
+  public :: add_named, last_before, same_sign, separate, verify
 
   !> A border on a line.
   type, public :: crossing_type
@@ -46,6 +46,19 @@ contains
     longer(n + 1) = crossing
     call move_alloc(longer, self%list)
   end subroutine add
+
+  !> Adds a crossing with its argument, and its kind where that is not known yet, from the systems on both sides.
+  pure subroutine add_named(found, crossing, below, above)
+    type(crossings_type), intent(inout) :: found
+    type(crossing_type), intent(in) :: crossing
+    type(probe_type), intent(in) :: below, above
+    type(crossing_type) :: named
+
+    named = crossing
+    if (crossing%unstable_above) call name_kind(above%arg, named)
+    if (.not. crossing%unstable_above) call name_kind(below%arg, named)
+    call found%add(named)
+  end subroutine add_named
 
   !> Ascending; what was found twice is left once, and regions narrower than `least` are left out.
   pure subroutine sort(self, least)
@@ -113,9 +126,7 @@ contains
       call verify(family, line, l, r, t, crossing, below, above, success, error)
       if (success) then
         crossing%kind = kind
-        if (crossing%unstable_above) call name_kind(above%arg, crossing)
-        if (.not. crossing%unstable_above) call name_kind(below%arg, crossing)
-        call found%add(crossing)
+        call add_named(found, crossing, below, above)
       end if
     end if
     if (allocated(error)) return

@@ -39,6 +39,9 @@ module gestell_study_boundary_line
     logical :: known(border_kinds) = .false., reciprocal = .false.
     !> Argument of the largest multiplier.
     real(dp) :: arg = 0
+    !> ln(rho) of all multipliers, imaginary parts in (-pi, pi], and the errors of their real parts; shapes (n).
+    complex(dp), allocatable :: z(:)
+    real(dp), allocatable :: noise(:)
   contains
     procedure :: missing
     procedure :: is_unstable
@@ -91,6 +94,8 @@ contains
     end if
     probe%verdict = verdict_number(multipliers)
     probe%arg = abs(multipliers%arg(1))
+    probe%z = cmplx(multipliers%log_abs, multipliers%arg, dp)
+    probe%noise = multipliers%error
     call border_functions(multipliers, probe%f, probe%known, probe%reciprocal)
   end subroutine probe_line
 

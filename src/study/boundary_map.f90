@@ -6,17 +6,17 @@ module gestell_study_boundary_map
   use gestell_study_boundary_cells, only: box_type, connect_cell
   use gestell_study_boundary_crossing, only: crossings_type
   use gestell_study_boundary_functions, only: kind_names
-  use gestell_study_boundary_line, only: line_type, parameter_at, probe_line, probe_type, sensitivity, skewed
+  use gestell_study_boundary_line, only: line_type, parameter_at, sensitivity, skewed
   use gestell_study_boundary_order, only: check_search
   use gestell_study_boundary_refine, only: refine
-  use gestell_study_boundary_scan, only: scan_line
+  use gestell_study_boundary_search, only: search_line, search_type
   use gestell_study_boundary_vertex, only: plane_type, vertex_type, vertices_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
   implicit none (type, external)
   private
 
-  public :: trace_borders
+  public :: border_lines, search_border_line, trace_borders
 
   !> A vertex of a curve.
   type, public :: border_vertex_type
@@ -34,30 +34,93 @@ module gestell_study_boundary_map
     !> the second upward; a closed curve ends with its first vertex.
     type(border_vertex_type), allocatable :: vertices(:)
     integer :: curves = 0
-    !> Stretches between vertices that could not be refined.
-    integer :: rough = 0
+    !> Stretches between vertices that could not be refined; places on the lines of the search where a border could not be
+    !> excluded.
+    integer :: rough = 0, open = 0
   end type border_map_type
+
+  !> What was found on a line of the search grid.
+  type, public :: border_line_type
+    private
+    type(line_type) :: line
+    type(crossings_type) :: borders
+    integer :: open = 0
+  end type border_line_type
 
 contains
 
-  !> The borders within the ranges of the `grid`, as far as its points give them away: on its lines as
-  !> gestell_study_boundary finds them, connected cell by cell. `deviation`: how far they may pass by the border, relative
-  !> to the ranges (in the logarithm on logarithmic axes). Errors: a grid without two axes; as of
-  !> `check_search`; the parameters make no sense.
-  subroutine trace_borders(family, grid, accuracy, deviation, map, error)
+  !> The borders within the ranges of the `grid`: on its lines as gestell_study_boundary finds them, connected cell by cell.
+  !> `deviation`: how far they may pass by the border, relative to the ranges (in the logarithm on logarithmic axes). `lines`:
+  !> those of the grid, all of them searched (`search_border_line`); without them they are searched one after the other.
+  !> Errors: a grid without two axes; as of `check_search`; the parameters make no sense.
+  subroutine trace_borders(family, grid, accuracy, deviation, map, error, lines)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: deviation
     type(border_map_type), intent(out) :: map
     type(error_type), allocatable, intent(out) :: error
-    type(plane_type) :: plane
-    type(vertices_type) :: vertices
-    real(dp), allocatable :: u1(:), u2(:)
-    !> Vertices on the lines: those of line i are first(i) ... first(i + 1) - 1.
-    integer, allocatable :: first1(:), first2(:)
+    type(border_line_type), intent(in), optional :: lines(:)
+    type(border_line_type), allocatable :: own(:)
+    integer :: k
 
     allocate(map%vertices(0))
+    call check_plane(grid, accuracy, deviation, error)
+    if (allocated(error)) return
+    if (present(lines)) then
+      call connect_lines(family, grid, accuracy, deviation, lines, map, error)
+      return
+    end if
+    allocate(own(border_lines(grid)))
+    do k = 1, size(own)
+      call search_border_line(family, grid, accuracy, deviation, k, own(k), error)
+      if (allocated(error)) return
+    end do
+    call connect_lines(family, grid, accuracy, deviation, own, map, error)
+  end subroutine trace_borders
+
+  !> The number of lines of the search grid.
+  pure integer function border_lines(grid)
+    type(grid_type), intent(in) :: grid
+
+    border_lines = size(skewed(grid%axes(1)%count)) + size(skewed(grid%axes(2)%count))
+  end function border_lines
+
+  !> Searches line `number` of the search grid: first those on which the second parameter is constant. Each may be searched by a
+  !> thread of its own. `grid` has two axes. Error: the parameters make no sense.
+  subroutine search_border_line(family, grid, accuracy, deviation, number, found, error)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    integer, intent(in) :: number
+    type(border_line_type), intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+    type(plane_type) :: plane
+    type(search_type) :: search
+
+    plane = plane_of(grid, accuracy, deviation)
+    associate (u1 => skewed(grid%axes(1)%count), u2 => skewed(grid%axes(2)%count))
+      if (number <= size(u2)) then
+        call plane%line([0.0_dp, u2(number)], [1.0_dp, 0.0_dp], found%line)
+        call search_line(family, found%line, u1, search, error)
+      else
+        call plane%line([u1(number - size(u2)), 0.0_dp], [0.0_dp, 1.0_dp], found%line)
+        call search_line(family, found%line, u2, search, error)
+      end if
+    end associate
+    if (allocated(error)) return
+    found%borders = search%found
+    found%open = size(search%doubts)
+  end subroutine search_border_line
+
+  !> Errors: as of `trace_borders`.
+  subroutine check_plane(grid, accuracy, deviation, error)
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    type(error_type), allocatable, intent(out) :: error
+
     call check_grid(grid, error)
     if (allocated(error)) return
     if (size(grid%axes) /= 2) then
@@ -65,54 +128,48 @@ contains
       return
     end if
     call check_search(grid%axes, accuracy, deviation, error)
-    if (allocated(error)) return
+  end subroutine check_plane
+
+  pure function plane_of(grid, accuracy, deviation) result(plane)
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    type(plane_type) :: plane
+
     plane%axes = grid%axes
     plane%accuracy = accuracy
     plane%deviation = deviation
+    plane%spacing = 1.0_dp / (max(minval(grid%axes%count), 2) - 1)
+  end function plane_of
+
+  subroutine connect_lines(family, grid, accuracy, deviation, lines, map, error)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    type(border_line_type), intent(in) :: lines(:)
+    type(border_map_type), intent(inout) :: map
+    type(error_type), allocatable, intent(out) :: error
+    type(plane_type) :: plane
+    type(vertices_type) :: vertices
+    real(dp), allocatable :: u1(:), u2(:)
+    !> Vertices on the lines: those of line k are first(k) ... first(k + 1) - 1.
+    integer, allocatable :: first(:)
+    integer :: k
+
+    allocate(first(size(lines) + 1))
+    plane = plane_of(grid, accuracy, deviation)
     u1 = skewed(grid%axes(1)%count)
     u2 = skewed(grid%axes(2)%count)
-    plane%spacing = 1.0_dp / min(size(u1) - 1, size(u2) - 1)
-    call search_lines(family, plane, u1, u2, vertices, first1, first2, error)
-    if (.not. allocated(error)) call connect_cells(family, plane, u1, u2, first1, first2, vertices, error)
+    map%open = sum(lines%open)
+    do k = 1, size(lines)
+      first(k) = vertices%count + 1
+      call vertices%add_crossings(lines(k)%line, lines(k)%borders)
+    end do
+    first(size(first)) = vertices%count + 1
+    call connect_cells(family, plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
     if (.not. allocated(error)) call follow_curves(family, plane, vertices, map, error)
-  end subroutine trace_borders
-
-  !> The borders on the lines of the search grid; line i of `first1` has the first parameter constant.
-  subroutine search_lines(family, plane, u1, u2, vertices, first1, first2, error)
-    class(family_type), intent(in) :: family
-    type(plane_type), intent(in) :: plane
-    real(dp), intent(in) :: u1(:), u2(:)
-    type(vertices_type), intent(inout) :: vertices
-    integer, allocatable, intent(out) :: first1(:), first2(:)
-    type(error_type), allocatable, intent(out) :: error
-    type(probe_type), allocatable :: nodes(:, :)
-    type(line_type) :: line
-    type(crossings_type) :: found
-    integer :: i, j
-
-    allocate(nodes(size(u1), size(u2)), first1(size(u1) + 1), first2(size(u2) + 1))
-    do j = 1, size(u2)
-      first2(j) = vertices%count + 1
-      call plane%line([0.0_dp, u2(j)], [1.0_dp, 0.0_dp], line)
-      do i = 1, size(u1)
-        call probe_line(family, line, u1(i), nodes(i, j), error)
-        if (allocated(error)) return
-      end do
-      call scan_line(family, line, nodes(:, j), found, error)
-      if (allocated(error)) return
-      call vertices%add_crossings(line, found)
-    end do
-    first2(size(first2)) = vertices%count + 1
-    do i = 1, size(u1)
-      first1(i) = vertices%count + 1
-      call plane%line([u1(i), 0.0_dp], [0.0_dp, 1.0_dp], line)
-      nodes(i, :)%t = u2
-      call scan_line(family, line, nodes(i, :), found, error)
-      if (allocated(error)) return
-      call vertices%add_crossings(line, found)
-    end do
-    first1(size(first1)) = vertices%count + 1
-  end subroutine search_lines
+  end subroutine connect_lines
 
   subroutine connect_cells(family, plane, u1, u2, first1, first2, vertices, error)
     class(family_type), intent(in) :: family

@@ -4,8 +4,9 @@ module gestell_study_boundary_task
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_study_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type, usual_tolerance
-  use gestell_study_boundary_map, only: border_map_type, trace_borders
+  use gestell_study_boundary, only: border_accuracy, border_type, border_rest_type, find_borders, &
+    & nearest_stable, nearest_type, usual_tolerance
+  use gestell_study_boundary_map, only: border_line_type, border_map_type, search_border_line, trace_borders
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type
   use gestell_system_averaged, only: averaged_system
@@ -13,7 +14,7 @@ module gestell_study_boundary_task
   implicit none (type, external)
   private
 
-  public :: solve_borders
+  public :: search_line_of, solve_borders
 
   !> What is wanted.
   type, public :: border_order_type
@@ -27,6 +28,7 @@ module gestell_study_boundary_task
   type, public :: border_results_type
     !> One parameter: its critical values.
     type(border_type), allocatable :: values(:)
+    type(border_rest_type) :: rest
     !> Two: the curves.
     type(border_map_type), allocatable :: map
     !> From the base along each parameter; unallocated without a base, and where it is not unstable.
@@ -42,42 +44,63 @@ module gestell_study_boundary_task
 
 contains
 
-  !> Borders within the ranges of `grid`; with `base` (all parameters) also what is stable nearest to it.
-  !> Error: the parameters make no sense.
-  subroutine solve_borders(family, grid, order, results, error, base)
+  !> Searches line `number` of the grid of two parameters (gestell_study_boundary_map): for `solve_borders`, by as many threads
+  !> as there are lines if `member` of the family may be called so. Error: the parameters make no sense.
+  subroutine search_line_of(family, grid, order, number, line, error)
+    class(family_type), intent(in), target :: family
+    type(grid_type), intent(in) :: grid
+    type(border_order_type), intent(in) :: order
+    integer, intent(in) :: number
+    type(border_line_type), intent(out) :: line
+    type(error_type), allocatable, intent(out) :: error
+    type(averaged_family_type) :: averaged
+
+    if (order%averaged) then
+      averaged%family => family
+      call search_border_line(averaged, grid, order%accuracy, order%tolerance, number, line, error)
+    else
+      call search_border_line(family, grid, order%accuracy, order%tolerance, number, line, error)
+    end if
+  end subroutine search_line_of
+
+  !> Borders within the ranges of `grid`; with `base` (all parameters) also what is stable nearest to it. `lines`: those of the
+  !> grid, searched already. Error: the parameters make no sense.
+  subroutine solve_borders(family, grid, order, results, error, base, lines)
     class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(border_order_type), intent(in) :: order
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: base(:)
+    type(border_line_type), intent(in), optional :: lines(:)
     type(averaged_family_type) :: averaged
 
     if (order%averaged) then
       averaged%family => family
-      call solve_family(averaged, grid, order, results, error, base)
+      call solve_family(averaged, grid, order, results, error, base, lines)
     else
-      call solve_family(family, grid, order, results, error, base)
+      call solve_family(family, grid, order, results, error, base, lines)
     end if
   end subroutine solve_borders
 
-  subroutine solve_family(family, grid, order, results, error, base)
+  subroutine solve_family(family, grid, order, results, error, base, lines)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(border_order_type), intent(in) :: order
     type(border_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: base(:)
+    type(border_line_type), intent(in), optional :: lines(:)
     type(accuracy_type) :: fine
     integer :: k
 
     fine = order%accuracy
     fine%tolerance = min(fine%tolerance, border_accuracy)
     if (size(grid%axes) == 1) then
-      call find_borders(family, grid%axes(1), fine, order%tolerance, results%values, error)
+      call find_borders(family, grid%axes(1), fine, order%tolerance, results%values, error, results%rest)
     else
       allocate(results%map)
-      call trace_borders(family, grid, order%accuracy, order%tolerance, results%map, error)
+      call trace_borders(family, grid, order%accuracy, order%tolerance, results%map, error, lines)
     end if
     if (allocated(error) .or. .not. present(base)) return
     allocate(results%nearest(size(base)))

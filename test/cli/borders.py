@@ -42,7 +42,7 @@ def test_one_parameter():
         again = Run(folder, "-s", "drive.speed_rpm=150", "input.nml")
         check("borders: nothing to say of a stable machine", again.code == 0 and "nearest" not in again.out, "", again.out)
         narrow = Run(folder, "-s", "sweep(1).from=225", "-s", "sweep(1).to=235", "input.nml")
-        check("borders: none", "none between the search points" in narrow.out and "none in the range" in narrow.out, "",
+        check("borders: none", "no border in the range" in narrow.out and "none in the range" in narrow.out, "",
               narrow.out)
         equal("borders: none, file", rows(folder / "input")[1], [])
 

@@ -1,0 +1,279 @@
+!> All borders along a line, from 0 to 1, found from the multipliers that are followed along it.
+module gestell_study_boundary_search
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_study_boundary_crossing, only: add_named, crossing_type, crossings_type, separate, verify
+  use gestell_study_boundary_exponents, only: stretch_type
+  use gestell_study_boundary_follow, only: follow_multipliers, way_type
+  use gestell_study_boundary_line, only: line_type, probe_type, skewed
+  use gestell_study_boundary_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
+  use gestell_study_boundary_pair, only: pair_name_type
+  use gestell_study_boundary_scan, only: usual_depth
+  use gestell_study_family, only: family_type
+  implicit none (type, external)
+  private
+
+  public :: search_line
+
+  !> A place where a border could not be excluded, and how wide it is, in t.
+  type, public :: doubt_type
+    real(dp) :: t = 0, width = 0
+  end type doubt_type
+
+  type, public :: search_type
+    type(crossings_type) :: found
+    type(doubt_type), allocatable :: doubts(:)
+    !> Places where multipliers meet; those of them without damping where nothing grows at a distance of the tolerance.
+    integer :: meetings = 0, thin = 0
+    !> Systems along the line, ascending, of which each side of each border was seen.
+    type(probe_type), allocatable :: marks(:)
+    integer, private :: seen = 0
+  end type search_type
+
+  !> Stretches that every line is divided into to begin with.
+  integer, parameter :: least_nodes = 9
+
+contains
+
+  !> All borders along the line from 0 to 1; `nodes`: more points, ascending, at which the search looks. Error: the parameters
+  !> make no sense.
+  subroutine search_line(family, line, nodes, search, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    real(dp), intent(in) :: nodes(:)
+    type(search_type), intent(out) :: search
+    type(error_type), allocatable, intent(out) :: error
+    type(way_type) :: way
+    integer :: i
+
+    allocate(search%doubts(0), search%marks(0))
+    call follow_multipliers(family, line, merged(skewed(least_nodes), nodes), way, error)
+    if (allocated(error)) return
+    do i = 1, way%count
+      associate (stretch => way%list(i))
+        call add_mark(search, stretch%ends(1))
+        call add_mark(search, stretch%ends(2))
+        if (stretch%rough) search%doubts = [search%doubts, doubt_type(sum(stretch%ends%t) / 2, stretch%length())]
+        call search_stretch(family, line, stretch, search, error)
+        if (allocated(error)) return
+      end associate
+    end do
+    call sort_marks(search)
+    call close_gaps(family, line, search, error)
+    if (.not. allocated(error)) call search%found%sort(2 * line%step())
+  end subroutine search_line
+
+  !> Both lists, ascending, in one, what is the same left once.
+  pure function merged(a, b) result(all)
+    real(dp), intent(in) :: a(:), b(:)
+    real(dp), allocatable :: all(:)
+    real(dp), parameter :: same = 1.0e-9_dp
+    real(dp) :: both(size(a) + size(b))
+    integer :: i, j, k
+
+    i = 1
+    j = 1
+    do k = 1, size(both)
+      if (j > size(b)) then
+        both(k) = a(i)
+        i = i + 1
+      else if (i > size(a)) then
+        both(k) = b(j)
+        j = j + 1
+      else if (a(i) <= b(j)) then
+        both(k) = a(i)
+        i = i + 1
+      else
+        both(k) = b(j)
+        j = j + 1
+      end if
+    end do
+    all = pack(both, [.true., both(2:) - both(:size(both) - 1) > same])
+  end function merged
+
+  !> The meetings of all pairs of multipliers on a stretch. Where two pairs are conjugate to each other, of one.
+  subroutine search_stretch(family, line, stretch, search, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    type(stretch_type), intent(in) :: stretch
+    type(search_type), intent(inout) :: search
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: samples = 16
+    !> In radians: how far multipliers may pass by each other to be looked at, beside what is not known of where they are;
+    !> lie below the real axis (sine of the argument) not to be left out; and differ to be taken for one.
+    real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
+    complex(dp) :: z(size(stretch%miss), 0:samples)
+    real(dp) :: ahead(0:samples), rest(0:samples), near, x
+    integer :: i, j, k, turns
+    logical :: meets
+
+    do k = 0, samples
+      z(:, k) = stretch%at(real(k, dp) / samples)
+    end do
+    do i = 1, size(z, 1)
+      do j = i + 1, size(z, 1)
+        if (lost(real(z(i, :))) .or. lost(real(z(j, :)))) cycle
+        ahead = aimag(z(i, :) - z(j, :))
+        near = close + safety * (abs(stretch%miss(i)) + abs(stretch%miss(j)))
+        do turns = floor((minval(ahead) - near) / (2 * pi)), ceiling((maxval(ahead) + near) / (2 * pi))
+          rest = ahead - 2 * pi * turns
+          if (minval(abs(rest)) > near .and. all(rest > 0 .eqv. rest(0) > 0)) cycle
+          if (maxval(abs(rest)) <= locked) cycle
+          do k = 1, samples
+            call meet(rest, k, meets, x)
+            if (.not. meets) cycle
+            if (sin(aimag(z(j, k))) < below) cycle
+            call look(pair_name_type(i, j, turns), (k - 1 + x) / samples, (rest(k) - rest(k - 1)) * samples / stretch%length())
+            if (allocated(error)) return
+          end do
+        end do
+      end do
+    end do
+
+  contains
+
+    !> A decay that no meeting stops that these curves would not show.
+    pure logical function lost(growth)
+      real(dp), intent(in) :: growth(:)
+      real(dp), parameter :: strong = -3
+
+      lost = maxval(growth) < strong
+    end function lost
+
+    subroutine look(name, x, rate)
+      type(pair_name_type), intent(in) :: name
+      real(dp), intent(in) :: x, rate
+      type(meeting_type) :: meeting
+
+      search%meetings = search%meetings + 1
+      call search_meeting(family, line, stretch, name, stretch%ends(1)%t + x * stretch%length(), rate, meeting, error)
+      if (allocated(error)) return
+      select case (meeting%outcome)
+      case (tongue)
+        call add_tongue(family, line, stretch, name, meeting, search, error)
+      case (thin)
+        search%thin = search%thin + 1
+      case (open_question)
+        search%doubts = [search%doubts, doubt_type(meeting%t, meeting%width)]
+      end select
+    end subroutine look
+
+  end subroutine search_stretch
+
+  !> Whether two phases meet, or are nearest to each other, between the samples k - 1 and k, and at which part of that way.
+  pure subroutine meet(rest, k, meets, x)
+    real(dp), intent(in) :: rest(0:)
+    integer, intent(in) :: k
+    logical, intent(out) :: meets
+    real(dp), intent(out) :: x
+
+    associate (a => rest(k - 1), b => rest(k))
+      meets = (a > 0) .neqv. (b > 0)
+      x = 0.5_dp
+      if (meets) then
+        x = a / (a - b)
+      else
+        x = merge(0.0_dp, 1.0_dp, abs(a) < abs(b))
+      end if
+    end associate
+    if (meets) return
+    if (any((rest > 0) .neqv. (rest(0) > 0))) return
+    meets = k == max(minloc(abs(rest), dim=1) - 1, 1)
+  end subroutine meet
+
+  !> The borders at both ends of a tongue, and systems in it and beside it.
+  subroutine add_tongue(family, line, stretch, name, meeting, search, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    type(stretch_type), intent(in) :: stretch
+    type(pair_name_type), intent(in) :: name
+    type(meeting_type), intent(in) :: meeting
+    type(search_type), intent(inout) :: search
+    type(error_type), allocatable, intent(out) :: error
+    type(crossing_type) :: crossing
+    type(probe_type) :: below, above
+    real(dp) :: t
+    logical :: missing, success
+    integer :: side
+
+    call add_mark(search, meeting%top%at)
+    do side = 1, 2
+      if (.not. meeting%outside(side)) cycle
+      call add_mark(search, meeting%sides(side)%at)
+      call tongue_end(family, line, stretch, name, meeting%sides(side), meeting%top, t, missing, error)
+      if (allocated(error)) return
+      if (missing) cycle
+      if (side == 1) call verify(family, line, meeting%sides(1)%at, meeting%top%at, t, crossing, below, above, success, error)
+      if (side == 2) call verify(family, line, meeting%top%at, meeting%sides(2)%at, t, crossing, below, above, success, error)
+      if (allocated(error)) return
+      call add_mark(search, below)
+      call add_mark(search, above)
+      if (success) call add_named(search%found, crossing, below, above)
+    end do
+  end subroutine add_tongue
+
+  !> Between neighbouring marks the number of borders that were found must be even if the verdict is the same, odd if not; and
+  !> where none was found, no function may change its sign: else borders are sought there.
+  subroutine close_gaps(family, line, search, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    type(search_type), intent(inout) :: search
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, n
+
+    call search%found%sort(0.0_dp)
+    do i = 1, size(search%marks) - 1
+      associate (l => search%marks(i), r => search%marks(i + 1))
+        n = count(search%found%list%t > l%t .and. search%found%list%t < r%t)
+        if (n > 0 .and. (mod(n, 2) == 1 .eqv. (l%is_unstable() .neqv. r%is_unstable()))) cycle
+        call separate(family, line, l, r, usual_depth, search%found, error)
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine close_gaps
+
+  !> Adds a system to the others.
+  pure subroutine add_mark(search, mark)
+    type(search_type), intent(inout) :: search
+    type(probe_type), intent(in) :: mark
+    type(probe_type), allocatable :: longer(:)
+
+    if (mark%missing()) return
+    if (search%seen == size(search%marks)) then
+      allocate(longer(2 * search%seen + 64))
+      longer(:search%seen) = search%marks
+      call move_alloc(longer, search%marks)
+    end if
+    search%seen = search%seen + 1
+    search%marks(search%seen) = mark
+  end subroutine add_mark
+
+  !> Ascending, each once.
+  pure subroutine sort_marks(search)
+    type(search_type), intent(inout) :: search
+    type(probe_type), allocatable :: sorted(:)
+    integer :: order(search%seen), i, k, n
+
+    ! Nearly sorted they are.
+    n = 0
+    do i = 1, search%seen
+      k = n
+      do while (k > 0)
+        if (search%marks(order(k))%t <= search%marks(i)%t) exit
+        k = k - 1
+      end do
+      if (k > 0) then
+        if (.not. search%marks(order(k))%t < search%marks(i)%t) cycle
+      end if
+      order(k + 2:n + 1) = order(k + 1:n)
+      order(k + 1) = i
+      n = n + 1
+    end do
+    allocate(sorted(n))
+    do i = 1, n
+      sorted(i) = search%marks(order(i))
+    end do
+    call move_alloc(sorted, search%marks)
+  end subroutine sort_marks
+
+end module gestell_study_boundary_search
