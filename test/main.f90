@@ -7,6 +7,7 @@ program main
   use test_boundary, only: collect_boundary
   use test_boundary_machines, only: collect_boundary_machines
   use test_boundary_map, only: collect_boundary_map
+  use test_boundary_tongues, only: collect_boundary_tongues
   use test_campaign, only: collect_campaign
   use test_campbell, only: collect_campbell
   use test_campbell_critical, only: collect_campbell_critical
@@ -132,6 +133,7 @@ program main
     & new_testsuite("boundary", collect_boundary), &
     & new_testsuite("boundary-machines", collect_boundary_machines), &
     & new_testsuite("boundary-map", collect_boundary_map), &
+    & new_testsuite("boundary-tongues", collect_boundary_tongues), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &

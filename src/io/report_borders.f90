@@ -115,8 +115,6 @@ contains
     if (map%curves > most_listed) report = report // "  ... all in boundary.csv" // newline
     if (map%rough > 0) report = report // "  note: " // counted(map%rough, "way") // " between vertices could " &
       & // "not be refined, as at the tip of a tongue" // newline
-    if (map%open > 0) report = report // "  note: at " // counted(map%open, "place") // " on the lines of the search a border " &
-      & // "could not be excluded" // newline
   end function curves_of
 
   !> ": divergence, flutter", in the order in which they follow each other first.

@@ -33,15 +33,15 @@ module gestell_study_boundary
   end type border_type
 
   !> A place where a border could not be excluded, and the width of what may have been missed there.
-  type, public :: place_type
+  type, public :: open_border_type
     real(dp) :: value = 0, width = 0
-  end type place_type
+  end type open_border_type
 
   !> What the search for borders tells besides: where multipliers meet, how often that is without damping and without any
   !> growth at a distance of the tolerance, and what could not be told.
   type, public :: border_rest_type
     integer :: meetings = 0, thin = 0
-    type(place_type), allocatable :: places(:)
+    type(open_border_type), allocatable :: places(:)
   end type border_rest_type
 
   !> The stable system nearest to a given one along a parameter: itself if it is not unstable.
@@ -100,7 +100,7 @@ contains
 
     rest%meetings = search%meetings
     rest%thin = search%thin
-    rest%places = [(place_type(parameter_at(axis, search%doubts(i)%t), &
+    rest%places = [(open_border_type(parameter_at(axis, search%doubts(i)%t), &
       & abs(sensitivity(axis, search%doubts(i)%t)) * search%doubts(i)%width), i = 1, size(search%doubts))]
   end function rest_of
 

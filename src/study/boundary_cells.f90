@@ -5,7 +5,6 @@ module gestell_study_boundary_cells
   use gestell_study_boundary_crossing, only: crossings_type
   use gestell_study_boundary_line, only: line_type, probe_line, probe_type
   use gestell_study_boundary_scan, only: probe_all, scan_line
-  use gestell_study_boundary_search, only: search_line, search_type
   use gestell_study_boundary_vertex, only: plane_type, vertices_type
   use gestell_study_family, only: family_type
   implicit none (type, external)
@@ -146,7 +145,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(line_type) :: line
     type(probe_type) :: probe
-    type(search_type) :: search
+    type(probe_type), allocatable :: probes(:)
+    type(crossings_type) :: found
     real(dp) :: mean(2), across(2), ways(2), chord(2)
     integer :: i, k
 
@@ -172,9 +172,10 @@ contains
     across = across * min(1.0_dp, within(mean, across))
     if (norm2(across) < plane%precision()) return
     call plane%line(mean - across, 2 * across, line)
-    call search_line(family, line, search_points, search, error)
+    call probe_all(family, line, search_points, probes, error)
+    if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
     if (allocated(error)) return
-    certain = size(search%found%list) == 2
+    certain = size(found%list) == 2
   end subroutine mean_tells
 
   !> The greatest factor that keeps center +- factor way within the ranges.

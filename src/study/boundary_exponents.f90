@@ -55,6 +55,7 @@ contains
     allocate(node%slope(size(node%at%z)), source=(0.0_dp, 0.0_dp))
     call probe_line(family, line, t + sign(part * span, side), beside, error)
     if (allocated(error) .or. beside%missing()) return
+    if (size(beside%z) /= size(node%slope)) return
     allocate(free(size(node%slope)), source=.true.)
     do i = 1, size(free)
       k = minloc(abs(wrapped(beside%z - node%at%z(i))), dim=1, mask=free)

@@ -59,7 +59,7 @@ contains
     logical :: smooth
 
     associate (h => r%at%t - l%at%t)
-      if (l%at%missing() .or. r%at%missing()) then
+      if (.not. alike(l, r)) then
         if ((l%at%missing() .and. r%at%missing()) .or. h < beside_nothing * span) return
       else
         call connect(l, r, stretch)
@@ -75,6 +75,14 @@ contains
     if (.not. allocated(error)) call follow(family, line, l, m, span, way, error)
     if (.not. allocated(error)) call follow(family, line, m, r, span, way, error)
   end subroutine follow
+
+  !> Whether both are systems of one size.
+  pure logical function alike(l, r)
+    type(node_type), intent(in) :: l, r
+
+    alike = .not. (l%at%missing() .or. r%at%missing())
+    if (alike) alike = size(l%at%z) == size(r%at%z)
+  end function alike
 
   pure subroutine add(self, stretch)
     class(way_type), intent(inout) :: self

@@ -6,10 +6,10 @@ module gestell_study_boundary_map
   use gestell_study_boundary_cells, only: box_type, connect_cell
   use gestell_study_boundary_crossing, only: crossings_type
   use gestell_study_boundary_functions, only: kind_names
-  use gestell_study_boundary_line, only: line_type, parameter_at, sensitivity, skewed
+  use gestell_study_boundary_line, only: line_type, parameter_at, probe_type, sensitivity, skewed
   use gestell_study_boundary_order, only: check_search
   use gestell_study_boundary_refine, only: refine
-  use gestell_study_boundary_search, only: search_line, search_type
+  use gestell_study_boundary_scan, only: probe_all, scan_line
   use gestell_study_boundary_vertex, only: plane_type, vertex_type, vertices_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
@@ -34,9 +34,8 @@ module gestell_study_boundary_map
     !> the second upward; a closed curve ends with its first vertex.
     type(border_vertex_type), allocatable :: vertices(:)
     integer :: curves = 0
-    !> Stretches between vertices that could not be refined; places on the lines of the search where a border could not be
-    !> excluded.
-    integer :: rough = 0, open = 0
+    !> Stretches between vertices that could not be refined.
+    integer :: rough = 0
   end type border_map_type
 
   !> What was found on a line of the search grid.
@@ -44,12 +43,11 @@ module gestell_study_boundary_map
     private
     type(line_type) :: line
     type(crossings_type) :: borders
-    integer :: open = 0
   end type border_line_type
 
 contains
 
-  !> The borders within the ranges of the `grid`: on its lines as gestell_study_boundary finds them, connected cell by cell.
+  !> The borders within the ranges of the `grid`: on its lines as gestell_study_boundary_scan finds them, connected cell by cell.
   !> `deviation`: how far they may pass by the border, relative to the ranges (in the logarithm on logarithmic axes). `lines`:
   !> those of the grid, all of them searched (`search_border_line`); without them they are searched one after the other.
   !> Errors: a grid without two axes; as of `check_search`; the parameters make no sense.
@@ -97,21 +95,19 @@ contains
     type(border_line_type), intent(out) :: found
     type(error_type), allocatable, intent(out) :: error
     type(plane_type) :: plane
-    type(search_type) :: search
+    type(probe_type), allocatable :: nodes(:)
 
     plane = plane_of(grid, accuracy, deviation)
     associate (u1 => skewed(grid%axes(1)%count), u2 => skewed(grid%axes(2)%count))
       if (number <= size(u2)) then
         call plane%line([0.0_dp, u2(number)], [1.0_dp, 0.0_dp], found%line)
-        call search_line(family, found%line, u1, search, error)
+        call probe_all(family, found%line, u1, nodes, error)
       else
         call plane%line([u1(number - size(u2)), 0.0_dp], [0.0_dp, 1.0_dp], found%line)
-        call search_line(family, found%line, u2, search, error)
+        call probe_all(family, found%line, u2, nodes, error)
       end if
     end associate
-    if (allocated(error)) return
-    found%borders = search%found
-    found%open = size(search%doubts)
+    if (.not. allocated(error)) call scan_line(family, found%line, nodes, found%borders, error)
   end subroutine search_border_line
 
   !> Errors: as of `trace_borders`.
@@ -161,7 +157,6 @@ contains
     plane = plane_of(grid, accuracy, deviation)
     u1 = skewed(grid%axes(1)%count)
     u2 = skewed(grid%axes(2)%count)
-    map%open = sum(lines%open)
     do k = 1, size(lines)
       first(k) = vertices%count + 1
       call vertices%add_crossings(lines(k)%line, lines(k)%borders)

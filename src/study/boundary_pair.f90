@@ -8,6 +8,7 @@ module gestell_study_boundary_pair
   use gestell_study_boundary_exponents, only: stretch_type, wrapped
   use gestell_study_boundary_line, only: line_type, probe_line, probe_type
   use gestell_study_family, only: family_type
+  use gestell_study_tile_results, only: failed
   implicit none (type, external)
   private
 
@@ -55,6 +56,10 @@ contains
     pair%t = t
     call probe_line(family, line, t, pair%at, error)
     if (allocated(error) .or. pair%at%missing()) return
+    if (size(pair%at%z) /= size(stretch%miss)) then
+      pair%at%verdict = failed
+      return
+    end if
     told = stretch%at((t - stretch%ends(1)%t) / stretch%length())
     one = told(name%i)
     other = told(name%k) + cmplx(0.0_dp, 2 * pi * name%turns, dp)

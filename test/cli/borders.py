@@ -71,8 +71,22 @@ def test_two_parameters():
             near("curves: through the critical value", min(places, key=lambda x: abs(x - border)), border, 0.3)
         check("curves: report", "1 curve, " in run.out and "period doubling" in run.out, "it", run.out)
         bytes_of = (folder / "input" / "boundary.csv").read_bytes()
-        Run(folder, "-q", "input.nml").done("curves: again")
-        equal("curves: the same bytes", (folder / "input" / "boundary.csv").read_bytes() == bytes_of, True)
+        Run(folder, "-q", "input.nml", environment={"OMP_NUM_THREADS": "1"}).done("curves: on one thread")
+        equal("curves: the same bytes on one thread", (folder / "input" / "boundary.csv").read_bytes() == bytes_of, True)
+        Run(folder, "-q", "input.nml", environment={"OMP_NUM_THREADS": "3"}).done("curves: on three threads")
+        equal("curves: the same bytes on three threads", (folder / "input" / "boundary.csv").read_bytes() == bytes_of, True)
+
+
+def test_undamped():
+    with Folder(input=SIEVE + SPEED) as folder:
+        run = Run(folder, "-s", "foundation.damping(3)=0", "-s", "sweep.from=40", "input.nml")
+        if not run.done("borders without damping"):
+            return
+        # Twice the natural frequency over 1, 2, 3, ... lies in the range; the higher ones are ever narrower.
+        table = rows(folder / "input")[1]
+        check("borders without damping: both kinds", {row[3] for row in table} == {"period_doubling", "divergence"}, "both", table)
+        check("borders without damping: unstable in pairs", len(table) % 2 == 0 and len(table) >= 6
+              and [row[5] for row in table] == ["undecided", "unstable"] * (len(table) // 2), "pairs", table)
 
 
 def test_refused():
@@ -88,4 +102,4 @@ def test_refused():
               done.out)
 
 
-BORDER_TESTS = (test_one_parameter, test_two_parameters, test_refused)
+BORDER_TESTS = (test_one_parameter, test_two_parameters, test_undamped, test_refused)
