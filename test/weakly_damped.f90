@@ -49,7 +49,7 @@ contains
       machine%links%mass = factor * machine%links%mass
       machine%links%inertia = factor * machine%links%inertia
       machine%foundation_damping = 0
-      omega = highest_frequency(machine)
+      omega = real(highest_frequency(machine), dp)
       ratio = 10.0_dp**(-random%between(2.0_dp, 5.0_dp))
       do i = 1, size(machine%supports)
         machine%supports(i)%damping = 2 * ratio * 4**random%about_zero(0.5_dp) / omega * machine%supports(i)%stiffness
