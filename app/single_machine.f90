@@ -53,6 +53,7 @@ contains
     type(trade_type) :: trade
     type(model_trade_type) :: model_trade
     type(findings_type) :: findings
+    type(error_type), allocatable :: unfound
     type(mode_type), allocatable :: modes(:)
     real(dp), allocatable :: frequencies(:)
 
@@ -71,8 +72,8 @@ contains
     results%vibrates = allocated(analysis%vibration)
     if (allocated(analysis%vibration)) call find(configuration%frame, analysis%vibration, &
       & configuration%probes(:merge(size(configuration%probes), 0, configuration%tasks%response)), configuration%forces, &
-      & configuration%power, findings, error)
-    if (allocated(error)) return
+      & configuration%power, findings, unfound)
+    if (allocated(unfound) .and. .not. allocated(failure)) call move_alloc(unfound, failure)
     if (allocated(findings%watched)) results%limits = limits_told(findings%watched, trim(results%verdict))
     if (options%one_line) then
       if (.not. configuration%sweep) call print_case(options%settings, configuration, analysis, findings, error)

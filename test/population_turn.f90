@@ -47,6 +47,7 @@ contains
     type(claim_type), intent(in) :: claim
     real(qp), intent(in) :: truth(:, :)
     type(turn_comparison_type) :: found
+    integer, parameter :: third = (turn_points - mod(turn_points, 3)) / 3
     complex(dp) :: c(0:turn_points / 2 - 1)
     real(dp) :: error, peak, unknown, samples(turn_points)
     integer :: i, k
@@ -62,7 +63,7 @@ contains
       if (i > size(claim%peak)) cycle
       call transform(samples, c)
       ! What this many samples do not tell, and the roundings of this check.
-      unknown = 4 * sum(abs(c(turn_points / 3:))) + 4.0e-15_dp * maxval(abs(samples))
+      unknown = 4 * sum(abs(c(third:))) + 4.0e-15_dp * maxval(abs(samples))
       ! A peak is no smaller than any true value.
       peak = maxval(abs(samples))
       found%peaks = max(found%peaks, used(peak - claim%peak(i), claim%peak_error(i)))

@@ -9,6 +9,7 @@ module gestell_io_report_mechanism
   use gestell_model_diagnosis, only: diagnose, diagnose_joints, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -122,10 +123,15 @@ contains
     integer :: k, i
 
     call shaking(frame%mechanism, frame%speed, series, unprepared)
+    lines = newline // "SHAKING FORCES of the mechanism on a frame at rest"
+    if (.not. all([(ieee_is_finite(series(i)%rms()), i = 1, 3)])) then
+      lines = lines // ": they lie beyond what double precision holds" // newline
+      return
+    end if
     ! Beside the force along one axis, rounding is all that a small one along the other is.
     noise(:2) = 1.0e-11_dp * max(maxval(series(1)%amplitude), maxval(series(2)%amplitude))
     noise(3) = 1.0e-11_dp * maxval(series(3)%amplitude)
-    lines = newline // "SHAKING FORCES of the mechanism on a frame at rest, amplitudes" // newline &
+    lines = lines // ", amplitudes" // newline &
       & // "  order         fx (N)         fy (N)  moment about O (N m)" // newline
     do k = 1, 8
       lines = lines // padded(text(k), 7)

@@ -1,6 +1,6 @@
 !> What was asked about the vibration: forces on the ground, probes, the drive.
 module gestell_study_findings
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: accelerations, probe_type
@@ -8,6 +8,7 @@ module gestell_study_findings
   use gestell_study_ground, only: find_places, place_type
   use gestell_study_vibration, only: vibration_type
   use gestell_study_watched, only: watch, watched_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -25,7 +26,7 @@ module gestell_study_findings
 contains
 
   !> Evaluates a vibration that holds the rows of the motion that are needed. `forces`, `power`: what is asked for beside the
-  !> probes. Errors: those of the parts.
+  !> probes. Errors: those of the parts; overflow: then nothing is found.
   subroutine find(frame, vibration, probes, forces, power, findings, error)
     type(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
@@ -46,6 +47,34 @@ contains
     allocate(findings%drive)
     call find_drive(frame, vibration, findings%drive, known, error)
     if (.not. known) deallocate(findings%drive)
+    if (allocated(error) .or. finite(findings)) return
+    findings = findings_type()
+    call fatal_error(error, "forces, motion of probes or torque overflow: they lie beyond what double precision holds", &
+      & failed_computation)
   end subroutine find
+
+  !> Whether all that was found are numbers.
+  pure logical function finite(findings)
+    type(findings_type), intent(in) :: findings
+    integer :: i
+
+    finite = .true.
+    if (allocated(findings%places)) then
+      do i = 1, size(findings%places)
+        finite = finite .and. all(findings%places(i)%statistics%finite()) .and. all(ieee_is_finite(findings%places(i)%history))
+      end do
+    end if
+    if (allocated(findings%watched)) then
+      do i = 1, size(findings%watched)
+        finite = finite .and. all(findings%watched(i)%statistics%finite()) .and. all(ieee_is_finite(findings%watched(i)%history)) &
+          & .and. ieee_is_finite(findings%watched(i)%greatest) .and. ieee_is_finite(findings%watched(i)%error)
+      end do
+    end if
+    if (.not. allocated(findings%drive)) return
+    associate (drive => findings%drive)
+      finite = finite .and. all(ieee_is_finite(drive%history)) .and. all(ieee_is_finite([drive%actual%rms, drive%rigid%rms, &
+        & drive%peak_error, drive%drive_mean, drive%dampers_mean]))
+    end associate
+  end function finite
 
 end module gestell_study_findings

@@ -6,6 +6,7 @@ module gestell_study_statistics
   use gestell_base_kinds, only: dp, pi
   use gestell_model_quantity, only: quantity_type
   use gestell_study_vibration, only: check_rows, vibration_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -23,9 +24,17 @@ module gestell_study_statistics
     procedure :: crest
     procedure :: amplitude
     procedure :: strongest
+    procedure :: finite
   end type statistics_type
 
 contains
+
+  !> Whether peak, error and root of the mean square are numbers.
+  elemental logical function finite(self)
+    class(statistics_type), intent(in) :: self
+
+    finite = ieee_is_finite(self%peak) .and. ieee_is_finite(self%peak_error) .and. ieee_is_finite(self%rms)
+  end function finite
 
   !> Peak, rms and harmonics of the quantity. Errors: it is none; `vibration` does not hold the rows of the motion that it needs.
   subroutine take_statistics(vibration, quantity, statistics, error)

@@ -1,6 +1,6 @@
 !> The periodic vibration of a frame as an engineer reads it: history, forces on the ground, harmonics, peaks.
 module gestell_study_vibration
-  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_periodic_solution, only: periodic_solution_type
@@ -10,6 +10,7 @@ module gestell_study_vibration
   use gestell_model_quantity, only: accelerations, guide_forces, velocities
   use gestell_study_motion, only: motion_errors, whole_motion
   use gestell_system_second_order, only: second_order_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -127,6 +128,11 @@ contains
     vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, quantities)]
     vibration%rms = [(vibration%series(i)%rms(), i = 1, quantities)]
     vibration%peak_error = vibration%error + [(vibration%series(i)%beyond(), i = 1, quantities)]
+    if (any(.not. ieee_is_finite([vibration%peak, vibration%peak_error, vibration%rms]))) then
+      call fatal_error(error, "the periodic vibration overflows: it lies, with its error, beyond what double precision holds", &
+        & failed_computation)
+      return
+    end if
   end subroutine solve_vibration
 
   !> Errors: points, harmonics or rows of the motion out of range.

@@ -19,6 +19,8 @@ module fuzz_input
     character(len=:), allocatable :: document
     !> Names of the file and of the folder for the results, as the words give them.
     character(len=:), allocatable :: file, folder
+    !> Whether the words have been changed, so that other names may stand there.
+    logical :: garbled = .false.
   contains
     procedure :: option
   end type input_type
@@ -201,6 +203,7 @@ contains
     character(len=:), allocatable :: word, none
     integer :: k
 
+    input%garbled = .true.
     k = 1 + dice%below(size(input%words))
     select case (dice%below(3))
     case (0)

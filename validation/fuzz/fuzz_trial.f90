@@ -33,8 +33,8 @@ contains
     call clear(folder, input, clean)
     ! parts of a sweep, and a run that was interrupted, leave what is done
     if (clean .or. fault /= "" .or. input%option("--part") .or. ending%code == 4 .or. ending%too_long()) return
-    ! without the option the folder has another name
-    if (input%option("--output=" // input%folder)) fault = "left: files that have no business there"
+    ! the folder may have another name then
+    if (.not. input%garbled) fault = "left: files that have no business there"
   end subroutine try
 
   real(dp) function allowed(input)
