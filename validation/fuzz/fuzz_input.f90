@@ -152,6 +152,7 @@ contains
     else if (kind < 0.2503_dp) then
       call add_word(input, dice%pick(["--report", "--plot  "]))
     else if (kind < 0.2530_dp) then
+      input%garbled = .true.
       call add_word(input, dice%pick([character(len=12) :: "--help", "-V", "--chekc", "-x", "--part", "--quiet=1", "--set", &
         & "--", "-", "--=", "-o", "--output="]))
     end if
