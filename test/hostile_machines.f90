@@ -14,7 +14,6 @@ module hostile_machines
 
   public :: test_frames, test_linkages, test_orders, test_small, test_vibrations
 
-  real(dp), parameter :: zero(3, 3) = 0
   real(dp), parameter :: springs(3, 3) = reshape([1.0e5_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0e5_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0e4_dp], &
     & [3, 3])
   real(dp), parameter :: dampers(3, 3) = reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [3, 3])

@@ -90,6 +90,8 @@ contains
       if (t > 0.5_dp) c = nan()
     case ("rough")
       c = c * sin(1.0e6_dp * t)
+    case default
+      ! sound
     end select
   end subroutine matrices
 
@@ -108,6 +110,8 @@ contains
       h = 1.0e-320_dp
     case ("no load")
       h = 0
+    case default
+      ! sound
     end select
   end subroutine load
 
@@ -137,6 +141,8 @@ contains
       p = -1.0e3_dp
     case ("nothing")
       p = 0
+    case default
+      ! sound
     end select
   end subroutine matrix
 

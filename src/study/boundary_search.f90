@@ -155,6 +155,8 @@ contains
         search%thin = search%thin + 1
       case (open_question)
         search%doubts = [search%doubts, doubt_type(meeting%t, meeting%width)]
+      case default
+        ! no tongue
       end select
     end subroutine look
 

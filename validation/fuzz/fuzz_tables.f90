@@ -157,6 +157,8 @@ contains
             & "share"])
           may_miss = may_miss .and. value_of(heads, fields, "outcome") /= "peak"
         end if
+      case default
+        may_miss = .false.
       end select
     end associate
   end function may_miss
