@@ -158,7 +158,7 @@ contains
     call check(error, norm2((monodromy%xp - xp) / monodromy%scale) <= monodromy%xp_error, more=label // ": claimed error of x_p")
     if (allocated(error)) return
     do k = 1, 6
-      call check(error, minval(abs(rho - multipliers%rho(k))) <= multipliers%error(k) * abs(multipliers%rho(k)), &
+      call check(error, minval(abs(rho - multipliers%rho(k))) / abs(multipliers%rho(k)) <= multipliers%error(k), &
         & more=label // ": claimed error of a multiplier")
       if (allocated(error)) return
     end do
