@@ -43,8 +43,9 @@ contains
         return
       end if
       call schur_residuals(factors, o%q, o%r, residual, departure)
-      ! Some rotations of each factor, with an error of 1e-16 each.
-      call check(error, residual < 2.0e-14_dp, more="residual")
+      ! Rotations of each factor with an error of 1e-16 each, from both sides: of 6 eigenvalues with 4 iterations each, 6 rotations
+      ! in one, about 3e-14; processors differ in the last bits (2.3e-14 was seen).
+      call check(error, residual, 0.0_dp, thr=5.0e-14_dp, more="residual")
       if (allocated(error)) return
       call check(error, departure < 5.0e-14_dp, more="departure")
       if (allocated(error)) return

@@ -66,6 +66,7 @@ program main
   use test_vibration, only: collect_vibration
   use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, testsuite_type, &
     & unittest_type
+  use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_halting_mode, ieee_usual
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   implicit none (type, external)
 
@@ -73,6 +74,7 @@ program main
   type(unittest_type), allocatable :: tests(:)
   character(len=:), allocatable :: suite_name, test_name
   integer :: i, failed, all
+  logical :: halting(3)
 
   suites = [ &
     & new_testsuite("base", collect_base), &
@@ -142,6 +144,7 @@ program main
 
   failed = 0
   all = 0
+  call ieee_get_halting_mode(ieee_usual, halting)
   call get_argument(1, suite_name)
   call get_argument(2, test_name)
   if (allocated(suite_name)) then
@@ -167,6 +170,8 @@ program main
       ! One after the other: the reader of input files is for one thread, and random numbers stay the same.
       call run_testsuite(suites(i)%collect, error_unit, failed, parallel=.false.)
     end if
+    ! What a suite may have changed.
+    call ieee_set_halting_mode(ieee_usual, halting)
   end do
   flush (error_unit)
   write (output_unit, "(i0, a, i0, a)") all - failed, " passed, ", failed, " failed"

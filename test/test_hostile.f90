@@ -5,6 +5,7 @@ module test_hostile
   use hostile_machines, only: test_frames, test_linkages, test_orders, test_small, test_vibrations
   use hostile_studies, only: test_axes, test_borders, test_families, test_speeds, test_tiles
   use testdrive, only: new_unittest, unittest_type
+  use, intrinsic :: ieee_exceptions, only: ieee_set_halting_mode, ieee_usual
   implicit none (type, external)
   private
 
@@ -15,6 +16,8 @@ contains
   subroutine collect_hostile(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
+    ! Numbers that are not finite are what this suite is about.
+    call ieee_set_halting_mode(ieee_usual, .false.)
     testsuite = [ &
       & new_unittest("systems", test_systems), &
       & new_unittest("faults within systems", test_faults), &

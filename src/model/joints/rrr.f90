@@ -122,13 +122,18 @@ contains
     real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
     type(jet) :: d
-    real(dp) :: v, bend, change, sine, rate
+    real(dp) :: v, least, bend, change, sine, rate
 
     associate (one => points(self%ends(1)), two => points(self%ends(2)), l1 => self%lengths(1), l2 => self%lengths(2))
       d = distance_of(one, two)
       v = slack * sum(speeds(self%ends))
-      bend = sum(accelerations(self%ends)) + v**2 / max(abs(l1 - l2), d%v - v * half_width, tiny(v))
-      change = greatest_change(v, d%d, bend, half_width)
+      least = max(abs(l1 - l2), d%v - v * half_width)
+      if (least > v * half_width) then
+        bend = sum(accelerations(self%ends)) + v**2 / least
+        change = greatest_change(v, d%d, bend, half_width)
+      else
+        change = greatest_change(v, v, 0.0_dp, half_width)
+      end if
       reach%assembled = d%v - change > abs(l1 - l2) .and. d%v + change < l1 + l2
       if (.not. reach%assembled) return
       sine = sqrt(min(sine2(d%v - change), sine2(d%v + change)))
