@@ -8,6 +8,7 @@ module gestell_io_report_campbell
   use gestell_study_campbell_crossings, only: crossing_type
   use gestell_study_critical, only: amplitude, critical_type, force, no_peak, peak, self_excited
   use gestell_study_mode_type, only: mode_type
+  use gestell_study_small_motion, only: moved_type
   implicit none (type, external)
   private
 
@@ -145,11 +146,13 @@ contains
     integer, intent(in) :: orders
     character(len=:), allocatable :: report
     character(len=:), allocatable :: force_column
+    type(moved_type), allocatable :: moved(:)
     integer :: i, listed, quiet
 
     report = newline // "CRITICAL SPEEDS of the orders 1 to " // text(orders) // newline
     if (critical_verdict(critical) /= "stable") report = report // "  " // critical_verdict(critical) // newline
-    report = report // beyond_small(pack(critical%moved, [(any(critical(i)%found), i = 1, size(critical))]))
+    allocate(moved, source=[(critical(i)%moved, i = 1, size(critical))])
+    report = report // beyond_small(pack(moved, [(any(critical(i)%found), i = 1, size(critical))]))
     if (size(critical) == 0) then
       report = report // "  no crossing with a multiple of the speed within the range" // newline
       return
@@ -196,6 +199,7 @@ contains
     type(campbell_type), intent(in) :: campbell
     character(len=:), allocatable :: words
     logical, dimension(size(campbell%points)) :: unstable, undecided
+    real(dp) :: speeds(size(campbell%points))
     integer :: i
 
     do i = 1, size(campbell%points)
@@ -204,7 +208,8 @@ contains
         undecided(i) = .not. unstable(i) .and. any(modes%told .and. modes%growth >= -modes%error)
       end associate
     end do
-    words = left_at(campbell%points%speed, unstable, undecided, "speeds", "a free vibration grows")
+    speeds = [(campbell%points(i)%speed, i = 1, size(speeds))]
+    words = left_at(speeds, unstable, undecided, "speeds", "a free vibration grows")
     if (words == "") words = "stable"
   end function campbell_verdict
 
@@ -212,8 +217,14 @@ contains
   pure function critical_verdict(critical) result(words)
     type(critical_type), intent(in) :: critical(:)
     character(len=:), allocatable :: words
+    real(dp) :: speeds(size(critical))
+    logical, dimension(size(critical)) :: unstable, undecided
+    integer :: i
 
-    words = left_at(critical%crossing%speed, critical%verdict == "unstable", critical%verdict == "undecided", "crossings", &
+    speeds = [(critical(i)%crossing%speed, i = 1, size(critical))]
+    unstable = [(critical(i)%verdict == "unstable", i = 1, size(critical))]
+    undecided = [(critical(i)%verdict == "undecided", i = 1, size(critical))]
+    words = left_at(speeds, unstable, undecided, "crossings", &
       & "the machine leaves these vibrations")
     if (words == "") words = "stable"
   end function critical_verdict

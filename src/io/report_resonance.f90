@@ -7,6 +7,7 @@ module gestell_io_report_resonance
   use gestell_model_quantity, only: quantity_type
   use gestell_study_resonance_curve, only: resonance_curve_type
   use gestell_study_resonance_maxima, only: maximum_type
+  use gestell_study_small_motion, only: moved_type
   use gestell_study_speed_point, only: in_resonance, marginal, reached, state_names, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
@@ -24,6 +25,8 @@ contains
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
     character(len=:), allocatable :: report
+    type(moved_type), allocatable :: moved(:)
+    logical, allocatable :: vibrates(:)
     integer :: i, n, refined
 
     n = size(curve%points)
@@ -31,7 +34,9 @@ contains
     report = newline // "RESONANCE CURVE  " // concise(curve%points(1)%speed, 9) // " to " // concise(curve%points(n)%speed, 9) &
       & // " rpm, " // counted(n - refined, "speed") // " of the grid and " // text(refined) // " between" // newline
     if (told_of(curve) /= "stable") report = report // "  " // told_of(curve) // newline
-    report = report // beyond_small(pack(curve%points%moved, curve%points%state <= unreached))
+    allocate(moved, source=[(curve%points(i)%moved, i = 1, n)])
+    allocate(vibrates, source=[(curve%points(i)%state <= unreached, i = 1, n)])
+    report = report // beyond_small(pack(moved, vibrates))
     do i = unreached + 1, ubound(state_names, 1)
       if (count(curve%points%state == i) == 0) cycle
       report = report // "  note: at " // counted(count(curve%points%state == i), "speed") // " " // words(i) // newline
@@ -47,10 +52,15 @@ contains
   pure function told_of(curve) result(words)
     type(resonance_curve_type), intent(in) :: curve
     character(len=:), allocatable :: words
+    real(dp) :: speeds(size(curve%points))
+    logical, dimension(size(curve%points)) :: unstable, undecided
+    integer :: i
 
     associate (points => curve%points)
-      words = left_at(points%speed, points%state == unreached, points%state == marginal, "speeds", &
-        & "the machine leaves these vibrations")
+      speeds = [(points(i)%speed, i = 1, size(points))]
+      unstable = [(points(i)%state == unreached, i = 1, size(points))]
+      undecided = [(points(i)%state == marginal, i = 1, size(points))]
+      words = left_at(speeds, unstable, undecided, "speeds", "the machine leaves these vibrations")
       if (words == "") words = "stable"
     end associate
   end function told_of

@@ -82,9 +82,11 @@ def test_undamped():
         run = Run(folder, "-s", "foundation.damping(3)=0", "-s", "sweep.from=40", "input.nml")
         if not run.done("borders without damping"):
             return
-        # Twice the natural frequency over 1, 2, 3, ... lies in the range; the higher ones are ever narrower.
+        # Twice the natural frequency over 1, 3, 5, ... lies in the range, ever narrower. Over 2, 4, ... there is none: with the
+        # moment u = J psi' the sieve is (1 + e cos phi) u'' + c u = 0, Ince's equation, whose tongues of even order have closed
+        # (W. Magnus, S. Winkler, Hill's Equation, 1966, theorem 7.1: Q(mu) = 2 e mu^2 is zero at 0).
         table = rows(folder / "input")[1]
-        check("borders without damping: both kinds", {row[3] for row in table} == {"period_doubling", "divergence"}, "both", table)
+        equal("borders without damping: odd orders alone", {row[3] for row in table}, {"period_doubling"})
         check("borders without damping: unstable in pairs", len(table) % 2 == 0 and len(table) >= 6
               and [row[5] for row in table] == ["undecided", "unstable"] * (len(table) // 2), "pairs", table)
 
