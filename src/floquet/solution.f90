@@ -9,7 +9,7 @@ module gestell_floquet_solution
   use gestell_floquet_flow, only: check_phases
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
-  use gestell_floquet_part, only: errors_of_part, follow_part, part_type, scale_of, solve_part, ways
+  use gestell_floquet_part, only: errors_of_part, follow_part, part_type, scale_of, solve_part
   use gestell_floquet_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
   use gestell_floquet_periodic_solution, only: periodic_of_monodromy => solve_periodic
   use gestell_floquet_reduced, only: reduced_multipliers, reduced_periodic
@@ -20,7 +20,7 @@ module gestell_floquet_solution
   implicit none (type, external)
   private
 
-  public :: checkpoints, evidence, follow, solve_floquet, solve_multipliers, solve_periodic, take_errors, ways
+  public :: checkpoints, evidence, follow, solve_floquet, solve_multipliers, solve_periodic, take_errors
 
   !> All multipliers of a monodromy matrix or of a Floquet solution.
   interface solve_multipliers

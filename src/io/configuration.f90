@@ -4,7 +4,7 @@ module gestell_io_configuration
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_floquet_solution, only: ways
+  use gestell_floquet_part, only: ways
   use gestell_io_document, only: document_type, group_type, the_group, word_length
   use gestell_io_fingerprint, only: content_of
   use gestell_io_frame, only: read_frame

@@ -48,7 +48,7 @@ module gestell_study_trade
 contains
 
   !> Runs every method over a ladder of steps, each 1.5 times the one before, until its errors reach the converged
-  !> solution's own or the method's share of `budget` (s) is spent; and the reduction, if it applies.
+  !> solution's own or the method's share of `budget` (s) is spent, ten times that before its first row; and the reduction, if it applies.
   !> Errors: a budget that is not positive and finite; no converged solution; resonance.
   subroutine measure_trade(frame, budget, trade, error, progress)
     type(frame_type), intent(in) :: frame
@@ -101,10 +101,11 @@ contains
     type(error_type), allocatable :: error
     real(dp), allocatable :: scale(:)
     real(dp) :: spent, wanted, turns
-    integer :: steps
+    integer :: steps, before
 
     call survey(frame, scale, turns, error)
     if (allocated(error)) return
+    before = size(trade%rows)
     ! Before the fastest vibration turns by less than `order` radians in a step nothing converges.
     steps = max(frame%least_steps, nint(turns / method%order))
     spent = 0
@@ -116,7 +117,8 @@ contains
         if (row%error_phi < 1) trade%rows = [trade%rows, row]
         if (row%error_phi <= 2 * trade%floor_phi) exit
       end if
-      if (spent > budget / 2) exit
+      ! A method without a row may spend ten times its share: a busy computer must not drop it.
+      if (spent > merge(0.5_dp, 5.0_dp, size(trade%rows) > before) * budget) exit
       steps = ceiling(1.5_dp * steps)
     end do
   end subroutine climb
