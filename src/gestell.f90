@@ -11,9 +11,10 @@ module gestell
   use gestell_floquet_methods, only: method_names, new_method
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_part, only: ways
   use gestell_floquet_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
-    & solve_periodic, ways
+    & solve_periodic
   use gestell_model_bodies, only: link_type
   use gestell_model_diagnosis, only: diagnose, diagnosis_type, shaking
   use gestell_model_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque

@@ -4,7 +4,7 @@ module gestell_model_mounting
   implicit none (type, external)
   private
 
-  public :: damping_matrix, stiffness_matrix, support_axes
+  public :: damping_matrix, matrix_rounding, stiffness_matrix, support_axes
 
   !> A spring-damper pair at `position` in the frame's system (m), along its own two axes, turned by `angle` (rad).
   type, public :: support_type
@@ -37,6 +37,17 @@ contains
       b = b + pair(supports(i), supports(i)%damping)
     end do
   end function damping_matrix
+
+  !> Bounds on the roundings in a mounting's matrix, shape (3, 3). It is a sum of positive semi-definite terms: the sizes of those in
+  !> c_ik sum to sqrt(c_ii c_kk) at most, by Schwarz's inequality, however they cancel there.
+  pure function matrix_rounding(c) result(rounding)
+    real(dp), intent(in) :: c(3, 3)
+    real(dp) :: rounding(3, 3)
+    real(dp), parameter :: unit = 16 * epsilon(1.0_dp)
+    integer :: i, k
+
+    rounding = reshape([((unit * sqrt(abs(c(i, i))) * sqrt(abs(c(k, k))), i = 1, 3), k = 1, 3)], [3, 3])
+  end function matrix_rounding
 
   !> sum over the two axes of k g g^T: a small motion (xi, eta, psi) of the frame moves the support's head by g . q
   !> along an axis n, where g = (n_x, n_y, X n_y - Y n_x).

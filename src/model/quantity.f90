@@ -8,7 +8,7 @@ module gestell_model_quantity
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_model_frame, only: frame_type
-  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_axes, support_type
+  use gestell_model_mounting, only: damping_matrix, matrix_rounding, stiffness_matrix
   implicit none (type, external)
   private
 
@@ -30,6 +30,8 @@ module gestell_model_quantity
     character(len=8) :: unit = ""
     !> Shape (guide_forces, 1), or (guide_forces, 2) of a magnitude, whose components along x and y the columns give.
     real(dp), allocatable :: weights(:, :)
+    !> Bounds on the weights' roundings, shape as theirs: forces that cancel in the weights do not in these.
+    real(dp), allocatable :: rounding(:, :)
   contains
     procedure :: rows
   end type quantity_type
@@ -63,7 +65,7 @@ contains
     character(len=*), intent(in) :: name
     type(quantity_type), intent(out) :: quantity
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: forces(guide_forces, 3)
+    real(dp), dimension(guide_forces, 3) :: forces, rounding
     integer :: dot, part, number, k
 
     call frame%check(error)
@@ -76,17 +78,19 @@ contains
       quantity%weights(part, 1) = 1
       quantity%unit = coordinate_units(part)
     else if (any(name == [character(len=2) :: force_parts, "m"])) then
-      call total_forces(frame, forces)
+      forces = mounting_forces(frame%stiffness, frame%damping)
       if (name == "f") call add_guides(frame, forces)
-      call take_forces(forces, name, quantity)
+      rounding = mounting_forces(matrix_rounding(frame%stiffness), matrix_rounding(frame%damping))
+      call take_forces(forces, rounding, name, quantity)
     else if (dot > 1 .and. index(name, "probe(") == 1) then
       do k = 1, size(probes)
         if (name(:dot - 1) /= "probe(" // trim(probes(k)%name) // ")") cycle
         if (any(point_parts == name(dot + 1:))) call point_quantity(probes(k), name(dot + 1:), quantity)
       end do
     else if (dot > 1) then
-      call part_forces(frame, name(:dot - 1), number, forces)
-      if (number >= 0 .and. (number == 0 .or. name(dot + 1:) /= "m")) call take_forces(forces, name(dot + 1:), quantity)
+      call part_forces(frame, name(:dot - 1), number, forces, rounding)
+      if (number >= 0 .and. (number == 0 .or. name(dot + 1:) /= "m")) &
+        & call take_forces(forces, rounding, name(dot + 1:), quantity)
     end if
     quantity%name = name
     if (allocated(quantity%weights)) return
@@ -107,18 +111,20 @@ contains
     call fatal_error(error, words, invalid_input)
   end subroutine explain
 
-  !> The forces that `place` (support(2), foundation, guide) exerts on the ground; `number`: of the support, 0 for the others,
+  !> The forces that `place` (support(2), foundation, guide) exerts on the ground and bounds on their roundings; `number`: of the support, 0 for the others,
   !> -1: there is no such place.
-  pure subroutine part_forces(frame, place, number, forces)
+  pure subroutine part_forces(frame, place, number, forces, rounding)
     type(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: place
     integer, intent(out) :: number
-    real(dp), intent(out) :: forces(guide_forces, 3)
+    real(dp), dimension(guide_forces, 3), intent(out) :: forces, rounding
 
     forces = 0
+    rounding = 0
     number = 0
     if (place == "foundation") then
       call foundation_forces(frame, forces)
+      rounding = mounting_forces(matrix_rounding(frame%stiffness), matrix_rounding(frame%damping))
     else if (place == "guide") then
       call add_guides(frame, forces)
     else
@@ -128,37 +134,23 @@ contains
       if (number > size(frame%supports)) then
         number = -1
       else
-        call support_forces(frame%supports(number), forces)
+        associate (c => stiffness_matrix([frame%supports(number)]), b => damping_matrix([frame%supports(number)]))
+          forces = mounting_forces(c, b)
+          rounding = mounting_forces(matrix_rounding(c), matrix_rounding(b))
+        end associate
       end if
     end if
   end subroutine part_forces
 
-  !> The force of one support on the ground, of which each of its axes carries (k g.q + b g.q') n.
-  pure subroutine support_forces(support, forces)
-    type(support_type), intent(in) :: support
-    real(dp), intent(out) :: forces(guide_forces, 3)
-    real(dp) :: g(3, 2)
-    integer :: i, j
-
-    g = support_axes(support)
-    forces = 0
-    do i = 1, 3
-      do j = 1, 2
-        forces(:3, i) = forces(:3, i) + support%stiffness(j) * g(i, j) * g(:, j)
-        forces(4:6, i) = forces(4:6, i) + support%damping(j) * g(i, j) * g(:, j)
-      end do
-    end do
-  end subroutine support_forces
-
-  !> What supports and foundation together exert, and their moment about F at rest.
-  pure subroutine total_forces(frame, forces)
-    type(frame_type), intent(in) :: frame
-    real(dp), intent(out) :: forces(guide_forces, 3)
+  !> The forces (fx, fy, moment about F at rest) on the ground of a mounting with stiffness c and damping b, shape (3, 3).
+  pure function mounting_forces(c, b) result(forces)
+    real(dp), intent(in) :: c(3, 3), b(3, 3)
+    real(dp) :: forces(guide_forces, 3)
 
     forces = 0
-    forces(:3, :) = transpose(frame%stiffness)
-    forces(4:6, :) = transpose(frame%damping)
-  end subroutine total_forces
+    forces(:3, :) = transpose(c)
+    forces(4:6, :) = transpose(b)
+  end function mounting_forces
 
   !> What is left of the mounting without its supports; differences that are rounding are zero.
   pure subroutine foundation_forces(frame, forces)
@@ -168,19 +160,10 @@ contains
 
     forces = 0
     associate (c => frame%stiffness - stiffness_matrix(frame%supports), b => frame%damping - damping_matrix(frame%supports))
-      forces(:3, :) = merge(transpose(c), 0.0_dp, abs(transpose(c)) > rounding * size_of(frame%stiffness))
-      forces(4:6, :) = merge(transpose(b), 0.0_dp, abs(transpose(b)) > rounding * size_of(frame%damping))
+      forces = mounting_forces(merge(c, 0.0_dp, abs(c) > matrix_rounding(frame%stiffness)), &
+        & merge(b, 0.0_dp, abs(b) > matrix_rounding(frame%damping)))
     end associate
   end subroutine foundation_forces
-
-  !> How large the terms of a mounting's matrix may be.
-  pure function size_of(c) result(terms)
-    real(dp), intent(in) :: c(3, 3)
-    real(dp) :: terms(3, 3)
-    integer :: i, k
-
-    terms = reshape([((sqrt(abs(c(i, i))) * sqrt(abs(c(k, k))), i = 1, 3), k = 1, 3)], [3, 3])
-  end function size_of
 
   !> Adds the guides' forces: those along degrees of freedom that are not free.
   pure subroutine add_guides(frame, forces)
@@ -194,25 +177,28 @@ contains
     end do
   end subroutine add_guides
 
-  pure subroutine take_forces(forces, part, quantity)
-    real(dp), intent(in) :: forces(guide_forces, 3)
+  pure subroutine take_forces(forces, rounding, part, quantity)
+    real(dp), dimension(guide_forces, 3), intent(in) :: forces, rounding
     character(len=*), intent(in) :: part
     type(quantity_type), intent(inout) :: quantity
 
-    quantity%unit = "N"
+    integer, allocatable :: columns(:)
+
     select case (part)
     case ("fx")
-      quantity%weights = forces(:, 1:1)
+      columns = [1]
     case ("fy")
-      quantity%weights = forces(:, 2:2)
+      columns = [2]
     case ("f")
-      quantity%weights = forces(:, 1:2)
+      columns = [1, 2]
     case ("m")
-      quantity%weights = forces(:, 3:3)
-      quantity%unit = "Nm"
+      columns = [3]
     case default
-      quantity%unit = ""
+      return
     end select
+    quantity%unit = merge("Nm", "N ", part == "m")
+    quantity%weights = forces(:, columns)
+    quantity%rounding = rounding(:, columns)
   end subroutine take_forces
 
   !> The displacement (part x, y, d for the magnitude), velocity (vx, vy, v) or acceleration (ax, ay, a) of a point of the

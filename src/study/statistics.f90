@@ -43,7 +43,7 @@ contains
     type(statistics_type), intent(out) :: statistics
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :)
-    real(dp) :: between
+    real(dp) :: between, error_along
     integer :: i
 
     call check_quantity(vibration, quantity, error)
@@ -55,8 +55,11 @@ contains
       call combine(quantity%weights(:, i), vibration%motion_series, statistics%series(i))
       statistics%rms = hypot(statistics%rms, statistics%series(i)%rms())
       associate (weights => quantity%weights(:size(vibration%motion_series), i))
-        statistics%error = hypot(statistics%error, vibration%motion_errors%along(weights))
+        error_along = vibration%motion_errors%along(weights)
       end associate
+      if (allocated(quantity%rounding)) error_along = error_along &
+        & + sum(quantity%rounding(:size(vibration%motion, 1), i) * maxval(abs(vibration%motion), dim=2))
+      statistics%error = hypot(statistics%error, error_along)
       between = hypot(between, statistics%series(i)%beyond())
     end do
     if (size(samples, 2) == 1) then

@@ -7,6 +7,7 @@ module gestell_study_vibration
   use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, take_errors
   use gestell_floquet_turn_errors, only: turn_errors_type
   use gestell_model_frame, only: frame_type
+  use gestell_model_mounting, only: matrix_rounding
   use gestell_model_quantity, only: accelerations, guide_forces, velocities
   use gestell_study_motion, only: motion_errors, whole_motion
   use gestell_system_second_order, only: second_order_system
@@ -97,7 +98,7 @@ contains
         x_watched = x(:, ::every)
         call take_errors(frame, floquet, watched, x_watched, errors, error)
         if (allocated(error)) return
-        vibration%error = quantity_errors(frame, errors)
+        vibration%error = quantity_errors(frame, errors, x_watched)
         if (present(rows)) call take_motion_errors(frame, system, watched, x_watched, rows, errors, vibration%motion_errors)
       end if
       resolved_all = states_resolved(frame, floquet, vibration)
@@ -176,21 +177,26 @@ contains
     end do
   end function stride
 
-  !> Errors of the quantities by those of the free states.
-  pure function quantity_errors(frame, states) result(errors)
+  !> Errors of the quantities by those of the free states x, shape (n, phases), and the roundings of the mounting's matrices.
+  pure function quantity_errors(frame, states, x) result(errors)
     type(frame_type), intent(in) :: frame
     type(turn_errors_type), intent(in) :: states
+    real(dp), intent(in) :: x(:, :)
     real(dp) :: errors(quantities)
-    real(dp) :: weights(size(states%rounding), 3)
+    real(dp), dimension(size(states%rounding), 3) :: weights, rounding
 
     errors = 0
-    associate (bounds => states%bounds(), f => size(frame%free))
+    associate (bounds => states%bounds(), f => size(frame%free), stiffness => matrix_rounding(frame%stiffness), &
+      & damping => matrix_rounding(frame%damping))
       errors(frame%free) = bounds(:f)
       errors(3 + frame%free) = bounds(f + 1:)
       weights(:f, :) = transpose(frame%stiffness(:, frame%free))
       weights(f + 1:, :) = transpose(frame%damping(:, frame%free))
+      rounding(:f, :) = stiffness(frame%free, :)
+      rounding(f + 1:, :) = damping(frame%free, :)
     end associate
-    errors(7:) = [states%along(weights(:, 1)), states%along(weights(:, 2)), states%along(weights(:, 3))]
+    errors(7:) = [states%along(weights(:, 1)), states%along(weights(:, 2)), states%along(weights(:, 3))] &
+      & + matmul(maxval(abs(x), dim=2), rounding)
   end function quantity_errors
 
   !> Errors of the motion's rows by those of the free states at the same phases: what the differences are as a motion without
