@@ -1,10 +1,12 @@
 !> Forces on the ground: what they tend to, and symmetries.
 module test_forces_limits
+  use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: accelerations
+  use gestell_model_quantity, only: accelerations, find_quantity, probe_type, quantity_type
   use gestell_study_analysis, only: analysis_type
   use gestell_study_ground, only: along_x, along_y, moment, place_type, whole_force
+  use gestell_study_statistics, only: statistics_type, take_statistics
   use reference_cases, only: random_machine
   use reference_linear, only: qp
   use reference_linkage, only: mass_functions, mass_functions_type
@@ -25,8 +27,50 @@ contains
       & new_unittest("rigid mounts feel the shaking force", test_rigid), &
       & new_unittest("a guide is a stiff spring", test_guide), &
       & new_unittest("a machine in the mirror", test_mirror), &
+      & new_unittest("forces that cancel are within their bounds", test_cancelled), &
       & new_unittest("averaged model: its guides are averaged too", test_averaged_guides)]
   end subroutine collect_forces_limits
+
+  !> Equal supports turned by thirds of pi are isotropic: eta makes no force along x. All that comes of the sum of their stiffness
+  !> is rounding, which must be within the bounds, and these no more than that.
+  subroutine test_cancelled(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(place_type), allocatable :: places(:)
+    type(quantity_type) :: quantity
+    type(statistics_type) :: statistics
+    type(probe_type) :: none(0)
+    type(gestell_error), allocatable :: failure
+    integer, parameter :: x = 7, y = 8
+    integer :: k
+
+    machine = khang_machine(240.0_dp)
+    machine%supports = machine%supports(:3)
+    do k = 1, 3
+      machine%supports(k)%angle_deg = 60 * k
+      machine%supports(k)%stiffness = [3.0e5_dp, 1.0e5_dp]
+    end do
+    machine%free = [.false., .true., .false.]
+    call make(machine, frame, error)
+    if (allocated(error)) return
+    call solve(frame, 64, 1.0e-12_dp, analysis, places, error)
+    if (allocated(error)) return
+    call find_quantity(frame, none, "fx", quantity, failure)
+    call check(error, .not. allocated(failure), more="fx")
+    if (allocated(error)) return
+    call take_statistics(analysis%vibration, quantity, statistics, failure)
+    call check(error, .not. allocated(failure), more="statistics of fx")
+    if (allocated(error)) return
+    associate (peak => analysis%vibration%peak, bound => analysis%vibration%error)
+      call check(error, peak(x) > 0, more="without roundings nothing is tested")
+      call near(error, [peak(x)], [0.0_dp], bound(x), "row")
+      call near(error, [statistics%peak], [0.0_dp], statistics%error, "quantity")
+      ! A few roundings of the whole stiffness.
+      call near(error, [bound(x), statistics%error], [0.0_dp, 0.0_dp], 1.0e-14_dp * peak(y), "bounds")
+    end associate
+  end subroutine test_cancelled
 
   !> On mounts s times as stiff the forces tend to those on a frame at rest, -Omega^2 (a_1'', a_2'') and the moment, as 1/s.
   subroutine test_rigid(error)
