@@ -6,6 +6,7 @@ module bordering
   use gestell_io_configuration, only: configuration_type
   use gestell_io_plot_borders, only: plot_borders
   use gestell_io_sweep, only: sweep_plan_type
+  use gestell_study_boundary, only: border_accuracy
   use gestell_study_boundary_map, only: border_line_type, border_lines
   use gestell_study_boundary_task, only: border_results_type, search_line_of, solve_borders
   use locked_family, only: locked_family_type
@@ -23,16 +24,21 @@ contains
     character(len=*), intent(in) :: folder, preamble(:)
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
+    type(locked_family_type), target :: family
     type(border_line_type), allocatable :: lines(:)
 
     associate (plan => configuration%plan)
-      if (size(plan%grid%axes) == 2) call search_lines(plan, lines, error)
+      allocate(family%inner, source=plan%family)
+      family%model = configuration%tasks%model
+      family%accuracy = plan%borders%accuracy
+      family%accuracy%tolerance = min(family%accuracy%tolerance, border_accuracy)
+      if (size(plan%grid%axes) == 2) call search_lines(family, plan, lines, error)
       if (allocated(error)) return
       ! What is not allocated is not there.
       if (allocated(plan%base)) then
-        call solve_borders(plan%family, plan%grid, plan%borders, results, error, plan%base, lines)
+        call solve_borders(family, plan%grid, plan%borders, results, error, plan%base, lines)
       else
-        call solve_borders(plan%family, plan%grid, plan%borders, results, error, lines=lines)
+        call solve_borders(family, plan%grid, plan%borders, results, error, lines=lines)
       end if
       if (.not. allocated(error)) call write_borders(folder, preamble, plan%paths, results, error)
       if (.not. allocated(error)) call plot_borders(folder, preamble, plan%paths, plan%units, plan%grid, results, error)
@@ -40,15 +46,14 @@ contains
   end subroutine run_borders
 
   !> The lines of the search over two parameters, by threads. Error: that of the first line that fails.
-  subroutine search_lines(plan, lines, error)
+  subroutine search_lines(family, plan, lines, error)
+    type(locked_family_type), intent(in) :: family
     type(sweep_plan_type), intent(in) :: plan
     type(border_line_type), allocatable, intent(out) :: lines(:)
     type(error_type), allocatable, intent(out) :: error
-    type(locked_family_type) :: family
     type(error_type), allocatable :: own
     integer :: k, done, failed
 
-    allocate(family%inner, source=plan%family)
     allocate(lines(border_lines(plan%grid)))
     done = 0
     failed = huge(failed)

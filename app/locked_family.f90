@@ -1,14 +1,19 @@
-!> A family whose members several threads may ask for: one after the other, as reading documents is for one thread.
+!> A family whose members several threads may ask for. They are made one after the other, as reading documents is for one thread;
+!> each thread settles its own by the frame's model.
 module locked_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
   use gestell_study_family, only: family_type
+  use gestell_study_frame_model, only: settle_member
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
   type, extends(family_type), public :: locked_family_type
     class(family_type), allocatable :: inner
+    character(len=11) :: model = "rest"
+    type(accuracy_type) :: accuracy
   contains
     procedure :: member
   end type locked_family_type
@@ -25,6 +30,7 @@ contains
     !$omp critical (input_and_output)
     call self%inner%member(parameters, system, error)
     !$omp end critical (input_and_output)
+    if (.not. allocated(error)) call settle_member(system, trim(self%model), self%accuracy, error)
   end subroutine member
 
 end module locked_family

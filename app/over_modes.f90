@@ -11,6 +11,7 @@ module over_modes
   use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_study_campbell_crossings, only: crossing_type, find_crossings
   use gestell_study_critical, only: critical_type, find_critical
+  use locked_family, only: locked_family_type
   implicit none (type, external)
   private
 
@@ -27,6 +28,7 @@ contains
     logical, intent(out) :: stable
     type(error_type), allocatable, intent(out) :: error
     type(campbell_order_type) :: order
+    type(locked_family_type) :: family
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
     type(critical_type), allocatable :: critical(:)
@@ -39,7 +41,10 @@ contains
     order%accuracy = configuration%accuracy
     order%averaged = configuration%tasks%averaged
     order%orders = configuration%orders
-    associate (axis => configuration%plan%grid%axes(1), family => configuration%plan%family)
+    allocate(family%inner, source=configuration%plan%family)
+    family%model = configuration%tasks%model
+    family%accuracy = configuration%accuracy
+    associate (axis => configuration%plan%grid%axes(1))
       speeds = axis%value([(i, i = 1, axis%count)])
       call solve_campbell(family, speeds, order, campbell, error)
       if (.not. allocated(error)) call find_crossings(family, order, campbell, crossings, error)

@@ -47,6 +47,8 @@ contains
     integer :: k
 
     allocate(family%inner, source=configuration%plan%family)
+    family%model = configuration%tasks%model
+    family%accuracy = configuration%accuracy
     order%names = configuration%quantities%name
     order%probes = configuration%probes
     order%orders = configuration%orders

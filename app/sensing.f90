@@ -48,6 +48,8 @@ contains
     integer :: k, n, failed
 
     allocate(family%inner, source=configuration%sensitivity_plan%family)
+    family%model = configuration%tasks%model
+    family%accuracy = configuration%accuracy
     order%names = configuration%sensitive%name
     order%probes = configuration%probes
     order%accuracy = configuration%accuracy

@@ -70,7 +70,7 @@ contains
     end if
     if (allocated(analysis%multipliers)) results%verdict = analysis%multipliers%verdict()
     results%vibrates = allocated(analysis%vibration)
-    if (allocated(analysis%vibration)) call find(configuration%frame, analysis%vibration, &
+    if (allocated(analysis%vibration)) call find(analysis%frame, analysis%vibration, &
       & configuration%probes(:merge(size(configuration%probes), 0, configuration%tasks%response)), configuration%forces, &
       & configuration%power, findings, unfound)
     if (allocated(unfound) .and. .not. allocated(failure)) call move_alloc(unfound, failure)
@@ -82,7 +82,7 @@ contains
     if (.not. console%silent .or. options%report) then
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
-      call name_modes(configuration, modes)
+      call name_modes(configuration, analysis, modes)
       call console%say(report_transmission(configuration%frame) // report_results(configuration, analysis, frequencies, modes) &
         & // report_findings(findings, trim(results%verdict)))
       if (configuration%trade) call console%say(report_trade(trade) // report_model(model_trade))
@@ -99,8 +99,9 @@ contains
   end subroutine run_single
 
   !> The modes for the report's table of multipliers; none where it has no such table, or they cannot be told.
-  subroutine name_modes(configuration, modes)
+  subroutine name_modes(configuration, analysis, modes)
     type(configuration_type), intent(in) :: configuration
+    type(analysis_type), intent(in) :: analysis
     type(mode_type), allocatable, intent(out) :: modes(:)
     type(error_type), allocatable :: none
     type(averaged_system) :: model
@@ -111,7 +112,7 @@ contains
         call configuration%frame%averaged(model)
         call solve_modes(model, configuration%accuracy, modes, mass, none)
       else
-        call solve_modes(configuration%frame, configuration%accuracy, modes, mass, none)
+        call solve_modes(analysis%frame, configuration%accuracy, modes, mass, none)
       end if
     end if
     if (.not. allocated(modes)) allocate(modes(0))

@@ -62,6 +62,8 @@ contains
     if (allocated(error)) return
     pending = pack([(k, k = 1, size(mine))], mine .and. .not. campaign%done)
     allocate(work%family%inner, source=plan%family)
+    work%family%model = plan%order%model
+    work%family%accuracy = plan%order%accuracy
     call work%progress%start(sum([(points_of(plan%grid%tile(pending(k))), k = 1, size(pending))]))
     !$omp parallel do schedule(dynamic, 1)
     do k = 1, size(pending)
@@ -88,6 +90,8 @@ contains
       return
     end if
     allocate(work%family%inner, source=plan%family)
+    work%family%model = plan%order%model
+    work%family%accuracy = plan%order%accuracy
     call work%progress%start(plan%grid%points())
     !$omp parallel do schedule(dynamic, 1)
     do k = 1, plan%grid%tiles()

@@ -14,6 +14,7 @@ module ranked_sweep
   use gestell_io_text, only: counted, decimal
   use gestell_study_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type
+  use locked_family, only: locked_family_type
   use queue, only: open_queue, queue_type
   use ranks, only: number_of_ranks, own_rank, same_everywhere, share_error, share_marks, share_sum
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
@@ -143,11 +144,15 @@ contains
     integer, intent(in) :: tiles(:)
     type(error_type), allocatable, intent(out) :: error
     type(queue_type) :: queue
+    type(locked_family_type) :: family
     type(tile_results_type) :: results
     integer, allocatable :: pending(:)
     integer :: k, tile
 
     pending = pack(tiles, .not. campaign%done(tiles))
+    allocate(family%inner, source=plan%family)
+    family%model = plan%order%model
+    family%accuracy = plan%order%accuracy
     tile = 0
     call open_queue(queue, size(pending))
     call queue%ask()
@@ -156,7 +161,7 @@ contains
       if (k == 0) exit
       call queue%ask()
       tile = pending(k)
-      call solve_tile(plan%family, plan%grid, plan%grid%tile(tile), plan%order, results, error)
+      call solve_tile(family, plan%grid, plan%grid%tile(tile), plan%order, results, error)
       if (.not. allocated(error)) call campaign%store(tile, results, error)
       if (.not. allocated(error)) cycle
       ! A tile that this rank has asked for since comes after this one: no error before this one is missed.

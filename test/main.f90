@@ -18,6 +18,7 @@ program main
   use test_cost, only: collect_cost
   use test_data, only: collect_data
   use test_drive, only: collect_drive
+  use test_exact, only: collect_exact
   use test_equivalence, only: collect_equivalence
   use test_factors, only: collect_factors
   use test_floquet, only: collect_floquet
@@ -117,6 +118,7 @@ program main
     & new_testsuite("forces-limits", collect_forces_limits), &
     & new_testsuite("probes", collect_probes), &
     & new_testsuite("drive", collect_drive), &
+    & new_testsuite("exact", collect_exact), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("averaged", collect_averaged), &
     & new_testsuite("model-trade", collect_model_trade), &

@@ -20,6 +20,7 @@ module gestell_io_configuration
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mechanism_type
   use gestell_model_quantity, only: accelerations, guide_forces, probe_type, quantity_type, velocities
+  use gestell_study_frame_model, only: frame_models
   use gestell_study_analysis, only: tasks_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -104,6 +105,7 @@ contains
     call read_sweep(doc, schema, configuration%units, configuration%plan, error)
     configuration%plan%order%accuracy = configuration%accuracy
     configuration%plan%order%averaged = configuration%tasks%averaged
+    configuration%plan%order%model = configuration%tasks%model
     if (.not. allocated(error) .and. configuration%over_speed()) call read_speeds(doc, configuration%plan, error)
     if (allocated(error) .or. .not. configuration%boundary) return
     configuration%plan%borders%accuracy = configuration%accuracy
@@ -196,7 +198,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
     character(len=word_length), allocatable :: tasks(:)
-    character(len=:), allocatable :: coefficients
+    character(len=:), allocatable :: coefficients, model
 
     group = the_group(doc, "case")
     call get(group, "title", configuration%title, error, default="")
@@ -232,6 +234,13 @@ contains
     call get(group, "coefficients", coefficients, error, default="periodic", allowed=coefficient_names)
     if (allocated(error)) return
     configuration%tasks%averaged = coefficients == "averaged"
+    call get(group, "frame", model, error, default="rest", allowed=frame_models)
+    if (allocated(error)) return
+    configuration%tasks%model = model
+    if (configuration%tasks%averaged .and. model /= "rest") then
+      call input_error(group, "coefficients", "'averaged' is a simplification of frame='rest'", error)
+      return
+    end if
 
     group = the_group(doc, "accuracy")
     associate (accuracy => configuration%accuracy)

@@ -24,7 +24,7 @@ contains
   !> Error: a file cannot be written.
   subroutine write_mechanism(folder, preamble, frame, probes, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     type(error_type), allocatable, intent(out) :: error
     type(skeleton_type) :: skeleton

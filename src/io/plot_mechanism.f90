@@ -29,7 +29,7 @@ contains
   !> mechanism.gp, from the columns of mechanism.csv; `skeleton` is in the frame's system. Error: it cannot be written.
   subroutine plot_mechanism(folder, preamble, frame, linkage, skeleton, probes, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
     type(skeleton_type), intent(in) :: skeleton
     type(probe_type), intent(in) :: probes(:)
@@ -82,7 +82,7 @@ contains
   !> The box around all that moves, F, the supports and the probes.
   pure subroutine extremes(skeleton, frame, probes, low, high)
     type(skeleton_type), intent(in) :: skeleton
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     real(dp), intent(out) :: low(2), high(2)
     integer :: i, k
@@ -105,7 +105,7 @@ contains
 
   !> Points of the frame, shape (2, points): F, supports, probes, ground joints, ends of the guides that it carries.
   pure function carried(frame, skeleton, probes) result(points)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(skeleton_type), intent(in) :: skeleton
     type(probe_type), intent(in) :: probes(:)
     real(dp), allocatable :: points(:, :)
@@ -135,7 +135,7 @@ contains
 
   !> The frame's outline, and the axes at F and O.
   pure function frame_lines(frame, at_origin, hull, extent) result(lines)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     logical, intent(in) :: at_origin(:)
     real(dp), intent(in) :: hull(:, :), extent
     character(len=:), allocatable :: lines

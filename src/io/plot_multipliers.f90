@@ -21,7 +21,7 @@ contains
   !> Error: it cannot be written.
   subroutine plot_multipliers(folder, preamble, frame, multipliers, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: lines, words
@@ -78,7 +78,7 @@ contains
   !> point at the frame's radius of gyration. Error: it cannot be written.
   subroutine plot_modes(folder, preamble, frame, multipliers, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: lines, places, labels

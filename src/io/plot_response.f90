@@ -26,7 +26,7 @@ contains
   !> Error: it cannot be written.
   subroutine plot_response(folder, preamble, frame, vibration, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: lines
@@ -58,7 +58,7 @@ contains
   !> harmonics.gp: amplitudes over the orders. Error: it cannot be written.
   subroutine plot_harmonics(folder, preamble, frame, harmonics, vibration, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     integer, intent(in) :: harmonics
     type(vibration_type), intent(in) :: vibration
     type(error_type), allocatable, intent(out) :: error
@@ -158,7 +158,7 @@ contains
 
   !> The drive's speed.
   pure function speed_in_words(frame) result(words)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: words
 
     words = concise(frame%speed * 60 / (2 * pi), 6) // " rpm"

@@ -68,7 +68,7 @@ contains
   subroutine read_quantities(doc, name, frame, probes, coordinates, quantities, error)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     logical, intent(in) :: coordinates
     type(quantity_type), allocatable, intent(out) :: quantities(:)

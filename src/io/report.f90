@@ -8,10 +8,11 @@ module gestell_io_report
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: evidence, evidence_type
   use gestell_io_configuration, only: configuration_type
-  use gestell_io_text, only: counted, on_one_line, padded
+  use gestell_io_text, only: counted
   use gestell_io_plausibility, only: implausible_lines
   use gestell_io_report_multipliers, only: multiplier_lines, out_of_range, told
   use gestell_io_significance, only: noise_of, order_words
+  use gestell_io_text, only: padded
   use gestell_io_verdict, only: section
   use gestell_io_warnings, only: beyond_small
   use gestell_model_frame, only: frame_type, freedom_names
@@ -43,8 +44,8 @@ contains
 
     associate (frame => configuration%frame)
       report = "Gestell " // version // newline // newline
-      if (len(configuration%title) > 0) report = report // "  title      " // on_one_line(configuration%title) // newline
-      report = report // "  input      " // on_one_line(input) // newline
+      if (len(configuration%title) > 0) report = report // "  title      " // configuration%title // newline
+      report = report // "  input      " // input // newline
       if (allocated(configuration%impossible)) then
         report = report // "  mechanism  cannot turn as it stands in the input: " // configuration%impossible%message // newline
         return
@@ -75,7 +76,7 @@ contains
 
   !> The natural frequencies in one line; nothing where they cannot be told.
   function report_frequencies(frame) result(line)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
     real(dp), allocatable :: frequencies(:)
     type(error_type), allocatable :: error
@@ -317,7 +318,7 @@ contains
 
   pure function vibration_lines(vibration, frame, averaged, verdict) result(lines)
     type(vibration_type), intent(in) :: vibration
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     logical, intent(in) :: averaged
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
@@ -361,7 +362,7 @@ contains
   !> The greatest peak of the kind of the `i`-th quantity, turns and moments made comparable by the frame's radius of gyration.
   pure real(dp) function greatest_beside(vibration, frame, i) result(greatest)
     type(vibration_type), intent(in) :: vibration
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     integer, intent(in) :: i
     real(dp) :: scale(3)
     integer :: first

@@ -23,7 +23,7 @@ contains
 
   !> The whole diagnosis.
   function report_mechanism(frame) result(lines)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
     type(diagnosis_type) :: diagnosis
     type(error_type), allocatable :: unprepared
@@ -43,7 +43,7 @@ contains
 
   !> The one line that the report of a run has.
   function report_transmission(frame) result(line)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
     type(diagnosis_type) :: diagnosis
 
@@ -115,7 +115,7 @@ contains
   end function transmission_line
 
   function shaking_lines(frame) result(lines)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
     type(fourier_type) :: series(3)
     type(error_type), allocatable :: unprepared

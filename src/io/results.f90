@@ -27,7 +27,7 @@ contains
   !> Error: a file cannot be written.
   subroutine write_results(folder, preamble, frame, tasks, analysis, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(tasks_type), intent(in) :: tasks
     type(analysis_type), intent(in) :: analysis
     type(error_type), allocatable, intent(out) :: error
@@ -75,7 +75,7 @@ contains
   !> Eigenvectors of (19) at t = 0; degrees of freedom that are not free have zeros.
   subroutine write_modes(folder, preamble, frame, multipliers, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     complex(dp) :: vectors(6, size(multipliers%rho))
@@ -94,7 +94,7 @@ contains
 
   subroutine write_history(folder, preamble, frame, vibration, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: values(:, :)
@@ -116,7 +116,7 @@ contains
   !> Order 0 is the mean, with its sign; f = mean + sum of amplitude cos(order |Omega| t + phase).
   subroutine write_harmonics(folder, preamble, frame, harmonics, vibration, error)
     character(len=*), intent(in) :: folder, preamble(:)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     integer, intent(in) :: harmonics
     type(vibration_type), intent(in) :: vibration
     type(error_type), allocatable, intent(out) :: error

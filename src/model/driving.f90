@@ -14,7 +14,9 @@
 !>
 !>     d/dt (T + q^T C_0 q / 2) = M_d Omega - q.^T B_0 q.,
 !>
-!> C_0, B_0 the mounting's matrices. (The part of C_0 that is not symmetric, as no spring has it, takes power beside B_0.)
+!> C_0, B_0 the mounting's matrices. (The part of C_0 that is not symmetric, as no spring has it, takes power beside B_0.) Of the
+!> exact frame s + psi k x s is the vector s turned by psi, k x s its derivative, and the mounting's energy and power are those of
+!> its springs and dampers where they are: the balance is the same.
 module gestell_model_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -36,7 +38,7 @@ contains
   !> `known`: the mechanism tells its kinetic energy. With `errors` of the motion's rows, shape (9), also `torque_error`, what
   !> they do to the torque at most.
   subroutine drive_power(frame, phases, motion, power, known, errors, torque_error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
     real(dp), intent(out) :: power(:, :)
     logical, intent(out) :: known
@@ -63,29 +65,20 @@ contains
             & + 2 * dot_product(origin, [a(a1_v), a(a2_v)])
           inertia_d = a(a3_d) + 2 * dot_product(origin, s_d)
           power(rigid_torque, k) = omega**2 * drive(k, energy_d) / 2
-          power(torque, k) = power(rigid_torque, k) + dot_product(acceleration(:2), s_d + q(3) * turned(s_d)) &
+          power(torque, k) = power(rigid_torque, k) + dot_product(acceleration(:2), frame%turned(q(3), s_d)) &
             & + acceleration(3) * spin - v(3)**2 * inertia_d / 2
           power(drive_watts, k) = omega * power(torque, k)
-          power(damper_watts, k) = dot_product(v, matmul(frame%damping, v)) &
-            & + dot_product(v, matmul(frame%stiffness - transpose(frame%stiffness), q)) / 2
+          power(damper_watts, k) = frame%dissipation(q, v)
           power(stored_energy, k) = (frame%mass + mass) * sum(v(:2)**2) / 2 &
-            & + dot_product(v(:2), v(3) * turned(s) + omega * (s_d + q(3) * turned(s_d))) &
+            & + dot_product(v(:2), v(3) * frame%turning(q(3), s) + omega * frame%turned(q(3), s_d)) &
             & + inertia * v(3)**2 / 2 + v(3) * omega * spin + omega**2 * drive(k, energy_v) / 2 &
-            & + dot_product(q, matmul(frame%stiffness, q)) / 2
+            & + frame%potential(q)
           if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, &
-            & dot_product(abs(s_d + q(3) * turned(s_d)), errors(7:8)) + abs(spin) * errors(9) &
-            & + abs(dot_product(acceleration(:2), turned(s_d))) * errors(3) + abs(v(3) * inertia_d) * errors(6))
+            & dot_product(abs(frame%turned(q(3), s_d)), errors(7:8)) + abs(spin) * errors(9) &
+            & + abs(dot_product(acceleration(:2), frame%turning(q(3), s_d))) * errors(3) + abs(v(3) * inertia_d) * errors(6))
         end associate
       end do
     end associate
   end subroutine drive_power
-
-  !> k x s.
-  pure function turned(s)
-    real(dp), intent(in) :: s(2)
-    real(dp) :: turned(2)
-
-    turned = [-s(2), s(1)]
-  end function turned
 
 end module gestell_model_driving

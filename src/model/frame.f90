@@ -46,6 +46,7 @@ module gestell_model_frame
     procedure :: averaged
     procedure :: natural_frequencies
     procedure :: ground_forces
+    procedure :: turned, turning, potential, dissipation
   end type frame_type
 
 contains
@@ -106,7 +107,7 @@ contains
     end if
     frame%states = 2 * size(frame%free)
     frame%period = 2 * pi / abs(speed)
-    ! Near a dead point, where the feature is about the sine of the transmission angle, lengths lose twice its digits.
+    ! Near a dead point lengths lose twice the digits of the feature, about the sine of the transmission angle there.
     frame%rounding = epsilon(1.0_dp) / frame%mechanism%feature**2
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%feature))
   end subroutine new_frame
@@ -358,5 +359,42 @@ contains
     f = size(self%free)
     forces = matmul(self%stiffness(:, self%free), x(:f, :)) + matmul(self%damping(:, self%free), x(f + 1:, :))
   end function ground_forces
+
+  !> A vector of the frame's system in space, where the frame has turned by psi: s + psi k x s, to first order.
+  pure function turned(self, psi, s)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turned(2)
+
+    turned = s + psi * self%turning(psi, s)
+  end function turned
+
+  !> How that changes with psi.
+  pure function turning(self, psi, s)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turning(2)
+
+    associate (unused_frame => self, unused_angle => psi)
+    end associate
+    turning = [-s(2), s(1)]
+  end function turning
+
+  !> Potential energy of the mounting (J).
+  pure real(dp) function potential(self, q)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3)
+
+    potential = dot_product(q, matmul(self%stiffness, q)) / 2
+  end function potential
+
+  !> Power that the mounting takes (W), dampers and the part of the stiffness that is not symmetric.
+  pure real(dp) function dissipation(self, q, v)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3), v(3)
+
+    dissipation = dot_product(v, matmul(self%damping, v)) &
+      & + dot_product(v, matmul(self%stiffness - transpose(self%stiffness), q)) / 2
+  end function dissipation
 
 end module gestell_model_frame

@@ -38,8 +38,8 @@ contains
     end do
   end function damping_matrix
 
-  !> Bounds on the roundings in a mounting's matrix, shape (3, 3). It is a sum of positive semi-definite terms: the sizes of those in
-  !> c_ik sum to sqrt(c_ii c_kk) at most, by Schwarz's inequality, however they cancel there.
+  !> Bounds on the roundings in a mounting's matrix, shape (3, 3). It is a sum of positive semi-definite terms: the sizes of those
+  !> in c_ik sum to sqrt(c_ii c_kk) at most, by Schwarz's inequality, however they cancel there.
   pure function matrix_rounding(c) result(rounding)
     real(dp), intent(in) :: c(3, 3)
     real(dp) :: rounding(3, 3)

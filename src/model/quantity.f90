@@ -2,20 +2,26 @@
 !> accelerations of points of the frame, forces of single supports and in total.
 !>
 !> The motion of the frame is one column of 12 numbers, for (xi, eta, psi) each: q, q', q'', and the forces of the guides on
-!> the ground, which hold the degrees of freedom that are not free.
+!> the ground, which hold the degrees of freedom that are not free. Of the exact frame 7 more follow: s = sin psi - psi and
+!> c = cos psi - 1, their first and second derivatives, in which the motion of all points is linear again,
+!>
+!>     x = xi - Y (psi + s) + X c,   y = eta + X (psi + s) + Y c,
+!>
+!> and what the moment of the supports on the ground has beyond its linear terms.
 module gestell_model_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_model_frame, only: frame_type
-  use gestell_model_mounting, only: damping_matrix, matrix_rounding, stiffness_matrix
+  use gestell_model_mounting, only: damping_matrix, matrix_rounding, stiffness_matrix, support_type
   implicit none (type, external)
   private
 
   public :: find_quantity, point_quantity
 
   !> Rows of the motion: the last of q, q', q'' and the guides' forces.
-  integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12
+  integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12, &
+    & sine = 13, cosine = 14, moment_excess = 19, motion_rows = 19
 
   !> A point of the frame that is watched, in the frame's system (m); the greatest vibration velocity (m/s, root of the mean
   !> square in the band of frequencies, Hz, in any direction) that is allowed, 0: no limit.
@@ -28,7 +34,7 @@ module gestell_model_quantity
     !> As the user names it, and its unit.
     character(len=80) :: name = ""
     character(len=8) :: unit = ""
-    !> Shape (guide_forces, 1), or (guide_forces, 2) of a magnitude, whose components along x and y the columns give.
+    !> Shape (motion_rows, 1), or (motion_rows, 2) of a magnitude, whose components along x and y the columns give.
     real(dp), allocatable :: weights(:, :)
     !> Bounds on the weights' roundings, shape as theirs: forces that cancel in the weights do not in these.
     real(dp), allocatable :: rounding(:, :)
@@ -44,7 +50,7 @@ module gestell_model_quantity
 
 contains
 
-  !> How many rows of the motion the quantity needs.
+  !> How many rows of the motion the quantity needs; the exact frame has all.
   pure integer function rows(self)
     class(quantity_type), intent(in) :: self
     integer :: k
@@ -60,12 +66,12 @@ contains
   !> guide.fx, .fy, .f, .m; probe(name).x, .y, .d, .vx, .vy, .v, .ax, .ay, .a.
   !> Errors: there is none; as of the frame's `check`.
   subroutine find_quantity(frame, probes, name, quantity, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     character(len=*), intent(in) :: name
     type(quantity_type), intent(out) :: quantity
     type(error_type), allocatable, intent(out) :: error
-    real(dp), dimension(guide_forces, 3) :: forces, rounding
+    real(dp), dimension(motion_rows, 3) :: forces, rounding
     integer :: dot, part, number, k
 
     call frame%check(error)
@@ -74,13 +80,17 @@ contains
     if (index(name, ")", back=.true.) > dot) dot = 0
     part = findloc(coordinates, name, dim=1)
     if (part > 0) then
-      allocate(quantity%weights(guide_forces, 1), source=0.0_dp)
+      allocate(quantity%weights(motion_rows, 1), source=0.0_dp)
       quantity%weights(part, 1) = 1
       quantity%unit = coordinate_units(part)
     else if (any(name == [character(len=2) :: force_parts, "m"])) then
       forces = mounting_forces(frame%stiffness, frame%damping)
       if (name == "f") call add_guides(frame, forces)
       rounding = mounting_forces(matrix_rounding(frame%stiffness), matrix_rounding(frame%damping))
+      do k = 1, size(frame%supports)
+        call add_turned(frame%supports(k), forces, rounding)
+      end do
+      forces(moment_excess, 3) = 1
       call take_forces(forces, rounding, name, quantity)
     else if (dot > 1 .and. index(name, "probe(") == 1) then
       do k = 1, size(probes)
@@ -98,7 +108,7 @@ contains
   end subroutine find_quantity
 
   pure subroutine explain(frame, probes, name, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     character(len=*), intent(in) :: name
     type(error_type), allocatable, intent(out) :: error
@@ -111,13 +121,13 @@ contains
     call fatal_error(error, words, invalid_input)
   end subroutine explain
 
-  !> The forces that `place` (support(2), foundation, guide) exerts on the ground and bounds on their roundings; `number`: of the support, 0 for the others,
-  !> -1: there is no such place.
+  !> The forces that `place` (support(2), foundation, guide) exerts on the ground and bounds on their roundings; `number`: of the
+  !> support, 0 for the others, -1: there is no such place.
   pure subroutine part_forces(frame, place, number, forces, rounding)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: place
     integer, intent(out) :: number
-    real(dp), dimension(guide_forces, 3), intent(out) :: forces, rounding
+    real(dp), dimension(motion_rows, 3), intent(out) :: forces, rounding
 
     forces = 0
     rounding = 0
@@ -138,6 +148,7 @@ contains
           forces = mounting_forces(c, b)
           rounding = mounting_forces(matrix_rounding(c), matrix_rounding(b))
         end associate
+        call add_turned(frame%supports(number), forces, rounding)
       end if
     end if
   end subroutine part_forces
@@ -145,17 +156,34 @@ contains
   !> The forces (fx, fy, moment about F at rest) on the ground of a mounting with stiffness c and damping b, shape (3, 3).
   pure function mounting_forces(c, b) result(forces)
     real(dp), intent(in) :: c(3, 3), b(3, 3)
-    real(dp) :: forces(guide_forces, 3)
+    real(dp) :: forces(motion_rows, 3)
 
     forces = 0
     forces(:3, :) = transpose(c)
     forces(4:6, :) = transpose(b)
   end function mounting_forces
 
+  !> Adds the rows of s and c of a support's force and bounds on their roundings: its head is moved by s k x p + c p too.
+  pure subroutine add_turned(support, forces, rounding)
+    type(support_type), intent(in) :: support
+    real(dp), intent(inout) :: forces(motion_rows, 3), rounding(motion_rows, 3)
+    real(dp), parameter :: unit = 16 * epsilon(1.0_dp)
+    real(dp) :: turned(4, 2)
+
+    associate (c => stiffness_matrix([support]), b => damping_matrix([support]), p => support%position)
+      turned(1, :) = matmul(c(:2, :2), [-p(2), p(1)])
+      turned(2, :) = matmul(c(:2, :2), p)
+      turned(3, :) = matmul(b(:2, :2), [-p(2), p(1)])
+      turned(4, :) = matmul(b(:2, :2), p)
+    end associate
+    forces(sine:sine + 3, :2) = forces(sine:sine + 3, :2) + turned
+    rounding(sine:sine + 3, :2) = rounding(sine:sine + 3, :2) + unit * abs(turned)
+  end subroutine add_turned
+
   !> What is left of the mounting without its supports; differences that are rounding are zero.
   pure subroutine foundation_forces(frame, forces)
-    type(frame_type), intent(in) :: frame
-    real(dp), intent(out) :: forces(guide_forces, 3)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(out) :: forces(motion_rows, 3)
     real(dp), parameter :: rounding = 16 * epsilon(1.0_dp)
 
     forces = 0
@@ -167,8 +195,8 @@ contains
 
   !> Adds the guides' forces: those along degrees of freedom that are not free.
   pure subroutine add_guides(frame, forces)
-    type(frame_type), intent(in) :: frame
-    real(dp), intent(inout) :: forces(guide_forces, 3)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(inout) :: forces(motion_rows, 3)
     integer :: i
 
     do i = 1, 3
@@ -178,7 +206,7 @@ contains
   end subroutine add_guides
 
   pure subroutine take_forces(forces, rounding, part, quantity)
-    real(dp), dimension(guide_forces, 3), intent(in) :: forces, rounding
+    real(dp), dimension(motion_rows, 3), intent(in) :: forces, rounding
     character(len=*), intent(in) :: part
     type(quantity_type), intent(inout) :: quantity
 
@@ -207,7 +235,7 @@ contains
     type(probe_type), intent(in) :: probe
     character(len=*), intent(in) :: part
     type(quantity_type), intent(out) :: quantity
-    real(dp) :: along(guide_forces, 2)
+    real(dp) :: along(motion_rows, 2)
     integer :: number, first
 
     number = findloc(point_parts, part, dim=1)
@@ -217,6 +245,10 @@ contains
     along(first + 3, 1) = -probe%position(2)
     along(first + 2, 2) = 1
     along(first + 3, 2) = probe%position(1)
+    associate (s => sine + 2 * first / 3, c => cosine + 2 * first / 3)
+      along(s, :) = [-probe%position(2), probe%position(1)]
+      along(c, :) = probe%position
+    end associate
     number = number - first
     quantity%name = "probe(" // trim(probe%name) // ")." // part
     quantity%unit = point_units(1 + first / 3)

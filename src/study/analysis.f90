@@ -7,6 +7,7 @@ module gestell_study_analysis
   use gestell_floquet_periodic_solution, only: resonance
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
+  use gestell_study_frame_model, only: newton_type, settle
   use gestell_study_resonance, only: describe_resonance, find_resonance, resonance_type
   use gestell_study_vibration, only: check_times, solve_vibration, vibration_type
   use gestell_system_averaged, only: averaged_system
@@ -23,6 +24,8 @@ module gestell_study_analysis
     integer :: points = 360, harmonics = 20
     !> Whether M, B, C are averaged over the turn.
     logical :: averaged = .false.
+    !> The frame's model (gestell_study_frame_model).
+    character(len=11) :: model = "rest"
     !> Rows of the whole motion that are kept, 0: none (gestell_model_quantity): what forces, probes and power are made of.
     integer :: rows = 0
     !> The verdict, even where nothing of the above asks for it.
@@ -37,6 +40,9 @@ module gestell_study_analysis
   type, public :: analysis_type
     type(floquet_type) :: floquet
     type(multipliers_type), allocatable :: multipliers
+    !> The frame by its model, and how an exact vibration was found.
+    class(frame_type), allocatable :: frame
+    type(newton_type) :: newton
     type(vibration_type), allocatable :: vibration
     !> Where a resonance costs the periodic vibration a digit or more.
     type(resonance_type), allocatable :: resonance
@@ -64,37 +70,39 @@ contains
   !> Verdict and vibration of a frame. Errors: a frame or tasks that make no sense; those of the parts; where
   !> the vibration fails, the multipliers are there, and the message names what it resonates with.
   subroutine analyse(frame, tasks, accuracy, analysis, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(tasks_type), intent(in) :: tasks
     type(accuracy_type), intent(in) :: accuracy
     type(analysis_type), intent(out) :: analysis
     type(error_type), allocatable, intent(out) :: error
     type(averaged_system) :: model
-    type(multipliers_type) :: multipliers
 
     call frame%check(error)
     if (.not. allocated(error)) call check_tasks(tasks, error)
     if (allocated(error)) return
     if (tasks%averaged) then
-      call frame%averaged(model)
+      allocate(analysis%frame, source=frame)
+      call analysis%frame%averaged(model)
       call solve_floquet(model, accuracy, tasks%vibration(), analysis%floquet, error)
     else
-      call solve_floquet(frame, accuracy, tasks%vibration(), analysis%floquet, error)
+      call settle(frame, trim(tasks%model), accuracy, analysis%frame, error, analysis%newton)
+      if (.not. allocated(error)) call solve_floquet(analysis%frame, accuracy, tasks%vibration(), analysis%floquet, error)
     end if
     if (allocated(error)) return
     if (tasks%judged()) then
-      call solve_multipliers(analysis%floquet, tasks%modes, multipliers, error)
+      allocate(analysis%multipliers)
+      call solve_multipliers(analysis%floquet, tasks%modes, analysis%multipliers, error)
       if (allocated(error)) return
-      analysis%multipliers = multipliers
     end if
     if (.not. tasks%vibration()) return
     allocate(analysis%vibration)
     if (tasks%rows == 0) then
-      call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
+      call solve_vibration(analysis%frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
     else if (tasks%averaged) then
-      call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, tasks%rows, model)
+      call solve_vibration(analysis%frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, &
+        & tasks%rows, model)
     else
-      call solve_vibration(frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, tasks%rows)
+      call solve_vibration(analysis%frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, tasks%rows)
     end if
     if (allocated(error)) then
       deallocate(analysis%vibration)
@@ -118,7 +126,7 @@ contains
 
   !> Finds the resonance; a `failure` for it gets its name.
   subroutine name_resonance(frame, analysis, failure)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(analysis_type), intent(inout) :: analysis
     type(error_type), intent(inout), optional :: failure
     type(multipliers_type) :: multipliers

@@ -3,7 +3,7 @@
 !> Every axis is measured by u: 0 where its range begins and 1 where it ends, in the logarithm where it is logarithmic. All
 !> tolerances of borders are in u: relative to the ranges.
 module gestell_study_boundary_line
-  use gestell_base_error, only: error_type, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
@@ -82,9 +82,9 @@ contains
     probe%t = t
     call take_member(family, parameters_at(line, t), system, error)
     if (allocated(error)) then
-      if (error%code /= impossible_mechanism) return
+      if (all(error%code /= [impossible_mechanism, failed_computation])) return
+      probe%verdict = merge(impossible, failed, error%code == impossible_mechanism)
       deallocate(error)
-      probe%verdict = impossible
       return
     end if
     call border_multipliers(system, line%accuracy, multipliers, error)

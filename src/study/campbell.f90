@@ -1,6 +1,6 @@
 !> The modes of a machine over its speed: the Campbell diagram.
 module gestell_study_campbell
-  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
   use gestell_model_frame, only: frame_type
@@ -151,7 +151,7 @@ contains
     point%speed = speed
     call take_member(family, [speed], system, error)
     if (allocated(error)) then
-      if (error%code == impossible_mechanism) deallocate(error)
+      if (any(error%code == [impossible_mechanism, failed_computation])) deallocate(error)
       return
     end if
     campbell%solutions = campbell%solutions + 1

@@ -1,6 +1,6 @@
 !> Critical speeds: where the periodic vibration of a machine really is greatest about a crossing of the Campbell diagram.
 module gestell_study_critical
-  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_multipliers, only: multipliers_type
@@ -290,7 +290,7 @@ contains
 
     call take_member(family, [speed], system, error)
     if (allocated(error)) then
-      if (error%code == impossible_mechanism) deallocate(error)
+      if (any(error%code == [impossible_mechanism, failed_computation])) deallocate(error)
       return
     end if
     select type (system)
@@ -310,7 +310,7 @@ contains
 
   !> `system`: the frame itself, or its averaged model.
   subroutine measure(frame, system, multiple, one, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: multiple
     type(response_type), intent(inout) :: one

@@ -35,7 +35,7 @@ contains
   !> `vibration` is that of the periodic model. `known`: the mechanism tells its kinetic energy. Errors: as of the frame's `check`;
   !> `vibration` does not hold the accelerations.
   subroutine find_drive(frame, vibration, drive, known, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(drive_type), intent(out) :: drive
     logical, intent(out) :: known

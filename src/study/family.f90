@@ -15,7 +15,8 @@ module gestell_study_family
 
   abstract interface
     !> The system at these parameters, shape (number of parameters). Called from one thread at a time.
-    !> Errors: `impossible_mechanism` where the parameters allow no assembly; `invalid_input` where they make no sense.
+    !> Errors: `impossible_mechanism` where the parameters allow no assembly; `invalid_input` where they make no sense;
+    !> `failed_computation` where no vibration was found that the system is about.
     subroutine member_at(self, parameters, system, error)
       import :: dp, error_type, family_type, periodic_system
       implicit none (type, external)

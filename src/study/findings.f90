@@ -28,7 +28,7 @@ contains
   !> Evaluates a vibration that holds the rows of the motion that are needed. `forces`, `power`: what is asked for beside the
   !> probes. Errors: those of the parts; overflow: then nothing is found.
   subroutine find(frame, vibration, probes, forces, power, findings, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(probe_type), intent(in) :: probes(:)
     logical, intent(in) :: forces, power

@@ -32,7 +32,7 @@ contains
   !> Supports in the frame's order, then foundation and guide where they carry anything, then the total. Errors: as of the frame's
   !> `check`; `vibration` does not hold the rows of the motion that they need.
   subroutine find_places(frame, vibration, places, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(place_type), allocatable, intent(out) :: places(:)
     type(error_type), allocatable, intent(out) :: error
@@ -78,7 +78,7 @@ contains
 
   !> The forces that `place`, with its dot, exerts. What the place does not have remains unallocated.
   subroutine force_of(frame, place, parts)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: place
     type(quantity_type), intent(out) :: parts(force_parts)
     character(len=*), parameter :: names(force_parts) = [character(len=2) :: "fx", "fy", "f", "m"]

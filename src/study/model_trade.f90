@@ -46,7 +46,7 @@ contains
 
   !> Solves both models, the periodic one to `accuracy`. Errors: those of the periodic model.
   subroutine measure_model(frame, accuracy, trade, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(model_trade_type), intent(out) :: trade
     type(error_type), allocatable, intent(out) :: error
@@ -87,7 +87,7 @@ contains
 
   !> What one model finds. Error: there is no periodic vibration, or, without multipliers in `analysis`, nothing at all.
   subroutine find(frame, tasks, accuracy, analysis, finding, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(tasks_type), intent(in) :: tasks
     type(accuracy_type), intent(in) :: accuracy
     type(analysis_type), intent(out) :: analysis

@@ -3,7 +3,8 @@
 module gestell_study_motion
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: accelerations, displacements, guide_forces, velocities
+  use gestell_model_quantity, only: accelerations, cosine, displacements, guide_forces, moment_excess, sine, velocities
+  use gestell_model_varied_frame, only: varied_frame_type
   use gestell_system_averaged, only: averaged_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
@@ -19,7 +20,7 @@ contains
   !> The first `rows` rows of the motion (gestell_model_quantity) at `phases`, shape (rows, phases), from the states x of the
   !> free degrees of freedom there. `system`: the frame or its averaged model, whose solution x is.
   subroutine whole_motion(frame, system, phases, x, rows, motion)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
@@ -38,12 +39,36 @@ contains
       last = min(first + block_length - 1, size(phases))
       call add_accelerations(frame, system, phases(first:last), x(:, first:last), motion(:, first:last))
       if (rows >= guide_forces .and. f < 3) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
+      if (rows > guide_forces) call add_turned(frame, x(:, first:last), motion(:, first:last))
     end do
   end subroutine whole_motion
 
+  !> The rows that the exact frame has beyond the others (gestell_model_quantity); the guides' moment is that about F at rest too.
+  subroutine add_turned(frame, x, motion)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: x(:, :)
+    real(dp), intent(inout) :: motion(:, :)
+    real(dp) :: load(3, size(x, 2))
+
+    associate (psi => motion(3, :), psi_d => motion(6, :), psi_dd => motion(9, :), s => motion(sine::2, :), &
+      & c => motion(cosine::2, :))
+      s(1, :) = sin(psi) - psi
+      c(1, :) = cos(psi) - 1
+      s(2, :) = c(1, :) * psi_d
+      c(2, :) = -sin(psi) * psi_d
+      s(3, :) = c(1, :) * psi_dd - sin(psi) * psi_d**2
+      c(3, :) = -sin(psi) * psi_dd - cos(psi) * psi_d**2
+    end associate
+    load = frame%ground_forces(x)
+    motion(moment_excess, :) = load(3, :) - matmul(frame%stiffness(3, :), motion(:displacements, :)) &
+      & - matmul(frame%damping(3, :), motion(displacements + 1:velocities, :))
+    motion(guide_forces, :) = motion(guide_forces, :) + motion(1, :) * motion(accelerations + 2, :) &
+      & - motion(2, :) * motion(accelerations + 1, :)
+  end subroutine add_turned
+
   !> q'' from (23).
   subroutine add_accelerations(frame, system, phases, x, motion)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
     real(dp), intent(in) :: phases(:), x(:, :)
     real(dp), intent(inout) :: motion(:, :)
@@ -60,10 +85,10 @@ contains
 
   !> The frame with all three degrees of freedom free, averaged where `system` is.
   subroutine free_all(frame, system, whole)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
     class(second_order_system), allocatable, intent(out) :: whole
-    type(frame_type), allocatable :: free
+    class(frame_type), allocatable :: free
     type(averaged_system), allocatable :: model
 
     allocate(free, source=frame)
@@ -82,7 +107,7 @@ contains
   !> What is missing in the equations (1) to (3) of the degrees of freedom that are not free: the guides exert it on the
   !> ground. `whole` has them all.
   subroutine add_guides(frame, whole, phases, motion)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: whole
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(inout) :: motion(:, :)
@@ -102,7 +127,7 @@ contains
   !> How errors of the states, shape (states), show in the rows of the motion, shape (rows), with this part of the load: what
   !> rounding leaves of its error.
   subroutine motion_errors(frame, system, phases, states, part, errors)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: states(:), part
@@ -122,6 +147,7 @@ contains
       errors(velocities + frame%free) = max(errors(velocities + frame%free), matmul(abs(p(f + 1:, :, k)), states) &
         & + part * abs(load(f + 1:, k)))
     end do
+    if (size(errors) > guide_forces) call add_turned_errors(frame, errors)
     if (size(errors) < guide_forces .or. f == 3) return
     call free_all(frame, system, whole)
     allocate(m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3), h(size(phases), 3))
@@ -137,5 +163,18 @@ contains
       end do
     end do
   end subroutine motion_errors
+
+  !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1; the moment's from
+  !> the linear terms.
+  subroutine add_turned_errors(frame, errors)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(inout) :: errors(:)
+    integer :: k
+
+    do k = 0, 2
+      errors(sine + 2 * k:cosine + 2 * k) = errors(3 + 3 * k)
+    end do
+    errors(moment_excess) = dot_product(abs(frame%stiffness(3, :)), errors(:3)) + dot_product(abs(frame%damping(3, :)), errors(4:6))
+  end subroutine add_turned_errors
 
 end module gestell_study_motion

@@ -1,6 +1,6 @@
 !> One point of a sweep by a solution of its own.
 module gestell_study_point
-  use gestell_base_error, only: error_type, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
@@ -27,6 +27,8 @@ module gestell_study_point
     character(len=9) :: engine = "auto"
     !> Whether M, B, C are averaged over the turn.
     logical :: averaged = .false.
+    !> The frame's model (gestell_study_frame_model), by which the family's members are.
+    character(len=11) :: model = "rest"
   end type sweep_order_type
 
 contains
@@ -46,9 +48,9 @@ contains
     values = ieee_value(1.0_dp, ieee_quiet_nan)
     call take_member(family, parameters, system, error)
     if (allocated(error)) then
-      if (error%code /= impossible_mechanism) return
+      if (all(error%code /= [impossible_mechanism, failed_computation])) return
+      values([verdict, verdict_behind]) = merge(impossible, failed, error%code == impossible_mechanism)
       deallocate(error)
-      values([verdict, verdict_behind]) = impossible
       return
     end if
     values([verdict, verdict_behind]) = failed
@@ -93,7 +95,7 @@ contains
 
   !> The peaks of a frame's vibration; a resonance has none.
   subroutine set_peaks(frame, floquet, values)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
     real(dp), intent(inout) :: values(sweep_columns)
     integer, parameter :: rows = 64, harmonics = 20

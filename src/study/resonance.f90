@@ -27,7 +27,7 @@ contains
 
   !> Error: the averaged mass matrix is not positive definite.
   subroutine find_resonance(frame, multipliers, resonance, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
     type(resonance_type), intent(out) :: resonance
     type(error_type), allocatable, intent(out) :: error

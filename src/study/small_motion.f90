@@ -26,7 +26,7 @@ contains
 
   !> From the peaks of xi, eta, psi.
   pure type(moved_type) function moved(frame, peaks)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: peaks(3)
     integer :: i
 

@@ -1,7 +1,7 @@
 !> The vibration of a machine at one speed, as a resonance curve needs it: peaks, roots of the mean square, orders, and where
 !> the free vibrations stand against the turn of the crank.
 module gestell_study_speed_point
-  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_multipliers, only: multipliers_type
@@ -105,9 +105,9 @@ contains
     allocate(point%strongest(size(order%names)), source=0)
     call take_member(family, parameters, system, error)
     if (allocated(error)) then
-      if (error%code /= impossible_mechanism) return
+      if (all(error%code /= [impossible_mechanism, failed_computation])) return
+      point%state = merge(no_mechanism, no_solution, error%code == impossible_mechanism)
       deallocate(error)
-      point%state = no_mechanism
       return
     end if
     select type (system)
@@ -119,7 +119,7 @@ contains
   end subroutine solve_member
 
   subroutine solve_frame(frame, order, point, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(speed_order_type), intent(in) :: order
     type(speed_point_type), intent(inout) :: point
     type(error_type), allocatable, intent(out) :: error
@@ -205,7 +205,7 @@ contains
   !> How far each free vibration turns. Of two conjugate multipliers one belongs to the rotation q = exp(i w t), w > 0: that
   !> whose eigenvector has Im(q* M q') > 0. Real multipliers come in pairs too.
   subroutine take_turns(frame, multipliers, point)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
     type(speed_point_type), intent(inout) :: point
     type(error_type), allocatable :: none

@@ -48,10 +48,11 @@ module gestell_study_trade
 contains
 
   !> Runs every method over a ladder of steps, each 1.5 times the one before, until its errors reach the converged
-  !> solution's own or the method's share of `budget` (s) is spent, ten times that before its first row; and the reduction, if it applies.
+  !> solution's own or the method's share of `budget` (s) is spent, ten times that before its first row; and the
+  !> reduction, if it applies.
   !> Errors: a budget that is not positive and finite; no converged solution; resonance.
   subroutine measure_trade(frame, budget, trade, error, progress)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: budget
     type(trade_type), intent(out) :: trade
     type(error_type), allocatable, intent(out) :: error
@@ -90,7 +91,7 @@ contains
 
   !> The ladder of one method.
   subroutine climb(frame, method, converged, multipliers, solution, budget, trade)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
     type(monodromy_type), intent(in) :: converged
     type(multipliers_type), intent(in) :: multipliers
@@ -125,7 +126,7 @@ contains
 
   !> One row: the median time of three solutions or more, and the errors. `spent`: the time of them all (s).
   subroutine measure(frame, method, steps, converged, multipliers, solution, row, spent, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
     integer, intent(in) :: steps
     type(monodromy_type), intent(in) :: converged
@@ -170,7 +171,7 @@ contains
 
   !> The row of the reduction, if it applies: Phi(T) from its eigenvectors.
   subroutine measure_reduction(frame, converged, multipliers, solution, trade)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(monodromy_type), intent(in) :: converged
     type(multipliers_type), intent(in) :: multipliers
     type(periodic_solution_type), intent(in) :: solution

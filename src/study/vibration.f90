@@ -8,7 +8,8 @@ module gestell_study_vibration
   use gestell_floquet_turn_errors, only: turn_errors_type
   use gestell_model_frame, only: frame_type
   use gestell_model_mounting, only: matrix_rounding
-  use gestell_model_quantity, only: accelerations, guide_forces, velocities
+  use gestell_model_quantity, only: accelerations, guide_forces, motion_rows, velocities
+  use gestell_model_varied_frame, only: varied_frame_type
   use gestell_study_motion, only: motion_errors, whole_motion
   use gestell_system_second_order, only: second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -55,7 +56,7 @@ contains
   !> have been solved with forcing. With `rows` also that many rows of the motion; `system` is the averaged model where `floquet`
   !> solves that. Errors: as of `check_times`; `floquet` is not that of the frame, with forcing; resonance; overflow.
   subroutine solve_vibration(frame, floquet, points, harmonics, vibration, error, rows, system)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
     integer, intent(in) :: points, harmonics
     type(vibration_type), intent(out) :: vibration
@@ -65,7 +66,7 @@ contains
     real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:), watched(:), x_watched(:, :)
     type(turn_errors_type) :: errors
     logical :: resolved_all
-    integer :: samples, every, k, i
+    integer :: samples, every, kept, k, i
 
     call frame%check(error)
     if (.not. allocated(error)) call check_times(points, harmonics, error, rows)
@@ -76,6 +77,8 @@ contains
       return
     end if
 
+    kept = 0
+    if (present(rows)) kept = kept_rows(frame, rows)
     ! The samples are the rows that were ordered, with as many between them as the harmonics need; for very many rows the
     ! harmonics have samples of their own.
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
@@ -99,11 +102,11 @@ contains
         call take_errors(frame, floquet, watched, x_watched, errors, error)
         if (allocated(error)) return
         vibration%error = quantity_errors(frame, errors, x_watched)
-        if (present(rows)) call take_motion_errors(frame, system, watched, x_watched, rows, errors, vibration%motion_errors)
+        if (kept > 0) call take_motion_errors(frame, system, watched, x_watched, kept, errors, vibration%motion_errors)
       end if
       resolved_all = states_resolved(frame, floquet, vibration)
-      if (present(rows)) then
-        call take_motion(frame, system, phases, x, rows, vibration%motion)
+      if (kept > 0) then
+        call take_motion(frame, system, phases, x, kept, vibration%motion)
         call take_series(vibration)
         if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, vibration)
       end if
@@ -118,11 +121,11 @@ contains
       if (allocated(error)) return
       vibration%history = all_quantities(frame, ordered)
     end if
-    if (present(rows)) then
+    if (kept > 0) then
       if (points <= most_shared) then
         vibration%motion_history = vibration%motion(:, ::samples / points)
       else
-        call take_motion(frame, system, [(real(k, dp) / points, k = 0, points)], ordered, rows, vibration%motion_history)
+        call take_motion(frame, system, [(real(k, dp) / points, k = 0, points)], ordered, kept, vibration%motion_history)
       end if
       vibration%motion = vibration%motion(:, :samples)
     end if
@@ -135,6 +138,18 @@ contains
       return
     end if
   end subroutine solve_vibration
+
+  !> The exact frame's quantities need all rows of its motion.
+  pure integer function kept_rows(frame, rows)
+    class(frame_type), intent(in) :: frame
+    integer, intent(in) :: rows
+
+    kept_rows = rows
+    select type (frame)
+    class is (varied_frame_type)
+      kept_rows = motion_rows
+    end select
+  end function kept_rows
 
   !> Errors: points, harmonics or rows of the motion out of range.
   pure subroutine check_times(points, harmonics, error, rows)
@@ -179,7 +194,7 @@ contains
 
   !> Errors of the quantities by those of the free states x, shape (n, phases), and the roundings of the mounting's matrices.
   pure function quantity_errors(frame, states, x) result(errors)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(turn_errors_type), intent(in) :: states
     real(dp), intent(in) :: x(:, :)
     real(dp) :: errors(quantities)
@@ -199,10 +214,10 @@ contains
       & + matmul(maxval(abs(x), dim=2), rounding)
   end function quantity_errors
 
-  !> Errors of the motion's rows by those of the free states at the same phases: what the differences are as a motion without
-  !> load, and rounding, of the states, the load and the sums.
+  !> Errors of the motion's rows by those of the free states at the same phases: what the differences make of them, beside rest or,
+  !> of the exact frame, beside the motion, and rounding, of the states, the load and the sums.
   subroutine take_motion_errors(frame, system, phases, x, rows, states, errors)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in), optional :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
@@ -210,11 +225,16 @@ contains
     type(turn_errors_type), intent(in) :: states
     type(turn_errors_type), intent(out) :: errors
     real(dp), parameter :: sums = 4 * epsilon(1.0_dp)
-    real(dp), allocatable :: load(:, :)
+    real(dp), allocatable :: from(:, :), there(:, :)
 
-    call take_motion(frame, system, phases, states%differences, rows, errors%differences)
-    call take_motion(frame, system, phases, 0 * states%differences, rows, load)
-    errors%differences = errors%differences - load
+    from = 0 * x
+    select type (frame)
+    class is (varied_frame_type)
+      from = x
+    end select
+    call take_motion(frame, system, phases, from + states%differences, rows, errors%differences)
+    call take_motion(frame, system, phases, from, rows, there)
+    errors%differences = errors%differences - there
     allocate(errors%rounding(rows))
     call take_roundings(frame, system, phases, states%rounding + sums * maxval(abs(x), dim=2), max(frame%rounding, sums), &
       & errors%rounding)
@@ -222,7 +242,7 @@ contains
 
   !> The motion, of the averaged model where there is one.
   subroutine take_motion(frame, system, phases, x, rows, motion)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in), optional :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
@@ -256,7 +276,7 @@ contains
   !> Whether the samples resolve the motion's rows beyond the states, accelerations and guides' forces. What is roundoff beside
   !> the terms that they are sums of counts as resolved.
   logical function rows_resolved(frame, system, phases, x, vibration)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in), optional :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
@@ -274,7 +294,7 @@ contains
 
   !> How errors of the states, and this part of the load, show in the motion's rows.
   subroutine take_roundings(frame, system, phases, states, part, errors)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in), optional :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: states(:), part
@@ -290,7 +310,7 @@ contains
   !> Whether the samples resolve the free states. What is roundoff beside the other states, in balanced units, counts as
   !> resolved; the forces follow from the states.
   pure logical function states_resolved(frame, floquet, vibration)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
     type(vibration_type), intent(in) :: vibration
     real(dp), parameter :: rounding = 1.0e-13_dp
@@ -320,7 +340,7 @@ contains
 
   !> Errors of the free states.
   pure function state_errors(frame, vibration) result(errors)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     real(dp) :: errors(2 * size(frame%free))
 
@@ -340,7 +360,7 @@ contains
 
   !> The quantities from the states of the free degrees of freedom, shape (quantities, points).
   pure function all_quantities(frame, x) result(all)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
     real(dp), allocatable :: all(:, :)
     integer :: f

@@ -33,7 +33,7 @@ contains
 
   !> All probes. Errors: a position, limit or band that makes no sense; `vibration` does not hold the accelerations.
   subroutine watch(frame, vibration, probes, watched, error)
-    type(frame_type), intent(in) :: frame
+    class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(probe_type), intent(in) :: probes(:)
     type(watched_type), allocatable, intent(out) :: watched(:)

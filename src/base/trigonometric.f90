@@ -1,0 +1,105 @@
+!> Trigonometric polynomials of several functions at once, with their derivatives, at many phases.
+module gestell_base_trigonometric
+  use gestell_base_circle, only: circle
+  use gestell_base_kinds, only: dp, pi
+  implicit none (type, external)
+  private
+
+  public :: series_through
+
+  !> f_j(theta) = sum over k of cosine(k, j) cos(k theta) + sine(k, j) sin(k theta), k = 0 ... K; shapes (0:K, functions).
+  type, public :: series_type
+    real(dp), allocatable :: cosine(:, :), sine(:, :)
+  contains
+    procedure :: values
+    procedure :: tail
+    procedure :: trim => trim_series
+  end type series_type
+
+contains
+
+  !> The series through `samples`, shape (samples, functions), at theta = 2 pi (i - 1) / size(samples, 1), of all orders below
+  !> half their number.
+  pure function series_through(samples) result(series)
+    real(dp), intent(in) :: samples(:, :)
+    type(series_type) :: series
+    real(dp) :: c(0:size(samples, 1) - 1), s(0:size(samples, 1) - 1)
+    integer :: n, k, i, at, highest
+
+    n = size(samples, 1)
+    highest = (n - 1) / 2
+    allocate(series%cosine(0:highest, size(samples, 2)), series%sine(0:highest, size(samples, 2)), source=0.0_dp)
+    call circle([(2 * pi * i / n, i = 0, n - 1)], c, s)
+    do k = 0, highest
+      do i = 1, n
+        at = modulo(k * (i - 1), n)
+        series%cosine(k, :) = series%cosine(k, :) + samples(i, :) * c(at)
+        series%sine(k, :) = series%sine(k, :) + samples(i, :) * s(at)
+      end do
+    end do
+    series%cosine(0, :) = series%cosine(0, :) / 2
+    series%cosine = 2 * series%cosine / n
+    series%sine = 2 * series%sine / n
+  end function series_through
+
+  !> f, df/dtheta and d2f/dtheta2 at theta = 2 pi `phases`, each of shape (phases, functions). cos(k theta) and sin(k theta)
+  !> follow from those before.
+  pure subroutine values(self, phases, f, f_d, f_dd)
+    class(series_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: f(:, :), f_d(:, :), f_dd(:, :)
+    real(dp), dimension(size(phases)) :: c1, s1, c, s, turned
+    integer :: k, j
+
+    call circle(2 * pi * phases, c1, s1)
+    c = 1
+    s = 0
+    f = spread(self%cosine(0, :), 1, size(phases))
+    f_d = 0
+    f_dd = 0
+    do k = 1, ubound(self%cosine, 1)
+      turned = c * c1 - s * s1
+      s = s * c1 + c * s1
+      c = turned
+      do j = 1, size(self%cosine, 2)
+        associate (a => self%cosine(k, j), b => self%sine(k, j))
+          f(:, j) = f(:, j) + (a * c + b * s)
+          f_d(:, j) = f_d(:, j) + k * (b * c - a * s)
+          f_dd(:, j) = f_dd(:, j) - real(k, dp)**2 * (a * c + b * s)
+        end associate
+      end do
+    end do
+  end subroutine values
+
+  !> The greatest amplitude in the upper third of the orders, of each function: what the samples do not resolve is about as large.
+  pure function tail(self)
+    class(series_type), intent(in) :: self
+    real(dp) :: tail(size(self%cosine, 2))
+    integer :: highest
+
+    highest = ubound(self%cosine, 1)
+    associate (first => highest - highest / 3 + 1)
+      tail = maxval(hypot(self%cosine(first:, :), self%sine(first:, :)), dim=1)
+    end associate
+  end function tail
+
+  !> Leaves out the highest orders, all of whose amplitudes, over `units` of the functions, are below `least`: what is noise in them
+  !> would be enlarged by the derivatives.
+  pure subroutine trim_series(self, units, least)
+    class(series_type), intent(inout) :: self
+    real(dp), intent(in) :: units(:), least
+    real(dp), allocatable :: shorter(:, :)
+    integer :: k
+
+    do k = ubound(self%cosine, 1), 1, -1
+      if (any(hypot(self%cosine(k, :), self%sine(k, :)) > least * units)) exit
+    end do
+    allocate(shorter(0:k, size(units)))
+    shorter = self%cosine(:k, :)
+    call move_alloc(shorter, self%cosine)
+    allocate(shorter(0:k, size(units)))
+    shorter = self%sine(:k, :)
+    call move_alloc(shorter, self%sine)
+  end subroutine trim_series
+
+end module gestell_base_trigonometric

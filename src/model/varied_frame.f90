@@ -1,0 +1,231 @@
+!> The frame varied about a motion that it makes: the exact equations, for any rotation, and their derivatives.
+!>
+!> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). With the whole mass m, the moment of the masses
+!> S = sum m r, the moment of inertia J and H' = sum (m r x r'' + J phi''), all about F in the frame's axes, r = O + x + i y,
+!> momentum and angular momentum about F give
+!>
+!>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
+!>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
+!>
+!> with the mounting's F_j, M_j (gestell_model_moved_mounting). About the rest q = 0 they are (8) to (12).
+module gestell_model_varied_frame
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_trigonometric, only: series_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, a4_v, table_columns
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix
+  use gestell_model_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
+  implicit none (type, external)
+  private
+
+  public :: varied_frame
+
+  !> The linear system M q'' + B q' + C q = h whose M, B, C are the exact equations' derivatives along `motion`, so that its
+  !> multipliers are those of small changes of it. With `newton` the system agrees with the exact equations at `motion` too: its
+  !> periodic motion is the next iterate of Newton's method. Without, that is `motion` itself.
+  type, extends(frame_type), public :: varied_frame_type
+    !> xi, eta, psi over theta = 2 pi t/T.
+    type(series_type) :: motion
+    logical :: newton = .true.
+    !> The part of the excitation that acts, 0 to 1: a path from rest.
+    real(dp) :: excitation = 1
+    !> The foundation's part of the mounting.
+    real(dp) :: foundation_stiffness(3, 3) = 0, foundation_damping(3, 3) = 0
+  contains
+    procedure :: sample_second_order
+    procedure :: coupled
+    procedure :: ground_forces
+    procedure :: turned
+    procedure :: turning
+    procedure :: potential
+    procedure :: dissipation
+  end type varied_frame_type
+
+  complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+
+contains
+
+  !> `frame` varied about `motion`, the three functions xi, eta, psi.
+  function varied_frame(frame, motion) result(varied)
+    class(frame_type), intent(in) :: frame
+    type(series_type), intent(in) :: motion
+    type(varied_frame_type) :: varied
+
+    varied%states = frame%states
+    varied%period = frame%period
+    varied%least_steps = frame%least_steps
+    varied%rounding = frame%rounding
+    varied%mass = frame%mass
+    varied%inertia = frame%inertia
+    varied%origin = frame%origin
+    varied%stiffness = frame%stiffness
+    varied%damping = frame%damping
+    varied%supports = frame%supports
+    varied%speed = frame%speed
+    varied%free = frame%free
+    allocate(varied%mechanism, source=frame%mechanism)
+    varied%motion = motion
+    varied%foundation_stiffness = frame%stiffness - stiffness_matrix(frame%supports)
+    varied%foundation_damping = frame%damping - damping_matrix(frame%supports)
+  end function varied_frame
+
+  !> M, B, C, h at many phases of the turn.
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp), dimension(size(phases), 3, 3) :: all_m, all_b, all_c
+    real(dp), dimension(size(phases), 3) :: q, v, a, r
+    integer :: j, k
+
+    call self%motion%values(phases, q, v, a)
+    v = v * (2 * pi / self%period)
+    a = a * (2 * pi / self%period)**2
+    call vary_inertia(self, phases, q, v, a, r, all_m, all_b, all_c)
+    call add_foundation(self, q, v, r, all_b, all_c)
+    call add_mounting(self%supports, q, v, r, all_b, all_c)
+    m = all_m(:, self%free, self%free)
+    b = all_b(:, self%free, self%free)
+    c = all_c(:, self%free, self%free)
+    if (.not. present(h)) return
+    if (.not. self%newton) r = 0
+    do k = 1, 3
+      do j = 1, 3
+        r(:, j) = r(:, j) - all_m(:, j, k) * a(:, k) - all_b(:, j, k) * v(:, k) - all_c(:, j, k) * q(:, k)
+      end do
+    end do
+    h = -r(:, self%free)
+  end subroutine sample_second_order
+
+  !> The left sides of the equations, shape (points, 3), and their derivatives with respect to q'', q' and q.
+  subroutine vary_inertia(frame, phases, q, v, a, r, m, b, c)
+    type(varied_frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :)
+    real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp) :: table(size(phases), table_columns), inertia(size(phases)), inertia_d(size(phases))
+    complex(dp), dimension(size(phases)) :: turn, s, s_d, s_dd, load, spun, moving
+    real(dp) :: mass
+
+    call frame%mechanism%tabulate(frame%crank_angles(phases), table)
+    mass = frame%mass + frame%mechanism%mass
+    associate (omega => frame%speed, xi0 => frame%origin(1), eta0 => frame%origin(2), m_g => frame%mechanism%mass)
+      s = m_g * cmplx(xi0, eta0, dp) + cmplx(table(:, a1_v), table(:, a2_v), dp)
+      s_d = omega * cmplx(table(:, a1_d), table(:, a2_d), dp)
+      s_dd = omega**2 * cmplx(table(:, a1_dd), table(:, a2_dd), dp)
+      inertia = frame%inertia + frame%mechanism%inertia + m_g * (xi0**2 + eta0**2) &
+        & + table(:, a3_v) + 2 * xi0 * table(:, a1_v) + 2 * eta0 * table(:, a2_v)
+      inertia_d = omega * (table(:, a3_d) + 2 * xi0 * table(:, a1_d) + 2 * eta0 * table(:, a2_d))
+      r(:, 3) = omega**2 * (xi0 * table(:, a2_dd) - eta0 * table(:, a1_dd) + table(:, a4_v))
+    end associate
+    turn = exp(i * q(:, 3))
+    load = turn * (s_dd + 2 * i * v(:, 3) * s_d + (i * a(:, 3) - v(:, 3)**2) * s)
+    spun = turn * (2 * i * s_d - 2 * v(:, 3) * s)
+    moving = i * turn * s
+    r(:, 1) = mass * a(:, 1) + real(load) - (1 - frame%excitation) * real(s_dd)
+    r(:, 2) = mass * a(:, 2) + aimag(load) - (1 - frame%excitation) * aimag(s_dd)
+    r(:, 3) = frame%excitation * r(:, 3) + inertia * a(:, 3) + inertia_d * v(:, 3) + real(moving) * a(:, 1) &
+      & + aimag(moving) * a(:, 2)
+
+    m = 0
+    b = 0
+    c = 0
+    m(:, 1, 1) = mass
+    m(:, 2, 2) = mass
+    m(:, 1, 3) = real(moving)
+    m(:, 2, 3) = aimag(moving)
+    m(:, 3, 1:2) = m(:, 1:2, 3)
+    m(:, 3, 3) = inertia
+    b(:, 1, 3) = real(spun)
+    b(:, 2, 3) = aimag(spun)
+    b(:, 3, 3) = inertia_d
+    c(:, 1, 3) = -aimag(load)                                                  ! i load
+    c(:, 2, 3) = real(load)
+    c(:, 3, 3) = -aimag(moving) * a(:, 1) + real(moving) * a(:, 2)             ! Im(conj(i E S) u'')
+  end subroutine vary_inertia
+
+  !> The foundation, whose potential is quadratic in xi, eta, psi.
+  pure subroutine add_foundation(self, q, v, r, b, c)
+    type(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
+    integer :: j, k
+
+    do k = 1, 3
+      do j = 1, 3
+        r(:, j) = r(:, j) + self%foundation_stiffness(j, k) * q(:, k) + self%foundation_damping(j, k) * v(:, k)
+        b(:, j, k) = b(:, j, k) + self%foundation_damping(j, k)
+        c(:, j, k) = c(:, j, k) + self%foundation_stiffness(j, k)
+      end do
+    end do
+  end subroutine add_foundation
+
+  !> Which of the free degrees of freedom act on each other: those of the frame at rest, and once it turns, psi with all others.
+  function coupled(self)
+    class(varied_frame_type), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+
+    coupled = self%frame_type%coupled()
+    where (spread(self%free == 3, 1, size(self%free)) .or. spread(self%free == 3, 2, size(self%free)))
+      coupled = .true.
+    end where
+  end function coupled
+
+  !> Forces (N) and moment about F at rest (N m) on the ground, shape (3, points), for states x, shape (states, points).
+  pure function ground_forces(self, x) result(forces)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: x(:, :)
+    real(dp) :: forces(3, size(x, 2)), q(size(x, 2), 3), v(size(x, 2), 3)
+    integer :: f
+
+    f = size(self%free)
+    q = 0
+    v = 0
+    q(:, self%free) = transpose(x(:f, :))
+    v(:, self%free) = transpose(x(f + 1:, :))
+    forces = transpose(ground_load(self%supports, q, v) + matmul(q, transpose(self%foundation_stiffness)) &
+      & + matmul(v, transpose(self%foundation_damping)))
+  end function ground_forces
+
+  !> A vector of the frame's system in space, where the frame has turned by psi.
+  pure function turned(self, psi, s)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turned(2)
+
+    associate (unused_frame => self)
+    end associate
+    turned = [cos(psi) * s(1) - sin(psi) * s(2), sin(psi) * s(1) + cos(psi) * s(2)]
+  end function turned
+
+  !> How that changes with psi.
+  pure function turning(self, psi, s)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turning(2)
+
+    turning = self%turned(psi, [-s(2), s(1)])
+  end function turning
+
+  !> Potential energy of the mounting (J).
+  pure real(dp) function potential(self, q)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3)
+
+    potential = sum(mounting_energy(self%supports, reshape(q, [1, 3]))) &
+      & + dot_product(q, matmul(self%foundation_stiffness, q)) / 2
+  end function potential
+
+  !> Power that the mounting takes (W), dampers and the part of the foundation's stiffness that is not symmetric.
+  pure real(dp) function dissipation(self, q, v)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3), v(3)
+
+    associate (c => self%foundation_stiffness)
+      dissipation = sum(mounting_power(self%supports, reshape(q, [1, 3]), reshape(v, [1, 3]))) &
+        & + dot_product(v, matmul(self%foundation_damping, v)) + dot_product(v, matmul(c - transpose(c), q)) / 2
+    end associate
+  end function dissipation
+
+end module gestell_model_varied_frame

@@ -1,0 +1,84 @@
+"""The frame's models: exact, first order, rest, as a user chooses them."""
+
+import math
+
+from broken_inputs import SOUND
+from harness import Folder, Run, Table, check, equal, near
+from sweeps import points
+
+TONGUE = SOUND.replace("&drive speed_rpm=240.0 /", "&drive speed_rpm=2426.0 /") + \
+    "&foundation damping=0.5,0.5,0.05 /\n" * ("foundation" not in SOUND)
+# Exudyn 1.13, fully nonlinear, by differences of its map of one turn
+EXUDYN = 1.014767952
+
+
+def run(folder, model, name, *words):
+    return Run(folder, "-s", f"model.frame='{model}'", "-s", "drive.speed_rpm=2426", "-o", name, *words, "input.nml")
+
+
+def test_verdicts():
+    with Folder(input=TONGUE) as folder:
+        rho = {}
+        for model in ("exact", "first_order", "rest"):
+            one = run(folder, model, model)
+            if not one.done(f"model {model}"):
+                return
+            rho[model] = Table(folder / model / "multipliers.csv")["abs"][0]
+            expected = "stable" if model == "rest" else "unstable"
+            check(f"model {model}, verdict", f"VERDICT  {expected}" in one.out, expected, one.out[:600])
+        # nine digits of the outside program are known
+        near("exact, the outside program's multiplier", rho["exact"], EXUDYN, 1e-9)
+        near("first order, within its square", rho["first_order"], EXUDYN, 2e-6)
+        near("rest", rho["rest"], 0.999680541, 1e-9)
+
+
+def test_points_of_the_frame():
+    """A probe follows the turned frame, the supports' forces add up to the response's, and power balances."""
+    probe = (0.3, -0.2)
+    words = ("-s", "case.tasks='response','forces','power'", "-s", "response.points=64")
+    with Folder(input=TONGUE + f"&probe name='foot' position={probe[0]},{probe[1]} /\n") as folder:
+        if not run(folder, "exact", "out", *words).done("exact, all of one machine"):
+            return
+        response, history = (Table(folder / "out" / f"{name}.csv") for name in ("response", "probes_history"))
+        forces, power = (Table(folder / "out" / f"{name}.csv") for name in ("supports_history", "power"))
+        for k in range(0, 65, 8):
+            xi, eta, psi = (response[name][k] for name in ("xi_m", "eta_m", "psi_rad"))
+            x = xi + (math.cos(psi) - 1) * probe[0] - math.sin(psi) * probe[1]
+            y = eta + math.sin(psi) * probe[0] + (math.cos(psi) - 1) * probe[1]
+            # rounding of numbers of 1e-2
+            near(f"probe, x, row {k}", history["x_foot_m"][k], x, 1e-15)
+            near(f"probe, y, row {k}", history["y_foot_m"][k], y, 1e-15)
+            for axis in "xy":
+                total = forces[f"f{axis}_total_N"][k]
+                near(f"total force and response, {axis}, row {k}", total, response[f"f{axis}_N"][k], 1e-9)
+            near(f"moment and response, row {k}", forces["m_total_Nm"][k], response["m_Nm"][k], 1e-9)
+        drive, dampers = power["drive_W"][:-1], power["dampers_W"][:-1]
+        missed = abs(sum(drive) - sum(dampers)) / len(drive) / max(map(abs, drive))
+        # the motion is known to 1e-9, and 64 rows are enough for its orders
+        check("power over a turn", missed < 1e-8, "below 1e-8 of the greatest", repr(missed))
+
+
+def test_over_parameters():
+    """A point of a sweep has the numbers of the machine itself."""
+    sweep = "&sweep parameter='drive.speed_rpm', from=2420.0, to=2430.0, count=3 /\n"
+    with Folder(input=TONGUE + sweep) as folder:
+        if not Run(folder, "-q", "-s", "model.frame='exact'", "-s", "case.tasks='sweep'", "-o", "sweep",
+                   "input.nml").done("exact, sweep"):
+            return
+        table = points(folder / "sweep")
+        for k, speed in enumerate((2420.0, 2425.0, 2430.0)):
+            Run(folder, "-q", "-s", "model.frame='exact'", "-s", f"drive.speed_rpm={speed}", "-o", "one",
+                "input.nml").done(f"exact at {speed}")
+            alone = Table(folder / "one" / "multipliers.csv")["abs"][0]
+            near(f"exact, rho_max at {speed}", table.column("rho_max")[k], alone, 2 * table.column("rho_error")[k])
+
+
+def test_refused():
+    with Folder(input=SOUND) as folder:
+        Run(folder, "-s", "model.frame='exact'", "-s", "model.coefficients='averaged'", "input.nml").refused(
+            "averaged is a simplification of rest", 2,
+            "--set model.coefficients='averaged': 'averaged' is a simplification of frame='rest'")
+        equal("nothing written", [path.name for path in folder.iterdir()], ["input.nml"])
+
+
+MODEL_TESTS = [test_verdicts, test_points_of_the_frame, test_over_parameters, test_refused]

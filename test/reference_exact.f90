@@ -1,0 +1,151 @@
+!> The exact equations of the frame from d'Alembert's principle, in quadruple precision, that share nothing with the library: every
+!> link's and the frame's place in space as a function of (xi, eta, psi) and the crank angle, accelerations and virtual
+!> displacements by central differences of these places.
+!>
+!>     sum [m z''. dz/dq + J (phi + psi)'' d(phi + psi)/dq] + dV/dq + sum (B d').dd/dq = 0,
+!>
+!> V the springs' potential, d the displacement of a support's head along its axes, which stay in space.
+module reference_exact
+  use reference_linear, only: qp
+  use reference_linkage, only: motion_type, move
+  use reference_machine, only: crank_speed, machine_data, pi_qp
+  implicit none (type, external)
+  private
+
+  public :: residual
+
+  !> Step of the differences, in m or rad.
+  real(qp), parameter :: by_place = 1.0e-8_qp
+
+
+contains
+
+  !> What the motion q(phi), at phi - angle_step, phi and phi + angle_step, shape (3, 3), leaves of the equations, and the
+  !> sum of the sizes of their terms; shapes (3).
+  subroutine residual(machine, phi, angle_step, q, left, terms)
+    type(machine_data), intent(in) :: machine
+    real(qp), intent(in) :: phi, angle_step, q(3, -1:1)
+    real(qp), intent(out) :: left(3), terms(3)
+    type(motion_type) :: motion(-1:1)
+    real(qp) :: omega, z(2, -1:1), along(2), acceleration(2), spin
+    integer :: i, k, n
+
+    omega = crank_speed(machine)
+    do n = -1, 1
+      motion(n) = move(machine, phi + n*angle_step)
+    end do
+    left = 0
+    terms = 0
+    do k = 1, 3
+      ! Links and, as number 0, the frame.
+      do i = 0, size(machine%links)
+        do n = -1, 1
+          z(:, n) = place(machine, motion(n), i, q(:, n))
+        end do
+        acceleration = omega**2*(z(:, 1) - 2*z(:, 0) + z(:, -1))/angle_step**2
+        along = (place(machine, motion(0), i, moved(q(:, 0), k, by_place)) &
+          - place(machine, motion(0), i, moved(q(:, 0), k, -by_place)))/(2*by_place)
+        call add(mass_of(machine, i)*dot_product(acceleration, along))
+        if (k < 3) cycle
+        spin = omega**2*(q(3, 1) - 2*q(3, 0) + q(3, -1))/angle_step**2
+        if (i > 0) spin = spin + omega**2*motion(0)%turn(2, i)
+        call add(inertia_of(machine, i)*spin)
+      end do
+      call add((potential(machine, moved(q(:, 0), k, by_place)) - potential(machine, moved(q(:, 0), k, -by_place)))/(2*by_place))
+      call add(damping_power(machine, q, omega/angle_step, k))
+    end do
+
+  contains
+
+    subroutine add(term)
+      real(qp), intent(in) :: term
+
+      left(k) = left(k) + term
+      terms(k) = terms(k) + abs(term)
+    end subroutine add
+
+  end subroutine residual
+
+  pure function moved(q, k, step)
+    real(qp), intent(in) :: q(3), step
+    integer, intent(in) :: k
+    real(qp) :: moved(3)
+
+    moved = q
+    moved(k) = moved(k) + step
+  end function moved
+
+  !> Where a centre of mass is in space; of the frame (0) its centre F.
+  pure function place(machine, motion, i, q)
+    type(machine_data), intent(in) :: machine
+    type(motion_type), intent(in) :: motion
+    integer, intent(in) :: i
+    real(qp), intent(in) :: q(3)
+    real(qp) :: place(2)
+
+    place = q(:2)
+    if (i > 0) place = place + turned(machine%origin + motion%center(:, 0, i), q(3))
+  end function place
+
+  pure function turned(r, psi)
+    real(qp), intent(in) :: r(2), psi
+    real(qp) :: turned(2)
+
+    turned = [cos(psi)*r(1) - sin(psi)*r(2), sin(psi)*r(1) + cos(psi)*r(2)]
+  end function turned
+
+  pure real(qp) function mass_of(machine, i)
+    type(machine_data), intent(in) :: machine
+    integer, intent(in) :: i
+
+    mass_of = machine%frame_mass
+    if (i > 0) mass_of = machine%links(i)%mass
+  end function mass_of
+
+  pure real(qp) function inertia_of(machine, i)
+    type(machine_data), intent(in) :: machine
+    integer, intent(in) :: i
+
+    inertia_of = machine%frame_inertia
+    if (i > 0) inertia_of = machine%links(i)%inertia
+  end function inertia_of
+
+  !> Of all springs; the foundation's is quadratic in xi, eta, psi.
+  pure real(qp) function potential(machine, q)
+    type(machine_data), intent(in) :: machine
+    real(qp), intent(in) :: q(3)
+    integer :: j
+
+    potential = dot_product(q, matmul(real(machine%foundation_stiffness, qp), q))/2
+    do j = 1, size(machine%supports)
+      potential = potential + sum(machine%supports(j)%stiffness*stretch(machine, j, q)**2)/2
+    end do
+  end function potential
+
+  !> How far the head of a support has moved along its two axes.
+  pure function stretch(machine, j, q)
+    type(machine_data), intent(in) :: machine
+    integer, intent(in) :: j
+    real(qp), intent(in) :: q(3)
+    real(qp) :: stretch(2), d(2), p(2)
+
+    p = machine%supports(j)%position
+    d = q(:2) + turned(p, q(3)) - p
+    stretch = turned(d, -real(machine%supports(j)%angle_deg, qp)*pi_qp/180)
+  end function stretch
+
+  !> The dampers' part of the k-th equation; `rate`: over the differences of q.
+  pure real(qp) function damping_power(machine, q, rate, k) result(power)
+    type(machine_data), intent(in) :: machine
+    real(qp), intent(in) :: q(3, -1:1), rate
+    integer, intent(in) :: k
+    integer :: j
+
+    power = machine%foundation_damping(k)*rate*(q(k, 1) - q(k, -1))/2
+    do j = 1, size(machine%supports)
+      power = power + sum(machine%supports(j)%damping*rate*(stretch(machine, j, q(:, 1)) - stretch(machine, j, q(:, -1)))/2 &
+        *(stretch(machine, j, moved(q(:, 0), k, by_place)) - stretch(machine, j, moved(q(:, 0), k, -by_place)))/(2*by_place))
+    end do
+  end function damping_power
+
+end module reference_exact

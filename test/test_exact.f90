@@ -1,0 +1,281 @@
+!> The exact frame: its equations against d'Alembert's principle, their derivatives against differences, its vibration and
+!> multipliers against outside programs and laws of scale.
+module test_exact
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_trigonometric, only: series_type
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_model_frame, only: frame_type
+  use gestell_model_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_study_frame_model, only: newton_type, settle
+  use machines, only: frame_of_machine
+  use reference_exact, only: residual
+  use reference_linear, only: qp
+  use reference_machine, only: khang_machine, machine_data, pi_qp
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_exact
+
+contains
+
+  subroutine collect_exact(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("the vibration satisfies d'Alembert's principle", test_residual), &
+      & new_unittest("derivatives against differences", test_derivatives), &
+      & new_unittest("an outside program's multiplier in a tongue that rest does not see", test_tongue), &
+      & new_unittest("Newton's steps: each about the square of the one before", test_quadratic), &
+      & new_unittest("moving masses scaled: exact less first order falls with the square", test_scale), &
+      & new_unittest("a quadratic potential leaves the tongue of rest", test_quadratic_mounting)]
+  end subroutine collect_exact
+
+  !> The paper's machine with supports of all kinds and damping.
+  function machine_on_supports(speed_rpm, factor) result(machine)
+    real(dp), intent(in) :: speed_rpm, factor
+    type(machine_data) :: machine
+
+    machine = khang_machine(speed_rpm, factor)
+    machine%supports(1)%angle_deg = 30
+    machine%supports(2)%stiffness = [1.0e5_dp, 3.0e5_dp]
+    machine%supports(3)%damping = [400.0_dp, 150.0_dp]
+    machine%supports(4)%damping = [50.0_dp, 700.0_dp]
+    machine%supports(4)%angle_deg = -50
+  end function machine_on_supports
+
+  subroutine solve(machine, model, system, error, newton)
+    type(machine_data), intent(in) :: machine
+    character(len=*), intent(in) :: model
+    class(frame_type), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+    type(newton_type), intent(out), optional :: newton
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+
+    call frame_of_machine(machine, frame, failure)
+    if (.not. allocated(failure)) call settle(frame, model, accuracy_type(tolerance=1.0e-11_dp), system, failure, newton)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine solve
+
+  subroutine solve_multiplier(machine, model, multipliers, error)
+    type(machine_data), intent(in) :: machine
+    character(len=*), intent(in) :: model
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    class(frame_type), allocatable :: system
+    type(floquet_type) :: floquet
+    type(gestell_error), allocatable :: failure
+
+    call solve(machine, model, system, error)
+    if (allocated(error)) return
+    call solve_floquet(system, accuracy_type(tolerance=1.0e-11_dp), .false., floquet, failure)
+    if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine solve_multiplier
+
+  !> q at a crank angle, in quadruple precision.
+  function motion_at(series, phi) result(q)
+    type(series_type), intent(in) :: series
+    real(qp), intent(in) :: phi
+    real(qp) :: q(3)
+    integer :: k
+
+    q = series%cosine(0, :)
+    do k = 1, ubound(series%cosine, 1)
+      q = q + series%cosine(k, :) * cos(k * phi) + series%sine(k, :) * sin(k * phi)
+    end do
+  end function motion_at
+
+  subroutine test_residual(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(qp), parameter :: step = 1.0e-8_qp
+    type(machine_data) :: machine
+    class(frame_type), allocatable :: system
+    real(qp) :: left(3), terms(3), phi
+    integer :: i
+
+    ! Ten times the links' masses: psi reaches 0.02 rad.
+    machine = machine_on_supports(700.0_dp, 10.0_dp)
+    call solve(machine, "exact", system, error)
+    if (allocated(error)) return
+    select type (system)
+    class is (varied_frame_type)
+      call check(error, maxval(abs(system%motion%cosine(1:, 3))) > 1.0e-3_dp, more="the motion is not small")
+      do i = 0, 6
+        phi = 0.3_qp + i
+        call residual(machine, phi, step, reshape([motion_at(system%motion, phi - step), motion_at(system%motion, phi), &
+          & motion_at(system%motion, phi + step)], [3, 3]), left, terms)
+        ! The motion is known to 1e-11, its accelerations to the square of the orders times that.
+        call check(error, real(maxval(abs(left) / terms), dp), 0.0_dp, thr=1.0e-8_dp, more="residual")
+        if (allocated(error)) return
+      end do
+    end select
+  end subroutine test_residual
+
+  !> What the equations leave, by the load: r = M a + B v + C q - h. It changes with the motion as M, B, C say.
+  subroutine test_derivatives(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: step = 1.0e-6_dp, phases(3) = [0.11_dp, 0.47_dp, 0.83_dp]
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    type(series_type) :: motion, change
+    real(dp), dimension(3, 3) :: difference, expected
+    integer :: i
+
+    call frame_of_machine(machine_on_supports(700.0_dp, 10.0_dp), frame, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    ! Any large motion and any change of it.
+    allocate(motion%cosine(0:3, 3), motion%sine(0:3, 3), change%cosine(0:3, 3), change%sine(0:3, 3))
+    motion%cosine = reshape([(0.1_dp * cos(1.3_dp * i), i = 1, 12)], [4, 3])
+    motion%sine = reshape([(0.1_dp * sin(2.1_dp * i), i = 1, 12)], [4, 3])
+    change%cosine = reshape([(cos(0.7_dp * i), i = 1, 12)], [4, 3])
+    change%sine = reshape([(sin(3.1_dp * i), i = 1, 12)], [4, 3])
+    difference = (left_over(frame, shifted(motion, change, step), phases) &
+      & - left_over(frame, shifted(motion, change, -step), phases)) / (2 * step)
+    expected = acting(frame, motion, change, phases)
+    ! The square of the step, and roundings over it.
+    call check(error, maxval(abs(difference - expected)) / maxval(abs(expected)), 0.0_dp, thr=1.0e-8_dp)
+  end subroutine test_derivatives
+
+  type(series_type) function shifted(motion, change, step)
+    type(series_type), intent(in) :: motion, change
+    real(dp), intent(in) :: step
+
+    shifted = motion
+    shifted%cosine = motion%cosine + step * change%cosine
+    shifted%sine = motion%sine + step * change%sine
+  end function shifted
+
+  !> r at phases, shape (phases, 3).
+  function left_over(frame, motion, phases) result(r)
+    type(frame_type), intent(in) :: frame
+    type(series_type), intent(in) :: motion
+    real(dp), intent(in) :: phases(3)
+    real(dp) :: r(3, 3), h(3, 3), m(3, 3, 3), b(3, 3, 3), c(3, 3, 3)
+    type(varied_frame_type) :: varied
+
+    varied = varied_frame(frame, motion)
+    call varied%sample_second_order(phases, m, b, c, h)
+    r = acting(frame, motion, motion, phases) - h
+  end function left_over
+
+  !> M a + B v + C q of a `change` of the `motion`, shape (phases, 3).
+  function acting(frame, motion, change, phases) result(r)
+    type(frame_type), intent(in) :: frame
+    type(series_type), intent(in) :: motion, change
+    real(dp), intent(in) :: phases(3)
+    real(dp) :: r(3, 3), m(3, 3, 3), b(3, 3, 3), c(3, 3, 3)
+    real(dp), dimension(3, 3) :: q, v, a
+    type(varied_frame_type) :: varied
+    integer :: k
+
+    varied = varied_frame(frame, motion)
+    call varied%sample_second_order(phases, m, b, c)
+    call change%values(phases, q, v, a)
+    v = v * 2 * pi / frame%period
+    a = a * (2 * pi / frame%period)**2
+    do k = 1, 3
+      r(k, :) = matmul(m(k, :, :), a(k, :)) + matmul(b(k, :, :), v(k, :)) + matmul(c(k, :, :), q(k, :))
+    end do
+  end function acting
+
+  !> Exudyn 1.13, fully nonlinear, by differences of its map of one turn: 1.014767952; 300 turns in time 1.014776.
+  subroutine test_tongue(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: rest, exact
+
+    call solve_multiplier(khang_machine(2426.0_dp), "rest", rest, error)
+    if (.not. allocated(error)) call solve_multiplier(khang_machine(2426.0_dp), "exact", exact, error)
+    if (allocated(error)) return
+    call check(error, exp(exact%log_abs(1)), 1.014767952_dp, thr=1.0e-9_dp, more="rho_max")
+    if (allocated(error)) return
+    call check(error, exact%verdict() == "unstable" .and. rest%verdict() == "stable", more="verdicts")
+  end subroutine test_tongue
+
+  subroutine test_quadratic(error)
+    type(error_type), allocatable, intent(out) :: error
+    class(frame_type), allocatable :: system
+    type(newton_type) :: newton
+
+    call solve(khang_machine(2426.0_dp), "exact", system, error, newton)
+    if (allocated(error)) return
+    ! 4e-3, 2e-8, below the accuracy that is ordered.
+    call check(error, newton%steps(2) < 10 * newton%steps(1)**2 .and. newton%steps(1) > 1.0e-3_dp .and. size(newton%steps) <= 4)
+  end subroutine test_quadratic
+
+  subroutine test_scale(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: difference(2, 2)
+    integer :: i
+
+    do i = 1, 2
+      call compare(0.1_dp**i, difference(:, i), error)
+      if (allocated(error)) return
+    end do
+    ! Terms of third order are a tenth of those of second where the masses are a tenth.
+    call check(error, log10(difference(1, 1) / difference(1, 2)), 2.0_dp, thr=0.1_dp, more="motion")
+    if (allocated(error)) return
+    call check(error, log10(difference(2, 1) / difference(2, 2)) > 1.9_dp, more="ln rho_max")
+
+  contains
+
+    subroutine compare(factor, difference, error)
+      real(dp), intent(in) :: factor
+      real(dp), intent(out) :: difference(2)
+      type(error_type), allocatable, intent(out) :: error
+      class(frame_type), allocatable :: exact, first
+      type(multipliers_type) :: rho_exact, rho_first
+      real(dp), dimension(64, 3) :: q, q_first, v, a
+      integer :: k
+
+      call solve(machine_on_supports(700.0_dp, factor), "exact", exact, error)
+      if (.not. allocated(error)) call solve(machine_on_supports(700.0_dp, factor), "first_order", first, error)
+      if (.not. allocated(error)) call solve_multiplier(machine_on_supports(700.0_dp, factor), "exact", rho_exact, error)
+      if (.not. allocated(error)) call solve_multiplier(machine_on_supports(700.0_dp, factor), "first_order", rho_first, error)
+      if (allocated(error)) return
+      select type (exact)
+      class is (varied_frame_type)
+        call exact%motion%values([(k / 64.0_dp, k = 0, 63)], q, v, a)
+      end select
+      select type (first)
+      class is (varied_frame_type)
+        call first%motion%values([(k / 64.0_dp, k = 0, 63)], q_first, v, a)
+      end select
+      difference = [norm2(q - q_first), abs(rho_exact%log_abs(1) - rho_first%log_abs(1))]
+    end subroutine compare
+
+  end subroutine test_scale
+
+  !> With a mounting whose potential is quadratic in (xi, eta, psi) what is varied has the paper's M, B, C but for terms that fall
+  !> with the motion: the growth in the tongue differs in second order of the moving masses, not in first.
+  subroutine test_quadratic_mounting(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    type(multipliers_type) :: rest, exact
+    real(dp) :: off(2)
+    integer :: i
+
+    do i = 1, 2
+      machine = khang_machine(2426.0_dp, 0.1_dp**(i - 1))
+      call frame_of_machine(machine, frame, failure)
+      machine%foundation_stiffness = frame%stiffness
+      deallocate(machine%supports)
+      allocate(machine%supports(0))
+      call solve_multiplier(machine, "rest", rest, error)
+      if (.not. allocated(error)) call solve_multiplier(machine, "exact", exact, error)
+      if (allocated(error)) return
+      off(i) = maxval(abs(exact%log_abs - rest%log_abs))
+    end do
+    call check(error, off(1) < 1.0e-4_dp .and. off(2) < off(1) / 50)
+  end subroutine test_quadratic_mounting
+
+end module test_exact
