@@ -22,7 +22,7 @@ module driver
   use gestell_io_schema, only: input_schema, schema_type
   use gestell_io_staging, only: open_staging, staging_type
   use gestell_io_sweep_summary, only: summary_type
-  use gestell_io_text, only: counted
+  use gestell_io_text, only: counted, on_one_line
   use one_line, only: print_sweep
   use over_modes, only: run_over_modes
   use plotting, only: draw_pictures
@@ -115,7 +115,7 @@ contains
       & preamble(options, configuration), summary, console, all_stable, error)
     if (allocated(error)) return
     if (options%fail_if_unstable .and. .not. all_stable) code = not_stable
-    closing = newline // "files in " // folder // "/" // newline
+    closing = newline // "files in " // on_one_line(folder) // "/" // newline
     if (options%plot .or. options%report) call draw(options, configuration, folder, place, closing, error, undrawn)
     if (options%report .and. .not. allocated(error)) call write_html(place, configuration%result_names(single%vibrates, &
       & .not. allocated(configuration%impossible)), configuration, options%input, settings_of(options), trim(single%verdict), &
@@ -224,7 +224,7 @@ contains
     if (allocated(error)) return
     call draw_pictures(place, options%check, drawn, failure)
     if (drawn == "") drawn = "none"
-    closing = closing // "pictures in " // folder // "/, .svg and .png: " // drawn // newline
+    closing = closing // "pictures in " // on_one_line(folder) // "/, .svg and .png: " // drawn // newline
     if (present(undrawn)) then
       call move_alloc(failure, undrawn)
     else
@@ -343,7 +343,7 @@ contains
     end if
   end function folder_name
 
-  !> The # lines that head every file. Control characters, as ends of lines, become blanks.
+  !> The # lines that head every file. Ends of lines, as other control characters of ASCII, become blanks.
   pure function preamble(options, configuration) result(lines)
     type(options_type), intent(in) :: options
     type(configuration_type), intent(in) :: configuration
@@ -365,6 +365,7 @@ contains
       do k = 1, width
         if (lines(i)(k:k) < " ") lines(i)(k:k) = " "
       end do
+      lines(i) = on_one_line(lines(i))
     end do
   end function preamble
 

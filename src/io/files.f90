@@ -7,7 +7,7 @@ module gestell_io_files
   private
 
   public :: close_file, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, open_to_read, &
-    & remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
+    & read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
 
   !> LOCK_EX and LOCK_NB of flock, the rights of a file and a folder that are made.
   integer(c_int), parameter :: exclusive = 2, without_waiting = 4, rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
@@ -76,6 +76,14 @@ module gestell_io_files
       character(kind=c_char), intent(in) :: bytes(*)
       integer(c_size_t), value :: length
     end function c_write
+
+    integer(c_intptr_t) function c_read(handle, bytes, length) bind(c, name="read")
+      import :: c_char, c_int, c_intptr_t, c_size_t
+      implicit none (type, external)
+      integer(c_int), value :: handle
+      character(kind=c_char), intent(out) :: bytes(*)
+      integer(c_size_t), value :: length
+    end function c_read
 
     integer(c_int) function c_flock(handle, operation) bind(c, name="flock")
       import :: c_int
@@ -154,6 +162,19 @@ contains
 
     handle = c_open(name // c_null_char, 0_c_int)
   end subroutine open_to_read
+
+  !> The next bytes, `n` of them: 0 at the end, -1 where reading fails.
+  subroutine read_some(handle, bytes, n)
+    integer(c_int), intent(in) :: handle
+    character(len=*), intent(out) :: bytes
+    integer, intent(out) :: n
+
+    do
+      n = int(c_read(handle, bytes, len(bytes, c_size_t)))
+      if (n >= 0) return
+      if (errno() /= interrupted) return
+    end do
+  end subroutine read_some
 
   !> Writes all bytes behind what was written before.
   subroutine write_whole(handle, bytes, done)

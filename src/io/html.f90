@@ -1,5 +1,6 @@
 !> Pieces of a page of HTML.
 module gestell_io_html
+  use gestell_io_text, only: printable
   implicit none (type, external)
   private
 
@@ -41,12 +42,18 @@ contains
     page = "</body>" // newline // "</html>" // newline
   end function tail
 
-  !> The user's text as text of a page. Control characters, which no page may have, become blanks.
-  pure function escaped(text) result(safe)
-    character(len=*), intent(in) :: text
-    character(len=:), allocatable :: safe
+  !> The user's text as text of a page, which may have neither control characters, of which those of ASCII become blanks, nor
+  !> bytes that are no UTF-8.
+  pure function escaped(words) result(safe)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: safe, text
     integer :: i
 
+    text = words
+    do i = 1, len(text)
+      if (text(i:i) < " " .and. text(i:i) /= newline) text(i:i) = " "
+    end do
+    text = printable(text)
     safe = ""
     do i = 1, len(text)
       select case (text(i:i))
@@ -59,11 +66,7 @@ contains
       case ("""")
         safe = safe // "&quot;"
       case default
-        if (text(i:i) < " " .and. text(i:i) /= newline) then
-          safe = safe // " "
-        else
-          safe = safe // text(i:i)
-        end if
+        safe = safe // text(i:i)
       end select
     end do
   end function escaped

@@ -30,12 +30,15 @@ contains
     end if
   end subroutine input_error
 
-  !> Puts file, line and group in front of an error's message.
+  !> Puts file, line and group in front of an error's message, in place of the group's name where that leads it already.
   subroutine in_group(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(inout) :: error
+    character(len=:), allocatable :: own
 
-    error%message = place(group%file, group%line) // label(group) // ": " // error%message
+    own = label(group) // ": "
+    if (index("&" // error%message, own) == 1) error%message = error%message(len(own):)
+    error%message = place(group%file, group%line) // own // error%message
   end subroutine in_group
 
   !> Refuses an entry of a group, in the same words.

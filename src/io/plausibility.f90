@@ -33,10 +33,10 @@ contains
     class is (linkage_type)
       call extremes(mechanism, abs(frame%speed), speed, fast, acceleration, quick, extent)
       if (speed > fastest) then
-        lines = note("joint '" // mechanism%joints(fast)%name // "' moves with up to " // concise(speed, 3) // " m/s, above " &
+        lines = note("joint '" // mechanism%joints(fast)%name // "' moves with " // up_to(speed) // " m/s, above " &
           & // concise(fastest))
       else if (acceleration > greatest_acceleration) then
-        lines = note("joint '" // mechanism%joints(quick)%name // "' is accelerated with up to " // concise(acceleration, 3) &
+        lines = note("joint '" // mechanism%joints(quick)%name // "' is accelerated with " // up_to(acceleration) &
           & // " m/s^2, above " // concise(greatest_acceleration))
       end if
       if (extent > widest) lines = lines // note("the mechanism is " // concise(extent, 3) // " m wide, above " // concise(widest))
@@ -44,6 +44,15 @@ contains
         & // concise(narrowest))
     end select
   end function implausible_lines
+
+  !> "up to 23.4", and of what overflows that it does.
+  pure function up_to(value) result(words)
+    real(dp), intent(in) :: value
+    character(len=:), allocatable :: words
+
+    words = "up to " // concise(value, 3)
+    if (value > huge(value)) words = "more than " // concise(huge(value), 3)
+  end function up_to
 
   pure function note(words) result(line)
     character(len=*), intent(in) :: words

@@ -8,11 +8,10 @@ module gestell_io_report
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: evidence, evidence_type
   use gestell_io_configuration, only: configuration_type
-  use gestell_io_text, only: counted
+  use gestell_io_text, only: counted, on_one_line, padded
   use gestell_io_plausibility, only: implausible_lines
   use gestell_io_report_multipliers, only: multiplier_lines, out_of_range, told
   use gestell_io_significance, only: noise_of, order_words
-  use gestell_io_text, only: padded
   use gestell_io_verdict, only: section
   use gestell_io_warnings, only: beyond_small
   use gestell_model_frame, only: frame_type, freedom_names
@@ -44,8 +43,8 @@ contains
 
     associate (frame => configuration%frame)
       report = "Gestell " // version // newline // newline
-      if (len(configuration%title) > 0) report = report // "  title      " // configuration%title // newline
-      report = report // "  input      " // input // newline
+      if (len(configuration%title) > 0) report = report // "  title      " // on_one_line(configuration%title) // newline
+      report = report // "  input      " // on_one_line(input) // newline
       if (allocated(configuration%impossible)) then
         report = report // "  mechanism  cannot turn as it stands in the input: " // configuration%impossible%message // newline
         return

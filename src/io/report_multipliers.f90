@@ -33,7 +33,8 @@ contains
       & "growth 1/s   frequency rad/s  x crank speed" // newline
     do k = 1, size(multipliers%rho)
       lines = lines // text(k) // repeat(" ", 2 - len(text(k))) &
-        & // padded(concise(real(multipliers%rho(k)), 9), 15) // padded(concise(aimag(multipliers%rho(k)), 9), 15) &
+        & // padded(part(multipliers, k, real(multipliers%rho(k))), 15) &
+        & // padded(part(multipliers, k, aimag(multipliers%rho(k))), 15) &
         & // padded(told(multipliers, k, 9), 15) // padded(error_told(multipliers%error(k)), 9) &
         & // padded(concise(real(multipliers%exponent(k)), 5), 13)
       if (mode(k) > 0) then
@@ -47,6 +48,17 @@ contains
       & // "which the multiplier alone" // newline // "  leaves open up to multiples of the crank speed)" // newline
     if (any(multipliers%lost())) lines = lines // "  (lost: the bound is as great as |rho|, no digit is sure)" // newline
   end function multiplier_lines
+
+  !> The real or imaginary part `value` of multiplier k; "-": it overflows.
+  pure function part(multipliers, k, value) result(words)
+    type(multipliers_type), intent(in) :: multipliers
+    integer, intent(in) :: k
+    real(dp), intent(in) :: value
+    character(len=:), allocatable :: words
+
+    words = "-"
+    if (multipliers%log_abs(k) <= out_of_range) words = concise(value, 9)
+  end function part
 
   !> A modulus, or the power of e that it is where it leaves the range of numbers.
   pure function told(multipliers, k, digits) result(words)

@@ -13,6 +13,9 @@ module gestell_io_rule
 
   public :: check_values, element_of, values_words, subscript_words, extent_words, comma_hint, unknown_key
 
+  !> Keys of one name.
+  character(len=*), parameter :: names(*) = [character(len=5) :: "name", "pivot", "from", "to"]
+
 contains
 
   !> Refuses values that are not of the key's kind; numbers are read.
@@ -48,7 +51,7 @@ contains
     if (rule%kind == text_key) then
       if (.not. value%quoted) reason = "must stand in quotes: '" // shown(value%text) // "'"
       if (rule%name == "name" .and. value%text == "") reason = "must not be blank"
-      if ((rule%name == "name" .or. rule%rank > 0) .and. len_trim(value%text) > word_length) then
+      if ((any(rule%name == names) .or. rule%rank > 0) .and. len_trim(value%text) > word_length) then
         reason = "must not be longer than " // decimal(word_length) // " characters"
       end if
       if (rule%name == "name" .and. has_control(value%text)) reason = "must have no control characters, as the end of a line"

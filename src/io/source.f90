@@ -1,7 +1,8 @@
 !> The text of an input file.
 module gestell_io_source
-  use, intrinsic :: iso_fortran_env, only: iostat_end, iostat_eor
+  use, intrinsic :: iso_c_binding, only: c_int
   use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_io_files, only: close_file, last_reason, open_to_read, read_some
   use gestell_io_text, only: decimal
   implicit none (type, external)
   private
@@ -13,16 +14,12 @@ module gestell_io_source
 
 contains
 
-  !> Reads a whole file, its lines divided by new_line('a'). Errors: no such file, a directory, not readable.
+  !> Reads all bytes of a file. Errors: no such file, a directory, not readable.
   subroutine read_text(file, text, error)
     character(len=*), intent(in) :: file
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: buffer
-    character(len=8192) :: piece
-    character(len=256) :: message
-    integer :: unit, status, n, length
-    logical :: exists, too_large
+    logical :: exists
 
     inquire(file=file, exist=exists)
     if (len_trim(file) == 0 .or. .not. exists) then
@@ -34,38 +31,41 @@ contains
       call fatal_error(error, file // ": is a directory, not a file", invalid_input)
       return
     end if
-    open(newunit=unit, file=file, status="old", action="read", access="stream", form="formatted", &
-      iostat=status, iomsg=message)
-    if (status /= 0) then
-      call fatal_error(error, file // ": cannot be read: " // trim(message), invalid_input)
+    call read_bytes(file, text, error)
+  end subroutine read_text
+
+  !> All bytes of a file. Errors: it cannot be read, it is too large.
+  subroutine read_bytes(file, text, error)
+    character(len=*), intent(in) :: file
+    character(len=:), allocatable, intent(out) :: text
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: buffer
+    character(len=65536) :: piece
+    integer(c_int) :: handle
+    integer :: n, length
+    logical :: closed
+
+    call open_to_read(file, handle)
+    if (handle < 0) then
+      call fatal_error(error, file // ": cannot be read: " // last_reason(), invalid_input)
       return
     end if
-
-    allocate(character(len=8192) :: buffer)
+    allocate(character(len=len(piece)) :: buffer)
     length = 0
-    too_large = .false.
     do
-      read(unit, "(a)", advance="no", size=n, iostat=status, iomsg=message) piece
-      if (status == iostat_end) exit
-      if (status == 0) n = len(piece)
-      if (status /= 0 .and. status /= iostat_eor) exit
-      too_large = length + n >= largest
-      if (too_large) exit
-      if (length + n + 1 > len(buffer)) buffer = buffer // repeat(" ", length + n + 1)
-      buffer(length+1:length+n) = piece(:n)
+      call read_some(handle, piece, n)
+      if (n <= 0 .or. length + n >= largest) exit
+      if (length + n > len(buffer)) buffer = buffer // repeat(" ", len(buffer) + n)
+      buffer(length + 1:length + n) = piece(:n)
       length = length + n
-      if (status == iostat_eor) then
-        length = length + 1
-        buffer(length:length) = new_line("a")
-      end if
     end do
-    close(unit)
-    text = buffer(:length)
-    if (too_large) then
+    if (n < 0) then
+      call fatal_error(error, file // ": cannot be read: " // last_reason(), invalid_input)
+    else if (n > 0) then
       call fatal_error(error, file // ": is larger than " // decimal(largest / 1000000) // " MB", invalid_input)
-    else if (status /= iostat_end) then
-      call fatal_error(error, file // ": cannot be read: " // trim(message), invalid_input)
     end if
-  end subroutine read_text
+    call close_file(handle, closed)
+    text = buffer(:length)
+  end subroutine read_bytes
 
 end module gestell_io_source

@@ -137,14 +137,28 @@ contains
       call input_error(groups(2), "", "is one too many: the tasks resonance, critical, campbell run over the speed alone", error)
     else if (lower(trim(plan%paths(1))) /= "drive.speed_rpm") then
       call input_error(groups(1), "parameter", "must be 'drive.speed_rpm' for the tasks resonance, critical, campbell", error)
-    else if (.not. plan%grid%axes(1)%from / plan%grid%axes(1)%to > 0) then
-      call input_error(groups(1), "to", "the range goes through standstill: from and to need the same sign", error)
     else if (plan%grid%axes(1)%count < 2) then
       call input_error(groups(1), "count", "must be at least 2 for the tasks resonance, critical, campbell", error)
     end if
+    if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
   end subroutine read_speeds
 
-  !> What is wanted of borders over the parameters of `plan`. Errors: a range that is a point, a tolerance out of bounds.
+  !> Error: a range of speeds that is looked at everywhere goes through zero.
+  subroutine refuse_standstill(groups, plan, error)
+    type(group_type), intent(in) :: groups(:)
+    type(sweep_plan_type), intent(in) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+
+    do k = 1, size(groups)
+      if (lower(trim(plan%paths(k))) /= "drive.speed_rpm" .or. plan%grid%axes(k)%from / plan%grid%axes(k)%to > 0) cycle
+      call input_error(groups(k), "to", "the range goes through standstill: from and to need the same sign", error)
+      return
+    end do
+  end subroutine refuse_standstill
+
+  !> What is wanted of borders over the parameters of `plan`. Errors: a range that is a point or goes through standstill, a
+  !> tolerance out of bounds.
   subroutine read_borders(doc, schema, plan, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -161,6 +175,7 @@ contains
       return
     end do
     call limit(plan%grid, groups, most_searched, error)
+    if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
     if (allocated(error)) return
     group = the_group(doc, "boundary")
     call get(group, "tolerance", plan%borders%tolerance, error, default=merge(usual_tolerance, usual_deviation, &

@@ -3,12 +3,13 @@ module gestell_io_text
   implicit none (type, external)
   private
 
-  public :: counted, decimal, has_control, length_of_character, lower, one_line_of, padded, printable, shown, without_quotes
+  public :: counted, decimal, has_control, length_of_character, lower, one_line_of, on_one_line, padded, printable, shown, &
+    & without_quotes
 
   !> Longest piece of the user's text that a message repeats.
   integer, parameter, public :: longest_shown = 60
   !> Bytes that a word of a message may have, those that stay of its end, and those that a message may have.
-  integer, parameter :: longest_word = 240, longest_tail = 60, longest_line = 1200
+  integer, parameter :: longest_word = 240, longest_tail = 60, longest_line = 960
 
 contains
 
@@ -53,11 +54,20 @@ contains
     end do
     if (len(line) > longest_line) line = line(:before_character(line, longest_line - longest_word)) // " ... " &
       & // line(before_character(line, len(line) - longest_word) + 1:)
-    line = printable(line)
-    do first = 1, len(line)
-      if (line(first:first) == new_line("a")) line(first:first) = "?"
-    end do
+    line = on_one_line(line)
   end function one_line_of
+
+  !> Words that are to stay on their line, as a file's name, a title or a setting: `printable`, and "?" for ends of lines too.
+  pure function on_one_line(words) result(line)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: line
+    integer :: i
+
+    line = printable(words)
+    do i = 1, len(line)
+      if (line(i:i) == new_line("a")) line(i:i) = "?"
+    end do
+  end function on_one_line
 
   !> The end of the last whole character of UTF-8 within the first `n` bytes; `n` itself where it is no such text.
   pure integer function before_character(text, n) result(last)
@@ -89,12 +99,12 @@ contains
     end do
   end function printable
 
-  !> Whether a text has control characters of one byte, ends of lines among them.
+  !> Whether a text has control characters, of one byte or two, ends of lines among them.
   pure logical function has_control(text)
     character(len=*), intent(in) :: text
     integer :: i
 
-    has_control = any([(ichar(text(i:i)) < 32 .or. ichar(text(i:i)) == 127, i = 1, len(text))])
+    has_control = index(text, new_line("a")) > 0 .or. any([(is_control(text(i:min(i + 1, len(text)))), i = 1, len(text))])
   end function has_control
 
   !> Whether a character of UTF-8 is a control character, of one byte or two; the end of a line is none.
@@ -103,8 +113,8 @@ contains
     integer :: first
 
     first = ichar(character(1:1))
-    is_control = first < 32 .and. character /= new_line("a") .or. first == 127
-    if (first == 194 .and. len(character) == 2) is_control = ichar(character(2:2)) < 160
+    is_control = first < 32 .and. character(1:1) /= new_line("a") .or. first == 127
+    if (first == 194 .and. len(character) > 1) is_control = ichar(character(2:2)) < 160
   end function is_control
 
   !> Bytes of the UTF-8 character at the beginning of a text, 0 where there is none that XML allows.

@@ -13,7 +13,7 @@ module gestell_model_linkage
   use gestell_model_joints_rrr, only: rrr_joint
   use gestell_model_joints_sliders, only: prp_joint, rpp_joint
   use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type
-  use gestell_model_linkage_checks, only: check_finite, check_lengths
+  use gestell_model_linkage_checks, only: check_finite, check_lengths, check_place
   use gestell_model_linkage_table, only: tabulate_linkage
   implicit none (type, external)
   private
@@ -58,7 +58,7 @@ contains
     real(dp), intent(in) :: position(2)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_finite("joint '" // name // "'", position, error)
+    call check_place("joint '" // name // "'", position, error)
     if (.not. allocated(error)) call self%add_joint(name, ground_joint(position), error)
   end subroutine add_ground
 
@@ -133,7 +133,7 @@ contains
     integer :: places(2)
 
     call find_both(self, "joint '" // name // "'", ends, places, error)
-    if (.not. allocated(error)) call check_finite("joint '" // name // "'", offset, error)
+    if (.not. allocated(error)) call check_place("joint '" // name // "'", offset, error)
     if (.not. allocated(error)) call self%add_joint(name, rigid_joint(places, offset), error)
   end subroutine add_rigid
 
@@ -174,7 +174,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call find_both(self, "a guide", carriers, guide%carriers, error)
-    if (.not. allocated(error)) call check_finite("a guide", [point, angle], error)
+    if (.not. allocated(error)) call check_finite("a guide", [angle], error)
+    if (.not. allocated(error)) call check_place("a guide", point, error)
     guide%point = point
     guide%angle = angle
   end subroutine moving_guide
@@ -207,7 +208,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: joints
 
-    call check_finite("joint '" // name // "'", [guide%point, guide%angle], error)
+    call check_finite("joint '" // name // "'", [guide%angle], error)
+    if (.not. allocated(error)) call check_place("joint '" // name // "'", guide%point, error)
     if (allocated(error) .or. all(guide%carriers == 0)) return
     joints = 0
     if (allocated(self%joints)) joints = size(self%joints)

@@ -6,7 +6,7 @@ module gestell_model_linkage_checks
   implicit none (type, external)
   private
 
-  public :: check_finite, check_lengths
+  public :: check_finite, check_lengths, check_place
 
   !> Lengths of links (m) within which squares and their quotients neither vanish nor overflow.
   real(dp), parameter :: shortest = 1.0e-100_dp, longest = 1.0e100_dp
@@ -21,6 +21,17 @@ contains
 
     if (.not. all(ieee_is_finite(numbers))) call fatal_error(error, part // ": its numbers must be finite", invalid_input)
   end subroutine check_finite
+
+  !> Error: coordinates (m) of `part` are not finite, or beyond all lengths.
+  pure subroutine check_place(part, coordinates, error)
+    character(len=*), intent(in) :: part
+    real(dp), intent(in) :: coordinates(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_finite(part, coordinates, error)
+    if (allocated(error) .or. all(abs(coordinates) <= longest)) return
+    call fatal_error(error, part // ": coordinates must lie between -1e100 m and 1e100 m", invalid_input)
+  end subroutine check_place
 
   !> Errors: lengths (m) that are not positive, or beyond what can be computed with; a branch that is neither 1 nor -1.
   pure subroutine check_lengths(name, lengths, branch, error)

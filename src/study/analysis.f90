@@ -76,6 +76,7 @@ contains
     type(analysis_type), intent(out) :: analysis
     type(error_type), allocatable, intent(out) :: error
     type(averaged_system) :: model
+    type(multipliers_type) :: multipliers
 
     call frame%check(error)
     if (.not. allocated(error)) call check_tasks(tasks, error)
@@ -90,9 +91,9 @@ contains
     end if
     if (allocated(error)) return
     if (tasks%judged()) then
-      allocate(analysis%multipliers)
-      call solve_multipliers(analysis%floquet, tasks%modes, analysis%multipliers, error)
+      call solve_multipliers(analysis%floquet, tasks%modes, multipliers, error)
       if (allocated(error)) return
+      analysis%multipliers = multipliers
     end if
     if (.not. tasks%vibration()) return
     allocate(analysis%vibration)

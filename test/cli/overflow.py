@@ -27,4 +27,66 @@ def test_probe():
         check("a probe beyond all numbers, tables", not re.search("NaN|Infinity", text), "numbers", "others")
 
 
-OVERFLOW_TESTS = [test_shaking, test_probe]
+def test_factors():
+    """Factors of Phi(T) that overflow: no multipliers, so no verdict of none."""
+    machine = """\
+&accuracy tolerance=0.851758E-7, method='magnus6' /
+&drive speed_rpm=-0.816201E+10 /
+&joint name='J1', type='ground', position=0,0 /
+&joint name='J2', type='crank', pivot='J1', radius=12925.2 /
+&joint name='J3', type='ground', position=41804.1,11919.6 /
+&link name='L1', from='J3', mass=0.808032E-10, inertia=0.100040, center=10529,4118.5 /
+&frame mass=0.142858E-8, inertia=12.67069, origin=-2339.76,-45443.0 /
+&support position=-79940.8,-157460, stiffness=1.15244E10,1.44449E11, damping=0.065353,2.33448, angle=-25.9 /
+"""
+    with Folder(input=machine) as folder:
+        run = Run(folder, "-o", "out", "input.nml")
+        run.refused("factors that overflow", 4, "a factor of the monodromy matrix is not finite")
+        check("factors that overflow, report", "VERDICT" not in run.out and "NaN" not in run.out, "no verdict", run.out[-900:])
+        equal("factors that overflow, files", files(folder / "out"), [])
+
+
+def test_places():
+    """Places are taken as far as lengths are."""
+    for key in ("guide_point=9.99e307,0", "guide_point=0,-1e101"):
+        machine = """\
+&drive speed_rpm=268.79 /
+&joint name='J1', type='ground', position=0,0 /
+&joint name='J2', type='crank', pivot='J1', radius=0.04 /
+&joint name='J3', type='RPP', ends='J2', """ + key + """, guide_angle=-51.7, slot_angle=62.3 /
+&link name='L2', from='J2', to='J3', mass=1, inertia=5e-4 /
+&frame mass=13, inertia=0.55, origin=0,0 /
+"""
+        with Folder(input=machine) as folder:
+            Run(folder, "--check", "input.nml").refused(key, 2, 
+                                                             "input.nml:4: &joint 'J3': coordinates must lie between -1e100 m and 1e100 m")
+
+
+def test_implausible_motion():
+    """Speeds and accelerations beyond all numbers: the note says so."""
+    for speed, told in (("1e170", "'B' moves with up to 7.6e259 m/s"), ("1e250", "'B' moves with more than 1.8e308 m/s")):
+        with Folder() as folder:
+            run = Run(folder, "--check", "-s", f"drive.speed_rpm={speed}", "-s", "joint(A).radius=7e90", "-s",
+                      "joint(B0).position(1)=4e91", "-s", "joint(B).lengths=3.7e91,1.6e91", "input.nml")
+            run.done(f"a joint at {speed} rpm")
+            check(f"a joint at {speed} rpm", told in run.out and "Inf" not in run.out, told, run.out)
+
+
+def test_multiplier():
+    """A multiplier of e^9e15, told by its logarithm."""
+    machine = """\
+&model coefficients='averaged' /
+&drive speed_rpm=-6.3290E-030 /
+&joint name='J1', type='ground', position=0.0,0.0 /
+&joint name='J2', type='crank', pivot='J1', radius=3.86E20, phase=246.7 /
+&link name='L1', from='J1', mass=0.428874E-31, inertia=6.3E10 /
+&frame mass=0.37691E-29, inertia=5.7573E246, origin=-0.206952E22,-0.355025E21 /
+&support position=0.248163E21,6.4298E20, stiffness=1.0822E-26,1.4933E-26, damping=5.6261E-32,1.3811E-30, angle=-129.893 /
+"""
+    with Folder(input=machine) as folder:
+        run = Run(folder, "input.nml")
+        row = next(line for line in run.out.splitlines() if line.startswith("1  "))
+        check("a multiplier that overflows", re.match(r"1 +- +- e\^9\.\d+e15 ", row) and "Inf" not in run.out, "- - e^9...e15", row)
+
+
+OVERFLOW_TESTS = [test_shaking, test_probe, test_multiplier, test_factors, test_places, test_implausible_motion]

@@ -32,6 +32,7 @@ from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONS
                      Table, body, check, equal, files, near, printed, series, tables)
 from mechanisms import MECHANISM_TESTS  # noqa: E402
 from models import MODEL_TESTS  # noqa: E402
+from names import NAME_TESTS  # noqa: E402
 from overflow import OVERFLOW_TESTS  # noqa: E402
 from plots import PLOT_TESTS  # noqa: E402
 from report import REPORT_TESTS  # noqa: E402
@@ -593,9 +594,10 @@ def main():
             write_findings_golden()
         for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
-                     test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *OVERFLOW_TESTS,
-                     *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS,
-                     *MODEL_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS, *FAULT_TESTS):
+                     test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *NAME_TESTS,
+                     *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS,
+                     *MODEL_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
+                     *FAULT_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

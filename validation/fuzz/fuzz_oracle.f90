@@ -111,6 +111,9 @@ contains
     else if (input%option("--one-line")) then
       if (code /= 4 .and. .not. input%option("--set")) fault = check_table("one-line", said)
       if (fault /= "") fault = "one-line: " // fault
+    else if (index(said, "Gestell ") == 1 .and. .not. input%garbled .and. .not. has(in_lines(said), newline // "  input      " &
+      & // printable(input%file) // newline)) then
+      fault = "report: the input's name does not stand on its line"
     else if (absurd_word(said) /= "" .and. .not. quoted(input)) then
       fault = "report: " // absurd_word(said) // " in " // line_with(said, absurd_word(said))
     end if
@@ -131,6 +134,7 @@ contains
       if (there) then
         fault = check_table(trim(tables(i)), content)
         if (fault == "" .and. control_character(content)) fault = "control character"
+        if (fault == "" .and. .not. quoted(input)) fault = preamble(content)
         if (fault == "" .and. tables(i) == "multipliers") fault = verdict(said, content)
         if (fault /= "") fault = trim(tables(i)) // ".csv: " // fault
       end if
@@ -141,10 +145,25 @@ contains
       if (fault /= "") return
     end do
     call content_of(folder // "/report.html", content, there)
-    if (.not. there .or. quoted(input)) return
-    if (absurd_word(content) /= "") fault = "report.html: " // absurd_word(content)
+    if (.not. there) return
+    if (absurd_word(content) /= "" .and. .not. quoted(input)) fault = "report.html: " // absurd_word(content)
+    if (control_character(content)) fault = "report.html: control character"
     if (.not. has(content, "</html>" // newline)) fault = "report.html: is not complete"
   end function results
+
+  !> The # lines that head a table.
+  function preamble(content) result(fault)
+    character(len=*), intent(in) :: content
+    character(len=:), allocatable :: fault
+    integer :: last
+
+    fault = ""
+    last = index(content, newline // "#", back=.true.)
+    if (last == 0) last = 1
+    last = last + index(content(last + 1:), newline)
+    if (absurd_word(content(:last)) /= "") fault = absurd_word(content(:last)) // " in a # line"
+    if (index(content, "# title:") /= 1) fault = "its # lines do not begin with the title"
+  end function preamble
 
   !> Whether the report and the table tell the same verdict.
   function verdict(said, multipliers) result(fault)
@@ -215,6 +234,18 @@ contains
       if (ichar(name(i:i)) < 32 .or. ichar(name(i:i)) >= 127) shown(i:i) = "?"
     end do
   end function printable
+
+  !> The same of all lines.
+  pure function in_lines(text) result(shown)
+    character(len=*), intent(in) :: text
+    character(len=len(text)) :: shown
+    integer :: i
+
+    shown = printable(text)
+    do i = 1, len(text)
+      if (text(i:i) == newline) shown(i:i) = newline
+    end do
+  end function in_lines
 
   !> A message without what is particular to it: its words, no digits, no more than 60 characters.
   pure function first_words(message) result(words)

@@ -53,6 +53,9 @@ contains
     call expect("response.gp: NaN", "NaN in a script", nan_in_script)
     call expect("report: NaN in xi of F  NaN", "NaN in the report", nan_in_report)
     call expect("report: control character", "a control character in the report", bell_in_report)
+    call expect("report: the input's name does not stand on its line", "a file's name of two lines", broken_name)
+    call expect("supports.csv: control character", "a control character in the # lines", bell_in_preamble)
+    call expect("modes.csv: NaN in a # line", "NaN in the # lines", nan_in_preamble)
     call expect("left: files that have no business there", "a file too many", file_too_many)
     call ends("crash: signal 11", "a crash", crash)
     call ends(too_long, "an endless loop", endless)
@@ -228,6 +231,33 @@ contains
 
     call save_text(folder // "/out", "Gestell" // achar(7) // newline)
   end subroutine bell_in_report
+
+  subroutine broken_name(folder)
+    character(len=*), intent(in) :: folder
+
+    call save_text(folder // "/out", "Gestell 0" // newline // newline // "  input      input" // newline // ".nml" // newline)
+  end subroutine broken_name
+
+  subroutine bell_in_preamble(folder)
+    character(len=*), intent(in) :: folder
+
+    call add_first(folder // "/work/out/supports.csv", "# title: a" // achar(194) // achar(133) // newline)
+  end subroutine bell_in_preamble
+
+  subroutine nan_in_preamble(folder)
+    character(len=*), intent(in) :: folder
+
+    call add_first(folder // "/work/out/modes.csv", "# title: NaN" // newline)
+  end subroutine nan_in_preamble
+
+  subroutine add_first(name, line)
+    character(len=*), intent(in) :: name, line
+    character(len=:), allocatable :: content
+    logical :: there
+
+    call content_of(name, content, there)
+    call save_text(name, line // content)
+  end subroutine add_first
 
   subroutine file_too_many(folder)
     character(len=*), intent(in) :: folder

@@ -54,7 +54,7 @@ contains
     end do
   end function count_lines
 
-  !> Whether there is a control character other than the ends of lines.
+  !> Whether there is a control character other than the ends of lines, of one byte or, in UTF-8, of two.
   pure logical function control_character(text)
     character(len=*), intent(in) :: text
     integer :: i
@@ -63,6 +63,9 @@ contains
     do i = 1, len(text)
       if (text(i:i) == newline) cycle
       if (ichar(text(i:i)) < 32 .or. ichar(text(i:i)) == 127) return
+      if (ichar(text(i:i)) == 194 .and. i < len(text)) then
+        if (ichar(text(i + 1:i + 1)) >= 128 .and. ichar(text(i + 1:i + 1)) < 160) return
+      end if
     end do
     control_character = .false.
   end function control_character

@@ -13,7 +13,7 @@ module fuzz_trial
   public :: describe, minimise, try
 
   !> Seconds of the processor that a run may take, and those of tasks that compute hundreds of machines.
-  real(dp), parameter :: usual = 1, long = 30
+  real(dp), parameter :: usual = 0.25_dp, long = 1
   !> Runs that making an input smaller may take.
   integer, parameter :: most_runs = 400
 

@@ -1,0 +1,77 @@
+"""Names of files, references and ends of lines as no one should write them: one line that is safe to show, each."""
+
+import re
+
+from broken_inputs import SOUND, changed
+from harness import Folder, Run, check, equal
+
+CONTROLS = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]")
+
+
+def test_names_of_files():
+    """What the system takes as a name stands on one line of report, tables, page and messages."""
+    for name, told, blank in (("a\x7fb.nml", "a?b.nml", "a?b.nml"), ("two\nlines.nml", "two?lines.nml", "two lines.nml"),
+                              ("bell\x07.nml", "bell?.nml", "bell .nml"), ("a\u0085b.nml", "a??b.nml", "a??b.nml"),
+                              ("m\u00fcller.nml", "m\u00fcller.nml", "m\u00fcller.nml")):
+        with Folder() as folder:
+            (folder / name).write_text(SOUND)
+            run = Run(folder, "--report", "--set", "case.title=a\x7ft", "-o", "out", name)
+            head, *lines = run.out.split("\n\n")[1].splitlines()
+            equal(f"{told}, report", (head, lines[0]), ("  title      a?t", f"  input      {told}"))
+            check(f"{told}, report, control characters", not CONTROLS.search(run.out), "none", repr(run.out[:300]))
+            for table in ("multipliers", "response"):
+                text = (folder / "out" / f"{table}.csv").read_text()
+                head = [line for line in text.splitlines() if line.startswith("#")]
+                equal(f"{told}, {table}.csv", [head[0], head[2]], ["# title: a?t", f"# input: {blank}"])
+                check(f"{told}, {table}.csv, control characters", not CONTROLS.search(text), "none", repr(text[:200]))
+            page = (folder / "out" / "report.html").read_text()
+            check(f"{told}, page", told in page and not CONTROLS.search(page),
+                  "the name, no control characters", page[:900])
+            run = Run(folder, "--set", "drive.speed_rpm=0", "-o", "out/" + name, name)
+            check(f"{told}, message", run.code == 2 and len(run.err.splitlines()) == 1 and not CONTROLS.search(run.err),
+                  "one line", repr(run.err))
+    with Folder() as folder:
+        run = Run(folder, "-o", "two\nfolders", "input.nml")
+        equal("a folder of two lines", run.out.splitlines()[-1], "files in two?folders/")
+
+
+def test_long_references():
+    """No joint has a name of more than 64 characters: what refers to one is told so, in a line that can be read."""
+    long = "of blanks " * 100
+    for key, broken in (("from", changed("from='A0'", f"from='{long}'")), ("to", changed("from='A0', to='A'", f"from='A0', to='{long}'")),
+                        ("pivot", changed("pivot='A0'", f"pivot='{long}'"))):
+        with Folder(input=broken) as folder:
+            run = Run(folder, "input.nml")
+            run.refused(f"a name of 1000 characters, {key}", 2,
+                        re.compile(rf"input\.nml:\d+: &\w+ '\w+': {key} = '.{{57}}\.\.\.': must not be longer than 64 characters"))
+
+
+def test_controls_of_two_bytes():
+    with Folder(input=SOUND + "&probe name='a\u0085b', position=0,0 /\n") as folder:
+        Run(folder, "input.nml").refused("a control character of two bytes in a name", 2, "input.nml:16: &probe 'a??b': name = 'a??b': "
+                                         "must have no control characters, as the end of a line")
+
+
+def test_carriage_return():
+    """An end of a line to some editors and none to others: refused, with the line as grep counts it."""
+    for name, broken, line in (("in a comment", SOUND.replace("&drive", "! one\rtwo\n&drive"), 2),
+                               ("alone", SOUND.replace("\n", "\r"), 1), ("between", SOUND.replace("= 240.0 /\n", "= 240.0\r/\n"), 2)):
+        with Folder() as folder:
+            (folder / "input.nml").write_bytes(broken.encode())
+            Run(folder, "input.nml").refused(f"a carriage return {name}", 2, f"input.nml:{line}: a carriage return within a line")
+    with Folder() as folder:
+        (folder / "input.nml").write_bytes((SOUND + "&drve /\n").replace("\n", "\r\n").encode())
+        Run(folder, "input.nml").refused("lines that end with CR LF", 2, "input.nml:16: unknown group &drve: did you mean &drive?")
+
+
+def test_standstill():
+    """Borders are sought everywhere in a range: of speeds it must not hold zero."""
+    one, two = (f"&sweep parameter='{path}, count=3 /\n" for path in ("drive.speed_rpm', from=125.0, to=-125.0",
+                                                                    "frame.inertia', from=0.7, to=0.8"))
+    for sweeps, line, name in ((one, 16, "&sweep"), (two + one, 17, "&sweep 2")):
+        with Folder(input=changed("'stability', 'response'", "'boundary'") + sweeps.replace("count=3", "count=4")) as folder:
+            Run(folder, "input.nml").refused(f"borders over speeds through zero, {name}", 2, f"input.nml:{line}: {name}: to = "
+                                             "-125.0: the range goes through standstill: from and to need the same sign")
+
+
+NAME_TESTS = [test_names_of_files, test_long_references, test_controls_of_two_bytes, test_carriage_return, test_standstill]
