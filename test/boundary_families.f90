@@ -27,7 +27,8 @@ module boundary_families
   !> x' = height(p) x with the period 1: rho = exp(height), real, one state. The kinds:
   !> of one parameter 'gap' (p - 1) (p - 3), impossible for 1.5 < p < 2.5; of two
   !> 'circle' |p|**2 - 1; 'circles' two of them, of radius 1 about -+1.5 on the first axis; 'saddle' p1 p2 - offset;
-  !> 'hole' |p|**2 - 1, impossible for |p - (1, 0)| < 0.4; 'corner' p1, beside a pair exp(p2 +- 2i) of two more states.
+  !> 'stripes' cos(2 pi (p1 + p2 / 4)) - 0.3; 'hole' |p|**2 - 1, impossible for |p - (1, 0)| < 0.4; 'corner' p1, beside a pair
+  !> exp(p2 +- 2i) of two more states.
   type, extends(family_type), public :: height_family
     character(len=8) :: kind = "circle"
     real(dp) :: offset = 0
@@ -99,6 +100,8 @@ contains
         own%states = 3
         own%height = p(1)
         own%pair = cmplx(p(2), 2, dp)
+      case ("stripes")
+        own%height = cos(2 * pi * (p(1) + p(2) / 4)) - 0.3_dp
       case ("gap")
         own%height = (p(1) - 1) * (p(1) - 3)
       case default

@@ -24,6 +24,7 @@ contains
       & new_unittest("Mathieu: all characteristic values to 1e-10, q = 5, 10, 25", test_characteristic), &
       & new_unittest("Mathieu: a0 and b1 at q = 25 in one search", test_close_pair), &
       & new_unittest("Mathieu: narrow tongues between two search points", test_narrow), &
+      & new_unittest("Mathieu: coarse tolerances lose no border", test_coarse), &
       & new_unittest("Mathieu: over q", test_over_q), &
       & new_unittest("damped Mathieu: the trace on both sides", test_damped), &
       & new_unittest("flutter with damping", test_flutter), &
@@ -109,6 +110,31 @@ contains
     end subroutine compare
 
   end subroutine check_characteristic
+
+  !> Regions are all wider than twice the tolerance: the narrowest, between a0 and b1 at q = 2, has 0.12.
+  subroutine test_coarse(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(axis_type), parameter :: axis = axis_type(-2.0_dp, 8.0_dp, 10)
+    real(dp), parameter :: tolerances(3) = [1.0e-4_dp, 1.0e-3_dp, 4.0e-3_dp]
+    type(border_type), allocatable :: borders(:)
+    real(dp), allocatable :: values(:)
+    real(dp) :: q
+    integer :: i, k, n
+
+    do i = 1, size(tolerances)
+      do k = 0, 10
+        q = 1 + 0.1_dp * k
+        call borders_of(mathieu_family(q=q), axis, tolerances(i), borders, error)
+        if (allocated(error)) return
+        values = [characteristic_values(q, .false., axis%to), characteristic_values(q, .true., axis%to)]
+        call check(error, size(borders), size(values), more="number of values")
+        if (allocated(error)) return
+        ! Each border has its own value.
+        call check(error, all([(any(abs(borders%value - values(n)) <= borders%error), n = 1, size(values))]), more="values")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_coarse
 
   subroutine test_close_pair(error)
     type(error_type), allocatable, intent(out) :: error

@@ -1,7 +1,7 @@
 !> Borders in the plane of two parameters against curves that are known.
 module test_boundary_map
   use boundary_families, only: height_family, machine_family, mathieu_family, new_machine_family
-  use boundary_oracles, only: characteristic_values
+  use boundary_oracles, only: characteristic_values, mathieu_trace
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
@@ -25,10 +25,12 @@ contains
       & new_unittest("two circles", test_circles), &
       & new_unittest("a circle cut by the range", test_cut), &
       & new_unittest("a saddle: both pairs of branches", test_saddle), &
+      & new_unittest("stripes: eight borders through one cell", test_stripes), &
       & new_unittest("a hole of impossible systems", test_hole), &
       & new_unittest("a corner where divergence turns into flutter", test_corner), &
       & new_unittest("logarithmic axes", test_logarithmic), &
       & new_unittest("Mathieu's diagram: every vertex on a characteristic curve", test_mathieu), &
+      & new_unittest("weakly damped Mathieu's diagram: tongues between few lines", test_narrow), &
       & new_unittest("damped Mathieu's diagram: two search grids agree", test_tongues)]
   end subroutine collect_boundary_map
 
@@ -188,6 +190,36 @@ contains
     end do
   end subroutine test_saddle
 
+  !> Straight lines p1 + p2 / 4 = const., from one edge to another, six or more through every cell.
+  subroutine test_stripes(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: pi = acos(-1.0_dp)
+    type(border_map_type) :: map
+    real(dp) :: phase
+    integer :: i
+
+    call trace(height_family(kind="stripes"), [axis_type(0.05_dp, 5.9_dp, 3), axis_type(0.0_dp, 1.0_dp, 2)], 1.0e-3_dp, map, error)
+    if (allocated(error)) return
+    ! p1 + p2 / 4 = 0.2, 0.8, 1.2, ... 5.2, 5.8.
+    call check(error, map%curves, 12)
+    if (allocated(error)) return
+    do i = 1, size(map%vertices)
+      associate (v => map%vertices(i))
+        phase = v%parameters(1) + v%parameters(2) / 4
+        phase = abs(phase - nint(phase)) - acos(0.3_dp) / (2 * pi)
+        ! The range 6 times the exactness of lines, 1e-8.
+        call check(error, abs(phase) < 1.2e-7_dp, more="on a line")
+        if (allocated(error)) return
+        if (i == 1) cycle
+        if (map%vertices(i - 1)%curve /= v%curve) cycle
+        associate (w => map%vertices(i - 1)%parameters - v%parameters)
+          call check(error, abs(w(1) + w(2) / 4) < 1.2e-7_dp, more="along it")
+        end associate
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine test_stripes
+
   !> The circle where it has systems: one curve that ends at the hole, as near as cells are divided.
   subroutine test_hole(error)
     type(error_type), allocatable, intent(out) :: error
@@ -270,6 +302,36 @@ contains
       end associate
     end do
   end subroutine test_mathieu
+
+  !> With y'' + 1e-3 y' + ... = 0 the tongues of a = 4, 9, 16 are 1e-6 to 1e-2 of the range wide where they begin, and no line
+  !> of the search grid lies in them. y = exp(-d t/2) u makes it Mathieu's equation with a - d**2/4 in place of a: at a border
+  !> abs(trace of Phi) = 2 cosh(d pi/2) of u.
+  subroutine test_narrow(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: d = 1.0e-3_dp, pi = acos(-1.0_dp)
+    type(border_map_type) :: map
+    real(dp) :: excess(4)
+    integer :: i, k
+
+    call trace(mathieu_family(d=d), [axis_type(-2.0_dp, 18.0_dp, 5), axis_type(0.0_dp, 8.0_dp, 4)], 1.0e-3_dp, map, error)
+    if (allocated(error)) return
+    call check(error, map%curves, 5)
+    if (allocated(error)) return
+    call check(error, map%rough, 0, more="ways that were not refined")
+    if (allocated(error)) return
+    do i = 1, size(map%vertices)
+      associate (v => map%vertices(i))
+        ! The border passes within the error of the vertex: not all corners of the square about it lie on one side.
+        do k = 1, 4
+          associate (corner => v%parameters + 1.01_dp * v%error * merge(1, -1, [k > 2, mod(k, 2) == 0]))
+            excess(k) = real(abs(mathieu_trace(corner(1) - d**2 / 4, corner(2))) - 2 * cosh(d * pi / 2), dp)
+          end associate
+        end do
+        call check(error, minval(excess) <= 0 .and. maxval(excess) >= 0, more="both sides of a vertex")
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine test_narrow
 
   !> With y'' + 0.6 y' + ...: tongues begin at some q > 0, those of rho = +1 and -1 overlap.
   subroutine test_tongues(error)

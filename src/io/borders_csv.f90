@@ -62,18 +62,28 @@ contains
   pure function heads(preamble, paths, results) result(lines)
     character(len=*), intent(in) :: preamble(:), paths(:)
     type(border_results_type), intent(in) :: results
-    character(len=max(len(preamble), len(paths) + 80)), allocatable :: lines(:)
+    character(len=max(len(preamble), 3 * len(paths) + 120)), allocatable :: lines(:)
+    character(len=*), parameter :: words = ": a border could not be excluded"
     integer :: i, n
 
     n = 0
     if (allocated(results%rest%places)) n = size(results%rest%places)
+    if (allocated(results%map)) n = size(results%map%places)
     allocate(lines(size(preamble) + n))
     lines(:size(preamble)) = preamble
     do i = 1, n
-      associate (place => results%rest%places(i))
-        lines(size(preamble) + i) = "open: " // trim(paths(1)) // " = " // exact(place%value) // " within " &
-          & // exact(place%width) // ": a border could not be excluded"
-      end associate
+      if (allocated(results%map)) then
+        associate (place => results%map%places(i), along => maxloc(results%map%places(i)%width, dim=1))
+          lines(size(preamble) + i) = "open: " // trim(paths(1)) // " = " // exact(place%parameters(1)) // ", " // trim(paths(2)) &
+            & // " = " // exact(place%parameters(2)) // " within " // exact(place%width(along)) // " along " &
+            & // trim(paths(along)) // words
+        end associate
+      else
+        associate (place => results%rest%places(i))
+          lines(size(preamble) + i) = "open: " // trim(paths(1)) // " = " // exact(place%value) // " within " &
+            & // exact(place%width) // words
+        end associate
+      end if
     end do
   end function heads
 

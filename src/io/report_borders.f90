@@ -7,6 +7,7 @@ module gestell_io_report_borders
   use gestell_study_boundary, only: border_rest_type, nearest_type
   use gestell_study_boundary_functions, only: flutter, kind_names
   use gestell_study_boundary_map, only: border_map_type, border_vertex_type
+  use gestell_study_boundary_vertex, only: finest_lines
   use gestell_study_boundary_task, only: border_results_type
   implicit none (type, external)
   private
@@ -43,7 +44,7 @@ contains
 
     report = newline
     if (allocated(results%map)) then
-      report = report // curves_of(results%map, plan%paths)
+      report = report // curves_of(results%map, plan%paths) // rest_of_map(results%map, plan%paths)
     else
       if (size(results%values) == 0) report = report // "  no border in the range" // newline
       do i = 1, size(results%values)
@@ -70,9 +71,7 @@ contains
     character(len=:), allocatable :: report
     integer :: i
 
-    report = ""
-    if (rest%thin > 0) report = "  note: without damping, at " // counted(rest%thin, "more place") // " multipliers meet; if a " &
-      & // "tongue is there, it is narrower than " // concise(2 * tolerance, 2) // " of the range" // newline
+    report = thin_places(rest%thin, 2 * tolerance)
     if (.not. allocated(rest%places)) return
     do i = 1, min(size(rest%places), most_listed)
       report = report // "  open: a border could not be excluded at " // concise(rest%places(i)%value, 13) // ", within " &
@@ -80,6 +79,33 @@ contains
     end do
     if (size(rest%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
   end function rest_of
+
+  !> The same of the lines of a map.
+  pure function rest_of_map(map, paths) result(report)
+    type(border_map_type), intent(in) :: map
+    character(len=*), intent(in) :: paths(:)
+    character(len=:), allocatable :: report
+    integer :: i
+
+    report = thin_places(map%thin, 2 * finest_lines)
+    do i = 1, min(size(map%places), most_listed)
+      associate (along => maxloc(map%places(i)%width, dim=1))
+        report = report // "  open: a border could not be excluded at " // place(map%places(i)%parameters) // ", within " &
+          & // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
+      end associate
+    end do
+    if (size(map%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
+  end function rest_of_map
+
+  pure function thin_places(number, width) result(report)
+    integer, intent(in) :: number
+    real(dp), intent(in) :: width
+    character(len=:), allocatable :: report
+
+    report = ""
+    if (number > 0) report = "  note: without damping, at " // counted(number, "more place") // " multipliers meet; if a " &
+      & // "tongue is there, it is narrower than " // concise(width, 2) // " of the range" // newline
+  end function thin_places
 
   pure function way_to(nearest) result(sentence)
     type(nearest_type), intent(in) :: nearest

@@ -4,9 +4,9 @@ module gestell_study_boundary
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_study_boundary_functions, only: kind_names
-  use gestell_study_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity, skewed
+  use gestell_study_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
   use gestell_study_boundary_order, only: check_search
-  use gestell_study_boundary_search, only: search_line, search_type
+  use gestell_study_boundary_search, only: range_nodes, search_line, search_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_tile_results, only: verdict_names
@@ -75,7 +75,7 @@ contains
     call check_search([axis], accuracy, tolerance, error)
     if (allocated(error)) return
     call line_along([axis], 1, [axis%from], accuracy, tolerance, line)
-    call search_line(family, line, skewed(axis%count), search, error)
+    call search_line(family, line, range_nodes(axis%count), search, error)
     if (allocated(error)) return
     deallocate(borders)
     allocate(borders(size(search%found%list)))
@@ -145,7 +145,7 @@ contains
     end if
     call line_along(axes, which, base, accuracy, tolerance, line)
     home = coordinate(axes(which), base(which))
-    u = skewed(axes(which)%count)
+    u = range_nodes(axes(which)%count)
     if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
     call search_line(family, line, u, search, error)
     if (allocated(error)) return

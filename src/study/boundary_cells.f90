@@ -2,9 +2,9 @@
 module gestell_study_boundary_cells
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_study_boundary_crossing, only: crossings_type
+  use gestell_study_boundary_bands, only: box_type, link_through, opposite_sides, pass_straight
   use gestell_study_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_study_boundary_scan, only: probe_all, scan_line
+  use gestell_study_boundary_search, only: search_line, search_type, short_nodes
   use gestell_study_boundary_vertex, only: plane_type, vertices_type
   use gestell_study_family, only: family_type
   implicit none (type, external)
@@ -12,21 +12,13 @@ module gestell_study_boundary_cells
 
   public :: connect_cell
 
-  !> low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
-  type, public :: box_type
-    real(dp) :: low(2) = 0, high(2) = 1
-  end type box_type
-
-  !> Along a line; the middle is where two lines meet, nothing else of symmetry is wanted.
-  real(dp), parameter :: search_points(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
-
 contains
 
   !> Links those of the vertices `pool` that lie on the sides of `box`. In a turn about the box, counter-clockwise, unstable
-  !> stretches begin at the vertices that `enter` them and end at those that leave. Two vertices are linked; of four or more
-  !> the system at their mean tells whether the unstable stretches hang together. Where that cannot be told, systems are
-  !> missing, or a narrow tongue ends in the box, it is divided into four, down to the size of the deviation allowed.
-  !> Error: the parameters make no sense.
+  !> stretches begin at the vertices that `enter` them and end at those that leave. Two vertices are linked; of four the
+  !> system at their mean tells whether the unstable stretches hang together; of four or more on two opposite sides the line half
+  !> way between these. Where that is not certain, systems are missing, or a narrow tongue ends in the box, it is halved, down to
+  !> the size of the deviation allowed. Error: the parameters make no sense.
   recursive subroutine connect_cell(family, plane, box, pool, vertices, error)
     class(family_type), intent(in) :: family
     type(plane_type), intent(in) :: plane
@@ -34,10 +26,12 @@ contains
     integer, intent(in) :: pool(:)
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error
+    !> A box that is so much longer one way than the other is halved that way.
+    real(dp), parameter :: flat = 0.125_dp
     integer, allocatable :: ids(:)
     logical, allocatable :: enter(:)
-    logical :: regular, joined, certain
-    integer :: n
+    logical :: regular, joined, certain, parallel
+    integer :: n, k
 
     call around(box, pool, vertices, ids, enter)
     n = size(ids)
@@ -45,15 +39,27 @@ contains
     regular = mod(n, 2) == 0
     if (regular) regular = all(enter .neqv. cshift(enter, 1))
     joined = .false.
-    certain = regular
-    if (regular .and. n == 2) certain = .not. tip(box, vertices%list(ids(1))%u, vertices%list(ids(2))%u)
-    if (regular .and. n > 2) call mean_tells(family, plane, box, ids, enter, vertices, joined, certain, error)
-    if (allocated(error)) return
-    if (certain .or. maxval(box%high - box%low) <= plane%deviation) then
-      call link(ids, enter, joined, vertices)
-    else
-      call divide(family, plane, box, ids, vertices, error)
-    end if
+    certain = .false.
+    parallel = .false.
+    associate (size_of => box%high - box%low)
+      k = maxloc(size_of, dim=1)
+      if (regular .and. n == 2) then
+        certain = .not. tip(box, vertices%list(ids(1))%u, vertices%list(ids(2))%u)
+        if (.not. certain) k = merge(1, 2, abs(vertices%list(ids(1))%u(1) - vertices%list(ids(2))%u(1)) <= 0)
+      else if (regular) then
+        associate (sides => opposite_sides(box, ids, vertices))
+          if (n == 4) call mean_tells(family, plane, box, ids, enter, sides > 0, vertices, joined, certain, error)
+          if (allocated(error)) return
+          if (sides > 0) parallel = size_of(sides) > flat * size_of(3 - sides)
+          if (parallel) k = sides
+        end associate
+      end if
+      if (.not. certain) then
+        call divide(family, plane, box, ids, k, parallel, size_of(k) <= plane%deviation, vertices, certain, error)
+        if (allocated(error) .or. .not. certain) return
+      end if
+    end associate
+    call link(ids, enter, joined, vertices)
   end subroutine connect_cell
 
   !> Whether the two lie on one side of the box, close together: a tongue ends in it, nobody knows where.
@@ -131,22 +137,21 @@ contains
     end if
   end subroutine place_around
 
-  !> Whether the unstable stretches hang together. The system at the vertices' mean tells, if it agrees with their distances:
+  !> Whether the unstable stretches of four hang together. The system at their mean tells, if it agrees with their distances:
   !> near ones are the sides of a tongue, unstable or stable. If not, the tongue may pass beside the mean, or end: a line
   !> through the mean, across it, is searched for its sides.
-  subroutine mean_tells(family, plane, box, ids, enter, vertices, joined, certain, error)
+  subroutine mean_tells(family, plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(family_type), intent(in) :: family
     type(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:)
-    logical, intent(in) :: enter(:)
+    logical, intent(in) :: enter(:), opposite
     type(vertices_type), intent(in) :: vertices
     logical, intent(out) :: joined, certain
     type(error_type), allocatable, intent(out) :: error
     type(line_type) :: line
     type(probe_type) :: probe
-    type(probe_type), allocatable :: probes(:)
-    type(crossings_type) :: found
+    type(search_type) :: search
     real(dp) :: mean(2), across(2), ways(2), chord(2)
     integer :: i, k
 
@@ -162,7 +167,7 @@ contains
     call plane%line(mean, [1.0_dp, 0.0_dp], line)
     call probe_line(family, line, 0.0_dp, probe, error)
     certain = .not. probe%missing() .and. (probe%is_unstable() .eqv. joined)
-    if (allocated(error) .or. certain .or. size(ids) > 4) return
+    if (allocated(error) .or. certain .or. opposite) return
 
     ! Where the ways between near vertices begin differs by one.
     i = merge(1, 2, enter(1) .eqv. joined)
@@ -172,10 +177,9 @@ contains
     across = across * min(1.0_dp, within(mean, across))
     if (norm2(across) < plane%precision()) return
     call plane%line(mean - across, 2 * across, line)
-    call probe_all(family, line, search_points, probes, error)
-    if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
+    call search_line(family, line, short_nodes, search, error)
     if (allocated(error)) return
-    certain = size(found%list) == 2
+    certain = size(search%found%list) == 2
   end subroutine mean_tells
 
   !> The greatest factor that keeps center +- factor way within the ranges.
@@ -200,42 +204,49 @@ contains
     end do
   end subroutine link
 
-  !> Divides the box by two lines, on which borders are sought, and links within the quarters.
-  recursive subroutine divide(family, plane, box, ids, vertices, error)
+  !> Links what passes from one side of the box to the opposite one, if it is `parallel` and borders on the line through the
+  !> middle, on which coordinate `k` is constant, show that it does; else halves the box by that line and links within the
+  !> halves, if it is not too `small` for that: then it is `left` as it is. Error: the parameters make no sense.
+  recursive subroutine divide(family, plane, box, ids, k, parallel, small, vertices, left, error)
     class(family_type), intent(in) :: family
     type(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
-    integer, intent(in) :: ids(:)
+    integer, intent(in) :: ids(:), k
+    logical, intent(in) :: parallel, small
     type(vertices_type), intent(inout) :: vertices
+    logical, intent(out) :: left
     type(error_type), allocatable, intent(out) :: error
     type(line_type) :: line
-    type(probe_type), allocatable :: probes(:)
-    type(crossings_type) :: found
-    type(box_type) :: quarter
-    real(dp) :: middle(2), start(2), way(2)
-    integer :: before, along, i, k
+    type(search_type) :: search
+    type(box_type) :: half(2)
+    real(dp) :: start(2), way(2)
+    integer :: before, i
 
+    left = small .and. .not. parallel
+    if (left) return
     before = vertices%count
-    middle = (box%low + box%high) / 2
-    do along = 1, 2
-      start = middle
-      start(along) = box%low(along)
-      way = 0
-      way(along) = box%high(along) - box%low(along)
-      call plane%line(start, way, line)
-      call probe_all(family, line, search_points, probes, error)
-      if (.not. allocated(error)) call scan_line(family, line, probes, found, error)
-      if (allocated(error)) return
-      call vertices%add_crossings(line, found)
-    end do
-    associate (pool => [ids, [(i, i = before + 1, vertices%count)]])
-      do k = 0, 3
-        quarter = box
-        if (mod(k, 2) == 0) quarter%high(1) = middle(1)
-        if (mod(k, 2) == 1) quarter%low(1) = middle(1)
-        if (k < 2) quarter%high(2) = middle(2)
-        if (k >= 2) quarter%low(2) = middle(2)
-        call connect_cell(family, plane, quarter, pool, vertices, error)
+    start = box%low
+    start(k) = box%middle(k)
+    way = box%high - box%low
+    way(k) = 0
+    call plane%line(start, way, line)
+    call search_line(family, line, short_nodes, search, error)
+    if (allocated(error)) return
+    call vertices%add_crossings(line, search%found)
+    associate (half_way => [(i, i = before + 1, vertices%count)])
+      if (parallel) then
+        if (pass_straight(box, ids, half_way, k, vertices)) then
+          call link_through(box, ids, half_way, k, vertices)
+          return
+        end if
+      end if
+      left = small
+      if (left) return
+      half = box
+      half(1)%high(k) = start(k)
+      half(2)%low(k) = start(k)
+      do i = 1, 2
+        call connect_cell(family, plane, half(i), [ids, half_way], vertices, error)
         if (allocated(error)) return
       end do
     end associate

@@ -109,7 +109,11 @@ contains
     integer :: kind
     real(dp) :: t
 
-    if (depth == 0 .or. l%missing() .or. r%missing() .or. .not. r%t - l%t > line%step()) return
+    if (depth == 0 .or. l%missing() .or. r%missing()) return
+    if (.not. r%t - l%t > line%step()) then
+      if (l%is_unstable() .neqv. r%is_unstable()) call add_named(found, crossing_between(l, r), l, r)
+      return
+    end if
     kind = changing(l, r)
     if (kind > 0) then
       call find_root(family, line, kind, l, r, t, obstacle, error)
@@ -133,6 +137,16 @@ contains
     call separate(family, line, l, below, depth - 1, found, error)
     if (.not. allocated(error)) call separate(family, line, above, r, depth - 1, found, error)
   end subroutine separate
+
+  !> The border between two systems that lie nearer to each other than it is to be found.
+  pure type(crossing_type) function crossing_between(l, r) result(crossing)
+    type(probe_type), intent(in) :: l, r
+
+    crossing%t = (l%t + r%t) / 2
+    crossing%error = (r%t - l%t) / 2
+    crossing%unstable_above = r%is_unstable()
+    crossing%verdicts = [l%verdict, r%verdict]
+  end function crossing_between
 
   !> The first function whose sign changes between `l` and `r`, 0 if there is none.
   pure integer function changing(l, r) result(kind)

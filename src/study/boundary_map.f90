@@ -3,13 +3,14 @@ module gestell_study_boundary_map
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_study_boundary_cells, only: box_type, connect_cell
+  use gestell_study_boundary_bands, only: box_type
+  use gestell_study_boundary_cells, only: connect_cell
   use gestell_study_boundary_crossing, only: crossings_type
   use gestell_study_boundary_functions, only: kind_names
-  use gestell_study_boundary_line, only: line_type, parameter_at, probe_type, sensitivity, skewed
+  use gestell_study_boundary_line, only: line_type, parameter_at, sensitivity, skewed
   use gestell_study_boundary_order, only: check_search
   use gestell_study_boundary_refine, only: refine
-  use gestell_study_boundary_scan, only: probe_all, scan_line
+  use gestell_study_boundary_search, only: doubt_type, range_nodes, search_line, search_type
   use gestell_study_boundary_vertex, only: plane_type, vertex_type, vertices_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
@@ -29,6 +30,12 @@ module gestell_study_boundary_map
     character(len=15) :: kind = ""
   end type border_vertex_type
 
+  !> A place on a line of the search grid where a border could not be excluded, and the width, along that line, of what may
+  !> have been missed there.
+  type, public :: open_place_type
+    real(dp) :: parameters(2) = 0, width(2) = 0
+  end type open_place_type
+
   type, public :: border_map_type
     !> In the order along the curves, with the unstable side on the left where the first parameter points to the right and
     !> the second upward; a closed curve ends with its first vertex.
@@ -36,6 +43,9 @@ module gestell_study_boundary_map
     integer :: curves = 0
     !> Stretches between vertices that could not be refined.
     integer :: rough = 0
+    !> As of a border_rest_type, on all lines of the search grid.
+    type(open_place_type), allocatable :: places(:)
+    integer :: thin = 0
   end type border_map_type
 
   !> What was found on a line of the search grid.
@@ -43,11 +53,13 @@ module gestell_study_boundary_map
     private
     type(line_type) :: line
     type(crossings_type) :: borders
+    type(doubt_type), allocatable :: doubts(:)
+    integer :: thin = 0
   end type border_line_type
 
 contains
 
-  !> The borders within the ranges of the `grid`: on its lines as gestell_study_boundary_scan finds them, connected cell by cell.
+  !> The borders within the ranges of the `grid`: on its lines as gestell_study_boundary_search finds them, connected cell by cell.
   !> `deviation`: how far they may pass by the border, relative to the ranges (in the logarithm on logarithmic axes). `lines`:
   !> those of the grid, all of them searched (`search_border_line`); without them they are searched one after the other.
   !> Errors: a grid without two axes; as of `check_search`; the parameters make no sense.
@@ -62,7 +74,7 @@ contains
     type(border_line_type), allocatable :: own(:)
     integer :: k
 
-    allocate(map%vertices(0))
+    allocate(map%vertices(0), map%places(0))
     call check_plane(grid, accuracy, deviation, error)
     if (allocated(error)) return
     if (present(lines)) then
@@ -94,20 +106,25 @@ contains
     integer, intent(in) :: number
     type(border_line_type), intent(out) :: found
     type(error_type), allocatable, intent(out) :: error
+    !> However many lines there are, the search of each adds nodes of its own.
+    integer, parameter :: most_nodes = 20
     type(plane_type) :: plane
-    type(probe_type), allocatable :: nodes(:)
+    type(search_type) :: search
 
     plane = plane_of(grid, accuracy, deviation)
     associate (u1 => skewed(grid%axes(1)%count), u2 => skewed(grid%axes(2)%count))
       if (number <= size(u2)) then
         call plane%line([0.0_dp, u2(number)], [1.0_dp, 0.0_dp], found%line)
-        call probe_all(family, found%line, u1, nodes, error)
+        call search_line(family, found%line, range_nodes(min(grid%axes(1)%count, most_nodes)), search, error)
       else
         call plane%line([u1(number - size(u2)), 0.0_dp], [0.0_dp, 1.0_dp], found%line)
-        call probe_all(family, found%line, u2, nodes, error)
+        call search_line(family, found%line, range_nodes(min(grid%axes(2)%count, most_nodes)), search, error)
       end if
     end associate
-    if (.not. allocated(error)) call scan_line(family, found%line, nodes, found%borders, error)
+    if (allocated(error)) return
+    found%borders = search%found
+    found%doubts = search%doubts
+    found%thin = search%thin
   end subroutine search_border_line
 
   !> Errors: as of `trace_borders`.
@@ -160,11 +177,27 @@ contains
     do k = 1, size(lines)
       first(k) = vertices%count + 1
       call vertices%add_crossings(lines(k)%line, lines(k)%borders)
+      map%places = [map%places, places_on(lines(k), plane)]
+      map%thin = map%thin + lines(k)%thin
     end do
     first(size(first)) = vertices%count + 1
     call connect_cells(family, plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
     if (.not. allocated(error)) call follow_curves(family, plane, vertices, map, error)
   end subroutine connect_lines
+
+  pure function places_on(line, plane) result(places)
+    type(border_line_type), intent(in) :: line
+    type(plane_type), intent(in) :: plane
+    type(open_place_type) :: places(size(line%doubts))
+    integer :: i
+
+    do i = 1, size(places)
+      associate (u => line%line%start + line%doubts(i)%t * line%line%way)
+        places(i)%parameters = parameter_at(plane%axes, u)
+        places(i)%width = abs(sensitivity(plane%axes, u)) * line%doubts(i)%width * line%line%way
+      end associate
+    end do
+  end function places_on
 
   subroutine connect_cells(family, plane, u1, u2, first1, first2, vertices, error)
     class(family_type), intent(in) :: family

@@ -2,9 +2,8 @@
 module gestell_study_boundary_refine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_study_boundary_crossing, only: crossings_type
   use gestell_study_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_study_boundary_scan, only: scan_line
+  use gestell_study_boundary_search, only: search_line, search_type, short_nodes
   use gestell_study_boundary_vertex, only: plane_type, vertex_of, vertex_type, vertices_type
   use gestell_study_family, only: family_type
   implicit none (type, external)
@@ -49,8 +48,9 @@ contains
     call refine(family, plane, middle, q, divisions - 1, curve, rough, error)
   end subroutine refine
 
-  !> The border across the way from `p` to `q` at the `part` of it: unstable systems lie on the left. `near`: not farther
-  !> away than the deviation allowed, where that is all that is asked; or nothing can be known, at the edge of the ranges.
+  !> The border across the way from `p` to `q` at the `part` of it, the nearest that has its unstable side on the left: that of
+  !> a narrow tongue may lie on either side. `near`: not farther away than the deviation allowed, where that is all that is
+  !> asked; or nothing can be known, at the edge of the ranges.
   subroutine cross(family, plane, p, q, part, near_will_do, vertex, found, near, error)
     class(family_type), intent(in) :: family
     type(plane_type), intent(in) :: plane
@@ -60,65 +60,65 @@ contains
     type(vertex_type), intent(out) :: vertex
     logical, intent(out) :: found, near
     type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: growth = 4
     type(line_type) :: line
-    type(probe_type), allocatable :: probes(:)
     type(probe_type) :: here, next
-    real(dp) :: middle(2), way(2), distance, edge, farthest
+    real(dp) :: middle(2), left(2), outward(2), distance, edge, farthest
 
     found = .false.
     near = .false.
     middle = p%u + part * (q%u - p%u)
-    way = [p%u(2) - q%u(2), q%u(1) - p%u(1)] / norm2(q%u - p%u)
-    call plane%line(middle, way, line)
+    left = [p%u(2) - q%u(2), q%u(1) - p%u(1)] / norm2(q%u - p%u)
+    call plane%line(middle, left, line)
     call probe_line(family, line, 0.0_dp, here, error)
     if (allocated(error)) return
     if (here%missing()) return
-    if (here%is_unstable()) then
-      ! The border lies on the right.
-      way = -way
-      call plane%line(middle, way, line)
-    end if
-    edge = to_edge(middle, way)
+    ! Where regions are wide.
+    outward = merge(-left, left, here%is_unstable())
+    edge = to_edge(middle, outward)
     near = near_will_do .and. edge <= plane%deviation
     if (near) return
-    farthest = min(edge, 2 * norm2(q%u - p%u))
-    distance = min(plane%deviation, farthest)
-    call probe_line(family, line, distance, next, error)
+    call plane%line(middle, outward, line)
+    call probe_line(family, line, min(plane%deviation, edge), next, error)
     if (allocated(error) .or. next%missing()) return
     near = near_will_do .and. (next%is_unstable() .neqv. here%is_unstable())
     if (near) return
-    ! The middle may lie just beside a tongue, and the next point beyond it.
-    allocate(probes(1))
-    probes(1) = here
-    call nearest_crossing([here, next])
-    near = near_will_do .and. found
-    if (found .or. allocated(error)) return
-    do while ((next%is_unstable() .eqv. here%is_unstable()) .and. distance < farthest)
-      probes = [probes, next]
-      distance = min(2 * distance, farthest)
-      call probe_line(family, line, distance, next, error)
-      if (allocated(error) .or. next%missing()) return
+    distance = plane%deviation
+    farthest = 2 * norm2(q%u - p%u)
+    do
+      call nearest_crossing(family, plane, middle, left, distance, vertex, found, error)
+      near = near_will_do .and. found .and. distance <= plane%deviation
+      if (allocated(error) .or. found .or. distance >= farthest) return
+      distance = min(growth * distance, farthest)
     end do
-    call nearest_crossing([probes, next])
-
-  contains
-
-    !> The first border along the line that has its unstable side where that of the curve is.
-    subroutine nearest_crossing(nodes)
-      type(probe_type), intent(in) :: nodes(:)
-      type(crossings_type) :: crossings
-      integer :: i
-
-      call scan_line(family, line, nodes, crossings, error)
-      if (allocated(error)) return
-      do i = 1, size(crossings%list)
-        found = crossings%list(i)%unstable_above .neqv. here%is_unstable()
-        vertex = vertex_of(line, crossings%list(i))
-        if (found) return
-      end do
-    end subroutine nearest_crossing
-
   end subroutine cross
+
+  !> The border nearest to `middle`, as far as `distance` along `left` and back, that is unstable there on the `left`.
+  subroutine nearest_crossing(family, plane, middle, left, distance, vertex, found, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    real(dp), intent(in) :: middle(2), left(2), distance
+    type(vertex_type), intent(out) :: vertex
+    logical, intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+    type(line_type) :: line
+    type(search_type) :: search
+    real(dp) :: back, ahead
+    integer :: i
+
+    back = min(distance, to_edge(middle, -left))
+    ahead = min(distance, to_edge(middle, left))
+    call plane%line(middle - back * left, (back + ahead) * left, line)
+    call search_line(family, line, short_nodes, search, error)
+    found = .false.
+    if (allocated(error)) return
+    associate (list => search%found%list)
+      found = any(list%unstable_above)
+      if (.not. found) return
+      i = minloc(abs(list%t - back / (back + ahead)), dim=1, mask=list%unstable_above)
+      vertex = vertex_of(line, list(i))
+    end associate
+  end subroutine nearest_crossing
 
   !> How far it is from `u` to the edge of the ranges.
   pure real(dp) function to_edge(u, way) result(distance)

@@ -8,12 +8,11 @@ module gestell_study_boundary_search
   use gestell_study_boundary_line, only: line_type, probe_type, skewed
   use gestell_study_boundary_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
   use gestell_study_boundary_pair, only: pair_name_type
-  use gestell_study_boundary_scan, only: usual_depth
   use gestell_study_family, only: family_type
   implicit none (type, external)
   private
 
-  public :: search_line
+  public :: range_nodes, search_line
 
   !> A place where a border could not be excluded, and how wide it is, in t.
   type, public :: doubt_type
@@ -30,13 +29,25 @@ module gestell_study_boundary_search
     integer, private :: seen = 0
   end type search_type
 
-  !> Stretches that every line is divided into to begin with.
+  !> Where the search of short lines begins; of symmetry nothing is wanted.
+  real(dp), parameter, public :: short_nodes(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
+  !> Points at least at which the search of a whole range begins.
   integer, parameter :: least_nodes = 9
+  !> So many borders are told apart between two of the marks, as a power of two.
+  integer, parameter :: usual_depth = 6
 
 contains
 
-  !> All borders along the line from 0 to 1; `nodes`: more points, ascending, at which the search looks. Error: the parameters
-  !> make no sense.
+  !> Where the search of a whole range begins that has `count` search points.
+  pure function range_nodes(count) result(nodes)
+    integer, intent(in) :: count
+    real(dp), allocatable :: nodes(:)
+
+    nodes = merged(skewed(least_nodes), skewed(count))
+  end function range_nodes
+
+  !> All borders along the line from 0 to 1; `nodes`: where the search begins, ascending from 0 to 1. Error: the parameters make
+  !> no sense.
   subroutine search_line(family, line, nodes, search, error)
     class(family_type), intent(in) :: family
     type(line_type), intent(in) :: line
@@ -47,7 +58,7 @@ contains
     integer :: i
 
     allocate(search%doubts(0), search%marks(0))
-    call follow_multipliers(family, line, merged(skewed(least_nodes), nodes), way, error)
+    call follow_multipliers(family, line, nodes, way, error)
     if (allocated(error)) return
     do i = 1, way%count
       associate (stretch => way%list(i))

@@ -57,9 +57,9 @@ contains
 
     if (order%averaged) then
       averaged%family => family
-      call search_border_line(averaged, grid, order%accuracy, order%tolerance, number, line, error)
+      call search_border_line(averaged, grid, fine_of(order%accuracy), order%tolerance, number, line, error)
     else
-      call search_border_line(family, grid, order%accuracy, order%tolerance, number, line, error)
+      call search_border_line(family, grid, fine_of(order%accuracy), order%tolerance, number, line, error)
     end if
   end subroutine search_line_of
 
@@ -94,13 +94,12 @@ contains
     type(accuracy_type) :: fine
     integer :: k
 
-    fine = order%accuracy
-    fine%tolerance = min(fine%tolerance, border_accuracy)
+    fine = fine_of(order%accuracy)
     if (size(grid%axes) == 1) then
       call find_borders(family, grid%axes(1), fine, order%tolerance, results%values, error, results%rest)
     else
       allocate(results%map)
-      call trace_borders(family, grid, order%accuracy, order%tolerance, results%map, error, lines)
+      call trace_borders(family, grid, fine, order%tolerance, results%map, error, lines)
     end if
     if (allocated(error) .or. .not. present(base)) return
     allocate(results%nearest(size(base)))
@@ -110,6 +109,14 @@ contains
     end do
     if (results%nearest(1)%found .and. .not. abs(results%nearest(1)%distance) > 0) deallocate(results%nearest)
   end subroutine solve_family
+
+  !> What is ordered, but not coarser than narrow tongues want it.
+  pure type(accuracy_type) function fine_of(accuracy) result(fine)
+    type(accuracy_type), intent(in) :: accuracy
+
+    fine = accuracy
+    fine%tolerance = min(fine%tolerance, border_accuracy)
+  end function fine_of
 
   subroutine averaged_member(self, parameters, system, error)
     class(averaged_family_type), intent(in) :: self

@@ -11,6 +11,9 @@ module gestell_study_boundary_vertex
 
   public :: vertex_of
 
+  !> How exactly borders are found on lines, at least, in u: whatever the curves are to be, narrow tongues must not be lost.
+  real(dp), parameter, public :: finest_lines = 1.0e-8_dp
+
   type, public :: vertex_type
     real(dp) :: u(2) = 0
     !> Unit vector of the line on which it was found, toward the unstable side.
@@ -94,14 +97,13 @@ contains
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: start(2), way(2)
     type(line_type), intent(out) :: along
-
     allocate(along%axes(2))
     along%axes = self%axes
     allocate(along%start(2), along%way(2))
     along%start = start
     along%way = way
     along%accuracy = self%accuracy
-    along%tolerance = self%precision()
+    along%tolerance = min(self%precision(), finest_lines)
   end subroutine line
 
 end module gestell_study_boundary_vertex
