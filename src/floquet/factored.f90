@@ -278,7 +278,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: disturbance
     type(frames_type) :: frames
-    type(comparison_type) :: comparison
+    type(comparison_type) :: comparison, turn
     real(dp), allocatable :: starts(:, :), z(:, :), own(:), at_starts(:, :)
     integer :: count
 
@@ -287,14 +287,17 @@ contains
     count = size(starts, 2)
     associate (scale => spread(factors%scale, 2, count))
       call compare(system, factors%method, factors%nodes, factors%scale, factors%ends, starts * scale, phases, x, comparison, error)
+      if (.not. allocated(error)) call compare(system, factors%method, factors%nodes, factors%scale, factors%ends, &
+        & starts * scale, factors%ends(:1), x(:, :1), turn, error)
       if (allocated(error)) return
-      call periodic_answer(frames, comparison%defect / scale, z)
+      call periodic_answer(frames, turn%defect / scale, z)
       z = z * scale
     end associate
     own = relative_rounding(system, comparison%steps, factors%turns) * comparison%size / count
     if (present(disturbance)) own = own + disturbance / minval(factors%scale) / count
     call accumulate(frames, own, at_starts)
-    call take_differences(comparison, factors%scale, z, at_starts, own, errors)
+    ! The motion is followed from each start.
+    call take_differences(comparison, factors%scale, z, z, at_starts, own, errors)
   end subroutine factored_errors
 
 end module gestell_floquet_factored

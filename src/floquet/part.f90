@@ -225,7 +225,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (allocated(part%constant)) then
-      allocate(errors%differences(size(x, 1), size(phases)), source=0.0_dp)
+      allocate(errors%differences(size(x, 1), 2 * size(phases)), source=0.0_dp)
       allocate(errors%rounding, source=part%constant%spectrum%error)
     else if (allocated(part%monodromy)) then
       call errors_of_monodromy(system, part%monodromy, phases, x, errors, error)

@@ -113,7 +113,8 @@ contains
     call trajectory(system, monodromy%method, monodromy%nodes, solution%x0, phases, x, error)
   end subroutine follow
 
-  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1.
+  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1, or with them among
+  !> more.
   !> `disturbance`: what is unknown of the load, integrated over the period. Errors: overflow; resonance within the roundings.
   subroutine take_errors(system, monodromy, phases, x, errors, error, disturbance)
     class(periodic_system), intent(in) :: system
@@ -123,8 +124,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: disturbance
     integer, parameter :: most_segments = 8
-    type(comparison_type) :: comparison
-    real(dp), allocatable :: z(:, :), inverted(:, :), own(:)
+    real(dp), parameter :: ends(2) = [0.0_dp, 1.0_dp]
+    type(comparison_type) :: comparison, turn
+    real(dp), allocatable :: z(:, :), due(:, :), inverted(:, :), own(:)
     integer, allocatable :: first(:)
     real(dp) :: rounding, lost
     integer :: count, k
@@ -134,8 +136,10 @@ contains
     call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, phases(first), x(:, first(:count)), phases, x, &
       & comparison, error)
     if (allocated(error)) return
-    allocate(z(size(x, 1), count))
-    call close_turn(comparison, monodromy%scale, z, inverted, error)
+    call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, ends, x(:, :1), ends, x(:, [1, 1]), turn, error)
+    if (allocated(error)) return
+    allocate(z(size(x, 1), count), due(size(x, 1), count))
+    call close_turn(turn, comparison, monodromy%scale, z, due, inverted, error)
     if (allocated(error)) return
     rounding = relative_rounding(system, comparison%steps, monodromy%turns)
     lost = norm2(inverted) * rounding * monodromy%norm
@@ -145,7 +149,8 @@ contains
     end if
     own = rounding / (1 - lost) * comparison%size / count
     if (present(disturbance)) own = own + disturbance / minval(monodromy%scale) / count
-    call take_differences(comparison, monodromy%scale, z, rounding_errors(comparison, monodromy%scale, inverted, own), own, errors)
+    call take_differences(comparison, monodromy%scale, z, due, rounding_errors(comparison, monodromy%scale, inverted, own), own, &
+      & errors)
   end subroutine take_errors
 
 end module gestell_floquet_periodic_solution

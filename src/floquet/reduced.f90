@@ -243,7 +243,7 @@ contains
 
     slow_size = 0
     associate (r => reduced%reduction, group => reduced%groups(1))
-      allocate(errors%differences(size(x, 1), size(phases)), source=0.0_dp)
+      allocate(errors%differences(size(x, 1), 2 * size(phases)), source=0.0_dp)
       if (reduced%has_slow) then
         call follow_slow(reduced, x(:, 1), phases, y, error)
         if (allocated(error)) return
@@ -256,7 +256,9 @@ contains
         slow_size = maxval(abs(y))
         call slow_shapes(reduced, phases, shapes)
         do k = 1, size(phases)
-          errors%differences(:, k) = matmul(shapes(k, :, :), slow%differences(:, k)) * reduced%scale
+          associate (both => [k, size(phases) + k])
+            errors%differences(:, both) = matmul(shapes(k, :, :), slow%differences(:, both)) * spread(reduced%scale, 2, 2)
+          end associate
         end do
       end if
       call fast_errors(reduced, slow_size, within, condition, error)

@@ -273,8 +273,8 @@ contains
     number = max(fewest, ceiling(2 / pi * min(turns, 1.0e6_dp)))
   end function checkpoints
 
-  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1. Errors: overflow;
-  !> resonance within the errors.
+  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1, or with them among
+  !> more. Errors: overflow; resonance within the errors.
   subroutine take_errors(system, floquet, phases, x, errors, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
@@ -284,7 +284,7 @@ contains
     type(turn_errors_type) :: own
     integer :: k
 
-    allocate(errors%differences, source=0 * x)
+    allocate(errors%differences(size(x, 1), 2 * size(phases)))
     allocate(errors%rounding(size(x, 1)), source=0.0_dp)
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))

@@ -184,7 +184,6 @@ contains
   pure subroutine foundation_forces(frame, forces)
     class(frame_type), intent(in) :: frame
     real(dp), intent(out) :: forces(motion_rows, 3)
-    real(dp), parameter :: rounding = 16 * epsilon(1.0_dp)
 
     forces = 0
     associate (c => frame%stiffness - stiffness_matrix(frame%supports), b => frame%damping - damping_matrix(frame%supports))

@@ -95,11 +95,11 @@ contains
       end do
       vibration%closing_defect = closing_defect(floquet, x)
       if (.not. allocated(vibration%error)) then
-        ! More samples make the steps of the motion shorter, and its error no greater.
+        ! The bounds hold for motions of more samples too.
         every = stride(samples, checkpoints(floquet))
         watched = phases(::every)
-        x_watched = x(:, ::every)
-        call take_errors(frame, floquet, watched, x_watched, errors, error)
+        call follow(frame, floquet, vibration%start, watched, x_watched, error)
+        if (.not. allocated(error)) call take_errors(frame, floquet, watched, x_watched, errors, error)
         if (allocated(error)) return
         vibration%error = quantity_errors(frame, errors, x_watched)
         if (kept > 0) call take_motion_errors(frame, system, watched, x_watched, kept, errors, vibration%motion_errors)
@@ -225,19 +225,26 @@ contains
     type(turn_errors_type), intent(in) :: states
     type(turn_errors_type), intent(out) :: errors
     real(dp), parameter :: sums = 4 * epsilon(1.0_dp)
-    real(dp), allocatable :: from(:, :), there(:, :)
+    real(dp), allocatable :: from(:, :), there(:, :), compared(:, :), finer(:, :)
+    integer :: n
 
+    n = size(phases)
     from = 0 * x
     select type (frame)
     class is (varied_frame_type)
       from = x
     end select
-    call take_motion(frame, system, phases, from + states%differences, rows, errors%differences)
     call take_motion(frame, system, phases, from, rows, there)
-    errors%differences = errors%differences - there
+    call take_motion(frame, system, phases, from + states%differences(:, :n), rows, compared)
+    call take_motion(frame, system, phases, from + states%differences(:, n + 1:), rows, finer)
+    allocate(errors%differences(rows, 2 * n))
+    errors%differences(:, :n) = compared - there
+    errors%differences(:, n + 1:) = finer - there
     allocate(errors%rounding(rows))
-    call take_roundings(frame, system, phases, states%rounding + sums * maxval(abs(x), dim=2), max(frame%rounding, sums), &
-      & errors%rounding)
+    ! Of the accelerations' coefficients and load: the model's, of the mechanism's first and second derivatives.
+    associate (model => sums + 2 * frame%rounding)
+      call take_roundings(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), model, errors%rounding)
+    end associate
   end subroutine take_motion_errors
 
   !> The motion, of the averaged model where there is one.
