@@ -110,7 +110,8 @@ contains
       & [truth%excess]))
     tally%multipliers = tally%multipliers + size(claim%rho)
     tally%lost = tally%lost + count(claim%error >= lost)
-    call collect(c%rho_error, c%rho_bound, one, method, "rho", tally%rho, tally)
+    call collect(pack(c%rho_error, claim%error < lost), pack(c%rho_bound, claim%error < lost), one, method, "rho", &
+      & tally%rho, tally)
     call collect(pack(c%log_error, claim%error < lost), pack(c%log_bound, claim%error < lost), one, method, &
       & "ln |rho|", tally%log_abs, tally)
     if (allocated(claim%phi)) call collect([c%phi_error], [c%phi_bound], one, method, "Phi", tally%phi, tally)
