@@ -101,6 +101,7 @@ contains
         call follow(frame, floquet, vibration%start, watched, x_watched, error)
         if (.not. allocated(error)) call take_errors(frame, floquet, watched, x_watched, errors, error)
         if (allocated(error)) return
+        vibration%start%error = min(vibration%start%error, errors%bounds())
         vibration%error = quantity_errors(frame, errors, x_watched)
         if (kept > 0) call take_motion_errors(frame, system, watched, x_watched, kept, errors, vibration%motion_errors)
       end if
