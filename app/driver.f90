@@ -348,18 +348,20 @@ contains
     type(options_type), intent(in) :: options
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines(:)
-    integer :: i, k, width
+    integer :: i, k, own, width
 
     width = max(len("title: " // configuration%title), len("input: " // options%input), 40)
     do i = 1, size(options%settings)
       width = max(width, len("set: " // options%settings(i)%assignment))
     end do
-    allocate(character(len=width) :: lines(3 + size(options%settings)))
+    own = merge(1, 0, configuration%tasks%model /= "rest")
+    allocate(character(len=width) :: lines(3 + own + size(options%settings)))
     lines(1) = "title: " // configuration%title
     lines(2) = "version: gestell " // version
     lines(3) = "input: " // options%input
+    if (own == 1) lines(4) = "model: " // configuration%tasks%model
     do i = 1, size(options%settings)
-      lines(3 + i) = "set: " // options%settings(i)%assignment
+      lines(3 + own + i) = "set: " // options%settings(i)%assignment
     end do
     do i = 1, size(lines)
       do k = 1, width

@@ -4,6 +4,7 @@ module single_machine
   use console, only: console_type
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_floquet_multipliers, only: multipliers_type
   use gestell_io_configuration, only: configuration_type
   use gestell_io_findings, only: report_findings, write_findings
   use gestell_io_mechanism_csv, only: write_mechanism
@@ -17,6 +18,7 @@ module single_machine
   use gestell_study_findings, only: find, findings_type
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_type, only: mode_type
+  use gestell_study_model_check, only: check_model
   use gestell_study_model_trade, only: measure_model, model_trade_type
   use gestell_study_trade, only: measure_trade, trade_type
   use gestell_system_averaged, only: averaged_system
@@ -55,6 +57,7 @@ contains
     type(findings_type) :: findings
     type(error_type), allocatable :: unfound
     type(mode_type), allocatable :: modes(:)
+    type(multipliers_type), allocatable :: better
     real(dp), allocatable :: frequencies(:)
 
     if (configuration%trade) then
@@ -83,7 +86,10 @@ contains
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
       call name_modes(configuration, analysis, modes)
-      call console%say(report_transmission(configuration%frame) // report_results(configuration, analysis, frequencies, modes) &
+      if (configuration%tasks%model == "rest" .and. .not. configuration%tasks%averaged .and. allocated(analysis%multipliers)) &
+        & call check_model(configuration%frame, configuration%accuracy, analysis%multipliers, better)
+      call console%say(report_transmission(configuration%frame) // report_results(configuration, analysis, frequencies, modes, &
+        & better) &
         & // report_findings(findings, trim(results%verdict)))
       if (configuration%trade) call console%say(report_trade(trade) // report_model(model_trade))
     end if

@@ -10,6 +10,7 @@ module gestell_io_report
   use gestell_io_configuration, only: configuration_type
   use gestell_io_text, only: counted, on_one_line, padded
   use gestell_io_plausibility, only: implausible_lines
+  use gestell_io_report_model, only: better_line, model_line, newton_line
   use gestell_io_report_multipliers, only: multiplier_lines, out_of_range, told
   use gestell_io_significance, only: noise_of, order_words
   use gestell_io_verdict, only: section
@@ -68,8 +69,8 @@ contains
         & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline &
         & // "  motor      on the frame: it holds this speed whatever torque that takes, and the torque reacts on the frame" &
         & // newline // implausible_lines(frame)
-      if (configuration%tasks%averaged) report = report // "  model      averaged: M, B, C constant, their means over " // &
-        & "the turn; the full load h(t)" // newline
+      report = report // model_line(configuration%tasks, configuration%sweep .or. configuration%boundary .or. &
+        & configuration%over_speed() .or. configuration%sensitivity)
     end associate
   end function report_machine
 
@@ -91,19 +92,22 @@ contains
     line = line // " Hz; the crank turns at " // concise(1 / frame%period, 4) // " Hz" // newline
   end function report_frequencies
 
-  !> What was found, for what was asked for. `frequencies`: natural frequencies (rad/s); `modes`: none where they cannot be told.
-  pure function report_results(configuration, analysis, frequencies, modes) result(report)
+  !> What was found, for what was asked for. `frequencies`: natural frequencies (rad/s); `modes`: none where they cannot be told;
+  !> `better`: multipliers about the vibration where those about rest miss them.
+  pure function report_results(configuration, analysis, frequencies, modes, better) result(report)
     type(configuration_type), intent(in) :: configuration
     type(analysis_type), intent(in) :: analysis
     real(dp), intent(in) :: frequencies(:)
     type(mode_type), intent(in) :: modes(:)
+    type(multipliers_type), intent(in), allocatable :: better
     character(len=:), allocatable :: report
 
     associate (frame => configuration%frame)
       report = ""
       if (allocated(analysis%multipliers)) report = report // verdict_lines(analysis%multipliers, frame%period)
-      report = report // evidence_lines(analysis, configuration%accuracy)
-      if (allocated(analysis%vibration)) report = report // beyond_small([moved(frame, analysis%vibration%peak(:3))])
+      report = report // better_line(better) // evidence_lines(analysis, configuration%accuracy) // newton_line(analysis%newton)
+      if (allocated(analysis%vibration) .and. configuration%tasks%model /= "exact") report = report &
+        & // beyond_small([moved(frame, analysis%vibration%peak(:3))])
       if (configuration%tasks%stability .or. configuration%tasks%modes) report = report &
         & // multiplier_lines(analysis%multipliers, modes, abs(frame%speed))
       report = report // frequency_lines(frequencies, abs(frame%speed))

@@ -1,6 +1,7 @@
 """The frame's models: exact, first order, rest, as a user chooses them."""
 
 import math
+import re
 
 from broken_inputs import SOUND
 from harness import Folder, Run, Table, check, equal, near
@@ -30,6 +31,32 @@ def test_verdicts():
         near("exact, the outside program's multiplier", rho["exact"], EXUDYN, 1e-9)
         near("first order, within its square", rho["first_order"], EXUDYN, 2e-6)
         near("rest", rho["rest"], 0.999680541, 1e-9)
+
+
+def test_told():
+    """The report about rest says where it misses the verdict, and which model it has; so do the files."""
+    sweep = "&sweep parameter='drive.speed_rpm', from=200.0, to=210.0, count=2 /\n"
+    with Folder(input=TONGUE, sweep=TONGUE + sweep) as folder:
+        told = re.search(r"BUT .* machine is (\w+), \|rho\| = ([0-9.]+):", run(folder, "rest", "rest").out)
+        equal("rest in the tongue says that it misses the verdict", told and told[1], "unstable")
+        if told:
+            # first order, to its square
+            near("rest, the multiplier that is told", float(told[2]), EXUDYN, 2e-6)
+        for what, settings in (("in no tongue", ["drive.speed_rpm=240"]), ("averaged", ["model.coefficients='averaged'"]),
+                               ("exact", ["model.frame='exact'"])):
+            words = [word for setting in settings for word in ("-s", setting)]
+            other = Run(folder, *words, "-o", "other", "input.nml")
+            other.done(f"told, {what}")
+            equal(f"nothing is missed: {what}", "BUT" in other.out, False)
+        check("exact, the head", re.search(r"^  model +exact", other.out, re.M), "the model", other.out[:900])
+        steps = re.search(r"Newton's method, steps relative to it (.+)", other.out)
+        steps = [float(word) for word in steps[1].split(",")] if steps else []
+        # about the square of the one before, times a factor of the size of one, down to what was ordered, 1e-9
+        check("exact, Newton's steps", len(steps) > 1 and all(b < max(10 * a * a, 1e-9) for a, b in zip(steps, steps[1:])),
+              "squares", steps)
+        check("exact, the files", "# model: exact" in Table(folder / "other" / "multipliers.csv").preamble, "the model", "none")
+        one = Run(folder, "-s", "case.tasks='sweep'", "sweep.nml")
+        check("a sweep about rest, the head", re.search(r"^  model +about rest", one.out, re.M), "the model", one.out[:900])
 
 
 def test_points_of_the_frame():
@@ -81,4 +108,4 @@ def test_refused():
         equal("nothing written", [path.name for path in folder.iterdir()], ["input.nml"])
 
 
-MODEL_TESTS = [test_verdicts, test_points_of_the_frame, test_over_parameters, test_refused]
+MODEL_TESTS = [test_verdicts, test_told, test_points_of_the_frame, test_over_parameters, test_refused]

@@ -1,0 +1,60 @@
+!> What the report says of the frame's model.
+module gestell_io_report_model
+  use gestell_base_text, only: concise, fixed
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_study_analysis, only: tasks_type
+  use gestell_study_frame_model, only: newton_type
+  implicit none (type, external)
+  private
+
+  public :: better_line, model_line, newton_line
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> The head's line; none of the equations about rest but for tasks with `many` machines, whose own vibrations nobody looks at.
+  pure function model_line(tasks, many) result(line)
+    type(tasks_type), intent(in) :: tasks
+    logical, intent(in) :: many
+    character(len=:), allocatable :: line
+
+    line = ""
+    if (tasks%averaged) then
+      line = "  model      averaged: M, B, C constant, their means over the turn; the full load h(t)" // newline
+    else if (tasks%model == "exact") then
+      line = "  model      exact: the frame turns by any angle; multipliers about its periodic vibration" // newline
+    else if (tasks%model == "first_order") then
+      line = "  model      first order: the vibration of the equations about rest; multipliers about that vibration" // newline
+    else if (many) then
+      line = "  model      about rest at every point; about the machine's vibration with &model frame='exact'" // newline
+    end if
+  end function model_line
+
+  !> How the exact vibration was found; nothing of the other models.
+  pure function newton_line(newton) result(line)
+    type(newton_type), intent(in) :: newton
+    character(len=:), allocatable :: line
+    integer :: k
+
+    line = ""
+    if (.not. allocated(newton%steps)) return
+    line = "  vibration           of the exact frame by Newton's method, steps relative to it"
+    do k = 1, size(newton%steps)
+      line = line // trim(merge(",", " ", k > 1)) // " " // concise(newton%steps(k), 1)
+    end do
+    line = line // newline
+  end function newton_line
+
+  !> What the multipliers about the vibration say, where those about rest miss it.
+  pure function better_line(better) result(line)
+    type(multipliers_type), intent(in), allocatable :: better
+    character(len=:), allocatable :: line
+
+    line = ""
+    if (.not. allocated(better)) return
+    line = "  BUT these are the equations about rest. About its vibration the machine is " // trim(better%verdict()) &
+      & // ", |rho| = " // fixed(exp(better%log_abs(1)), 6) // ":" // newline // "  order &model frame='exact'" // newline
+  end function better_line
+
+end module gestell_io_report_model
