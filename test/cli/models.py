@@ -100,6 +100,32 @@ def test_over_parameters():
             near(f"exact, rho_max at {speed}", table.column("rho_max")[k], alone, 2 * table.column("rho_error")[k])
 
 
+def test_borders():
+    """The borders of a tongue are those that the machine itself has on both sides of them, by each model."""
+    sweep = "&sweep parameter='drive.speed_rpm', from=2400.0, to=2460.0, count=40 /\n"
+    with Folder(input=TONGUE + sweep) as folder:
+        width = {}
+        for model in ("exact", "first_order", "rest"):
+            words = ("-q", "-s", f"model.frame='{model}'")
+            if not Run(folder, *words, "-s", "case.tasks='boundary'", "-o", model, "input.nml").done(f"borders, {model}"):
+                return
+            lines = [line.split(",") for line in (folder / model / "boundary.csv").read_text().splitlines() if line[0] != "#"]
+            speeds = [float(row[1]) for row in lines[1:]]
+            equal(f"borders, {model}", len(speeds), 2)
+            if len(speeds) != 2:
+                return
+            width[model] = speeds[1] - speeds[0]
+            for speed, side, expected in ((speeds[0], -1, "stable"), (speeds[0], 1, "unstable"), (speeds[1], -1, "unstable"),
+                                          (speeds[1], 1, "stable")):
+                # well beyond the border's error, 4e-7 rpm, and a millionth of the tongue
+                one = Run(folder, "-s", f"model.frame='{model}'", "-s", f"drive.speed_rpm={speed + side * 1e-5!r}", "-o", "one",
+                          "input.nml")
+                check(f"borders, {model}, {speed} {side:+d}e-5 rpm", f"VERDICT  {expected}" in one.out, expected, one.out[:900])
+        # the exact one less first order: of second order in the motion
+        near("width of the tongue, first order and exact", width["first_order"] / width["exact"], 1, 1e-2)
+        check("width of the tongue about rest", width["rest"] < 0.2 * width["exact"], "less than a fifth", width)
+
+
 def test_refused():
     with Folder(input=SOUND) as folder:
         Run(folder, "-s", "model.frame='exact'", "-s", "model.coefficients='averaged'", "input.nml").refused(
@@ -108,4 +134,4 @@ def test_refused():
         equal("nothing written", [path.name for path in folder.iterdir()], ["input.nml"])
 
 
-MODEL_TESTS = [test_verdicts, test_told, test_points_of_the_frame, test_over_parameters, test_refused]
+MODEL_TESTS = [test_verdicts, test_told, test_points_of_the_frame, test_over_parameters, test_borders, test_refused]
