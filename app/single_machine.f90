@@ -10,12 +10,15 @@ module single_machine
   use gestell_io_mechanism_csv, only: write_mechanism
   use gestell_io_report, only: report_results
   use gestell_io_report_mechanism, only: report_transmission
+  use gestell_io_report_model, only: report_frame_models
   use gestell_io_report_probes, only: limits_told
   use gestell_io_report_trade, only: report_model, report_trade
   use gestell_io_results, only: write_results, write_trade
   use gestell_io_verdict, only: with_verdict
   use gestell_study_analysis, only: analyse, analysis_type
   use gestell_study_findings, only: find, findings_type
+  use gestell_study_frame_model, only: frame_models
+  use gestell_study_frame_models, only: measure_frame_models, model_finding_type
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_type, only: mode_type
   use gestell_study_model_check, only: check_model
@@ -54,6 +57,7 @@ contains
     type(analysis_type) :: analysis
     type(trade_type) :: trade
     type(model_trade_type) :: model_trade
+    type(model_finding_type) :: models(size(frame_models))
     type(findings_type) :: findings
     type(error_type), allocatable :: unfound
     type(mode_type), allocatable :: modes(:)
@@ -91,7 +95,10 @@ contains
       call console%say(report_transmission(configuration%frame) // report_results(configuration, analysis, frequencies, modes, &
         & better) &
         & // report_findings(findings, trim(results%verdict)))
-      if (configuration%trade) call console%say(report_trade(trade) // report_model(model_trade))
+      if (configuration%trade) then
+        call measure_frame_models(configuration%frame, configuration%accuracy, models)
+        call console%say(report_trade(trade) // report_model(model_trade) // report_frame_models(models))
+      end if
     end if
 
     call write_results(folder, with_verdict(preamble, trim(results%verdict)), configuration%frame, configuration%tasks, &

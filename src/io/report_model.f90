@@ -1,13 +1,16 @@
 !> What the report says of the frame's model.
 module gestell_io_report_model
+  use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_io_text, only: padded
   use gestell_study_analysis, only: tasks_type
   use gestell_study_frame_model, only: newton_type
+  use gestell_study_frame_models, only: model_finding_type
   implicit none (type, external)
   private
 
-  public :: better_line, model_line, newton_line
+  public :: better_line, model_line, newton_line, report_frame_models
 
   character, parameter :: newline = new_line("a")
 
@@ -56,5 +59,29 @@ contains
     line = "  BUT these are the equations about rest. About its vibration the machine is " // trim(better%verdict()) &
       & // ", |rho| = " // fixed(exp(better%log_abs(1)), 6) // ":" // newline // "  order &model frame='exact'" // newline
   end function better_line
+
+  !> What every model of the frame finds.
+  pure function report_frame_models(findings) result(lines)
+    type(model_finding_type), intent(in) :: findings(:)
+    character(len=:), allocatable :: lines
+    real(dp), parameter :: most = log(huge(1.0_dp)) - 1
+    integer :: i
+
+    lines = newline // "THE FRAME'S MODELS, verdict and vibration" // newline &
+      & // "  model          verdict   largest |rho|    peaks: xi m       eta m     psi rad   milliseconds" // newline
+    do i = 1, size(findings)
+      associate (found => findings(i))
+        lines = lines // "  " // found%model
+        if (len_trim(found%verdict) > 0) lines = lines // padded(trim(found%verdict), 11) &
+          & // padded(concise(exp(min(found%log_rho, most)), 10), 16)
+        if (allocated(found%reason)) then
+          lines = lines // "  " // found%reason // newline
+        else
+          lines = lines // padded(concise(found%peak(1), 6), 16) // padded(concise(found%peak(2), 6), 12) &
+            & // padded(concise(found%peak(3), 6), 12) // padded(concise(1000 * found%seconds, 2), 15) // newline
+        end if
+      end associate
+    end do
+  end function report_frame_models
 
 end module gestell_io_report_model

@@ -126,6 +126,19 @@ def test_borders():
         check("width of the tongue about rest", width["rest"] < 0.2 * width["exact"], "less than a fifth", width)
 
 
+def test_trade():
+    with Folder(input=TONGUE) as folder:
+        one = Run(folder, "-s", "case.tasks='trade'", "-s", "drive.speed_rpm=2426", "input.nml")
+        one.done("trade")
+        rows = {words[0]: words[1:] for words in map(str.split, one.out.partition("THE FRAME'S MODELS")[2].splitlines()) if words}
+        for model, verdict, rho, tolerance in (("exact", "unstable", EXUDYN, 1e-9), ("first_order", "unstable", EXUDYN, 2e-6),
+                                               ("rest", "stable", 0.999680541, 1e-9)):
+            row = rows.get(model, [""] * 6)
+            equal(f"trade, {model}, verdict", row[0], verdict)
+            if row[0]:
+                near(f"trade, {model}, the multiplier", float(row[1]), rho, tolerance)
+
+
 def test_refused():
     with Folder(input=SOUND) as folder:
         Run(folder, "-s", "model.frame='exact'", "-s", "model.coefficients='averaged'", "input.nml").refused(
@@ -134,4 +147,4 @@ def test_refused():
         equal("nothing written", [path.name for path in folder.iterdir()], ["input.nml"])
 
 
-MODEL_TESTS = [test_verdicts, test_told, test_points_of_the_frame, test_over_parameters, test_borders, test_refused]
+MODEL_TESTS = [test_verdicts, test_told, test_points_of_the_frame, test_over_parameters, test_borders, test_trade, test_refused]
