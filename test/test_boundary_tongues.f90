@@ -1,10 +1,12 @@
 !> Narrow tongues of parametric resonance: none is missed, whatever the search points are.
 module test_boundary_tongues
-  use boundary_families, only: machine_family, new_machine_family
+  use boundary_families, only: machine_family, mathieu_family, new_machine_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_study_boundary, only: border_accuracy, border_rest_type, border_type, find_borders
+  use gestell_study_boundary_line, only: line_type
+  use gestell_study_boundary_search, only: range_nodes, search_line, search_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, tile_type
   use gestell_study_point, only: sweep_order_type
@@ -26,6 +28,7 @@ contains
       & new_unittest("two dyads: seven tongues from 10, 40 and 160 search points", test_dyads), &
       & new_unittest("four-bar: nine tongues from 10 and 40 search points", test_four_bar), &
       & new_unittest("two sliders: eighteen tongues from 10 and 160 search points", test_sliders), &
+      & new_unittest("more meetings than are looked at: the others are said to be open", test_left_out), &
       & new_unittest("random machines over stiffness and mass: dense sweeps", test_sweeps)]
   end subroutine collect_boundary_tongues
 
@@ -108,6 +111,46 @@ contains
       if (allocated(error)) return
     end do
   end subroutine check_tongues
+
+  !> y'' + 1e-3 y' + (a - 0.2 cos 2t) y = 0 over a: multipliers meet at a = k**2, k = 1, ... 14, ever slower; only the tongue at 1
+  !> and that at 4 are there (that at 9 would begin at q**3 / 32 = 2 d sqrt(a), half of the width of a3 - b3). Of 14 places six are
+  !> looked at, those where phases part most slowly (none part within a tongue).
+  subroutine test_left_out(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: looked_at = 6, all_places = 14
+    type(line_type) :: line
+    type(search_type) :: search
+    type(gestell_error), allocatable :: failure
+    integer :: i, k
+
+    line%axes = [axis_type(0.5_dp, 200.0_dp, 10)]
+    line%start = [0.0_dp]
+    line%way = [1.0_dp]
+    line%accuracy = accuracy_type(tolerance=border_accuracy)
+    do i = 1, 2
+      if (i == 2) line%most_meetings = looked_at
+      call search_line(mathieu_family(q=0.1_dp, d=1.0e-3_dp), line, range_nodes(10), search, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      if (i == 1) then
+        call check(error, search%meetings >= all_places .and. search%left_out == 0 .and. size(search%doubts) == 0)
+        if (.not. allocated(error)) call check(error, size(search%found%list), 4)
+      else
+        call check(error, search%meetings, looked_at)
+        ! What was not looked at is said to be open, or it is a tongue that was.
+        do k = 1, all_places - looked_at
+          if (allocated(error)) return
+          associate (t => (k**2 - 0.5_dp) / 199.5_dp)
+            call check(error, any(abs(search%doubts%t - t) <= search%doubts%width / 2) .or. &
+              & count(abs(search%found%list%t - t) < 1.0e-3_dp) == 2, more="a place that is left out in silence")
+          end associate
+        end do
+      end if
+      if (allocated(error)) return
+    end do
+  end subroutine test_left_out
 
   !> No point of a sweep contradicts the borders, and there are as many as with four times the search points.
   subroutine test_sweeps(error)

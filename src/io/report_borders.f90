@@ -72,6 +72,8 @@ contains
     integer :: i
 
     report = thin_places(rest%thin, 2 * tolerance)
+    if (rest%left_out > 0) report = report // "  note: multipliers meet so often that " // counted(rest%left_out, "place") // &
+      & " were not looked at; they lie in the open ranges below: search these apart" // newline
     if (.not. allocated(rest%places)) return
     do i = 1, min(size(rest%places), most_listed)
       report = report // "  open: a border could not be excluded at " // concise(rest%places(i)%value, 13) // ", within " &

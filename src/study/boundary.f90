@@ -42,6 +42,8 @@ module gestell_study_boundary
   type, public :: border_rest_type
     integer :: meetings = 0, thin = 0
     type(open_border_type), allocatable :: places(:)
+    !> Meetings that were not looked at, being too many; they lie in `places`.
+    integer :: left_out = 0
   end type border_rest_type
 
   !> The stable system nearest to a given one along a parameter: itself if it is not unstable.
@@ -100,6 +102,7 @@ contains
 
     rest%meetings = search%meetings
     rest%thin = search%thin
+    rest%left_out = search%left_out
     rest%places = [(open_border_type(parameter_at(axis, search%doubts(i)%t), &
       & abs(sensitivity(axis, search%doubts(i)%t)) * search%doubts(i)%width), i = 1, size(search%doubts))]
   end function rest_of

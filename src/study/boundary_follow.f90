@@ -20,61 +20,85 @@ module gestell_study_boundary_follow
 
   !> Parts of the whole: of a stretch that is not divided any more, and of one at whose other end there is no system.
   real(dp), parameter :: shortest = 1.0e-7_dp, beside_nothing = 1.0e-4_dp
-  !> Stretches at the most.
-  integer, parameter :: most = 20000
+  !> Beyond so many nodes nothing is divided any more.
+  integer, parameter :: most = 4000
+  !> What is known of a stretch.
+  integer, parameter :: open = 0, done = 1, empty = 2
 
 contains
 
   !> The stretches between the first and the last of `t`, ascending, with nodes at all of them and between them where the
-  !> multipliers do not go on as their slopes say. Error: the parameters make no sense.
+  !> multipliers do not go on as their slopes say: all that need it are halved, then those of the halves, so that where the
+  !> nodes do not suffice the shortest remain as they are. Error: the parameters make no sense.
   subroutine follow_multipliers(family, line, t, way, error)
     class(family_type), intent(in) :: family
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t(:)
     type(way_type), intent(out) :: way
     type(error_type), allocatable, intent(out) :: error
-    type(node_type) :: l, r
-    integer :: i
+    type(node_type), allocatable :: nodes(:), more(:)
+    integer, allocatable :: state(:), more_state(:)
+    integer :: i, n
 
+    allocate(nodes(size(t)))
     associate (span => t(size(t)) - t(1))
-      call solve_node(family, line, t(1), span, 1.0_dp, l, error)
-      do i = 2, size(t)
+      do i = 1, size(t)
+        call solve_node(family, line, t(i), span, merge(1.0_dp, -1.0_dp, i == 1), nodes(i), error)
         if (allocated(error)) return
-        call solve_node(family, line, t(i), span, -1.0_dp, r, error)
-        if (.not. allocated(error)) call follow(family, line, l, r, span, way, error)
-        l = r
+      end do
+      allocate(state(size(t) - 1), source=open)
+      do
+        do i = 1, size(state)
+          if (state(i) == open) state(i) = state_of(nodes(i), nodes(i + 1), span)
+        end do
+        if (size(nodes) > most .or. .not. any(state == open)) exit
+        n = count(state == open)
+        allocate(more(size(nodes) + n), more_state(size(state) + n))
+        n = 0
+        do i = 1, size(state)
+          n = n + 1
+          more(n) = nodes(i)
+          more_state(n) = state(i)
+          if (state(i) /= open) cycle
+          n = n + 1
+          more_state(n) = open
+          call solve_node(family, line, (nodes(i)%at%t + nodes(i + 1)%at%t) / 2, span, 1.0_dp, more(n), error)
+          if (allocated(error)) return
+        end do
+        more(n + 1) = nodes(size(nodes))
+        call move_alloc(more, nodes)
+        call move_alloc(more_state, state)
+      end do
+      do i = 1, size(state)
+        if (alike(nodes(i), nodes(i + 1))) call way%add(stretch_between(nodes(i), nodes(i + 1)))
       end do
     end associate
   end subroutine follow_multipliers
 
-  recursive subroutine follow(family, line, l, r, span, way, error)
-    class(family_type), intent(in) :: family
-    type(line_type), intent(in) :: line
+  !> Whether the stretch between two nodes can be left as it is, or has no systems.
+  pure integer function state_of(l, r, span) result(state)
     type(node_type), intent(in) :: l, r
     real(dp), intent(in) :: span
-    type(way_type), intent(inout) :: way
-    type(error_type), allocatable, intent(out) :: error
     type(stretch_type) :: stretch
-    type(node_type) :: m
-    logical :: smooth
 
+    state = open
     associate (h => r%at%t - l%at%t)
-      if (.not. alike(l, r)) then
-        if ((l%at%missing() .and. r%at%missing()) .or. h < beside_nothing * span) return
-      else
-        call connect(l, r, stretch)
-        smooth = stretch%is_smooth()
-        stretch%rough = .not. smooth
-        if (smooth .or. h < shortest * span .or. way%count >= most) then
-          call way%add(stretch)
-          return
-        end if
+      if (alike(l, r)) then
+        stretch = stretch_between(l, r)
+        if (h < shortest * span .or. .not. stretch%rough) state = done
+      else if ((l%at%missing() .and. r%at%missing()) .or. h < beside_nothing * span) then
+        state = empty
       end if
-      call solve_node(family, line, l%at%t + h / 2, span, 1.0_dp, m, error)
     end associate
-    if (.not. allocated(error)) call follow(family, line, l, m, span, way, error)
-    if (.not. allocated(error)) call follow(family, line, m, r, span, way, error)
-  end subroutine follow
+  end function state_of
+
+  !> `rough` if it is not smooth.
+  pure type(stretch_type) function stretch_between(l, r) result(stretch)
+    type(node_type), intent(in) :: l, r
+
+    call connect(l, r, stretch)
+    stretch%rough = .not. stretch%is_smooth()
+  end function stretch_between
 
   !> Whether both are systems of one size.
   pure logical function alike(l, r)

@@ -26,6 +26,8 @@ module gestell_study_boundary_line
     type(accuracy_type) :: accuracy
     !> How exactly borders are found, in u.
     real(dp) :: tolerance = 1.0e-10_dp
+    !> Meetings of multipliers that are looked at, at the most: a slow crank has any number of them.
+    integer :: most_meetings = 5000
   contains
     procedure :: step
   end type line_type

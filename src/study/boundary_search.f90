@@ -1,13 +1,14 @@
 !> All borders along a line, from 0 to 1, found from the multipliers that are followed along it.
 module gestell_study_boundary_search
   use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: dp
   use gestell_study_boundary_crossing, only: add_named, crossing_type, crossings_type, separate, verify
   use gestell_study_boundary_exponents, only: stretch_type
   use gestell_study_boundary_follow, only: follow_multipliers, way_type
   use gestell_study_boundary_line, only: line_type, probe_type, skewed
   use gestell_study_boundary_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
   use gestell_study_boundary_pair, only: pair_name_type
+  use gestell_study_boundary_places, only: fastest_within, find_meetings, place_type, places_type
   use gestell_study_family, only: family_type
   implicit none (type, external)
   private
@@ -24,6 +25,8 @@ module gestell_study_boundary_search
     type(doubt_type), allocatable :: doubts(:)
     !> Places where multipliers meet; those of them without damping where nothing grows at a distance of the tolerance.
     integer :: meetings = 0, thin = 0
+    !> Meetings beyond those that a line allows: they were not looked at.
+    integer :: left_out = 0
     !> Systems along the line, ascending, of which each side of each border was seen.
     type(probe_type), allocatable :: marks(:)
     integer, private :: seen = 0
@@ -55,6 +58,8 @@ contains
     type(search_type), intent(out) :: search
     type(error_type), allocatable, intent(out) :: error
     type(way_type) :: way
+    type(places_type) :: places
+    real(dp) :: fastest
     integer :: i
 
     allocate(search%doubts(0), search%marks(0))
@@ -65,14 +70,50 @@ contains
         call add_mark(search, stretch%ends(1))
         call add_mark(search, stretch%ends(2))
         if (stretch%rough) search%doubts = [search%doubts, doubt_type(sum(stretch%ends%t) / 2, stretch%length())]
-        call search_stretch(family, line, stretch, search, error)
+        call find_meetings(stretch, i, places)
+      end associate
+    end do
+    fastest = fastest_within(places, line%most_meetings)
+    do i = 1, places%count
+      associate (place => places%list(i))
+        if (abs(place%rate) > fastest) cycle
+        call look(family, line, way%list(place%stretch), place, search, error)
         if (allocated(error)) return
       end associate
     end do
+    call name_left_out(places, fastest, way, search)
     call sort_marks(search)
     call close_gaps(family, line, search, error)
     if (.not. allocated(error)) call search%found%sort(2 * line%step())
   end subroutine search_line
+
+  !> The stretches with places that were left out, neighbours together, are doubts.
+  pure subroutine name_left_out(places, fastest, way, search)
+    type(places_type), intent(in) :: places
+    real(dp), intent(in) :: fastest
+    type(way_type), intent(in) :: way
+    type(search_type), intent(inout) :: search
+    type(doubt_type), allocatable :: own(:)
+    logical :: left(0:way%count + 1)
+    integer :: i, first
+
+    allocate(own(0))
+    left = .false.
+    do i = 1, places%count
+      if (abs(places%list(i)%rate) <= fastest) cycle
+      search%left_out = search%left_out + 1
+      left(places%list(i)%stretch) = .true.
+    end do
+    first = 0
+    do i = 1, way%count
+      if (left(i) .and. .not. left(i - 1)) first = i
+      if (.not. left(i) .or. left(i + 1)) cycle
+      associate (from => way%list(first)%ends(1)%t, to => way%list(i)%ends(2)%t)
+        own = [own, doubt_type((from + to) / 2, to - from)]
+      end associate
+    end do
+    search%doubts = [own, search%doubts]
+  end subroutine name_left_out
 
   !> Both lists, ascending, in one, what is the same left once.
   pure function merged(a, b) result(all)
@@ -102,97 +143,32 @@ contains
     all = pack(both, [.true., both(2:) - both(:size(both) - 1) > same])
   end function merged
 
-  !> The meetings of all pairs of multipliers on a stretch. Where two pairs are conjugate to each other, of one.
-  subroutine search_stretch(family, line, stretch, search, error)
+  !> Searches for a tongue where two multipliers meet.
+  subroutine look(family, line, stretch, place, search, error)
     class(family_type), intent(in) :: family
     type(line_type), intent(in) :: line
     type(stretch_type), intent(in) :: stretch
+    type(place_type), intent(in) :: place
     type(search_type), intent(inout) :: search
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: samples = 16
-    !> In radians: how far multipliers may pass by each other to be looked at, beside what is not known of where they are;
-    !> lie below the real axis (sine of the argument) not to be left out; and differ to be taken for one.
-    real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
-    complex(dp) :: z(size(stretch%miss), 0:samples)
-    real(dp) :: ahead(0:samples), rest(0:samples), near, x
-    integer :: i, j, k, turns
-    logical :: meets
+    type(meeting_type) :: meeting
 
-    do k = 0, samples
-      z(:, k) = stretch%at(real(k, dp) / samples)
-    end do
-    do i = 1, size(z, 1)
-      do j = i + 1, size(z, 1)
-        if (lost(real(z(i, :))) .or. lost(real(z(j, :)))) cycle
-        ahead = aimag(z(i, :) - z(j, :))
-        near = close + safety * (abs(stretch%miss(i)) + abs(stretch%miss(j)))
-        do turns = floor((minval(ahead) - near) / (2 * pi)), ceiling((maxval(ahead) + near) / (2 * pi))
-          rest = ahead - 2 * pi * turns
-          if (minval(abs(rest)) > near .and. all(rest > 0 .eqv. rest(0) > 0)) cycle
-          if (maxval(abs(rest)) <= locked) cycle
-          do k = 1, samples
-            call meet(rest, k, meets, x)
-            if (.not. meets) cycle
-            if (sin(aimag(z(j, k))) < below) cycle
-            call look(pair_name_type(i, j, turns), (k - 1 + x) / samples, (rest(k) - rest(k - 1)) * samples / stretch%length())
-            if (allocated(error)) return
-          end do
-        end do
-      end do
-    end do
-
-  contains
-
-    !> A decay that no meeting stops that these curves would not show.
-    pure logical function lost(growth)
-      real(dp), intent(in) :: growth(:)
-      real(dp), parameter :: strong = -3
-
-      lost = maxval(growth) < strong
-    end function lost
-
-    subroutine look(name, x, rate)
-      type(pair_name_type), intent(in) :: name
-      real(dp), intent(in) :: x, rate
-      type(meeting_type) :: meeting
-
-      search%meetings = search%meetings + 1
-      call search_meeting(family, line, stretch, name, stretch%ends(1)%t + x * stretch%length(), rate, meeting, error)
-      if (allocated(error)) return
-      select case (meeting%outcome)
-      case (tongue)
-        call add_tongue(family, line, stretch, name, meeting, search, error)
-      case (thin)
-        search%thin = search%thin + 1
-      case (open_question)
-        search%doubts = [search%doubts, doubt_type(meeting%t, meeting%width)]
-      case default
-        ! no tongue
-      end select
-    end subroutine look
-
-  end subroutine search_stretch
-
-  !> Whether two phases meet, or are nearest to each other, between the samples k - 1 and k, and at which part of that way.
-  pure subroutine meet(rest, k, meets, x)
-    real(dp), intent(in) :: rest(0:)
-    integer, intent(in) :: k
-    logical, intent(out) :: meets
-    real(dp), intent(out) :: x
-
-    associate (a => rest(k - 1), b => rest(k))
-      meets = (a > 0) .neqv. (b > 0)
-      x = 0.5_dp
-      if (meets) then
-        x = a / (a - b)
-      else
-        x = merge(0.0_dp, 1.0_dp, abs(a) < abs(b))
-      end if
+    search%meetings = search%meetings + 1
+    associate (start => stretch%ends(1)%t + place%x * stretch%length())
+      call search_meeting(family, line, stretch, place%name, start, place%rate, meeting, error)
     end associate
-    if (meets) return
-    if (any((rest > 0) .neqv. (rest(0) > 0))) return
-    meets = k == max(minloc(abs(rest), dim=1) - 1, 1)
-  end subroutine meet
+    if (allocated(error)) return
+    select case (meeting%outcome)
+    case (tongue)
+      call add_tongue(family, line, stretch, place%name, meeting, search, error)
+    case (thin)
+      search%thin = search%thin + 1
+    case (open_question)
+      search%doubts = [search%doubts, doubt_type(meeting%t, meeting%width)]
+    case default
+      ! no tongue
+    end select
+  end subroutine look
 
   !> The borders at both ends of a tongue, and systems in it and beside it.
   subroutine add_tongue(family, line, stretch, name, meeting, search, error)

@@ -125,7 +125,7 @@ contains
     type(border_type), intent(in) :: found(:)
     integer, intent(out) :: missing, additional
     logical :: inside, differs, run
-    integer :: i, k, first_of_run
+    integer :: i, k, first_of_run, last_of_run
 
     missing = 0
     additional = 0
@@ -133,28 +133,35 @@ contains
     if (size(found) > 0) inside = merge(found(1)%below, found(1)%above, axis%to > axis%from) == "unstable"
     k = 1
     run = .false.
-    do i = 1, size(verdicts) + 1
-      if (i <= size(verdicts)) then
-        do while (k <= size(found))
-          if ((found(k)%value - axis%value(i)) * (axis%to - axis%from) > 0) exit
-          inside = .not. inside
-          k = k + 1
-        end do
-        differs = (inside .and. verdicts(i) == stable) .or. (.not. inside .and. verdicts(i) == unstable)
-        if (size(found) > 0 .and. differs) differs = all(abs(found%value - axis%value(i)) > 2 * found%error)
-      else
-        differs = .false.
-      end if
+    first_of_run = 1
+    last_of_run = 1
+    do i = 1, size(verdicts)
+      do while (k <= size(found))
+        if ((found(k)%value - axis%value(i)) * (axis%to - axis%from) > 0) exit
+        inside = .not. inside
+        k = k + 1
+      end do
+      differs = (inside .and. verdicts(i) == stable) .or. (.not. inside .and. verdicts(i) == unstable)
+      if (size(found) > 0 .and. differs) differs = all(abs(found%value - axis%value(i)) > 2 * found%error)
       if (differs .and. .not. run) first_of_run = i
-      if (run .and. .not. differs) then
-        if (verdicts(i - 1) == unstable) missing = missing + 1
-        if (verdicts(i - 1) == stable) additional = additional + 1
-        if (missing + additional <= 4) print "(i5, 1x, a, es23.15, a, es23.15, i8, a)", number, &
-          & merge("missed  ", "invented", verdicts(i - 1) == unstable), axis%value(first_of_run), " to", axis%value(i - 1), &
-          & i - first_of_run, " points"
-      end if
+      if (run .and. .not. differs) call end_run(number, axis, verdicts, first_of_run, last_of_run, missing, additional)
+      if (differs) last_of_run = i
       run = differs
     end do
+    if (run) call end_run(number, axis, verdicts, first_of_run, last_of_run, missing, additional)
   end subroutine differences
+
+  !> Counts the run of points from `first` to `last`, and prints the first ones.
+  subroutine end_run(number, axis, verdicts, first, last, missing, additional)
+    integer, intent(in) :: number, verdicts(:), first, last
+    type(axis_type), intent(in) :: axis
+    integer, intent(inout) :: missing, additional
+
+    if (verdicts(last) == unstable) missing = missing + 1
+    if (verdicts(last) == stable) additional = additional + 1
+    if (missing + additional <= 4) print "(i5, 1x, a, es23.15, a, es23.15, i8, a)", number, &
+      & merge("missed  ", "invented", verdicts(last) == unstable), axis%value(first), " to", axis%value(last), &
+      & last - first + 1, " points"
+  end subroutine end_run
 
 end program borders
