@@ -8,7 +8,8 @@ module gestell_floquet_factors
   use gestell_base_kinds, only: dp
   use gestell_base_lapack, only: inverse, log_abs_determinant
   use gestell_base_matrix, only: balanced, unit_matrix
-  use gestell_floquet_convergence, only: most_steps, next_steps, remaining, safety, too_many_steps
+  use gestell_floquet_convergence, only: begin_type, most_steps, next_steps, remaining, safety, &
+    & too_many_steps, watch_rounding
   use gestell_floquet_mesh, only: mesh
   use gestell_floquet_method, only: method_type
   use gestell_floquet_monodromy, only: accuracy_type, choose_method, survey
@@ -66,8 +67,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(level_type) :: coarse, middle, fine
     real(dp), allocatable :: d12(:, :), d23(:, :), left(:, :), floor(:)
+    type(begin_type) :: begin
     real(dp) :: turns
     integer :: steps
+    logical :: rounding
 
     factors%period = system%period
     call survey(system, factors%scale, turns, error)
@@ -98,6 +101,11 @@ contains
         left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, order)
         if (maxval(sum(safety * left, dim=1)) + sum(floor) <= accuracy%tolerance .or. &
           & maxval(sum(d23, dim=1)) <= sum(floor)) exit
+        call watch_rounding(sum(d23, dim=1), fine%steps, max(accuracy%tolerance, sum(floor)), begin, rounding)
+        if (rounding) then
+          left(:, 2) = max(left(:, 2), d12(:, 2), d23(:, 2))
+          exit
+        end if
         call move_level(middle, coarse)
         call move_level(fine, middle)
         d12 = d23

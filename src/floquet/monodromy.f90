@@ -5,7 +5,8 @@ module gestell_floquet_monodromy
   use gestell_base_lapack, only: balancing, inverse, log_abs_determinant
   use gestell_base_matrix, only: balanced
   use gestell_base_text, only: text
-  use gestell_floquet_convergence, only: most_steps, next_steps, remaining, safety, too_many_steps
+  use gestell_floquet_convergence, only: begin_type, most_steps, next_steps, remaining, safety, &
+    & too_many_steps, watch_rounding
   use gestell_floquet_flow, only: period_map
   use gestell_floquet_mesh, only: mesh
   use gestell_floquet_method, only: method_type
@@ -207,7 +208,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(level_type) :: coarse, middle, fine
     real(dp) :: d12(2), d23(2), left(2), floor
+    type(begin_type) :: begin
     integer :: steps
+    logical :: rounding
 
     ! A method of order p begins to converge where the fastest motion turns by about p / 3 radians in a step: the middle
     ! solution stands there.
@@ -234,6 +237,11 @@ contains
       d23 = distance(middle, fine, monodromy%scale)
       left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, monodromy%method%order)
       if (maxval(safety * left) + floor <= tolerance .or. maxval(d23) <= floor) exit
+      call watch_rounding(d23, fine%steps, max(tolerance, floor), begin, rounding)
+      if (rounding) then
+        left(2) = max(left(2), d12(2), d23(2))
+        exit
+      end if
       call move_level(middle, coarse)
       call move_level(fine, middle)
       d12 = d23

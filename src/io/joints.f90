@@ -173,6 +173,7 @@ contains
       call input_error(joints(i), key, "needs 2 different joints", error)
     else
       call linkage%moving_guide(carriers, point, angle, guide, error)
+      if (allocated(error)) call in_group(joints(i), error)
     end if
   end subroutine get_guide
 

@@ -48,7 +48,8 @@ def test_factors():
 
 def test_places():
     """Places are taken as far as lengths are."""
-    for key in ("guide_point=9.99e307,0", "guide_point=0,-1e101"):
+    for key, told in (("guide_point=9.99e307,0", ""), ("guide_point=0,-1e101", ""),
+                      ("guide='J1','J2', guide_point=0,1e242", "a guide: ")):
         machine = """\
 &drive speed_rpm=268.79 /
 &joint name='J1', type='ground', position=0,0 /
@@ -59,7 +60,7 @@ def test_places():
 """
         with Folder(input=machine) as folder:
             Run(folder, "--check", "input.nml").refused(key, 2, 
-                                                             "input.nml:4: &joint 'J3': coordinates must lie between -1e100 m and 1e100 m")
+                                                             f"input.nml:4: &joint 'J3': {told}coordinates must lie between -1e100 m and 1e100 m")
 
 
 def test_implausible_motion():
@@ -89,4 +90,28 @@ def test_multiplier():
         check("a multiplier that overflows", re.match(r"1 +- +- e\^9\.\d+e15 ", row) and "Inf" not in run.out, "- - e^9...e15", row)
 
 
-OVERFLOW_TESTS = [test_shaking, test_probe, test_multiplier, test_factors, test_places, test_implausible_motion]
+def test_balanced():
+    """A balanced crank: its forces are rounding, which no number of steps makes more exact."""
+    machine = """\
+&case tasks='stability','response','forces' /
+&drive speed_rpm=300 /
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius=0.1, phase=17 /
+&link name='disc', from='O', to='A', mass=0.3, inertia=0.01, center=0.1,0.01 /
+&link name='balance', from='O', to='A', mass=0.1, inertia=0.01, center=-0.3,-0.03 /
+&frame mass=10, inertia=0.3, origin=0.1,0.05 /
+&support position=-0.3,-0.2, stiffness=2e4,2e4, damping=20,20 /
+&support position=0.3,-0.2, stiffness=2e4,2e4, damping=20,20 /
+"""
+    with Folder(input=machine) as folder:
+        run = Run(folder, "input.nml")
+        if not run.done("a balanced crank"):
+            return
+        steps = int(re.search(r"with (\d+) steps", run.out)[1])
+        check("a balanced crank, steps", steps <= 10000, "10000 at most", steps)
+        force = max(float(number) for number in re.findall(r"force on ground, [xy] +(\S+)", run.out))
+        # one of the two links alone exerts 0.3 kg 0.1 m (2 pi 5 Hz)^2 = 30 N
+        check("a balanced crank, forces", force < 1e-13 * 30, "rounding of 30 N", force)
+
+
+OVERFLOW_TESTS = [test_shaking, test_probe, test_balanced, test_multiplier, test_factors, test_places, test_implausible_motion]
