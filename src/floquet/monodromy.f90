@@ -170,7 +170,8 @@ contains
 
   !> With N steps, measured by N/2 and 2 N. The method has not begun to converge, and nothing is told of the error, unless the
   !> differences fall or are small already, and the bound that they give is below Phi(T) (below the greatest x_p(t)) itself:
-  !> differences of that size fall by chance.
+  !> differences of that size fall by chance, as those above a hundredth do where the fastest motion turns by more radians in a
+  !> step than the method has orders.
   subroutine with_given_steps(system, steps, forced, turns, monodromy, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -178,7 +179,7 @@ contains
     real(dp), intent(in) :: turns
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: small = 1.0e-6_dp, whole = 1, nothing_known = 1 / epsilon(1.0_dp)
+    real(dp), parameter :: small = 1.0e-6_dp, hundredth = 0.01_dp, whole = 1, nothing_known = 1 / epsilon(1.0_dp)
     logical :: lost(2)
     type(level_type) :: coarser, level, finer
     real(dp) :: before(2), change(2)
@@ -190,7 +191,8 @@ contains
     ! Relative to `level`, which becomes the result: the finer solution can be larger.
     before = distance(coarser, level, monodromy%scale)
     change = distance(finer, level, monodromy%scale)
-    lost = (change > small .and. 2 * change > before) .or. .not. safety * change < whole
+    lost = (change > small .and. 2 * change > before) .or. .not. safety * change < whole &
+      & .or. (change > hundredth .and. turns > real(monodromy%method%order, dp) * steps)
     monodromy%told = .not. lost(1)
     monodromy%xp_told = .not. lost(2)
     where (lost) change = nothing_known
