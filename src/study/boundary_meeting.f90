@@ -177,7 +177,7 @@ contains
     if (allocated(error) .or. three(2)%at%missing()) return
     s = times * max(abs(real(three(2)%mean)), sqrt(abs(three(2)%delta)), three(2)%noise)
     s = min(s, widest * stretch%length() * abs(rate)) / max(abs(rate), tiny(s))
-    s = max(s, line%step(), 16 * spacing(start))
+    s = min(max(s, line%step(), 16 * spacing(start)), (bounds(2) - bounds(1)) / 2)
     middle = min(max(start, bounds(1) + s), bounds(2) - s)
     if (abs(middle - start) > 0) call solve_pair(family, line, stretch, name, middle, three(2), error)
     if (.not. allocated(error)) call solve_pair(family, line, stretch, name, middle - s, three(1), error)

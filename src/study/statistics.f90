@@ -233,7 +233,7 @@ contains
     real(dp), intent(in) :: period, band(2)
     real(dp), intent(out) :: along(:), greatest_direction
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: square(2, 2)
+    real(dp) :: square(2, 2), unit
     complex(dp) :: c(2)
     real(dp), parameter :: rounding = 1.0e-12_dp
     integer :: k, i, n
@@ -246,18 +246,22 @@ contains
       call fatal_error(error, "a band of frequencies needs statistics, a positive period and two ascending ends", invalid_input)
       return
     end if
+    ! Squares overflow long before their roots do.
+    unit = maxval([(maxval(statistics%series(i)%amplitude), i = 1, n)])
+    if (.not. unit > 0) return
     square = 0
     do k = 1, size(statistics%series(1)%amplitude)
       if (k / period < band(1) * (1 - rounding) .or. k / period > band(2) * (1 + rounding)) cycle
       c = 0
       do i = 1, n
-        c(i) = statistics%series(i)%amplitude(k) * exp(cmplx(0, statistics%series(i)%phase(k), dp))
+        c(i) = statistics%series(i)%amplitude(k) / unit * exp(cmplx(0, statistics%series(i)%phase(k), dp))
       end do
       square = square + real(spread(c, 2, 2) * conjg(spread(c, 1, 2)), dp) / 2
     end do
-    along = [(sqrt(square(i, i)), i = 1, n)]
+    along = unit * [(sqrt(square(i, i)), i = 1, n)]
     ! The greater eigenvalue of a symmetric 2 x 2 matrix.
-    greatest_direction = sqrt((square(1, 1) + square(2, 2)) / 2 + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
+    greatest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 &
+      & + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
   end subroutine band_rms
 
 end module gestell_study_statistics

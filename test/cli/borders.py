@@ -104,4 +104,20 @@ def test_refused():
               done.out)
 
 
-BORDER_TESTS = (test_one_parameter, test_two_parameters, test_undamped, test_refused)
+def test_within_range():
+    """A tolerance as wide as the stretches between search points: a mass is not sought below its range, where it is negative."""
+    light = """\
+&case tasks='boundary' /
+&drive speed_rpm=384.907 /
+&mass_functions mass=0.64961, inertia=1.9567E-4, a1=1.0696E-2,7.19E-4,-6.11E-4, a2=1.06956E-2,-9.12E-4,8.8E-4,
+  a3=1.95667E-3,2.808E-5,-1.238E-4, moment=1.95667E-3, energy=1.95667E-3 /
+&frame mass=6.4961, inertia=0.05283, origin=-0.0483533,0.0504472 /
+&foundation stiffness=139535,0,0,0,139535,0,0,0,3782.6, damping=74.78,74.78,2.02718 /
+&sweep parameter='frame.mass', from=74.78, to=74780.0, count=5 /
+&boundary tolerance=0.0434 /
+"""
+    with Folder(input=light) as folder:
+        Run(folder, "input.nml").done("borders: a coarse tolerance over a positive mass")
+
+
+BORDER_TESTS = (test_one_parameter, test_two_parameters, test_undamped, test_within_range, test_refused)
