@@ -90,10 +90,11 @@ contains
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
       call name_modes(configuration, analysis, modes)
-      if (configuration%tasks%model == "rest" .and. .not. configuration%tasks%averaged .and. allocated(analysis%multipliers)) &
-        & call check_model(configuration%frame, configuration%accuracy, analysis%multipliers, better)
-      call console%say(report_transmission(configuration%frame) // report_results(configuration, analysis, frequencies, modes, &
-        & better) &
+      if (configuration%tasks%model == "rest" .and. .not. configuration%tasks%averaged .and. allocated(analysis%multipliers)) then
+        call check_model(configuration%frame, configuration%accuracy, analysis%multipliers, better)
+      end if
+      call console%say(report_transmission(configuration%frame) &
+        & // report_results(configuration, analysis, frequencies, modes, better) &
         & // report_findings(findings, trim(results%verdict)))
       if (configuration%trade) then
         call measure_frame_models(configuration%frame, configuration%accuracy, models)

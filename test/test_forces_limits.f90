@@ -6,7 +6,7 @@ module test_forces_limits
   use gestell_model_quantity, only: accelerations, find_quantity, probe_type, quantity_type
   use gestell_study_analysis, only: analysis_type
   use gestell_study_ground, only: along_x, along_y, moment, place_type, whole_force
-  use gestell_study_statistics, only: statistics_type, take_statistics
+  use gestell_study_statistics, only: band_rms, statistics_type, take_statistics
   use reference_cases, only: random_machine
   use reference_linear, only: qp
   use reference_linkage, only: mass_functions, mass_functions_type
@@ -28,6 +28,7 @@ contains
       & new_unittest("a guide is a stiff spring", test_guide), &
       & new_unittest("a machine in the mirror", test_mirror), &
       & new_unittest("forces that cancel are within their bounds", test_cancelled), &
+      & new_unittest("a probe's band: squares overflow, roots do not", test_great), &
       & new_unittest("averaged model: its guides are averaged too", test_averaged_guides)]
   end subroutine collect_forces_limits
 
@@ -71,6 +72,24 @@ contains
       call near(error, [bound(x), statistics%error], [0.0_dp, 0.0_dp], 1.0e-14_dp * peak(y), "bounds")
     end associate
   end subroutine test_cancelled
+
+  !> 3 cos(theta) along x and 4 cos(theta) along y, times 1e200: the root of the mean square of their size is 5/sqrt(2) of that.
+  subroutine test_great(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: great = 1.0e200_dp
+    type(statistics_type) :: statistics
+    type(gestell_error), allocatable :: failure
+    real(dp) :: along(2), greatest
+
+    allocate(statistics%series(2))
+    statistics%series(1)%amplitude = [3 * great]
+    statistics%series(2)%amplitude = [4 * great]
+    statistics%series(1)%phase = [0.0_dp]
+    statistics%series(2)%phase = [0.0_dp]
+    call band_rms(statistics, 1.0_dp, [0.5_dp, 1.5_dp], along, greatest, failure)
+    call check(error, .not. allocated(failure), more="band")
+    call near(error, [along, greatest], great / sqrt(2.0_dp) * [3, 4, 5], 1.0e-15_dp * 5 * great, "great amplitudes")
+  end subroutine test_great
 
   !> On mounts s times as stiff the forces tend to those on a frame at rest, -Omega^2 (a_1'', a_2'') and the moment, as 1/s.
   subroutine test_rigid(error)

@@ -8,7 +8,6 @@ module test_probes
   use gestell_model_quantity, only: accelerations, probe_type
   use gestell_study_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_ground, only: along_x, along_y, find_places, place_type
-  use gestell_study_statistics, only: band_rms, statistics_type
   use gestell_study_watched, only: probe_parts, velocity_part, watch, watched_type
   use reference_cases, only: random_linkage, random_machine
   use reference_machine, only: khang_machine, machine_data
@@ -32,7 +31,6 @@ contains
       & new_unittest("a rocking frame in closed form, both ways round", test_rocking), &
       & new_unittest("at a support: its force over its stiffness", test_support), &
       & new_unittest("the band: edges on orders, greatest direction", test_band), &
-      & new_unittest("the band: squares overflow, roots do not", test_great), &
       & new_unittest("verdict against the limit", test_verdict), &
       & new_unittest("claimed errors hold", test_errors), &
       & new_unittest("claimed errors hold on very soft and very stiff mounts", test_extremes)]
@@ -286,24 +284,6 @@ contains
       end do
     end do
   end subroutine test_band
-
-  !> 3 cos(theta) along x and 4 cos(theta) along y, times 1e200: the root of the mean square of their size is 5/sqrt(2) of that.
-  subroutine test_great(error)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: great = 1.0e200_dp
-    type(statistics_type) :: statistics
-    type(gestell_error), allocatable :: failure
-    real(dp) :: along(2), greatest
-
-    allocate(statistics%series(2))
-    statistics%series(1)%amplitude = [3 * great]
-    statistics%series(2)%amplitude = [4 * great]
-    statistics%series(1)%phase = [0.0_dp]
-    statistics%series(2)%phase = [0.0_dp]
-    call band_rms(statistics, 1.0_dp, [0.5_dp, 1.5_dp], along, greatest, failure)
-    call check(error, .not. allocated(failure), more="band")
-    call near(error, [along, greatest], great / sqrt(2.0_dp) * [3, 4, 5], 1.0e-15_dp * 5 * great, "great amplitudes")
-  end subroutine test_great
 
   !> The orders `first` to `last` of equidistant samples over a period.
   pure function orders_of(samples, first, last) result(part)

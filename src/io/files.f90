@@ -81,6 +81,7 @@ module gestell_io_files
       import :: c_char, c_int, c_intptr_t, c_size_t
       implicit none (type, external)
       integer(c_int), value :: handle
+      ! allow(C072)
       character(kind=c_char), intent(out) :: bytes(*)
       integer(c_size_t), value :: length
     end function c_read
@@ -166,6 +167,7 @@ contains
   !> The next bytes, `n` of them: 0 at the end, -1 where reading fails.
   subroutine read_some(handle, bytes, n)
     integer(c_int), intent(in) :: handle
+    ! allow(C072)
     character(len=*), intent(out) :: bytes
     integer, intent(out) :: n
 

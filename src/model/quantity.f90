@@ -99,8 +99,9 @@ contains
       end do
     else if (dot > 1) then
       call part_forces(frame, name(:dot - 1), number, forces, rounding)
-      if (number >= 0 .and. (number == 0 .or. name(dot + 1:) /= "m")) &
-        & call take_forces(forces, rounding, name(dot + 1:), quantity)
+      if (number >= 0 .and. (number == 0 .or. name(dot + 1:) /= "m")) then
+        call take_forces(forces, rounding, name(dot + 1:), quantity)
+      end if
     end if
     quantity%name = name
     if (allocated(quantity%weights)) return
