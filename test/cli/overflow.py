@@ -19,12 +19,17 @@ def test_shaking():
 
 def test_probe():
     with Folder() as folder:
-        run = Run(folder, "-s", "probe.position(1)=-9e241", "-o", "far", DATA / "compressor.nml")
+        run = Run(folder, "-s", "probe.position(1)=-9e306", "-o", "far", DATA / "compressor.nml")
         run.refused("a probe beyond all numbers", 4, re.compile(r"forces, motion of probes or torque overflow: .*"))
         left = files(folder / "far")
         equal("a probe beyond all numbers, files", left, ["harmonics.csv", "multipliers.csv", "response.csv"])
         text = "".join((folder / "far" / name).read_text() for name in left)
         check("a probe beyond all numbers, tables", not re.search("NaN|Infinity", text), "numbers", "others")
+        # Squares of its velocity overflow, not the velocity.
+        run = Run(folder, "-s", "probe.position(1)=-9e241", "-o", "near", DATA / "compressor.nml")
+        if run.done("a probe beyond all squares"):
+            text = "".join((folder / "near" / name).read_text() for name in files(folder / "near") if name.endswith(".csv"))
+            check("a probe beyond all squares, tables", "Infinity" not in text + run.out, "numbers", "others")
 
 
 def test_factors():
