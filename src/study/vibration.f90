@@ -242,8 +242,8 @@ contains
     errors%differences(:, :n) = compared - there
     errors%differences(:, n + 1:) = finer - there
     allocate(errors%rounding(rows))
-    ! Of the accelerations' coefficients and load: the model's, of the mechanism's first and second derivatives, which travel through
-    ! several joints.
+    ! Of the accelerations' coefficients and load: the model's, of the mechanism's first and second derivatives, which travel
+    ! through several joints.
     associate (model => 4 * (sums + frame%rounding))
       call take_roundings(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), model, errors%rounding)
     end associate
