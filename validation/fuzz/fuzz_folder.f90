@@ -17,15 +17,15 @@ module fuzz_folder
 
 contains
 
-  !> `folder`/work with the input in it.
+  !> `folder`/case with the input in it.
   subroutine prepare(folder, input)
     character(len=*), intent(in) :: folder
     type(input_type), intent(in) :: input
     type(error_type), allocatable :: error
 
-    call make_folder(folder // "/work", error)
+    call make_folder(folder // "/case", error)
     if (allocated(error)) error stop "no folder for the runs"
-    call save_text(folder // "/work/" // input%file, input%document)
+    call save_text(folder // "/case/" // input%file, input%document)
   end subroutine prepare
 
   !> Empties it. `clean`: nothing was there but what a run may leave.
@@ -36,7 +36,7 @@ contains
     character(len=:), allocatable :: results
     integer :: i, status
 
-    results = folder // "/work/" // input%folder
+    results = folder // "/case/" // input%folder
     if (is_there(results // "/.")) then
       do i = 1, size(tables)
         call remove_file(results // "/" // trim(tables(i)) // ".csv")
@@ -48,12 +48,12 @@ contains
       call remove_file(results // "/report.html")
       call remove_folder(results)
     end if
-    call remove_file(folder // "/work/" // input%file)
-    call remove_folder(folder // "/work")
-    clean = .not. is_there(folder // "/work/.")
+    call remove_file(folder // "/case/" // input%file)
+    call remove_folder(folder // "/case")
+    clean = .not. is_there(folder // "/case/.")
     if (clean) return
-    call execute_command_line("ls -lR '" // folder // "/work' >'" // folder // "/left'", exitstat=status)
-    call execute_command_line("rm -rf '" // folder // "/work'", exitstat=status)
+    call execute_command_line("ls -lR '" // folder // "/case' >'" // folder // "/left'", exitstat=status)
+    call execute_command_line("rm -rf '" // folder // "/case'", exitstat=status)
     if (status /= 0) error stop "a folder cannot be removed"
   end subroutine clear
 

@@ -43,7 +43,7 @@ contains
       if (ending%code == 10 .and. .not. input%option("--fail")) fault = "exit code: 10 without --fail-if-unstable"
     case (1:3)
       fault = message(input, ending%code, complaint)
-      if (fault == "" .and. is_there(folder // "/work/" // input%folder // "/.")) fault = "written: a folder, with exit code " &
+      if (fault == "" .and. is_there(folder // "/case/" // input%folder // "/.")) fault = "written: a folder, with exit code " &
         & // text(ending%code)
     case (4)
       fault = message(input, ending%code, complaint)
@@ -51,7 +51,7 @@ contains
       fault = "exit code: " // text(ending%code)
     end select
     if (fault == "") fault = report(input, ending%code, said)
-    if (fault == "") fault = results(input, said, folder // "/work/" // input%folder)
+    if (fault == "") fault = results(input, said, folder // "/case/" // input%folder)
   end function judge
 
   !> Notes on standard error.

@@ -98,7 +98,7 @@ module fuzz_process
 
 contains
 
-  !> Runs the program with `words` in the folder `folder`/work; what it says goes to `folder`/out and `folder`/err. It is
+  !> Runs the program with `words` in the folder `folder`/case; what it says goes to `folder`/out and `folder`/err. It is
   !> ended after `seconds` of the processor, or twenty times as long by the clock.
   !> `plant`, where it is given, runs in the program's place.
   subroutine run_apart(words, folder, seconds, ending, plant)
@@ -146,7 +146,7 @@ contains
     status = c_dup2(handle, 1_c_int)
     handle = c_creat(folder // "/err" // c_null_char, rights)
     status = c_dup2(handle, 2_c_int)
-    status = c_chdir(folder // "/work" // c_null_char)
+    status = c_chdir(folder // "/case" // c_null_char)
     if (status /= 0) call c_exit(1_c_int)
     status = c_setrlimit(core_size, [0_c_long, 0_c_long])
     status = c_setrlimit(file_size, [largest_file, largest_file])

@@ -154,43 +154,43 @@ contains
   subroutine nan_in_table(folder)
     character(len=*), intent(in) :: folder
 
-    call change_field(folder // "/work/out/response.csv", 3, "NaN")
+    call change_field(folder // "/case/out/response.csv", 3, "NaN")
   end subroutine nan_in_table
 
   subroutine infinity_in_table(folder)
     character(len=*), intent(in) :: folder
 
-    call change_field(folder // "/work/out/multipliers.csv", 9, "Infinity")
+    call change_field(folder // "/case/out/multipliers.csv", 9, "Infinity")
   end subroutine infinity_in_table
 
   subroutine stars_in_table(folder)
     character(len=*), intent(in) :: folder
 
-    call change_field(folder // "/work/out/supports.csv", 18, "***")
+    call change_field(folder // "/case/out/supports.csv", 18, "***")
   end subroutine stars_in_table
 
   subroutine hole_in_table(folder)
     character(len=*), intent(in) :: folder
 
-    call change_field(folder // "/work/out/harmonics.csv", 1, "")
+    call change_field(folder // "/case/out/harmonics.csv", 1, "")
   end subroutine hole_in_table
 
   subroutine negative_error(folder)
     character(len=*), intent(in) :: folder
 
-    call change_field(folder // "/work/out/probes.csv", 11, "-1.0E-003")
+    call change_field(folder // "/case/out/probes.csv", 11, "-1.0E-003")
   end subroutine negative_error
 
   subroutine wide_row(folder)
     character(len=*), intent(in) :: folder
 
-    call change_field(folder // "/work/out/modes.csv", 2, "1,2")
+    call change_field(folder // "/case/out/modes.csv", 2, "1,2")
   end subroutine wide_row
 
   subroutine unstable(folder)
     character(len=*), intent(in) :: folder
 
-    call change_field(folder // "/work/out/multipliers.csv", 4, "1.5")
+    call change_field(folder // "/case/out/multipliers.csv", 4, "1.5")
   end subroutine unstable
 
   subroutine cut_table(folder)
@@ -198,14 +198,14 @@ contains
     character(len=:), allocatable :: content
     logical :: there
 
-    call content_of(folder // "/work/out/power.csv", content, there)
-    call save_text(folder // "/work/out/power.csv", content(:len(content) - 1))
+    call content_of(folder // "/case/out/power.csv", content, there)
+    call save_text(folder // "/case/out/power.csv", content(:len(content) - 1))
   end subroutine cut_table
 
   subroutine empty_table(folder)
     character(len=*), intent(in) :: folder
 
-    call save_text(folder // "/work/out/power.csv", "")
+    call save_text(folder // "/case/out/power.csv", "")
   end subroutine empty_table
 
   subroutine nan_in_script(folder)
@@ -213,8 +213,8 @@ contains
     character(len=:), allocatable :: content
     logical :: there
 
-    call content_of(folder // "/work/out/response.gp", content, there)
-    call save_text(folder // "/work/out/response.gp", content // "set xrange [0:NaN]" // newline)
+    call content_of(folder // "/case/out/response.gp", content, there)
+    call save_text(folder // "/case/out/response.gp", content // "set xrange [0:NaN]" // newline)
   end subroutine nan_in_script
 
   subroutine nan_in_report(folder)
@@ -241,13 +241,13 @@ contains
   subroutine bell_in_preamble(folder)
     character(len=*), intent(in) :: folder
 
-    call add_first(folder // "/work/out/supports.csv", "# title: a" // achar(194) // achar(133) // newline)
+    call add_first(folder // "/case/out/supports.csv", "# title: a" // achar(194) // achar(133) // newline)
   end subroutine bell_in_preamble
 
   subroutine nan_in_preamble(folder)
     character(len=*), intent(in) :: folder
 
-    call add_first(folder // "/work/out/modes.csv", "# title: NaN" // newline)
+    call add_first(folder // "/case/out/modes.csv", "# title: NaN" // newline)
   end subroutine nan_in_preamble
 
   subroutine add_first(name, line)
@@ -262,13 +262,13 @@ contains
   subroutine file_too_many(folder)
     character(len=*), intent(in) :: folder
 
-    call save_text(folder // "/work/out/response.csv.new", "")
+    call save_text(folder // "/case/out/response.csv.new", "")
   end subroutine file_too_many
 
   subroutine folder_made(folder)
     character(len=*), intent(in) :: folder
 
-    call execute_command_line("mkdir " // folder // "/work/out")
+    call execute_command_line("mkdir " // folder // "/case/out")
   end subroutine folder_made
 
   subroutine two_lines(folder)
