@@ -136,7 +136,7 @@ contains
     real(dp), intent(in) :: error, bound
 
     used = 0
-    if (error > hopeless * bound) then
+    if (error / hopeless > bound) then
       used = hopeless
     else if (error > 0) then
       used = error / bound

@@ -180,9 +180,9 @@ contains
     distance = 10.0_dp**(-random%between(3.0_dp, 12.0_dp))
     if (trait == "border") call damp_to_border(machine, distance)
     if (trait == "tongue") call speed_to_border(machine, distance)
-    if (trait == "twins" .and. random%chance(0.5_dp)) then
-      ! Half a turn, or more, of the free translations in a period.
-      machine%speed_rpm = 60 * translation(machine) / (real(pi_qp, dp) * random%pick(6))
+    if (trait == "twins") then
+      ! Half a turn, or more, of the free translations in a period. One draw a statement, and none that a compiler may leave out.
+      if (random%chance(0.5_dp)) machine%speed_rpm = 60 * translation(machine) / (real(pi_qp, dp) * random%pick(6))
     end if
   end subroutine set_trait
 

@@ -83,7 +83,7 @@ contains
     real(dp), parameter :: hopeless = 1.0e30_dp
 
     used = 0
-    if (error > hopeless * bound) then
+    if (error / hopeless > bound) then
       used = hopeless
     else if (error > 0) then
       used = error / bound
