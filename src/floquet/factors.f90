@@ -114,7 +114,7 @@ contains
     floor = roundoff(system, fine, turns)
     factors%relative_error = sum(safety * left(:, 1) + floor)
     factors%error = (safety * left(:, 1) + floor) * fine%size_a
-    factors%b_error = (safety * left(:, 2) + floor) * fine%size_b
+    factors%b_error = (safety * left(:, 2) + floor + system%load_rounding) * fine%size_b
     factors%steps = fine%steps
     factors%turns = turns
     call move_alloc(fine%nodes, factors%nodes)

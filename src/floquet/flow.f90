@@ -58,7 +58,8 @@ contains
 
   !> Phi(T) = A_m ... A_1, shape (n, n), (17), over the steps between `nodes`; where asked for also x_p(T), shape (n),
   !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale; and how much
-  !> more than Phi(T) a rounding on the way is worth, max over t of |Phi(T, t)| |Phi(t)| / |Phi(T)|, from 1 upward.
+  !> more than Phi(T) a rounding on the way is worth, |Phi(T, t)| |Phi(t)| / |Phi(T)| where Phi(t) is greatest and in mid-turn,
+  !> from 1 upward.
   !> Errors: nodes or shapes that make no sense; a step failed or the numbers overflow.
   subroutine period_map(system, method, nodes, scale, phi, error, xp, reach, detour)
     class(periodic_system), intent(in) :: system
@@ -69,8 +70,8 @@ contains
     real(dp), intent(out), optional :: xp(:), reach, detour
     real(dp), allocatable :: a(:, :, :), b(:, :)
     ! What is not allocated is absent where it is an argument.
-    real(dp), allocatable :: summit(:, :), height
-    integer :: n, steps, first, last
+    real(dp), allocatable :: summit(:, :), height, halfway(:, :)
+    integer :: n, steps, first, last, middle
     logical :: fits
 
     n = system%states
@@ -83,7 +84,9 @@ contains
     if (present(detour)) then
       summit = phi
       height = sqrt(real(n, dp))
+      halfway = phi
     end if
+    middle = (size(nodes) - 1) / 2
 
     last = 0
     do while (last < size(nodes) - 1)
@@ -93,10 +96,11 @@ contains
       if (present(xp)) then
         call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error, b(:, :steps))
         if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, reach, &
-          & summit, height)
+          & summit, height, halfway, middle - first + 1)
       else
         call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error)
-        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, summit=summit, height=height)
+        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, summit=summit, height=height, &
+          & halfway=halfway, middle=middle - first + 1)
       end if
       if (allocated(error)) return
       if (.not. fits) then
@@ -104,7 +108,8 @@ contains
         return
       end if
     end do
-    if (present(detour)) detour = detour_by(balanced(phi, scale), balanced(summit, scale), height)
+    if (present(detour)) detour = max(detour_by(balanced(phi, scale), balanced(summit, scale), height), &
+      & detour_halfway(balanced(phi, scale), balanced(halfway, scale)))
   end subroutine period_map
 
   !> How much more than Phi(T) a rounding at the time of the greatest Phi(t), the summit, is worth. From there to the end the
@@ -126,6 +131,21 @@ contains
       detour = max(1.0_dp, norm2(matmul(phi, back)) * height / max(norm, tiny(norm)))
     end if
   end function detour_by
+
+  !> The same for a rounding in mid-turn, |Phi(T, t)| |Phi(t)| / |Phi(T)| over that of rotations: far above 1 where modes that
+  !> all but coincide decay, as at critical damping. Where Phi(t) has lost modes nothing is said.
+  real(dp) function detour_halfway(phi, halfway) result(detour)
+    real(dp), intent(in) :: phi(:, :), halfway(:, :)
+    real(dp), parameter :: most_spread = 1.0e12_dp
+    real(dp), allocatable :: back(:, :)
+    type(error_type), allocatable :: singular
+
+    detour = 1
+    call inverse(halfway, back, singular)
+    if (allocated(singular)) return
+    if (norm2(halfway) * norm2(back) > most_spread) return
+    detour = max(1.0_dp, norm2(matmul(phi, back)) * norm2(halfway) / (max(norm2(phi), tiny(1.0_dp)) * sqrt(real(size(phi, 1), dp))))
+  end function detour_halfway
 
   !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.
   !> The phases become ends of steps beside `nodes`, so x has the accuracy of the method there.

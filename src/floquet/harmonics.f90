@@ -136,7 +136,7 @@ contains
       at = modulo(at + places, points)
     end do
     h(:, 0) = h(:, 0) / 2
-    allocate(rounding(f), source=2 * (system%rounding + 4 * epsilon(1.0_dp)) * maxval(norm2(samples, dim=1)))
+    allocate(rounding(f), source=2 * (system%rounding + system%load_rounding + 4 * epsilon(1.0_dp)) * maxval(norm2(samples, dim=1)))
   end subroutine load_harmonics
 
   !> All harmonics; `bound`: of the errors by those of the coefficients and by the `rounding` of h, all orders together.

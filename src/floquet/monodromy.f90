@@ -5,7 +5,7 @@ module gestell_floquet_monodromy
   use gestell_base_lapack, only: balancing, inverse, log_abs_determinant
   use gestell_base_matrix, only: balanced
   use gestell_base_text, only: text
-  use gestell_floquet_convergence, only: begin_type, most_steps, next_steps, remaining, safety, &
+  use gestell_floquet_convergence, only: begin_type, most_steps, next_steps, promised, remaining, safety, &
     & too_many_steps, watch_rounding
   use gestell_floquet_flow, only: period_map
   use gestell_floquet_mesh, only: mesh
@@ -83,8 +83,8 @@ contains
   !> The error is measured on the case: solutions with three numbers of steps N1 < N2 < N3 are compared,
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
-  !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater. Steps given by the user are compared
-  !> with half and twice as many; where that tells nothing, `monodromy%told` says so.
+  !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. Steps given
+  !> by the user are compared with half and twice as many; where that tells nothing, `monodromy%told` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
   !> tolerance out of reach.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error)
@@ -197,7 +197,7 @@ contains
     monodromy%xp_told = .not. lost(2)
     where (lost) change = nothing_known
     if (.not. any(lost)) call estimate_changes(monodromy, level, finer, safety, coarser, &
-      & safety * (real(coarser%steps, dp) / level%steps)**monodromy%method%order)
+      & safety * promised(coarser%steps, level%steps, monodromy%method%order))
     call accept(system, level, safety * change, turns, monodromy)
   end subroutine with_given_steps
 
@@ -249,7 +249,7 @@ contains
       d12 = d23
     end do
     call estimate_changes(monodromy, fine, middle, safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), coarse, &
-      & safety * (real(coarse%steps, dp) / fine%steps)**monodromy%method%order)
+      & safety * promised(coarse%steps, fine%steps, monodromy%method%order))
     call accept(system, fine, safety * left, turns, monodromy)
   end subroutine with_tolerance
 
@@ -343,7 +343,7 @@ contains
     monodromy%roundoff = roundoff(system, level, turns) * level%norm + sqrt(tiny(1.0_dp))
     monodromy%norm = level%norm
     monodromy%error = errors(1) * level%norm + monodromy%roundoff
-    monodromy%xp_roundoff = roundoff(system, level, turns) * level%reach
+    monodromy%xp_roundoff = (roundoff(system, level, turns) + system%load_rounding) * level%reach
     if (allocated(level%xp)) then
       if (any(abs(level%xp) > 0)) monodromy%xp_roundoff = monodromy%xp_roundoff + sqrt(tiny(1.0_dp))
     end if

@@ -18,14 +18,16 @@ contains
   !> Applies the maps `a`, shape (n, n, steps), and where forced `b`, shape (n, steps), to `phi`, shape (n, n), and to `xp`,
   !> shape (n). `reach` becomes the greatest size that xp has on the way, in the norm of x / scale, if that is greater.
   !> `fits`: whether all numbers do. `summit`, shape (n, n), and `height` become Phi where it was greatest on the way, in the
-  !> norm of D^-1 Phi D, D = diag(scale), and this norm, if that is greater.
-  pure subroutine multiply_maps(a, scale, phi, fits, b, xp, reach, summit, height)
+  !> norm of D^-1 Phi D, D = diag(scale), and this norm, if that is greater. `halfway`, shape (n, n), becomes Phi after step
+  !> `middle`, if that is one of these.
+  pure subroutine multiply_maps(a, scale, phi, fits, b, xp, reach, summit, height, halfway, middle)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), contiguous, intent(in) :: scale(:)
     real(dp), intent(inout) :: phi(:, :)
     logical, intent(out) :: fits
     real(dp), contiguous, intent(in), optional :: b(:, :)
-    real(dp), intent(inout), optional :: xp(:), reach, summit(:, :), height
+    real(dp), intent(inout), optional :: xp(:), reach, summit(:, :), height, halfway(:, :)
+    integer, intent(in), optional :: middle
     ! [Phi x_p] before the first and after each step, its columns in lanes: column j in lane modulo(j - 1, lanes) + 1 of
     ! a group, x_p in `lane` of the last one, where `forced` is 1.
     real(dp) :: motion(lanes, size(scale), size(scale) / lanes + 1, 0:size(a, 3)), forced(lanes)
@@ -60,6 +62,9 @@ contains
       do k = 1, steps
         reach = max(reach, norm2(motion(lane, :, group, k) / scale))
       end do
+    end if
+    if (present(halfway)) then
+      if (middle >= 1 .and. middle <= steps) call take_phi(motion(:, :, :, middle), halfway)
     end if
     if (.not. present(height)) return
     norms = norms_of(n, scale, motion)

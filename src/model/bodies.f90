@@ -10,7 +10,7 @@ module gestell_model_bodies
   implicit none (type, external)
   private
 
-  public :: move_link, sum_drive, sum_masses, tabulate_masses
+  public :: load_terms, move_link, sum_drive, sum_masses, tabulate_masses
 
   !> Sums that cancel to this part of their terms' magnitudes are zero: a balanced mechanism does not shake at all.
   real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
@@ -66,6 +66,25 @@ contains
     a%a2 = cleaned(a%a2, size2)
     if (abs(a%a4) <= noise * a4_size) a%a4 = 0
   end subroutine sum_masses
+
+  !> The sums over the links of the absolute terms of a1'', a2'' and a4, with all joints at `at`.
+  pure function load_terms(links, at) result(terms)
+    type(link_type), intent(in) :: links(:)
+    type(point_type), intent(in) :: at(:)
+    real(dp) :: terms(3)
+    type(point_type) :: center
+    real(dp) :: rate, turn
+    integer :: i
+
+    terms = 0
+    do i = 1, size(links)
+      call body_motion(links(i), at, center, rate, turn)
+      associate (x => center%x, y => center%y)
+        terms = terms + links(i)%mass * abs([x%dd, y%dd, x%v * y%dd]) + [0.0_dp, 0.0_dp, links(i)%mass * abs(y%v * x%dd) &
+          & + links(i)%inertia * abs(turn)]
+      end associate
+    end do
+  end function load_terms
 
   !> What the drive feels, summed over the links, with all joints at `at`: shape (drive_columns).
   pure subroutine sum_drive(links, at, drive)

@@ -109,6 +109,7 @@ contains
     frame%period = 2 * pi / abs(speed)
     ! Near a dead point lengths lose twice the digits of the feature, about the sine of the transmission angle there.
     frame%rounding = epsilon(1.0_dp) / frame%mechanism%feature**2
+    frame%load_rounding = load_rounding(frame)
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%feature))
   end subroutine new_frame
 
@@ -239,6 +240,30 @@ contains
   end subroutine set_matrices
 
   !> (12), in the same way.
+  !> What the roundings of the links' forces, relative to the load that they cancel to, add to those of the forced motion: the
+  !> greatest over xi, eta, psi, weighted as in the kinetic energy.
+  real(dp) function load_rounding(self)
+    class(frame_type), intent(in) :: self
+    integer, parameter :: angles = 16
+    real(dp), dimension(angles, size(self%free)) :: h
+    real(dp) :: table(angles, table_columns), terms(3), weights(3), load
+    integer :: i
+
+    load_rounding = 0
+    associate (mechanism => self%mechanism)
+      if (.not. any(mechanism%terms > 0)) return
+      call mechanism%tabulate([(2 * pi * i / angles, i = 1, angles)], table)
+      call set_load(self, table, h)
+      terms = self%speed**2 * mechanism%terms
+      terms(3) = abs(self%origin(1)) * terms(2) + abs(self%origin(2)) * terms(1) + terms(3)
+      weights = 1 / sqrt(max(tiny(1.0_dp), self%inertia + mechanism%inertia))
+      weights(:2) = 1 / sqrt(max(tiny(1.0_dp), self%mass + mechanism%mass))
+    end associate
+    load = maxval(maxval(abs(h), dim=1) * weights(self%free))
+    if (.not. load > 0) return
+    load_rounding = min(1.0_dp, 4 * self%rounding * maxval(terms(self%free) * weights(self%free)) / load)
+  end function load_rounding
+
   pure subroutine set_load(self, table, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: table(:, :)

@@ -28,6 +28,9 @@ module gestell_model_mechanism
     real(dp) :: mass = 0, inertia = 0
     !> Crank angle over which the mass functions change in earnest (rad): equal steps should not be much longer.
     real(dp) :: feature = 1
+    !> The greatest sums over the links of the absolute terms of a1'' and a2'' (kg m) and of a4 (kg m^2): what they cancel to is
+    !> known to their roundings only. Zero: nothing cancels.
+    real(dp) :: terms(3) = 0
   contains
     procedure(mass_functions_at), deferred :: mass_functions
     procedure :: tabulate => tabulate_one_by_one

@@ -99,6 +99,7 @@ contains
     self%mass = self%source%mass
     self%inertia = self%source%inertia
     self%feature = self%source%feature
+    self%terms = self%source%terms
   end subroutine take_over
 
   subroutine tabulate_drive(self, angles, table, known)

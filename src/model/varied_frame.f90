@@ -55,6 +55,7 @@ contains
     varied%period = frame%period
     varied%least_steps = frame%least_steps
     varied%rounding = frame%rounding
+    varied%load_rounding = frame%load_rounding
     varied%mass = frame%mass
     varied%inertia = frame%inertia
     varied%origin = frame%origin

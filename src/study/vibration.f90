@@ -243,8 +243,8 @@ contains
     errors%differences(:, n + 1:) = finer - there
     allocate(errors%rounding(rows))
     ! Of the accelerations' coefficients and load: the model's, of the mechanism's first and second derivatives, which travel
-    ! through several joints.
-    associate (model => 4 * (sums + frame%rounding))
+    ! through several joints, and where forces of links cancel.
+    associate (model => 4 * (sums + frame%rounding) + frame%load_rounding)
       call take_roundings(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), model, errors%rounding)
     end associate
   end subroutine take_motion_errors

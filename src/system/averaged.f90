@@ -44,6 +44,7 @@ contains
     averaged%period = system%period
     averaged%least_steps = system%least_steps
     averaged%rounding = system%rounding
+    averaged%load_rounding = system%load_rounding
     if (allocated(system%breaks)) averaged%breaks = system%breaks
     allocate(averaged%whole, source=system)
 

@@ -100,6 +100,7 @@ contains
     part%period = system%period
     part%least_steps = system%least_steps
     part%rounding = system%rounding
+    part%load_rounding = system%load_rounding
     if (allocated(system%breaks)) part%breaks = system%breaks
   end subroutine part_of
 

@@ -25,6 +25,8 @@ module gestell_system_periodic
     integer :: least_steps = 8
     !> Relative error of the coefficients' effect over a period by their own rounding.
     real(dp) :: rounding = epsilon(1.0_dp)
+    !> What the forcing's rounding adds to that of the forced motion, as where forces cancel.
+    real(dp) :: load_rounding = 0
   contains
     procedure(matrix_at), deferred :: matrix
     procedure :: forcing => no_forcing
@@ -63,8 +65,8 @@ contains
       call fatal_error(error, "the period must be positive and finite", invalid_input)
     else if (self%least_steps < 1 .or. self%least_steps > most_least_steps) then
       call fatal_error(error, "least_steps must lie between 1 and " // text(most_least_steps), invalid_input)
-    else if (.not. (self%rounding >= 0 .and. ieee_is_finite(self%rounding))) then
-      call fatal_error(error, "the rounding of the coefficients must be finite and not negative", invalid_input)
+    else if (.not. all([self%rounding, self%load_rounding] >= 0 .and. ieee_is_finite([self%rounding, self%load_rounding]))) then
+      call fatal_error(error, "the roundings of the coefficients and of the load must be finite and not negative", invalid_input)
     else if (allocated(self%breaks)) then
       associate (phases => self%breaks / self%period)
         ordered = all(phases > 0 .and. phases < 1)
