@@ -14,6 +14,7 @@ module test_campaign
   use gestell_io_sweep, only: sweep_plan_type
   use gestell_io_sweep_summary, only: summary_type
   use gestell_model_frame, only: frame_type
+  use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, new_axis, new_grid, tile_type
   use gestell_study_tile_results, only: rho_max, stable, tile_results_type, unstable, verdict
   use gestell_system_periodic, only: periodic_system
@@ -170,6 +171,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(configuration_type) :: configuration
     class(periodic_system), allocatable :: system
+    class(family_type), allocatable :: first, second
     type(failure_type), allocatable :: failure
 
     call configure(machine // "&sweep parameter='joint(B).lengths(1)' from=0.3 to=0.4 count=3/ &case tasks='sweep'/", "", "", &
@@ -183,6 +185,17 @@ contains
     call check(error, failure%code, invalid_input)
     if (allocated(error)) return
     call check(error, failure%message, "joint(B).lengths(1) = -0.3: must be positive")
+    if (allocated(error)) return
+    ! Tasks and threads have copies of copies, of more than one parameter.
+    call configure(machine // "&sweep parameter='drive.speed_rpm' from=200 to=300 count=3/ &sweep parameter='frame.mass' from=1 " &
+      & // "to=20 count=3/ &case tasks='sweep'/", "", "", configuration, failure)
+    call check(error, .not. allocated(failure))
+    if (allocated(error)) return
+    allocate(first, source=configuration%plan%family)
+    allocate(second, source=first)
+    deallocate(first)
+    call second%member([200.0_dp, -1.0_dp], system, failure)
+    call check(error, failure%message, "frame.mass = -1: must be positive")
     if (allocated(error)) return
 
     call configure(machine // "&sweep parameter='frame.mass' from=10 to=20 count=3/ &case tasks='sweep'/", &

@@ -293,7 +293,7 @@ contains
       call periodic_answer(frames, turn%defect / scale, z)
       z = z * scale
     end associate
-    own = relative_rounding(system, comparison%steps, factors%turns) * comparison%size / count
+    own = (relative_rounding(system, comparison%steps, factors%turns) + system%load_rounding) * comparison%size / count
     if (present(disturbance)) own = own + disturbance / minval(factors%scale) / count
     call accumulate(frames, own, at_starts)
     ! The motion is followed from each start.

@@ -99,8 +99,8 @@ contains
         if (allocated(error)) return
         d23 = distances(middle, fine, forced)
         left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, order)
-        if (maxval(sum(safety * left, dim=1)) + sum(floor) <= accuracy%tolerance .or. &
-          & maxval(sum(d23, dim=1)) <= sum(floor)) exit
+        if (all(sum(safety * left, dim=1) + sum(floor) <= accuracy%tolerance .or. &
+          & sum(d23, dim=1) <= sum(floor) + [0.0_dp, system%load_rounding])) exit
         call watch_rounding(sum(d23, dim=1), fine%steps, max(accuracy%tolerance, sum(floor)), begin, rounding)
         if (rounding) then
           left(:, 2) = max(left(:, 2), d12(:, 2), d23(:, 2))

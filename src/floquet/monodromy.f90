@@ -238,7 +238,7 @@ contains
       if (allocated(error)) return
       d23 = distance(middle, fine, monodromy%scale)
       left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, monodromy%method%order)
-      if (maxval(safety * left) + floor <= tolerance .or. maxval(d23) <= floor) exit
+      if (all(safety * left + floor <= tolerance .or. d23 <= floor + [0.0_dp, system%load_rounding])) exit
       call watch_rounding(d23, fine%steps, max(tolerance, floor), begin, rounding)
       if (rounding) then
         left(2) = max(left(2), d12(2), d23(2))

@@ -147,7 +147,7 @@ contains
       call fatal_error(error, resonance, failed_computation)
       return
     end if
-    own = rounding / (1 - lost) * comparison%size / count
+    own = (rounding + system%load_rounding) / (1 - lost) * comparison%size / count
     if (present(disturbance)) own = own + disturbance / minval(monodromy%scale) / count
     call take_differences(comparison, monodromy%scale, z, due, rounding_errors(comparison, monodromy%scale, inverted, own), own, &
       & errors)

@@ -23,6 +23,7 @@ module gestell_io_family
   !> A number of the document that a parameter stands for.
   type :: place_type
     integer :: parameter = 0, group = 0, entry = 0, element = 0
+    character(len=:), allocatable :: path
   end type place_type
 
   !> Frames of a document, some of whose numbers are parameters. For one thread at a time, as all that reads documents.
@@ -31,7 +32,6 @@ module gestell_io_family
     !> The groups that have to be read again for every member.
     type(document_type) :: doc
     type(units_type) :: units
-    character(len=:), allocatable :: paths(:)
     type(place_type), allocatable :: places(:)
     !> Whether the parameters are changes of the numbers in their places, relative to what the document says.
     logical :: relative = .false.
@@ -67,7 +67,7 @@ contains
       if (allocated(error)) return
     end do
     do k = 1, size(paths)
-      call add_places(family, schema, k, error)
+      call add_places(family, schema, k, trim(paths(k)), error)
       if (allocated(error)) return
     end do
   end subroutine new_document_family
@@ -87,7 +87,7 @@ contains
     call begin(family, doc, units, paths, error)
     family%relative = .true.
     do k = 1, size(paths)
-      if (.not. allocated(error)) call add_places(family, schema, k, error)
+      if (.not. allocated(error)) call add_places(family, schema, k, trim(paths(k)), error)
     end do
   end subroutine new_relative_family
 
@@ -102,7 +102,6 @@ contains
     logical :: moves
 
     family%units = units
-    family%paths = paths
     allocate(family%places(0))
     moves = any([(moves_mechanism(paths(k)), k = 1, size(paths))])
     if (.not. moves) then
@@ -147,22 +146,23 @@ contains
   end subroutine select_groups
 
   !> The places of the numbers that path `k` names; they are all there.
-  pure subroutine add_places(family, schema, k, error)
+  pure subroutine add_places(family, schema, k, path, error)
     type(document_family_type), intent(inout) :: family
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: k
+    character(len=*), intent(in) :: path
     type(error_type), allocatable, intent(out) :: error
     type(target_type) :: target
     integer :: i, e, v
 
-    call find_target(family%doc, schema, trim(family%paths(k)), "", target, error)
+    call find_target(family%doc, schema, path, "", target, error)
     if (allocated(error)) return
     do i = 1, size(target%groups)
       e = find_entry(family%doc%groups(target%groups(i)), target%key)
       if (e == 0) cycle
       do v = 1, size(family%doc%groups(target%groups(i))%entries(e)%values)
         if (target%element > 0 .and. v /= target%element) cycle
-        family%places = [family%places, place_type(k, target%groups(i), e, v)]
+        family%places = [family%places, place_type(k, target%groups(i), e, v, path)]
       end do
     end do
   end subroutine add_places
@@ -253,7 +253,7 @@ contains
       associate (p => self%places(i))
         associate (value => doc%groups(p%group)%entries(p%entry)%values(p%element))
           value%text = concise(value%number)
-          value%origin = trim(self%paths(p%parameter)) // " = " // value%text
+          value%origin = p%path // " = " // value%text
         end associate
       end associate
     end do

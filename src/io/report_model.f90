@@ -1,8 +1,9 @@
 !> What the report says of the frame's model.
 module gestell_io_report_model
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, fixed
+  use gestell_base_text, only: concise
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_io_report_multipliers, only: modulus, told
   use gestell_io_text, only: padded
   use gestell_study_analysis, only: tasks_type
   use gestell_study_frame_model, only: newton_type
@@ -57,14 +58,13 @@ contains
     line = ""
     if (.not. allocated(better)) return
     line = "  BUT these are the equations about rest. About its vibration the machine is " // trim(better%verdict()) &
-      & // ", |rho| = " // fixed(exp(better%log_abs(1)), 6) // ":" // newline // "  order &model frame='exact'" // newline
+      & // ", |rho| = " // told(better, 1, 7) // ":" // newline // "  order &model frame='exact'" // newline
   end function better_line
 
   !> What every model of the frame finds.
   pure function report_frame_models(findings) result(lines)
     type(model_finding_type), intent(in) :: findings(:)
     character(len=:), allocatable :: lines
-    real(dp), parameter :: most = log(huge(1.0_dp)) - 1
     integer :: i
 
     lines = newline // "THE FRAME'S MODELS, verdict and vibration" // newline &
@@ -73,7 +73,7 @@ contains
       associate (found => findings(i))
         lines = lines // "  " // found%model
         if (len_trim(found%verdict) > 0) lines = lines // padded(trim(found%verdict), 11) &
-          & // padded(concise(exp(min(found%log_rho, most)), 10), 16)
+          & // padded(modulus(found%log_rho, 10), 16)
         if (allocated(found%reason)) then
           lines = lines // "  " // found%reason // newline
         else

@@ -9,7 +9,7 @@ module gestell_io_report_multipliers
   implicit none (type, external)
   private
 
-  public :: multiplier_lines, told
+  public :: modulus, multiplier_lines, told
 
   !> ln |rho| beyond which rho leaves the range of numbers.
   real(dp), parameter, public :: out_of_range = 700
@@ -69,6 +69,19 @@ contains
     words = concise(abs(multipliers%rho(k)), digits)
     if (abs(multipliers%log_abs(k)) > out_of_range) words = "e^" // concise(multipliers%log_abs(k), digits)
   end function told
+
+  !> The same from its logarithm alone.
+  pure function modulus(log_abs, digits) result(words)
+    real(dp), intent(in) :: log_abs
+    integer, intent(in) :: digits
+    character(len=:), allocatable :: words
+
+    if (abs(log_abs) > out_of_range) then
+      words = "e^" // concise(log_abs, digits)
+    else
+      words = concise(exp(log_abs), digits)
+    end if
+  end function modulus
 
   pure function error_told(error) result(words)
     real(dp), intent(in) :: error

@@ -51,7 +51,8 @@ contains
       end do
     end if
     if (plan%order%columns(rho_max) .and. summary%least <= summary%most) then
-      report = report // "  rho_max     from " // concise(summary%least, 9) // " to " // concise(summary%most, 9) // ", greatest at"
+      report = report // "  rho_max     from " // within_range(summary%least) // " to " // within_range(summary%most) &
+        & // ", greatest at"
       do k = 1, size(plan%paths)
         report = report // trim(merge(",", " ", k > 1)) // " " // trim(plan%paths(k)) // " = " &
           & // concise(plan%grid%axes(k)%value(summary%where(k)), 9)
@@ -66,6 +67,15 @@ contains
       & "their own," // newline // "              greatest deviation of Phi " // concise(summary%deviation, 2)
     report = report // newline
   end function report_sweep
+
+  !> A modulus, or that it overflows.
+  pure function within_range(value) result(words)
+    real(dp), intent(in) :: value
+    character(len=:), allocatable :: words
+
+    words = "beyond 1.8e308"
+    if (value <= huge(value)) words = concise(value, 9)
+  end function within_range
 
   !> A whole number that may be large.
   pure function big(number) result(text)

@@ -1,6 +1,6 @@
 !> The elastically mounted frame of a mechanism: M q'' + B q' + C q = h with q = (xi, eta, psi), (8) to (12).
 module gestell_model_frame
-  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: symmetric_pencil
   use gestell_base_text, only: concise
@@ -349,7 +349,7 @@ contains
 
   !> Natural angular frequencies (rad/s), ascending, of the undamped frame whose M, which is linear in a1, a2, a3, is averaged
   !> over the turn (the periodic part of C has no average). An unstable spring gives a negative value: minus the growth rate.
-  !> Error: M is not positive definite.
+  !> Errors: M is not positive definite; the numbers overflow.
   subroutine natural_frequencies(self, frequencies, error)
     class(frame_type), intent(in) :: self
     real(dp), allocatable, intent(out) :: frequencies(:)
@@ -370,7 +370,10 @@ contains
     m = mass_matrix(self, mean)
     c = (self%stiffness + transpose(self%stiffness)) / 2
     call symmetric_pencil(c(self%free, self%free), m(self%free, self%free), frequencies, error)
-    if (.not. allocated(error)) frequencies = sign(sqrt(abs(frequencies)), frequencies)
+    if (allocated(error)) return
+    frequencies = sign(sqrt(abs(frequencies)), frequencies)
+    if (.not. all(ieee_is_finite(frequencies))) call fatal_error(error, "natural frequencies leave the range of the numbers", &
+      & failed_computation)
   end subroutine natural_frequencies
 
   !> Forces (N) and moment about F at rest (N m) of supports and foundation on the ground, shape (3, points), for states

@@ -36,24 +36,26 @@ module gestell_study_boundary_exponents
 
 contains
 
-  !> The node at `t` of a line that is searched over the length `span`, away from which its end lies at t + `side` times
-  !> something. Error: the parameters make no sense.
-  subroutine solve_node(family, line, t, span, side, node, error)
+  !> The node at `t` of a line that is searched between two `ends`, none of which is left. Error: the parameters make no sense.
+  subroutine solve_node(family, line, t, ends, node, error)
     class(family_type), intent(in) :: family
     type(line_type), intent(in) :: line
-    real(dp), intent(in) :: t, span, side
+    real(dp), intent(in) :: t, ends(2)
     type(node_type), intent(out) :: node
     type(error_type), allocatable, intent(out) :: error
     !> Phases of vibrations that turn a thousand times in a period change by a thousandth of a radian.
     real(dp), parameter :: part = 1.0e-7_dp
     type(probe_type) :: beside
     logical, allocatable :: free(:)
+    real(dp) :: change
     integer :: i, k
 
     call probe_line(family, line, t, node%at, error)
     if (allocated(error) .or. node%at%missing()) return
     allocate(node%slope(size(node%at%z)), source=(0.0_dp, 0.0_dp))
-    call probe_line(family, line, t + sign(part * span, side), beside, error)
+    change = part * (ends(2) - ends(1))
+    if (t > sum(ends) / 2) change = -change
+    call probe_line(family, line, t + change, beside, error)
     if (allocated(error) .or. beside%missing()) return
     if (size(beside%z) /= size(node%slope)) return
     allocate(free(size(node%slope)), source=.true.)

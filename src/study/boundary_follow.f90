@@ -41,9 +41,9 @@ contains
     integer :: i, n
 
     allocate(nodes(size(t)))
-    associate (span => t(size(t)) - t(1))
+    associate (ends => t([1, size(t)]), span => t(size(t)) - t(1))
       do i = 1, size(t)
-        call solve_node(family, line, t(i), span, merge(1.0_dp, -1.0_dp, i == 1), nodes(i), error)
+        call solve_node(family, line, t(i), ends, nodes(i), error)
         if (allocated(error)) return
       end do
       allocate(state(size(t) - 1), source=open)
@@ -62,7 +62,7 @@ contains
           if (state(i) /= open) cycle
           n = n + 1
           more_state(n) = open
-          call solve_node(family, line, (nodes(i)%at%t + nodes(i + 1)%at%t) / 2, span, 1.0_dp, more(n), error)
+          call solve_node(family, line, (nodes(i)%at%t + nodes(i + 1)%at%t) / 2, ends, more(n), error)
           if (allocated(error)) return
         end do
         more(n + 1) = nodes(size(nodes))

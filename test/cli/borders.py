@@ -1,11 +1,13 @@
 """The task `boundary` as a user meets it: boundary.csv, the report, the nearest stable machine, what is refused."""
 
 import math
+import re
 from pathlib import Path
 
 from harness import Folder, Run, check, equal, files, near
 
-SIEVE = (Path(__file__).resolve().parents[2] / "data" / "rocking_sieve.nml").read_text().replace("'stability'", "'boundary'")
+DATA = Path(__file__).resolve().parents[2] / "data"
+SIEVE = (DATA / "rocking_sieve.nml").read_text().replace("'stability'", "'boundary'")
 SPEED = "&sweep parameter='drive.speed_rpm', from=120.0, to=300.0, count=10 /\n"
 DAMPING = "&sweep parameter='foundation.damping(3)', from=0.2, to=10.0, count=8 /\n"
 # As plain bisection by single solutions finds them (test/test_boundary.f90 does so too).
@@ -118,6 +120,12 @@ def test_within_range():
 """
     with Folder(input=light) as folder:
         Run(folder, "input.nml").done("borders: a coarse tolerance over a positive mass")
+    # The machine's own damping is a hair above where the range begins: damping below it, negative here, is not looked at.
+    sieve = (DATA / "sieve_borders.nml").read_text().replace("count=40", "count=4").replace("count=30", "count=4")
+    sieve, ranges = re.subn(r"('foundation.damping\(3\)', from=0.05, to=)\S+", r"\g<1>2.2534e14", sieve)
+    equal("borders: the sieve's range", ranges, 1)
+    with Folder(input=sieve) as folder:
+        Run(folder, "input.nml").done("borders: a machine close to where a range begins")
 
 
 BORDER_TESTS = (test_one_parameter, test_two_parameters, test_undamped, test_within_range, test_refused)

@@ -108,7 +108,7 @@ contains
       fault = "report: its last line does not end"
     else if (control_character(said)) then
       fault = "report: control character"
-    else if (input%option("--one-line")) then
+    else if (input%option("--one-line") .and. .not. input%option("--help")) then
       if (code /= 4 .and. .not. input%option("--set")) fault = check_table("one-line", said)
       if (fault /= "") fault = "one-line: " // fault
     else if (index(said, "Gestell ") == 1 .and. .not. input%garbled .and. .not. has(in_lines(said), newline // "  input      " &

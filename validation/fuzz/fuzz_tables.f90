@@ -106,7 +106,8 @@ contains
     real(dp) :: log_abs
     integer :: status
 
-    may_be_infinite = name == "peaks" .and. head == "value" .and. fields(size(fields))%text == "unbounded"
+    may_be_infinite = name == "peaks" .and. head == "value"
+    if (may_be_infinite) may_be_infinite = value_of(heads, fields, "state") == "unbounded"
     if (name == "multipliers" .and. (head == "re" .or. head == "abs")) then
       word = value_of(heads, fields, "log_abs")
     else if ((name == "sweep" .or. name == "one-line") .and. head == "rho_max") then
