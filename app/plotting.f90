@@ -23,6 +23,7 @@ contains
     character(len=:), allocatable, intent(out) :: drawn
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: name
+    logical :: complete
     integer :: i, code
 
     drawn = ""
@@ -36,7 +37,9 @@ contains
       if (.not. is_there(folder // "/" // name // ".gp")) cycle
       ! -d: without the user's own settings
       if (shell_does("cd " // quoted(folder) // " && gnuplot -d " // name // ".gp", code)) then
-        if (has_end(folder // "/" // name // ".svg", svg_end) .and. has_end(folder // "/" // name // ".png", png_end)) then
+        complete = has_end(folder // "/" // name // ".svg", svg_end)
+        if (complete) complete = has_end(folder // "/" // name // ".png", png_end)
+        if (complete) then
           if (drawn /= "") drawn = drawn // ", "
           drawn = drawn // name
           cycle

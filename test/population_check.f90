@@ -186,12 +186,13 @@ contains
     integer :: k, partner(size(one%rho))
 
     do k = 1, size(one%rho)
-      cost(:, k) = used(abs(one%rho - other%rho(k)), one%bound + other%bound(k))
+      ! Halves: the sum of bounds that tell nothing overflows.
+      cost(:, k) = used(abs(one%rho - other%rho(k)) / 2, one%bound / 2 + other%bound(k) / 2)
     end do
     partner = partners(cost)
     disagreement = maxval([(cost(k, partner(k)), k = 1, size(partner))])
     if (allocated(one%x0) .and. allocated(other%x0)) disagreement = max(disagreement, &
-      & maxval(used(abs(one%x0 - other%x0), one%x0_error + other%x0_error)))
+      & maxval(used(abs(one%x0 - other%x0) / 2, one%x0_error / 2 + other%x0_error / 2)))
   end function disagreement
 
   !> How far the multipliers are from being rho and 1 / rho in pairs, over the bounds that these carry.

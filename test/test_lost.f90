@@ -81,10 +81,11 @@ contains
     if (allocated(failure)) return
     do k = 1, size(multipliers%rho)
       distance = real(minval(abs(multipliers%rho(k) - truth%rho)), dp)
+      ! Relative to what was found, and not written as a product: it would overflow where nothing is told.
+      distance = distance / max(abs(multipliers%rho(k)), tiny(1.0_dp))
       write(label, "(2a, i0, a, 3es10.2)") accuracy%method, " with ", accuracy%steps, ": |rho|, error, true error ", &
-        & abs(multipliers%rho(k)), multipliers%error(k), distance / abs(multipliers%rho(k))
-      ! Not written as a product: it would overflow where nothing is told.
-      call check(error, distance / abs(multipliers%rho(k)) <= multipliers%error(k), more=trim(label))
+        & abs(multipliers%rho(k)), multipliers%error(k), distance
+      call check(error, distance <= multipliers%error(k), more=trim(label))
       if (allocated(error)) return
     end do
     told = told + count(.not. multipliers%lost())

@@ -146,7 +146,7 @@ contains
         if (allocated(error)) return
         product = matmul(balanced(a(:, :, 1), factors%scale), product)
         if (spread_of(product) < most_spread .and. abs(log(max(norm2(product), tiny(1.0_dp)))) < most_growth) cycle
-        too_long = too_long .or. spread_of(balanced(a(:, :, 1), factors%scale)) >= most_spread
+        if (spread_of(balanced(a(:, :, 1), factors%scale)) >= most_spread) too_long = .true.
         if (nodes(k + 1) < 1) factors%ends = [factors%ends, nodes(k + 1)]
         product = unit_matrix(system%states)
       end do

@@ -3,7 +3,7 @@ module gestell_floquet_flow
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_lanes, only: lanes
-  use gestell_base_lapack, only: inverse
+  use gestell_base_lapack, only: inverse, log_abs_determinant
   use gestell_base_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
   use gestell_floquet_mesh, only: merged
@@ -139,12 +139,17 @@ contains
     real(dp), parameter :: most_spread = 1.0e12_dp
     real(dp), allocatable :: back(:, :)
     type(error_type), allocatable :: singular
+    real(dp) :: norm, log_det
 
     detour = 1
-    call inverse(halfway, back, singular)
+    norm = norm2(halfway) / sqrt(real(size(phi, 1), dp))
+    if (.not. norm > tiny(norm)) return
+    call log_abs_determinant(halfway / norm, log_det, singular)
     if (allocated(singular)) return
-    if (norm2(halfway) * norm2(back) > most_spread) return
-    detour = max(1.0_dp, norm2(matmul(phi, back)) * norm2(halfway) / (max(norm2(phi), tiny(1.0_dp)) * sqrt(real(size(phi, 1), dp))))
+    ! The condition is 2 (|A| / sqrt(n))^n / |det A| at most (Guggenheimer, Edelman, Johnson, College Math. J. 26 (1995), 2-5).
+    if (-log_det > log(most_spread)) return
+    call inverse(halfway / norm, back, singular)
+    detour = max(1.0_dp, norm2(matmul(phi, back)) / max(norm2(phi), tiny(1.0_dp)))
   end function detour_halfway
 
   !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.

@@ -167,7 +167,9 @@ contains
     call lock_file(lock_name(self), lock)
     ! another process may have begun meanwhile
     call compare_origin(self, error)
-    if (.not. allocated(error) .and. file_size(origin_name(self)) < 0) call write_origin(self, error)
+    if (.not. allocated(error)) then
+      if (file_size(origin_name(self)) < 0) call write_origin(self, error)
+    end if
     call unlock_file(lock)
   end subroutine begin
 

@@ -192,8 +192,9 @@ contains
       done = written > 0
       if (done) then
         n = n + written
-      else if (written == 0 .or. errno() /= interrupted) then
-        return
+      else
+        if (written == 0) return
+        if (errno() /= interrupted) return
       end if
     end do
     done = .true.

@@ -261,7 +261,8 @@ contains
     end associate
     load = maxval(maxval(abs(h), dim=1) * weights(self%free))
     if (.not. load > 0) return
-    load_rounding = min(1.0_dp, 4 * self%rounding * maxval(terms(self%free) * weights(self%free)) / load)
+    load_rounding = maxval(terms(self%free) * weights(self%free)) / load - 1
+    load_rounding = min(1.0_dp, 4 * self%rounding * max(0.0_dp, load_rounding))
   end function load_rounding
 
   pure subroutine set_load(self, table, h)
