@@ -136,7 +136,9 @@ contains
       at = modulo(at + places, points)
     end do
     h(:, 0) = h(:, 0) / 2
-    allocate(rounding(f), source=2 * (system%rounding + system%load_rounding + 4 * epsilon(1.0_dp)) * maxval(norm2(samples, dim=1)))
+    ! As much is claimed of every order: of what cancels in the load the orders together have no more.
+    allocate(rounding(f), source=2 * max(system%rounding + 4 * epsilon(1.0_dp), system%load_rounding / 4) &
+      & * maxval(norm2(samples, dim=1)))
   end subroutine load_harmonics
 
   !> All harmonics; `bound`: of the errors by those of the coefficients and by the `rounding` of h, all orders together.

@@ -72,8 +72,7 @@ contains
     integer :: i
 
     report = thin_places(rest%thin, 2 * tolerance)
-    if (rest%left_out > 0) report = report // "  note: multipliers meet so often that " // counted(rest%left_out, "place") // &
-      & " were not looked at; they lie in the open ranges below: search these apart" // newline
+    report = report // left_out(rest%left_out)
     if (.not. allocated(rest%places)) return
     do i = 1, min(size(rest%places), most_listed)
       report = report // "  open: a border could not be excluded at " // concise(rest%places(i)%value, 13) // ", within " &
@@ -89,7 +88,7 @@ contains
     character(len=:), allocatable :: report
     integer :: i
 
-    report = thin_places(map%thin, 2 * finest_lines)
+    report = thin_places(map%thin, 2 * finest_lines) // left_out(map%left_out)
     do i = 1, min(size(map%places), most_listed)
       associate (along => maxloc(map%places(i)%width, dim=1))
         report = report // "  open: a border could not be excluded at " // place(map%places(i)%parameters) // ", within " &
@@ -98,6 +97,15 @@ contains
     end do
     if (size(map%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
   end function rest_of_map
+
+  pure function left_out(number) result(report)
+    integer, intent(in) :: number
+    character(len=:), allocatable :: report
+
+    report = ""
+    if (number > 0) report = "  note: multipliers meet so often that " // counted(number, "place") // &
+      & " were not looked at; they lie in the open ranges below: search these apart" // newline
+  end function left_out
 
   pure function thin_places(number, width) result(report)
     integer, intent(in) :: number

@@ -245,6 +245,8 @@ contains
   real(dp) function load_rounding(self)
     class(frame_type), intent(in) :: self
     integer, parameter :: angles = 16
+    !> Of each term: those of the joints' accelerations, and of the crank angle, up to 2 pi.
+    real(dp), parameter :: share = 12
     real(dp), dimension(angles, size(self%free)) :: h
     real(dp) :: table(angles, table_columns), terms(3), weights(3), load
     integer :: i
@@ -262,7 +264,7 @@ contains
     load = maxval(maxval(abs(h), dim=1) * weights(self%free))
     if (.not. load > 0) return
     load_rounding = maxval(terms(self%free) * weights(self%free)) / load - 1
-    load_rounding = min(1.0_dp, 4 * self%rounding * max(0.0_dp, load_rounding))
+    load_rounding = min(1.0_dp, share * self%rounding * max(0.0_dp, load_rounding))
   end function load_rounding
 
   pure subroutine set_load(self, table, h)

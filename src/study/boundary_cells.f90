@@ -232,7 +232,7 @@ contains
     call plane%line(start, way, line)
     call search_line(family, line, short_nodes, search, error)
     if (allocated(error)) return
-    call vertices%add_crossings(line, search%found)
+    call vertices%add_search(line, search)
     associate (half_way => [(i, i = before + 1, vertices%count)])
       if (parallel) then
         if (pass_straight(box, ids, half_way, k, vertices)) then

@@ -5,12 +5,11 @@ module gestell_study_boundary_map
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_study_boundary_bands, only: box_type
   use gestell_study_boundary_cells, only: connect_cell
-  use gestell_study_boundary_crossing, only: crossings_type
   use gestell_study_boundary_functions, only: kind_names
   use gestell_study_boundary_line, only: line_type, parameter_at, sensitivity, skewed
   use gestell_study_boundary_order, only: check_search
   use gestell_study_boundary_refine, only: refine
-  use gestell_study_boundary_search, only: doubt_type, range_nodes, search_line, search_type
+  use gestell_study_boundary_search, only: range_nodes, search_line, search_type
   use gestell_study_boundary_vertex, only: plane_type, vertex_type, vertices_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
@@ -30,7 +29,7 @@ module gestell_study_boundary_map
     character(len=15) :: kind = ""
   end type border_vertex_type
 
-  !> A place on a line of the search grid where a border could not be excluded, and the width, along that line, of what may
+  !> A place on a line where a border could not be excluded, and the width, along that line, of what may
   !> have been missed there.
   type, public :: open_place_type
     real(dp) :: parameters(2) = 0, width(2) = 0
@@ -43,18 +42,16 @@ module gestell_study_boundary_map
     integer :: curves = 0
     !> Stretches between vertices that could not be refined.
     integer :: rough = 0
-    !> As of a border_rest_type, on all lines of the search grid.
+    !> As of a border_rest_type, on all lines of the search grid and those that divide its cells.
     type(open_place_type), allocatable :: places(:)
-    integer :: thin = 0
+    integer :: thin = 0, left_out = 0
   end type border_map_type
 
   !> What was found on a line of the search grid.
   type, public :: border_line_type
     private
     type(line_type) :: line
-    type(crossings_type) :: borders
-    type(doubt_type), allocatable :: doubts(:)
-    integer :: thin = 0
+    type(search_type) :: search
   end type border_line_type
 
 contains
@@ -109,22 +106,19 @@ contains
     !> However many lines there are, the search of each adds nodes of its own.
     integer, parameter :: most_nodes = 20
     type(plane_type) :: plane
-    type(search_type) :: search
 
     plane = plane_of(grid, accuracy, deviation)
     associate (u1 => skewed(grid%axes(1)%count), u2 => skewed(grid%axes(2)%count))
       if (number <= size(u2)) then
         call plane%line([0.0_dp, u2(number)], [1.0_dp, 0.0_dp], found%line)
-        call search_line(family, found%line, range_nodes(min(grid%axes(1)%count, most_nodes)), search, error)
+        call search_line(family, found%line, range_nodes(min(grid%axes(1)%count, most_nodes)), found%search, error)
       else
         call plane%line([u1(number - size(u2)), 0.0_dp], [0.0_dp, 1.0_dp], found%line)
-        call search_line(family, found%line, range_nodes(min(grid%axes(2)%count, most_nodes)), search, error)
+        call search_line(family, found%line, range_nodes(min(grid%axes(2)%count, most_nodes)), found%search, error)
       end if
     end associate
-    if (allocated(error)) return
-    found%borders = search%found
-    found%doubts = search%doubts
-    found%thin = search%thin
+    ! The systems on the way are of no more use.
+    if (allocated(found%search%marks)) deallocate(found%search%marks)
   end subroutine search_border_line
 
   !> Errors: as of `trace_borders`.
@@ -176,28 +170,16 @@ contains
     u2 = skewed(grid%axes(2)%count)
     do k = 1, size(lines)
       first(k) = vertices%count + 1
-      call vertices%add_crossings(lines(k)%line, lines(k)%borders)
-      map%places = [map%places, places_on(lines(k), plane)]
-      map%thin = map%thin + lines(k)%thin
+      call vertices%add_search(lines(k)%line, lines(k)%search)
     end do
     first(size(first)) = vertices%count + 1
     call connect_cells(family, plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
     if (.not. allocated(error)) call follow_curves(family, plane, vertices, map, error)
+    map%thin = vertices%thin
+    map%left_out = vertices%left_out
+    map%places = [(open_place_type(parameter_at(plane%axes, vertices%open(k)%u), &
+      & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
   end subroutine connect_lines
-
-  pure function places_on(line, plane) result(places)
-    type(border_line_type), intent(in) :: line
-    type(plane_type), intent(in) :: plane
-    type(open_place_type) :: places(size(line%doubts))
-    integer :: i
-
-    do i = 1, size(places)
-      associate (u => line%line%start + line%doubts(i)%t * line%line%way)
-        places(i)%parameters = parameter_at(plane%axes, u)
-        places(i)%width = abs(sensitivity(plane%axes, u)) * line%doubts(i)%width * line%line%way
-      end associate
-    end do
-  end function places_on
 
   subroutine connect_cells(family, plane, u1, u2, first1, first2, vertices, error)
     class(family_type), intent(in) :: family

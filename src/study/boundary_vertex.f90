@@ -3,8 +3,9 @@ module gestell_study_boundary_vertex
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_study_boundary_crossing, only: crossing_type, crossings_type
+  use gestell_study_boundary_crossing, only: crossing_type
   use gestell_study_boundary_line, only: line_type
+  use gestell_study_boundary_search, only: search_type
   use gestell_study_grid, only: axis_type
   implicit none (type, external)
   private
@@ -24,12 +25,22 @@ module gestell_study_boundary_vertex
     integer :: next = 0
   end type vertex_type
 
+  !> A place on a line where a border could not be excluded, and how wide it is along the line, in u.
+  type, public :: open_spot_type
+    real(dp) :: u(2) = 0, width(2) = 0
+  end type open_spot_type
+
   type, public :: vertices_type
     integer :: count = 0
     type(vertex_type), allocatable :: list(:)
+    !> What the lines that were searched leave open; places without damping whose tongues are thinner than they resolve; meetings
+    !> of multipliers that were not looked at.
+    type(open_spot_type), allocatable :: open(:)
+    integer :: thin = 0, left_out = 0
   contains
     procedure :: add
-    procedure :: add_crossings
+    procedure :: add_search
+    procedure :: leave_open
   end type vertices_type
 
   !> What is sought, and where.
@@ -60,17 +71,32 @@ contains
     self%list(self%count) = vertex
   end subroutine add
 
-  !> The borders that were found along a line, in its order.
-  pure subroutine add_crossings(self, line, found)
+  !> The borders that were found along a line, in its order, and what was left open there.
+  pure subroutine add_search(self, line, search)
     class(vertices_type), intent(inout) :: self
     type(line_type), intent(in) :: line
-    type(crossings_type), intent(in) :: found
+    type(search_type), intent(in) :: search
     integer :: i
 
-    do i = 1, size(found%list)
-      call self%add(vertex_of(line, found%list(i)))
+    do i = 1, size(search%found%list)
+      call self%add(vertex_of(line, search%found%list(i)))
     end do
-  end subroutine add_crossings
+    call self%leave_open(line, search)
+  end subroutine add_search
+
+  !> What was left open on a line.
+  pure subroutine leave_open(self, line, search)
+    class(vertices_type), intent(inout) :: self
+    type(line_type), intent(in) :: line
+    type(search_type), intent(in) :: search
+    integer :: i
+
+    if (.not. allocated(self%open)) allocate(self%open(0))
+    self%open = [self%open, (open_spot_type(line%start + search%doubts(i)%t * line%way, search%doubts(i)%width * line%way), &
+      & i = 1, size(search%doubts))]
+    self%thin = self%thin + search%thin
+    self%left_out = self%left_out + search%left_out
+  end subroutine leave_open
 
   pure type(vertex_type) function vertex_of(line, crossing) result(vertex)
     type(line_type), intent(in) :: line
