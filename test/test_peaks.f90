@@ -120,7 +120,7 @@ contains
     call new_grid(grid, [axis_type(100.0_dp, 900.0_dp, 100)], failure)
     call solve_grid(family, grid, order, values, error)
     if (allocated(error)) return
-    do i = 1, size(values, 3)
+    do i = 1, size(values, 3), 3
       call solve_point(family, grid%parameters(i, 1), order, own, failure)
       ! Of each peak by itself, much less than what is promised for the greatest.
       call check(error, all(abs(values(xi_peak:psi_peak, 1, i) / own(xi_peak:psi_peak) - 1) &

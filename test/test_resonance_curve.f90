@@ -242,7 +242,7 @@ contains
     if (allocated(failure)) call test_failed(error, failure%message)
   end subroutine khang_family
 
-  !> At two places within every interval the machine is solved by itself; where two maxima are equal the peaks have bends.
+  !> At one of two places within every interval the machine is solved by itself; where two maxima are equal the peaks have bends.
   subroutine test_straight(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: places(2) = [0.5_dp, 0.31_dp], dampings(2) = [5.0_dp, 100.0_dp]
@@ -253,7 +253,7 @@ contains
     class(periodic_system), allocatable :: system
     character(len=80) :: found
     real(dp) :: worst
-    integer :: d, i, k
+    integer :: d, i
 
     do d = 1, size(dampings)
       call khang_family(dampings(d), family, error)
@@ -261,21 +261,19 @@ contains
       if (allocated(error)) return
       worst = 0
       do i = 2, size(curve%points)
-        associate (a => curve%points(i - 1), b => curve%points(i))
-          do k = 1, size(places)
-            call family%member([a%speed + places(k) * (b%speed - a%speed)], system, failure)
-            select type (system)
-            class is (frame_type)
-              if (.not. allocated(failure)) call analyse(system, tasks_type(stability=.false., points=64), accuracy_type(), &
-                & analysis, failure)
-            end select
-            if (allocated(failure)) then
-              call test_failed(error, failure%message)
-              return
-            end if
-            worst = max(worst, maxval(abs(log(analysis%vibration%peak(:3)) - (1 - places(k)) * log(a%values(1, :)) &
-              & - places(k) * log(b%values(1, :)))))
-          end do
+        associate (a => curve%points(i - 1), b => curve%points(i), place => places(1 + mod(i, 2)))
+          call family%member([a%speed + place * (b%speed - a%speed)], system, failure)
+          select type (system)
+          class is (frame_type)
+            if (.not. allocated(failure)) call analyse(system, tasks_type(stability=.false., points=64), accuracy_type(), &
+              & analysis, failure)
+          end select
+          if (allocated(failure)) then
+            call test_failed(error, failure%message)
+            return
+          end if
+          worst = max(worst, maxval(abs(log(analysis%vibration%peak(:3)) - (1 - place) * log(a%values(1, :)) &
+            & - place * log(b%values(1, :)))))
         end associate
       end do
       write (found, "(a, es10.3, a, i0, a)") "misses ", worst, " with ", size(curve%points), " points"
@@ -288,7 +286,7 @@ contains
   !> least, less than a step away.
   subroutine test_brute_force(error)
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: fine = 1201
+    integer, parameter :: fine = 601
     type(machine_family) :: family
     type(resonance_curve_type) :: curve
     type(analysis_type) :: analysis
@@ -305,7 +303,7 @@ contains
       call family%member([speeds(i)], system, failure)
       select type (system)
       class is (frame_type)
-        call analyse(system, tasks_type(stability=.false., points=720), accuracy_type(), analysis, failure)
+        call analyse(system, tasks_type(stability=.false., points=360), accuracy_type(), analysis, failure)
       end select
       if (allocated(failure)) then
         call test_failed(error, failure%message)
@@ -349,7 +347,7 @@ contains
     prominence = peak(i) / maxval(dip)
   end function prominence
 
-  !> Lists of the paper's machine as it is, whose resonances are a few thousandths of a rpm wide, from 5 and from 60 speeds.
+  !> Lists of the paper's machine as it is, whose resonances are a few thousandths of a rpm wide, from 5 and from 30 speeds.
   subroutine test_grids(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family
@@ -357,10 +355,10 @@ contains
     integer :: i
 
     call khang_family(1.0_dp, family, error)
-    if (.not. allocated(error)) call solve(family, ["f"], grid(290.0_dp, 1150.0_dp, 5), coarse, error)
-    if (.not. allocated(error)) call solve(family, ["f"], grid(290.0_dp, 1150.0_dp, 60), fine, error)
+    if (.not. allocated(error)) call solve(family, ["f"], grid(450.0_dp, 1150.0_dp, 5), coarse, error)
+    if (.not. allocated(error)) call solve(family, ["f"], grid(450.0_dp, 1150.0_dp, 30), fine, error)
     if (.not. allocated(error)) call check(error, size(coarse%maxima), size(fine%maxima))
-    if (.not. allocated(error)) call check(error, size(fine%maxima) >= 8)
+    if (.not. allocated(error)) call check(error, size(fine%maxima) >= 5)
     if (allocated(error)) return
     do i = 1, size(fine%maxima)
       associate (one => coarse%maxima(i), other => fine%maxima(i))

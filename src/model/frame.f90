@@ -4,8 +4,9 @@ module gestell_model_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: symmetric_pencil
   use gestell_base_text, only: concise
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, a4_v, mass_functions_type, &
-    & mechanism_type, table_columns
+  use gestell_model_load, only: cancellation, set_load
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mass_functions_type, mechanism_type, &
+    & table_columns
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_tabulated, only: new_tabulated, tabulated_type
   use gestell_system_averaged, only: average, averaged_system, term_size
@@ -61,6 +62,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: free(:)
     type(support_type), intent(in), optional :: supports(:)
+    !> Roundings of each term of the load: of the joints' accelerations, and of the crank angle, up to 2 pi.
+    real(dp), parameter :: share = 12
     integer :: i
 
     frame%stiffness = stiffness
@@ -109,7 +112,7 @@ contains
     frame%period = 2 * pi / abs(speed)
     ! Near a dead point lengths lose twice the digits of the feature, about the sine of the transmission angle there.
     frame%rounding = epsilon(1.0_dp) / frame%mechanism%feature**2
-    frame%load_rounding = load_rounding(frame)
+    frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia))
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%feature))
   end subroutine new_frame
 
@@ -167,7 +170,7 @@ contains
 
     call self%mechanism%tabulate(self%crank_angles(phases), table)
     call set_matrices(self, table, m, b, c)
-    if (present(h)) call set_load(self, table, h)
+    if (present(h)) call set_load(self%free, self%speed, self%origin, table, h)
   end subroutine sample_second_order
 
   !> Crank angles (rad) at these phases of the period.
@@ -238,56 +241,6 @@ contains
       b(:, psi, psi) = b(:, psi, psi) + omega * (table(:, a3_d) + 2 * xi0 * table(:, a1_d) + 2 * eta0 * table(:, a2_d))
     end associate
   end subroutine set_matrices
-
-  !> (12), in the same way.
-  !> What the roundings of the links' forces, relative to the load that they cancel to, add to those of the forced motion: the
-  !> greatest over xi, eta, psi, weighted as in the kinetic energy.
-  real(dp) function load_rounding(self)
-    class(frame_type), intent(in) :: self
-    integer, parameter :: angles = 16
-    !> Of each term: those of the joints' accelerations, and of the crank angle, up to 2 pi.
-    real(dp), parameter :: share = 12
-    real(dp), dimension(angles, size(self%free)) :: h
-    real(dp) :: table(angles, table_columns), terms(3), weights(3), load
-    integer :: i
-
-    load_rounding = 0
-    associate (mechanism => self%mechanism)
-      if (.not. any(mechanism%terms > 0)) return
-      call mechanism%tabulate([(2 * pi * i / angles, i = 1, angles)], table)
-      call set_load(self, table, h)
-      terms = self%speed**2 * mechanism%terms
-      terms(3) = abs(self%origin(1)) * terms(2) + abs(self%origin(2)) * terms(1) + terms(3)
-      weights = 1 / sqrt(max(tiny(1.0_dp), self%inertia + mechanism%inertia))
-      weights(:2) = 1 / sqrt(max(tiny(1.0_dp), self%mass + mechanism%mass))
-    end associate
-    load = maxval(maxval(abs(h), dim=1) * weights(self%free))
-    if (.not. load > 0) return
-    load_rounding = maxval(terms(self%free) * weights(self%free)) / load - 1
-    load_rounding = min(1.0_dp, share * self%rounding * max(0.0_dp, load_rounding))
-  end function load_rounding
-
-  pure subroutine set_load(self, table, h)
-    class(frame_type), intent(in) :: self
-    real(dp), contiguous, intent(in) :: table(:, :)
-    real(dp), contiguous, intent(inout) :: h(:, :)
-    integer :: i
-
-    associate (omega => self%speed, xi0 => self%origin(1), eta0 => self%origin(2))
-      do i = 1, size(self%free)
-        select case (self%free(i))
-        case (1)
-          h(:, i) = -omega**2 * table(:, a1_dd)
-        case (2)
-          h(:, i) = -omega**2 * table(:, a2_dd)
-        case (3)
-          h(:, i) = -omega**2 * (xi0 * table(:, a2_dd) - eta0 * table(:, a1_dd) + table(:, a4_v))
-        case default
-          h(:, i) = 0
-        end select
-      end do
-    end associate
-  end subroutine set_load
 
   !> M of (9), all three degrees of freedom.
   pure function mass_matrix(self, a) result(m)

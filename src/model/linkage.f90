@@ -2,9 +2,9 @@
 module gestell_model_linkage
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: dp
   use gestell_model_assembly, only: prove_assembly
-  use gestell_model_bodies, only: link_type, load_terms, move_link, sum_drive, sum_masses
+  use gestell_model_bodies, only: link_type, move_link, sum_drive, sum_masses
   use gestell_model_joints_driven, only: crank_joint, ground_joint
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
@@ -14,7 +14,7 @@ module gestell_model_linkage
   use gestell_model_joints_sliders, only: prp_joint, rpp_joint
   use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type
   use gestell_model_linkage_checks, only: check_finite, check_lengths, check_place
-  use gestell_model_linkage_table, only: tabulate_linkage
+  use gestell_model_linkage_table, only: greatest_terms, tabulate_linkage
   implicit none (type, external)
   private
 
@@ -324,8 +324,6 @@ contains
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: angles = 16
-    type(point_type), allocatable :: at(:)
     integer :: i, cranks
 
     if (self%prepared) return
@@ -346,13 +344,7 @@ contains
     if (allocated(error)) return
     call prove_assembly(self%joints, self%links, self%feature, self%intervals, error)
     self%prepared = .not. allocated(error)
-    if (.not. self%prepared) return
-    allocate(at(size(self%joints)))
-    self%terms = 0
-    do i = 1, angles
-      call self%points(2 * pi * i / angles, at)
-      self%terms = max(self%terms, load_terms(self%links, at))
-    end do
+    if (self%prepared) self%terms = greatest_terms(self%joints, self%links)
   end subroutine prepare
 
   !> Error: it has no joints or no links.

@@ -1,13 +1,13 @@
 !> The mass functions of a linkage at many crank angles, batch by batch.
 module gestell_model_linkage_table
-  use gestell_base_kinds, only: dp
-  use gestell_model_bodies, only: link_type, tabulate_masses
-  use gestell_model_joints_joint, only: named_joint_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_bodies, only: link_type, load_terms, tabulate_masses
+  use gestell_model_joints_joint, only: named_joint_type, point_type
   use gestell_model_joints_path, only: batch, path_type, take_batch
   implicit none (type, external)
   private
 
-  public :: tabulate_linkage
+  public :: greatest_terms, tabulate_linkage
 
 contains
 
@@ -31,5 +31,23 @@ contains
       call tabulate_masses(links, at, first, last, table)
     end do
   end subroutine tabulate_linkage
+
+  !> The terms of a mechanism_type, at some crank angles.
+  pure function greatest_terms(joints, links) result(terms)
+    type(named_joint_type), intent(in) :: joints(:)
+    type(link_type), intent(in) :: links(:)
+    real(dp) :: terms(3)
+    integer, parameter :: angles = 16
+    type(point_type) :: at(size(joints))
+    integer :: i, k
+
+    terms = 0
+    do k = 1, angles
+      do i = 1, size(joints)
+        call joints(i)%joint%place(2 * pi * k / angles, at(:i - 1), at(i))
+      end do
+      terms = max(terms, load_terms(links, at))
+    end do
+  end function greatest_terms
 
 end module gestell_model_linkage_table
