@@ -10,7 +10,7 @@ module gestell_model_bodies
   implicit none (type, external)
   private
 
-  public :: load_terms, move_link, sum_drive, sum_masses, tabulate_masses
+  public :: move_link, sum_drive, sum_masses, tabulate_masses
 
   !> Sums that cancel to this part of their terms' magnitudes are zero: a balanced mechanism does not shake at all.
   real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
@@ -38,11 +38,12 @@ contains
     to%center = from%center
   end subroutine move_link
 
-  !> The sums (4) to (7) over the links, with all joints at `at`.
-  pure subroutine sum_masses(links, at, a)
+  !> The sums (4) to (7) over the links, with all joints at `at`; `terms`: those of the absolute terms of a1'', a2'' and a4.
+  pure subroutine sum_masses(links, at, a, terms)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:)
     type(mass_functions_type), intent(out) :: a
+    real(dp), intent(out), optional :: terms(3)
     type(point_type) :: center
     type(jet) :: size1, size2
     real(dp) :: rate, turn, a4_size
@@ -65,26 +66,8 @@ contains
     a%a1 = cleaned(a%a1, size1)
     a%a2 = cleaned(a%a2, size2)
     if (abs(a%a4) <= noise * a4_size) a%a4 = 0
+    if (present(terms)) terms = [size1%dd, size2%dd, a4_size]
   end subroutine sum_masses
-
-  !> The sums over the links of the absolute terms of a1'', a2'' and a4, with all joints at `at`.
-  pure function load_terms(links, at) result(terms)
-    type(link_type), intent(in) :: links(:)
-    type(point_type), intent(in) :: at(:)
-    real(dp) :: terms(3)
-    type(point_type) :: center
-    real(dp) :: rate, turn
-    integer :: i
-
-    terms = 0
-    do i = 1, size(links)
-      call body_motion(links(i), at, center, rate, turn)
-      associate (x => center%x, y => center%y)
-        terms = terms + links(i)%mass * abs([x%dd, y%dd, x%v * y%dd]) + [0.0_dp, 0.0_dp, links(i)%mass * abs(y%v * x%dd) &
-          & + links(i)%inertia * abs(turn)]
-      end associate
-    end do
-  end function load_terms
 
   !> What the drive feels, summed over the links, with all joints at `at`: shape (drive_columns).
   pure subroutine sum_drive(links, at, drive)

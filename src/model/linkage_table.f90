@@ -1,9 +1,10 @@
 !> The mass functions of a linkage at many crank angles, batch by batch.
 module gestell_model_linkage_table
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_bodies, only: link_type, load_terms, tabulate_masses
+  use gestell_model_bodies, only: link_type, sum_masses, tabulate_masses
   use gestell_model_joints_joint, only: named_joint_type, point_type
   use gestell_model_joints_path, only: batch, path_type, take_batch
+  use gestell_model_mechanism, only: mass_functions_type
   implicit none (type, external)
   private
 
@@ -38,7 +39,9 @@ contains
     type(link_type), intent(in) :: links(:)
     real(dp) :: terms(3)
     integer, parameter :: angles = 16
+    type(mass_functions_type) :: a
     type(point_type) :: at(size(joints))
+    real(dp) :: here(3)
     integer :: i, k
 
     terms = 0
@@ -46,7 +49,8 @@ contains
       do i = 1, size(joints)
         call joints(i)%joint%place(2 * pi * k / angles, at(:i - 1), at(i))
       end do
-      terms = max(terms, load_terms(links, at))
+      call sum_masses(links, at, a, here)
+      terms = max(terms, here)
     end do
   end function greatest_terms
 

@@ -52,10 +52,7 @@ contains
     type(varied_frame_type) :: varied
 
     varied%states = frame%states
-    varied%period = frame%period
-    varied%least_steps = frame%least_steps
-    varied%rounding = frame%rounding
-    varied%load_rounding = frame%load_rounding
+    call varied%inherit(frame)
     varied%mass = frame%mass
     varied%inertia = frame%inertia
     varied%origin = frame%origin

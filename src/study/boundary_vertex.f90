@@ -40,7 +40,6 @@ module gestell_study_boundary_vertex
   contains
     procedure :: add
     procedure :: add_search
-    procedure :: leave_open
   end type vertices_type
 
   !> What is sought, and where.
@@ -81,22 +80,12 @@ contains
     do i = 1, size(search%found%list)
       call self%add(vertex_of(line, search%found%list(i)))
     end do
-    call self%leave_open(line, search)
-  end subroutine add_search
-
-  !> What was left open on a line.
-  pure subroutine leave_open(self, line, search)
-    class(vertices_type), intent(inout) :: self
-    type(line_type), intent(in) :: line
-    type(search_type), intent(in) :: search
-    integer :: i
-
     if (.not. allocated(self%open)) allocate(self%open(0))
     self%open = [self%open, (open_spot_type(line%start + search%doubts(i)%t * line%way, search%doubts(i)%width * line%way), &
       & i = 1, size(search%doubts))]
     self%thin = self%thin + search%thin
     self%left_out = self%left_out + search%left_out
-  end subroutine leave_open
+  end subroutine add_search
 
   pure type(vertex_type) function vertex_of(line, crossing) result(vertex)
     type(line_type), intent(in) :: line

@@ -41,11 +41,7 @@ contains
 
     f = system%states / 2
     averaged%states = system%states
-    averaged%period = system%period
-    averaged%least_steps = system%least_steps
-    averaged%rounding = system%rounding
-    averaged%load_rounding = system%load_rounding
-    if (allocated(system%breaks)) averaged%breaks = system%breaks
+    call averaged%inherit(system)
     allocate(averaged%whole, source=system)
 
     points = max(16, 2 * system%least_steps)

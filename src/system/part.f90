@@ -97,11 +97,7 @@ contains
       allocate(part, source=first)
     end select
     part%states = size(states)
-    part%period = system%period
-    part%least_steps = system%least_steps
-    part%rounding = system%rounding
-    part%load_rounding = system%load_rounding
-    if (allocated(system%breaks)) part%breaks = system%breaks
+    call part%inherit(system)
   end subroutine part_of
 
   subroutine matrix(self, t, p)

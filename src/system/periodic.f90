@@ -30,6 +30,7 @@ module gestell_system_periodic
   contains
     procedure(matrix_at), deferred :: matrix
     procedure :: forcing => no_forcing
+    procedure :: inherit
     procedure :: sample
     procedure :: coupled => all_coupled
     procedure :: check => check_periodic
@@ -50,6 +51,18 @@ module gestell_system_periodic
   integer, parameter :: most_least_steps = 2**17
 
 contains
+
+  !> Takes over from the system that this one is made of: the period, its breaks, how finely it must be resolved, its roundings.
+  pure subroutine inherit(self, from)
+    class(periodic_system), intent(inout) :: self
+    class(periodic_system), intent(in) :: from
+
+    self%period = from%period
+    self%least_steps = from%least_steps
+    self%rounding = from%rounding
+    self%load_rounding = from%load_rounding
+    if (allocated(from%breaks)) self%breaks = from%breaks
+  end subroutine inherit
 
   !> Whether the components make sense; every procedure that solves a system asks this first. A model with more to check
   !> overrides it and calls this one too. Errors: no states; a period that is not positive and finite; breaks that are not ascending
