@@ -12,7 +12,7 @@ module locked_family
 
   type, extends(family_type), public :: locked_family_type
     class(family_type), allocatable :: inner
-    character(len=11) :: model = "rest"
+    character(len=11) :: model = "exact"
     type(accuracy_type) :: accuracy
   contains
     procedure :: member

@@ -29,7 +29,7 @@ contains
     type(gestell_error), allocatable :: failure
     type(tasks_type) :: tasks
 
-    tasks = tasks_type(points=points, rows=guide_forces)
+    tasks = tasks_type(model="rest", points=points, rows=guide_forces)
     if (present(averaged)) tasks%averaged = averaged
     call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
     if (allocated(failure)) then

@@ -107,7 +107,8 @@ contains
 
     do k = 1, size(rows)
       do i = 1, size(samples)
-        call analyse(frame, tasks_type(points=32, rows=rows(k)), accuracy_type(tolerance=10.0_dp**(1 - 2 * i)), analysis, failure)
+        call analyse(frame, tasks_type(model="rest", points=32, rows=rows(k)), &
+          & accuracy_type(tolerance=10.0_dp**(1 - 2 * i)), analysis, failure)
         if (allocated(failure)) then
           call test_failed(error, failure%message)
           return

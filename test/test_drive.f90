@@ -48,7 +48,8 @@ contains
     type(gestell_error), allocatable :: failure
     logical :: known
 
-    call analyse(frame, tasks_type(points=points, rows=accelerations), accuracy_type(tolerance=tolerance), analysis, failure)
+    call analyse(frame, tasks_type(model="rest", points=points, rows=accelerations), accuracy_type(tolerance=tolerance), &
+      & analysis, failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)
       return

@@ -109,7 +109,8 @@ contains
     type(gestell_error), allocatable :: failure
 
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(), accuracy_type(method="explicit8", steps=2), analysis, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(method="explicit8", &
+      & steps=2), analysis, failure)
     call check(error, allocated(failure) .and. .not. allocated(analysis%vibration), more="no vibration")
     if (allocated(error)) return
     call check(error, index(failure%message, "steps") > 0, more=failure%message)
@@ -133,10 +134,10 @@ contains
 
     machine = lighter(khang_machine(240.0_dp), base)
     call frame_of_machine(machine, frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(points=64), accuracy_type(), light, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", points=64), accuracy_type(), light, failure)
     do i = 1, size(factors)
       if (.not. allocated(failure)) call frame_of_machine(lighter(machine, factors(i)), frame, failure)
-      if (.not. allocated(failure)) call analyse(frame, tasks_type(points=64), accuracy_type(), analysis, failure)
+      if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", points=64), accuracy_type(), analysis, failure)
       if (allocated(failure)) then
         call test_failed(error, failure%message)
         return

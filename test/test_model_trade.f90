@@ -38,7 +38,8 @@ contains
     machine = khang_machine(300.0_dp, 5.0_dp)
     machine%free = [.true., .true., .false.]
     call frame_of_machine(machine, frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(), accuracy_type(tolerance=1.0e-12_dp), periodic, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(tolerance=1.0e-12_dp), &
+      & periodic, failure)
     if (.not. allocated(failure)) call analyse(frame, tasks_type(averaged=.true.), accuracy_type(), averaged, failure)
     if (failed(failure, error)) return
     associate (p => periodic%vibration, a => averaged%vibration)

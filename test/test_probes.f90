@@ -48,7 +48,7 @@ contains
     type(gestell_error), allocatable :: failure
     type(tasks_type) :: tasks
 
-    tasks = tasks_type(points=points, rows=accelerations)
+    tasks = tasks_type(model="rest", points=points, rows=accelerations)
     if (present(averaged)) tasks%averaged = averaged
     call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
     if (allocated(failure)) then

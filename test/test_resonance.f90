@@ -59,7 +59,8 @@ contains
 
     do i = 1, size(detunings)
       call one_freedom(detunings(i), frame, stiffness, failure)
-      if (.not. allocated(failure)) call analyse(frame, tasks_type(), accuracy_type(tolerance=1.0e-12_dp), analysis, failure)
+      if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(tolerance=1.0e-12_dp), &
+        & analysis, failure)
       if (allocated(failure)) then
         call test_failed(error, failure%message)
         return
@@ -100,7 +101,7 @@ contains
     real(dp) :: stiffness
 
     call one_freedom(0.0_dp, frame, stiffness, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(), accuracy_type(), analysis, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
     if (.not. allocated(failure)) then
       call test_failed(error, "an answer at resonance")
       return
@@ -126,7 +127,7 @@ contains
       call test_failed(error, failure%message)
       return
     end if
-    call analyse(frame, tasks_type(), accuracy_type(), analysis, failure)
+    call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
     call check(error, allocated(failure))
     if (allocated(error)) return
     call check(error, index(failure%message, "holds the frame") > 0, more=failure%message)
@@ -144,7 +145,7 @@ contains
 
     do i = 1, 3
       call one_freedom(order * 16 * 2.0_dp**i - 1, frame, stiffness, failure)
-      if (.not. allocated(failure)) call analyse(frame, tasks_type(), accuracy_type(), analysis, failure)
+      if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
       if (allocated(failure)) then
         call test_failed(error, failure%message)
         return

@@ -265,7 +265,8 @@ contains
           call family%member([a%speed + place * (b%speed - a%speed)], system, failure)
           select type (system)
           class is (frame_type)
-            if (.not. allocated(failure)) call analyse(system, tasks_type(stability=.false., points=64), accuracy_type(), &
+            if (.not. allocated(failure)) call analyse(system, tasks_type(model="rest", stability=.false., points=64), &
+              & accuracy_type(), &
               & analysis, failure)
           end select
           if (allocated(failure)) then
@@ -303,7 +304,7 @@ contains
       call family%member([speeds(i)], system, failure)
       select type (system)
       class is (frame_type)
-        call analyse(system, tasks_type(stability=.false., points=360), accuracy_type(), analysis, failure)
+        call analyse(system, tasks_type(model="rest", stability=.false., points=360), accuracy_type(), analysis, failure)
       end select
       if (allocated(failure)) then
         call test_failed(error, failure%message)

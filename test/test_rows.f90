@@ -35,8 +35,10 @@ contains
     type(gestell_error), allocatable :: failure
 
     call frame_of_machine(khang_machine(300.0_dp), frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false., points=1500), accuracy_type(), many, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false., points=500), accuracy_type(), some, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=1500), &
+      & accuracy_type(), many, failure)
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=500), &
+      & accuracy_type(), some, failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)
       return
@@ -68,7 +70,8 @@ contains
     mechanism%feature = 1
     if (.not. allocated(failure)) call new_frame(frame, mechanism, 18.0_dp, 0.8_dp, [0.0_dp, 0.0_dp], &
       & diagonal([4.0e5_dp, 4.0e5_dp, 4.0e4_dp]), diagonal([1.0e3_dp, 1.0e3_dp, 1.0e2_dp]), 10.0_dp, failure, [1, 3])
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false., points=1, harmonics=1), accuracy_type(), few, &
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=1), &
+      & accuracy_type(), few, &
       & failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)
@@ -97,9 +100,11 @@ contains
     call machine_of_file("data/rocking_sieve.nml", machine, failure)
     if (.not. allocated(failure)) machine%speed_rpm = 100
     if (.not. allocated(failure)) call frame_of_machine(machine, frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false.), accuracy_type(tolerance=0.1_dp), loose, &
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false.), &
+      & accuracy_type(tolerance=0.1_dp), loose, &
       & failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false.), accuracy_type(tolerance=1.0e-12_dp), &
+    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false.), &
+      & accuracy_type(tolerance=1.0e-12_dp), &
       & tight, failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)

@@ -178,10 +178,12 @@ contains
     machine = khang_machine(300.0_dp)
     machine%foundation_damping = 0
     call frame_of_machine(machine, frame, failure)
-    call analyse(frame, tasks_type(stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), forwards, failure)
+    call analyse(frame, tasks_type(model="rest", stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), &
+      & forwards, failure)
     machine%speed_rpm = -300.0_dp
     call frame_of_machine(machine, frame, failure)
-    call analyse(frame, tasks_type(stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), backwards, failure)
+    call analyse(frame, tasks_type(model="rest", stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), &
+      & backwards, failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)
       return
@@ -237,8 +239,8 @@ contains
     integer :: i
 
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
-    call analyse(frame, tasks_type(points=7, harmonics=3), accuracy_type(), coarse, failure)
-    call analyse(frame, tasks_type(points=5000), accuracy_type(), fine, failure)
+    call analyse(frame, tasks_type(model="rest", points=7, harmonics=3), accuracy_type(), coarse, failure)
+    call analyse(frame, tasks_type(model="rest", points=5000), accuracy_type(), fine, failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)
       return
@@ -276,7 +278,7 @@ contains
       associate (free => pack([1, 2, 3], [1, 2, 3] /= k), stiffness => full%stiffness + 0.1_dp * norm2(full%stiffness))
         if (.not. allocated(failure)) call new_frame(frame, full%mechanism, full%mass, full%inertia, full%origin, stiffness, &
           & full%damping + 0.1_dp * norm2(full%damping), full%speed, failure, free)
-        if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false., points=12, harmonics=70), &
+        if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=12, harmonics=70), &
           & accuracy_type(), analysis, failure)
         if (allocated(failure)) then
           call test_failed(error, failure%message)
@@ -300,11 +302,11 @@ contains
           if (allocated(error)) return
         end associate
         ! Few rows and harmonics: taken often enough all the same, in the free degrees of freedom too.
-        call analyse(frame, tasks_type(stability=.false., points=1, harmonics=1), accuracy_type(), few, failure)
+        call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=1), accuracy_type(), few, failure)
         call check(error, maxval(abs(few%vibration%peak - analysis%vibration%peak) / max(analysis%vibration%peak, tiny(1.0_dp))) &
           & < 1.0e-8_dp, more="peaks")
         if (allocated(error)) return
-        call analyse(frame, tasks_type(stability=.false., points=1, harmonics=200), accuracy_type(), many, failure)
+        call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=200), accuracy_type(), many, failure)
         call check(error, size(many%vibration%series(1)%amplitude) >= 200, more="harmonics, one row")
         if (allocated(error)) return
         call check(error, all([(few%vibration%series(i)%tail(), i = 1, 9)] < 1.0e-9_dp), more="tails")
@@ -328,9 +330,10 @@ contains
       machine = khang_machine(merge(240.0_dp, 333.0_dp, i == 1))
       if (i == 2) machine%foundation_damping = [9000.0_dp, 7000.0_dp, 500.0_dp]
       call frame_of_machine(machine, frame, failure)
-      call analyse(frame, tasks_type(stability=.false.), accuracy_type(tolerance=1.0e-12_dp), tight, failure)
+      call analyse(frame, tasks_type(model="rest", stability=.false.), accuracy_type(tolerance=1.0e-12_dp), tight, failure)
       do k = 1, size(steps)
-        if (.not. allocated(failure)) call analyse(frame, tasks_type(stability=.false.), accuracy_type(steps=2 * steps(k)), &
+        if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false.), &
+          & accuracy_type(steps=2 * steps(k)), &
           & loose, failure)
         if (allocated(failure)) then
           call test_failed(error, failure%message)
@@ -366,16 +369,17 @@ contains
     type(gestell_error), allocatable :: failure
 
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
-    call analyse(frame, tasks_type(response=.false.), accuracy_type(), analysis, failure)
+    call analyse(frame, tasks_type(model="rest", response=.false.), accuracy_type(), analysis, failure)
     call check(error, .not. allocated(analysis%vibration) .and. .not. allocated(analysis%floquet%parts(1)%monodromy%xp))
     if (allocated(error)) return
     call check(error, .not. allocated(analysis%multipliers%vectors))
     if (allocated(error)) return
-    call analyse(frame, tasks_type(stability=.false.), accuracy_type(), analysis, failure)
+    call analyse(frame, tasks_type(model="rest", stability=.false.), accuracy_type(), analysis, failure)
     ! With a vibration comes the verdict of the machine that makes it.
     call check(error, analysis%multipliers%verdict() == "stable" .and. .not. allocated(analysis%multipliers%vectors))
     if (allocated(error)) return
-    call analyse(frame, tasks_type(stability=.false., modes=.true., response=.false.), accuracy_type(), analysis, failure)
+    call analyse(frame, tasks_type(model="rest", stability=.false., modes=.true., response=.false.), accuracy_type(), &
+      & analysis, failure)
     call check(error, allocated(analysis%multipliers%vectors))
   end subroutine test_unasked
 

@@ -234,7 +234,8 @@ contains
     call get(group, "coefficients", coefficients, error, default="periodic", allowed=coefficient_names)
     if (allocated(error)) return
     configuration%tasks%averaged = coefficients == "averaged"
-    call get(group, "frame", model, error, default="rest", allowed=frame_models)
+    call get(group, "frame", model, error, default=trim(merge("rest ", "exact", configuration%tasks%averaged)), &
+      & allowed=frame_models)
     if (allocated(error)) return
     configuration%tasks%model = model
     if (configuration%tasks%averaged .and. model /= "rest") then

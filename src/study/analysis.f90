@@ -25,7 +25,7 @@ module gestell_study_analysis
     !> Whether M, B, C are averaged over the turn.
     logical :: averaged = .false.
     !> The frame's model (gestell_study_frame_model).
-    character(len=11) :: model = "rest"
+    character(len=11) :: model = "exact"
     !> Rows of the whole motion that are kept, 0: none (gestell_model_quantity): what forces, probes and power are made of.
     integer :: rows = 0
     !> The verdict, even where nothing of the above asks for it.

@@ -57,7 +57,7 @@ contains
     type(evidence_type) :: found
     integer :: n, k
 
-    call find(frame, tasks_type(), accuracy, periodic, trade%periodic, error)
+    call find(frame, tasks_type(model="rest"), accuracy, periodic, trade%periodic, error)
     if (allocated(error)) return
     call find(frame, tasks_type(averaged=.true.), accuracy, averaged, trade%averaged, failure)
     if (allocated(failure)) then

@@ -28,7 +28,7 @@ module gestell_study_point
     !> Whether M, B, C are averaged over the turn.
     logical :: averaged = .false.
     !> The frame's model (gestell_study_frame_model), by which the family's members are.
-    character(len=11) :: model = "rest"
+    character(len=11) :: model = "exact"
   end type sweep_order_type
 
 contains

@@ -32,7 +32,8 @@ contains
     answer%message = ''
     call system_clock(begin, rate)
     call frame_of_machine(one%machine, frame, error)
-    if (.not. allocated(error)) call analyse(frame, tasks_type(), accuracy_type(tolerance=one%tolerance), analysis, error)
+    if (.not. allocated(error)) call analyse(frame, tasks_type(model="rest"), accuracy_type(tolerance=one%tolerance), &
+      & analysis, error)
     call system_clock(finish)
     answer%seconds = real(finish - begin, dp)/rate
     if (allocated(error)) answer%message = error%message
