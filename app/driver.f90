@@ -348,20 +348,19 @@ contains
     type(options_type), intent(in) :: options
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines(:)
-    integer :: i, k, own, width
+    integer :: i, k, width
 
     width = max(len("title: " // configuration%title), len("input: " // options%input), 40)
     do i = 1, size(options%settings)
       width = max(width, len("set: " // options%settings(i)%assignment))
     end do
-    own = merge(1, 0, configuration%tasks%model /= "rest")
-    allocate(character(len=width) :: lines(3 + own + size(options%settings)))
+    allocate(character(len=width) :: lines(4 + size(options%settings)))
     lines(1) = "title: " // configuration%title
     lines(2) = "version: gestell " // version
     lines(3) = "input: " // options%input
-    if (own == 1) lines(4) = "model: " // configuration%tasks%model
+    lines(4) = "model: " // merge("averaged   ", configuration%tasks%model, configuration%tasks%averaged)
     do i = 1, size(options%settings)
-      lines(3 + own + i) = "set: " // options%settings(i)%assignment
+      lines(4 + i) = "set: " // options%settings(i)%assignment
     end do
     do i = 1, size(lines)
       do k = 1, width

@@ -60,7 +60,7 @@ contains
     verdict = critical_verdict(critical)
     stable = stable .and. verdict == "stable"
     call tell_critical(folder, with_verdict(preamble, verdict), critical, [speeds(1), speeds(size(speeds))], error)
-    report = report // report_critical(critical, configuration%orders)
+    report = report // report_critical(critical, configuration%orders, configuration%tasks%model)
   end subroutine run_over_modes
 
   !> campbell.csv and crossings.csv with their scripts. Error: one cannot be written.

@@ -33,7 +33,7 @@ contains
     if (stable) stable = all(curve%points%state == reached)
     if (.not. allocated(error)) call write_resonance(folder, with_verdict(preamble, told_of(curve)), &
       & configuration%quantities, curve, error)
-    if (.not. allocated(error)) report = report_resonance(configuration%quantities, curve)
+    if (.not. allocated(error)) report = report_resonance(configuration%quantities, curve, configuration%tasks%model)
   end subroutine run_resonance
 
   !> The resonance curve; the speeds of a round by threads.

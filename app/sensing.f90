@@ -31,7 +31,7 @@ contains
     associate (quantities => configuration%sensitive, paths => configuration%sensitivity_plan%paths)
       call write_sensitivity(folder, with_verdict(preamble, trim(state_names(base%state))), quantities, paths, base, found, &
         & error)
-      if (.not. allocated(error)) report = report_sensitivity(quantities, paths, base, found)
+      if (.not. allocated(error)) report = report_sensitivity(quantities, paths, base, found, configuration%tasks%model)
     end associate
   end subroutine run_sensitivity
 

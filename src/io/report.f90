@@ -69,8 +69,7 @@ contains
         & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline &
         & // "  motor      on the frame: it holds this speed whatever torque that takes, and the torque reacts on the frame" &
         & // newline // implausible_lines(frame)
-      report = report // model_line(configuration%tasks, configuration%sweep .or. configuration%boundary .or. &
-        & configuration%over_speed() .or. configuration%sensitivity)
+      report = report // model_line(configuration%tasks)
     end associate
   end function report_machine
 
@@ -106,8 +105,8 @@ contains
       report = ""
       if (allocated(analysis%multipliers)) report = report // verdict_lines(analysis%multipliers, frame%period)
       report = report // better_line(better) // evidence_lines(analysis, configuration%accuracy) // newton_line(analysis%newton)
-      if (allocated(analysis%vibration) .and. configuration%tasks%model /= "exact") report = report &
-        & // beyond_small([moved(frame, analysis%vibration%peak(:3))])
+      if (allocated(analysis%vibration)) report = report // beyond_small([moved(frame, analysis%vibration%peak(:3))], &
+        & configuration%tasks%model)
       if (configuration%tasks%stability .or. configuration%tasks%modes) report = report &
         & // multiplier_lines(analysis%multipliers, modes, abs(frame%speed))
       report = report // frequency_lines(frequencies, abs(frame%speed))

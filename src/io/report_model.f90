@@ -17,21 +17,19 @@ module gestell_io_report_model
 
 contains
 
-  !> The head's line; none of the equations about rest but for tasks with `many` machines, whose own vibrations nobody looks at.
-  pure function model_line(tasks, many) result(line)
+  !> The head's line.
+  pure function model_line(tasks) result(line)
     type(tasks_type), intent(in) :: tasks
-    logical, intent(in) :: many
     character(len=:), allocatable :: line
 
-    line = ""
     if (tasks%averaged) then
       line = "  model      averaged: M, B, C constant, their means over the turn; the full load h(t)" // newline
     else if (tasks%model == "exact") then
       line = "  model      exact: the frame turns by any angle; multipliers about its periodic vibration" // newline
     else if (tasks%model == "first_order") then
       line = "  model      first order: the vibration of the equations about rest; multipliers about that vibration" // newline
-    else if (many) then
-      line = "  model      about rest at every point; about the machine's vibration with &model frame='exact'" // newline
+    else
+      line = "  model      about rest, the paper's equations; leave &model frame out for the machine's own vibration" // newline
     end if
   end function model_line
 

@@ -21,9 +21,10 @@ module gestell_io_report_resonance
 
 contains
 
-  pure function report_resonance(quantities, curve) result(report)
+  pure function report_resonance(quantities, curve, model) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
+    character(len=*), intent(in) :: model
     character(len=:), allocatable :: report
     type(moved_type), allocatable :: moved(:)
     logical, allocatable :: vibrates(:)
@@ -36,7 +37,7 @@ contains
     if (told_of(curve) /= "stable") report = report // "  " // told_of(curve) // newline
     allocate(moved, source=[(curve%points(i)%moved, i = 1, n)])
     allocate(vibrates, source=[(curve%points(i)%state <= unreached, i = 1, n)])
-    report = report // beyond_small(pack(moved, vibrates))
+    report = report // beyond_small(pack(moved, vibrates), model)
     do i = unreached + 1, ubound(state_names, 1)
       if (count(curve%points%state == i) == 0) cycle
       report = report // "  note: at " // counted(count(curve%points%state == i), "speed") // " " // words(i) // newline
@@ -44,7 +45,7 @@ contains
     if (.not. curve%complete) report = report // "  note: the curve is finer than what was computed: a smaller range, or more " &
       & // "damping, would show it" // newline
     do i = 1, size(quantities)
-      report = report // curve_of(curve, i, trim(quantities(i)%name), trim(quantities(i)%unit))
+      report = report // curve_of(curve, i, quantities(i), model)
     end do
   end function report_resonance
 
@@ -78,19 +79,21 @@ contains
   end function words
 
   !> The greatest maxima of a quantity, and where it is least.
-  pure function curve_of(curve, q, name, unit) result(report)
+  pure function curve_of(curve, q, quantity, model) result(report)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: q
-    character(len=*), intent(in) :: name, unit
-    character(len=:), allocatable :: report
+    type(quantity_type), intent(in) :: quantity
+    character(len=*), intent(in) :: model
+    character(len=:), allocatable :: report, unit
     logical :: left(size(curve%maxima))
     integer :: i, k, n, least, most
 
     report = ""
+    unit = trim(quantity%unit)
     if (.not. any(curve%has_values())) return
     left = curve%maxima%quantity == q .and. .not. curve%maxima%unbounded
     n = count(left)
-    report = "  " // name // ": " // text(n) // trim(merge(" maximum", " maxima ", n == 1))
+    report = "  " // trim(quantity%name) // ": " // text(n) // trim(merge(" maximum", " maxima ", n == 1))
     if (n > most_listed) report = report // ", the greatest"
     report = report // newline
     if (n > 0) report = report // padded("rpm", 16) // padded(unit, 16) // padded("width rpm", 12) // padded("damping", 12) &
@@ -98,7 +101,7 @@ contains
     do i = 1, min(most_listed, n)
       k = maxloc(curve%maxima%value, dim=1, mask=left)
       left(k) = .false.
-      report = report // line_of(curve%maxima(k)) // newline
+      report = report // line_of(curve%maxima(k), model) // newline
     end do
     left = curve%maxima%quantity == q .and. curve%maxima%unbounded
     n = count(left)
@@ -125,8 +128,9 @@ contains
       & most == 1 .or. most == size(curve%points))) // ", " // concise(curve%points(most)%values(1, q), 5) // " " // unit // newline
   end function curve_of
 
-  pure function line_of(maximum) result(line)
+  pure function line_of(maximum, model) result(line)
     type(maximum_type), intent(in) :: maximum
+    character(len=*), intent(in) :: model
     character(len=:), allocatable :: line
 
     line = padded(concise(maximum%speed, 7), 16) // padded(concise(maximum%value, 6), 16)
@@ -137,7 +141,7 @@ contains
     end if
     line = line // padded(text(maximum%strongest_order), 8)
     if (maximum%state /= reached) line = line // "  " // trim(state_names(maximum%state))
-    if (.not. maximum%small) line = line // "  not small"
+    if (.not. maximum%small .and. model /= "exact") line = line // "  not small"
   end function line_of
 
 end module gestell_io_report_resonance

@@ -17,16 +17,17 @@ module gestell_io_report_sensitivity
 
 contains
 
-  pure function report_sensitivity(quantities, paths, base, found) result(report)
+  pure function report_sensitivity(quantities, paths, base, found, model) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     character(len=*), intent(in) :: paths(:)
     type(sensitivity_base_type), intent(in) :: base
     type(sensitivity_type), intent(in) :: found(:)
+    character(len=*), intent(in) :: model
     character(len=:), allocatable :: report
     integer :: i
 
     report = section("SENSITIVITY  per cent of change for one per cent more of a parameter, greatest effect first", &
-      & trim(state_names(base%state))) // beyond_small([base%moved])
+      & trim(state_names(base%state))) // beyond_small([base%moved], model)
     do i = 1, size(quantities)
       report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &
         & // trim(quantities(i)%unit) // ", rms " // concise(base%values(2, i), 6) // newline &

@@ -59,7 +59,8 @@ contains
       end do
       report = report // newline
     end if
-    if (summary%turned > 0) report = report // "  BEYOND SMALL MOTIONS at " // big(summary%turned) // " points: psi reaches " &
+    if (summary%turned > 0 .and. plan%order%model /= "exact") report = report // "  BEYOND SMALL MOTIONS at " &
+      & // big(summary%turned) // " points: psi reaches " &
       & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the equations are linear: psi up to " &
       & // small_motion_limits(0.0_dp) // newline
     report = report // "  rests on    " // big(summary%solutions) // " solutions"

@@ -14,14 +14,15 @@ module gestell_io_warnings
 
 contains
 
-  !> A line where the greatest motion of all is not small; empty where it is.
-  pure function beyond_small(all) result(line)
+  !> A line where the greatest motion of all is not small; empty where it is, and of the exact model, whose motions may be great.
+  pure function beyond_small(all, model) result(line)
     type(moved_type), intent(in) :: all(:)
+    character(len=*), intent(in) :: model
     character(len=:), allocatable :: line
     integer :: turn, way
 
     line = ""
-    if (size(all) == 0) return
+    if (size(all) == 0 .or. model == "exact") return
     if (.not. any(.not. all%small())) return
     turn = maxloc(all%turn, dim=1)
     way = maxloc(all%displacement, dim=1)
