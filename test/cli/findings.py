@@ -4,7 +4,7 @@ import csv
 import math
 from pathlib import Path
 
-from broken_inputs import SOUND
+from broken_inputs import REST, SOUND
 from harness import Folder, Run, Table, check, equal, files, near, series
 
 GOLDEN = Path(__file__).resolve().parent / "golden" / "findings"
@@ -37,7 +37,7 @@ def run_golden(folder):
 
 
 def write_findings_golden():
-    with Folder(input=MACHINE) as folder:
+    with Folder(input=MACHINE + REST) as folder:
         run = run_golden(folder)
         assert run.code == 0, run.err
         GOLDEN.mkdir(parents=True, exist_ok=True)
@@ -46,7 +46,7 @@ def write_findings_golden():
 
 
 def test_golden():
-    with Folder(input=MACHINE) as folder:
+    with Folder(input=MACHINE + REST) as folder:
         if not run_golden(folder).done("findings"):
             return
         equal("findings: files", [name for name in files(folder / "new") if name.endswith(".csv")],

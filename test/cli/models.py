@@ -11,6 +11,7 @@ TONGUE = SOUND.replace("&drive speed_rpm=240.0 /", "&drive speed_rpm=2426.0 /") 
     "&foundation damping=0.5,0.5,0.05 /\n" * ("foundation" not in SOUND)
 # Exudyn 1.13, fully nonlinear, by differences of its map of one turn
 EXUDYN = 1.014767952
+TONGUE_SPEED = ("-s", "drive.speed_rpm=2426")
 
 
 def run(folder, model, name, *words):
@@ -33,6 +34,44 @@ def test_verdicts():
         near("rest", rho["rest"], 0.999680541, 1e-9)
 
 
+def test_default():
+    """The exact frame, unless the input says otherwise; so do the exit code and what --one-line prints."""
+    rest = ("-s", "model.frame='rest'")
+    with Folder(input=TONGUE) as folder:
+        for what, words, verdict, code in (("default", (), "unstable", 10), ("rest", rest, "stable", 0)):
+            one = Run(folder, *TONGUE_SPEED, *words, "-o", what, "input.nml")
+            if not one.done(f"{what} in the tongue"):
+                return
+            check(f"{what}, verdict", f"VERDICT  {verdict}" in one.out, verdict, one.out[:900])
+            equal(f"{what}, whether the verdict is missed", "  BUT these are the equations about rest" in one.out, what == "rest")
+            Run(folder, "-q", "--fail-if-unstable", *TONGUE_SPEED, *words, "-o", "code", "input.nml").done(f"{what}, exit code", code)
+            line = Run(folder, "--one-line", *TONGUE_SPEED, *words, "input.nml")
+            line.done(f"{what}, --one-line")
+            names, values = (row.split(",") for row in line.out.splitlines())
+            row = dict(zip(names, values))
+            rho = Table(folder / what / "multipliers.csv")["abs"][0]
+            equal(f"{what}, --one-line", (row["verdict"], float(row["rho_max"])), (verdict, rho))
+            near(f"{what}, the multiplier", rho, EXUDYN if what == "default" else 0.999680541, 1e-9)
+        preambles = [Table(folder / what / "multipliers.csv").preamble[3] for what in ("default", "rest")]
+        equal("the files", preambles, ["# model: exact", "# model: rest"])
+        averaged = Run(folder, "-s", "model.coefficients='averaged'", "-o", "averaged", "input.nml")
+        averaged.done("averaged coefficients are about rest")
+        equal("the files, averaged", Table(folder / "averaged" / "multipliers.csv").preamble[3], "# model: averaged")
+
+
+def test_no_vibration():
+    """Where order 3 of the crank meets a free vibration that hardly dies out, Newton's method finds nothing: exit code 4."""
+    none = re.compile(r"no periodic vibration of the exact frame was found: Newton's method ends at \d+ % of the excitation: .+")
+    with Folder(input=TONGUE) as folder:
+        for words in ((), ("-q",), ("--one-line",), ("--fail-if-unstable",), ("-s", "case.tasks='stability'")):
+            one = Run(folder, "-s", "drive.speed_rpm=641.025", *words, "input.nml")
+            what = " ".join(("no vibration", *words))
+            one.refused(what, 4, none)
+            check(f"{what}, no verdict", "VERDICT" not in one.out and "stable" not in one.out, "none", one.out)
+            equal(f"{what}, files", list((folder / "input").glob("*.csv")) if (folder / "input").is_dir() else [], [])
+        Run(folder, "-q", "-s", "drive.speed_rpm=641.025", "-s", "model.frame='rest'", "input.nml").done("a vibration about rest")
+
+
 def test_told():
     """The report about rest says where it misses the verdict, and which model it has; so do the files."""
     sweep = "&sweep parameter='drive.speed_rpm', from=200.0, to=210.0, count=2 /\n"
@@ -42,7 +81,7 @@ def test_told():
         if told:
             # first order, to its square
             near("rest, the multiplier that is told", float(told[2]), EXUDYN, 2e-6)
-        for what, settings in (("in no tongue", ["drive.speed_rpm=240"]), ("averaged", ["model.coefficients='averaged'"]),
+        for what, settings in (("in no tongue", ["drive.speed_rpm=240", "model.frame='rest'"]), ("averaged", ["model.coefficients='averaged'"]),
                                ("exact", ["model.frame='exact'"])):
             words = [word for setting in settings for word in ("-s", setting)]
             other = Run(folder, *words, "-o", "other", "input.nml")
@@ -55,8 +94,10 @@ def test_told():
         check("exact, Newton's steps", len(steps) > 1 and all(b < max(10 * a * a, 1e-9) for a, b in zip(steps, steps[1:])),
               "squares", steps)
         check("exact, the files", "# model: exact" in Table(folder / "other" / "multipliers.csv").preamble, "the model", "none")
-        one = Run(folder, "-s", "case.tasks='sweep'", "sweep.nml")
-        check("a sweep about rest, the head", re.search(r"^  model +about rest", one.out, re.M), "the model", one.out[:900])
+        for tasks in ("'sweep'", "'stability'"):
+            for model, head in (("exact", "exact: "), ("rest", "about rest, the paper's equations")):
+                one = Run(folder, "-s", f"case.tasks={tasks}", "-s", f"model.frame='{model}'", "sweep.nml")
+                check(f"{tasks}, {model}, the head", re.search(f"^  model +{head}", one.out, re.M), "the model", one.out[:900])
 
 
 def test_points_of_the_frame():
@@ -147,4 +188,5 @@ def test_refused():
         equal("nothing written", [path.name for path in folder.iterdir()], ["input.nml"])
 
 
-MODEL_TESTS = [test_verdicts, test_told, test_points_of_the_frame, test_over_parameters, test_borders, test_trade, test_refused]
+MODEL_TESTS = [test_verdicts, test_default, test_no_vibration, test_told, test_points_of_the_frame, test_over_parameters,
+               test_borders, test_trade, test_refused]

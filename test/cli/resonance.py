@@ -3,7 +3,7 @@
 import csv
 import math
 
-from broken_inputs import SOUND
+from broken_inputs import REST, SOUND
 from harness import Folder, Run, check, equal, files, near
 
 CURVE = SOUND.replace("'stability', 'response'", "'resonance'").replace("0.5,0.5,0.05", "10.0,10.0,1.0")
@@ -19,7 +19,7 @@ def rows(folder, name):
 
 
 def test_curve():
-    with Folder(input=CURVE + SPEEDS + ORDERED, single=SOUND.replace("0.5,0.5,0.05", "10.0,10.0,1.0")) as folder:
+    with Folder(input=CURVE + SPEEDS + ORDERED + REST, single=SOUND.replace("0.5,0.5,0.05", "10.0,10.0,1.0") + REST) as folder:
         run = Run(folder, "input.nml")
         if not run.done("resonance"):
             return
@@ -80,7 +80,7 @@ def test_directions():
 
 
 def test_states():
-    with Folder(input=CURVE + "&sweep parameter='drive.speed_rpm', from=1210, to=1222, count=4 /\n") as folder:
+    with Folder(input=CURVE + "&sweep parameter='drive.speed_rpm', from=1210, to=1222, count=4 /\n" + REST) as folder:
         run = Run(folder, "-s", "foundation.damping(1)=0.5", "-s", "foundation.damping(2)=0.5", "-s",
                   "foundation.damping(3)=0.05", "input.nml")
         run.done("states")

@@ -217,7 +217,7 @@ def test_numbers():
             equal(f"{what}, files", sorted(found), sorted(HEADERS))
             if sorted(found) != sorted(HEADERS):
                 continue
-            preamble = ["# title: Four-bar mechanism", f"# version: gestell {version()}", "# input: four_bar.nml"]
+            preamble = ["# title: Four-bar mechanism", f"# version: gestell {version()}", "# input: four_bar.nml", "# model: rest"]
             form(what, found, preamble + ["# set: " + option for option in options[1::2]] + ["# verdict: stable"])
             against_golden(what, found, tables(GOLDEN / str(speed)), 1 / period)
             against_known(what, found, speed)
@@ -452,7 +452,7 @@ def test_fail_if_unstable():
         for what, settings, word in (
                 ("damped", [], "stable"),
                 ("undamped", ["-s", "foundation.damping=0,0,0"], "undecided"),
-                ("parametric resonance", ["-s", "drive.speed_rpm=3850", "-s", "link.mass=3"], "unstable")):
+                ("parametric resonance", ["-s", "drive.speed_rpm=2426"], "unstable")):
             run = Run(folder, "input.nml", *settings)
             run.done(f"verdict {word}, {what}: the exit code is 0 without the option")
             verdict = re.search(r"VERDICT +(\w+)", run.out)

@@ -11,7 +11,7 @@ import subprocess
 import time
 from pathlib import Path
 
-from broken_inputs import SOUND
+from broken_inputs import REST, SOUND
 from harness import Folder, Run, Table, check, equal, files, near
 
 GOLDEN = Path(__file__).resolve().parent / "golden" / "sweep"
@@ -26,7 +26,7 @@ def axis(parameter, first, last, count, more=""):
 
 TWO = axis(FIRST, 100, 500, 3) + axis(SECOND, 50000, 200000, 3, ", spacing='log'")
 # 16 tiles, tenths of a second in all: time enough to be interrupted
-LONG = axis(FIRST, 200, 500, 25, ", engine='direct', columns='rho_max','verdict'") + axis(SECOND, 50000, 200000, 40)
+LONG = REST + axis(FIRST, 200, 500, 25, ", engine='direct', columns='rho_max','verdict'") + axis(SECOND, 50000, 200000, 40)
 EXPANDED = LONG.replace("'direct'", "'expansion'").replace("from=200, to=500", "from=480, to=500")
 
 
@@ -60,7 +60,7 @@ def same(name, came, expected, tolerance):
 
 
 def test_golden():
-    with Folder(input=SWEEP + TWO) as folder:
+    with Folder(input=SWEEP + TWO + REST) as folder:
         run = Run(folder, "input.nml")
         run.done("sweep")
         equal("sweep, files", files(folder / "input"), ["sweep.csv"])
@@ -79,7 +79,7 @@ def test_golden():
 
 
 def write_sweep_golden():
-    with Folder(input=SWEEP + TWO) as folder:
+    with Folder(input=SWEEP + TWO + REST) as folder:
         run = Run(folder, "input.nml", "-s", "accuracy.tolerance=1e-13")
         assert run.code == 0, run.err
         GOLDEN.mkdir(parents=True, exist_ok=True)

@@ -20,6 +20,7 @@ SIEVE = """&case title = 'Sieve', tasks = 'response', 'forces', 'power' /
 &probe name='lip', position=0.4,0.1, limit_mm_s=2000.0, band_hz=1.0,1000.0 /
 """
 SPEEDS = "&sweep parameter='drive.speed_rpm', from=120, to=300, count=19 /\n&resonance quantities='psi' /\n"
+ABOUT_REST = ["-s", "model.frame='rest'"]
 LEFT = "UNSTABLE: the machine leaves this vibration"
 TASKS = [("response",), ("forces",), ("power",), ("response", "forces"), ("response", "power"), ("sensitivity",)]
 
@@ -122,14 +123,19 @@ def test_small():
     """psi of 0.17 rad is told as beyond small angles, wherever it is told; the limit is 0.1 rad."""
     for names in TASKS:
         with Folder(input=SIEVE) as folder:
-            run = Run(folder, *tasks(*names), "input.nml")
+            run = Run(folder, *tasks(*names), *ABOUT_REST, "input.nml")
             check(f"small, {names}", re.search(r"BEYOND SMALL MOTIONS: psi reaches 0\.168 rad\n.*psi up to 0\.1 rad", run.out),
                   "psi and its limit", run.out)
             # a tenth of the eccentric shakes a tenth
-            run = Run(folder, *tasks(*names), "-s", "link.mass=0.9", "input.nml")
+            run = Run(folder, *tasks(*names), *ABOUT_REST, "-s", "link.mass=0.9", "input.nml")
             check(f"small, {names}: a light eccentric", "BEYOND" not in run.out, "nothing", run.out)
+            run = Run(folder, *tasks(*names), "input.nml")
+            check(f"small, {names}: the exact frame may go far", run.code == 0 and "BEYOND" not in run.out, "nothing", run.out)
     with Folder(input=SIEVE + SPEEDS) as folder:
-        run = Run(folder, *tasks("resonance", "sweep"), "input.nml")
+        run = Run(folder, *tasks("resonance", "critical", "sweep"), "input.nml")
+        run.done("small, speeds of the exact frame")
+        check("small, speeds of the exact frame", "BEYOND" not in run.out and "not small" not in run.out, "nothing", run.out)
+        run = Run(folder, *tasks("resonance", "sweep"), *ABOUT_REST, "input.nml")
         equal("small, resonance and sweep", len(re.findall("BEYOND SMALL MOTIONS", run.out)), 2)
         for row in table(folder / "input/resonance.csv"):
             equal(f"small_motion at {row['speed_rpm']}", row["small_motion"], "10"[float(row["psi_peak_rad"]) > 0.1])
@@ -140,7 +146,7 @@ def test_page():
         print("skip  the verdict on a page: there is no gnuplot")
         return
     with Folder(input=SIEVE) as folder:
-        Run(folder, "-q", "--report", *tasks("response"), "input.nml").done("page")
+        Run(folder, "-q", "--report", *tasks("response"), *ABOUT_REST, "input.nml").done("page")
         page = (folder / "input/report.html").read_text(encoding="utf-8")
         top = page[:page.index("<h2>")]
         check("page: verdict", '<p class="verdict unstable"><strong>unstable</strong>' in top, "in the headline", top[-900:])

@@ -6,7 +6,7 @@ import os
 import re
 from pathlib import Path
 
-from broken_inputs import SOUND
+from broken_inputs import REST, SOUND
 from harness import QUANTITIES, Folder, Run, Table, check, equal, files, near, tables
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
@@ -63,7 +63,7 @@ def upper_half(table):
 
 def test_references():
     for setting, (way, logarithms, start) in REFERENCES.items():
-        with Folder() as folder:
+        with Folder(input=SOUND + REST) as folder:
             begin = os.times()
             run = Run(folder, "input.nml", "-s", setting)
             seconds = os.times().children_user - begin.children_user
@@ -95,7 +95,7 @@ def test_methods():
     """Every method by name against numbers of a finer tolerance, within the bounds that it claims."""
     golden = Table(GOLDEN / "240" / "multipliers.csv")
     for method in ("explicit8", "magnus4", "magnus6", "gauss2", "gauss8"):
-        with Folder() as folder:
+        with Folder(input=SOUND + REST) as folder:
             run = Run(folder, "input.nml", "-s", f"accuracy.method={method}")
             if not run.done(method):
                 continue
@@ -149,7 +149,7 @@ def test_resonance():
     stiffness = (18.0 + 1.35) * (5 * 2 * math.pi * 4) ** 2 / 4
     settings = ("-s", "frame.dof='xi'", "-s", f"support.stiffness={stiffness!r}")
     sentence = r"multiplier \d lies \S+ from 1: the free vibration of 20 Hz swings 5 times in a turn of the crank: order 5"
-    with Folder() as folder:
+    with Folder(input=SOUND + REST) as folder:
         run = Run(folder, "-q", "input.nml", *settings, "-s", "foundation.damping=0,0,0")
         run.refused("resonance", 4, re.compile(rf"the periodic vibration cannot be told: .*\(resonance\).*; {sentence}"))
         equal("resonance, files", files(folder / "input"), ["multipliers.csv"])
@@ -252,7 +252,7 @@ MID_TURN = """\
 
 def test_mid_turn():
     """Errors of the rows are told wherever in the turn they arise."""
-    with Folder(input=MID_TURN) as folder:
+    with Folder(input=MID_TURN + REST) as folder:
         rows = {}
         for name, accuracy in (("rough", ["tolerance=1e-8"]), ("sharp", ["tolerance=1e-13", "method='gauss10'"])):
             settings = [word for key in accuracy for word in ("-s", f"accuracy.{key}")]
@@ -279,7 +279,8 @@ def test_overdamped_probes():
     for settings in COMPRESSORS:
         with Folder() as folder:
             changes = [word for setting in settings for word in ("-s", setting)]
-            run = Run(folder, DATA / "compressor.nml", "-o", "out", "-s", "case.tasks='response'", *changes)
+            run = Run(folder, DATA / "compressor.nml", "-o", "out", "-s", "case.tasks='response'", "-s",
+                      "model.frame='rest'", *changes)
             if not run.done(f"overdamped compressor, {settings}"):
                 return
             check("overdamped compressor, report", "NaN" not in run.out, "no NaN", settings)
