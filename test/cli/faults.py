@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from broken_inputs import SOUND
+from broken_inputs import REST, SOUND
 from harness import Folder, Run, check, equal
 
 GNUPLOT = shutil.which("gnuplot")
@@ -36,7 +36,7 @@ CASES = {
     "all tasks": (ALL, ()),
     "sweep": (with_tasks("'stability', 'sweep'", SPEEDS.format(200, 300, 5)), ()),
     "borders": (SIEVE + SPEEDS.format(200, 250, 5), ()),
-    "over the speed": (with_tasks("'campbell', 'critical'", SPEEDS.format(200, 260, 3)), ()),
+    "over the speed": (with_tasks("'campbell', 'critical'", SPEEDS.format(200, 260, 3) + REST), ()),
     "resonance": (with_tasks("'resonance'", SPEEDS.format(235, 240, 2) + "&resonance quantities='f', orders=1 /\n"), ()),
     "sensitivity": (with_tasks("'sensitivity'", "&sensitivity parameters='frame.mass', quantities='f' /\n"), ()),
     "page": (with_tasks("'stability'"), ("--report",)),
