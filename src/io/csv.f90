@@ -7,7 +7,7 @@ module gestell_io_csv
   implicit none (type, external)
   private
 
-  public :: field, write_table
+  public :: field, row, write_table
 
   character, parameter :: newline = new_line("a")
 

@@ -43,7 +43,8 @@ module gestell_io_family
     procedure :: check
   end type document_family_type
 
-  character(len=*), parameter :: frame_groups(*) = [character(len=10) :: "drive", "frame", "support", "foundation"]
+  character(len=*), parameter :: frame_groups(*) = [character(len=10) :: "drive", "frame", "support", "foundation", &
+    & "gravity"]
   character(len=*), parameter :: mechanism_groups(*) = [character(len=14) :: "joint", "link", "mass_functions"]
 
 contains

@@ -3,7 +3,7 @@ module gestell_io_forces_csv
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_io_csv, only: write_table
+  use gestell_io_csv, only: row, write_table
   use gestell_io_findings_csv, only: add_harmonics, write_harmonics, write_turn
   use gestell_study_findings, only: findings_type
   use gestell_study_ground, only: force_parts, moment, place_type, whole_force
@@ -29,7 +29,7 @@ contains
     if (.not. allocated(error)) call write_series(folder, preamble, findings, harmonics, error)
   end subroutine write_forces
 
-  !> One row a place. Orders, which are whole numbers, end the row.
+  !> One row a place. Orders, which are whole numbers, follow; with weights the static forces end the row.
   subroutine write_places(folder, preamble, findings, error)
     character(len=*), intent(in) :: folder, preamble(:)
     type(findings_type), intent(in) :: findings
@@ -37,7 +37,7 @@ contains
     integer, parameter :: told = 5
     real(dp) :: values(2 + told * force_parts, size(findings%places))
     character(len=12) :: labels(size(findings%places))
-    character(len=12 * force_parts) :: orders(size(findings%places))
+    character(len=12 * force_parts + 110) :: orders(size(findings%places))
     character(len=:), allocatable :: header, ends
     integer :: i, k
 
@@ -60,6 +60,7 @@ contains
           end associate
         end do
         orders(i) = orders(i)(2:)
+        if (place%weighed) orders(i) = trim(orders(i)) // "," // row([place%static, place%least_compression, place%least_error])
       end associate
     end do
     header = "support,x_m,y_m"
@@ -68,6 +69,7 @@ contains
       header = header // told_of(trim(names(k)), trim(units(k)))
       ends = ends // "," // trim(names(k)) // "_strongest_order"
     end do
+    if (any(findings%places%weighed)) ends = ends // ",static_fx_N,static_fy_N,least_compression_N,least_compression_error_N"
     call write_table(folder, "supports.csv", preamble, header // ends, values, error, labels=labels, tails=orders)
   end subroutine write_places
 

@@ -11,6 +11,7 @@ module gestell_io_frame
   use gestell_model_frame, only: frame_type, freedom_names, new_frame
   use gestell_model_mechanism, only: mechanism_type
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_model_weights, only: gravity_subject
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -19,7 +20,7 @@ module gestell_io_frame
 
   !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing.
   type, public :: frame_data_type
-    real(dp) :: mass = 0, inertia = 0, origin(2) = 0, stiffness(3, 3) = 0, damping(3, 3) = 0, speed = 0
+    real(dp) :: mass = 0, inertia = 0, origin(2) = 0, stiffness(3, 3) = 0, damping(3, 3) = 0, speed = 0, gravity(2) = 0
     integer, allocatable :: free(:)
     type(support_type), allocatable :: supports(:)
   end type frame_data_type
@@ -38,9 +39,10 @@ contains
     call read_drive_and_frame(doc, units, data, error)
     if (allocated(error)) return
     call new_frame(frame, mechanism, data%mass, data%inertia, data%origin, data%stiffness, data%damping, data%speed, error, &
-      & data%free, data%supports)
+      & data%free, data%supports, data%gravity)
     if (.not. allocated(error)) return
     if (allocated(error%subject)) then
+      if (error%subject == gravity_subject) call in_group(the_group(doc, "gravity"), error)
       call name_line(doc, error)
     else
       call in_group(the_group(doc, "frame"), error)
@@ -68,6 +70,8 @@ contains
     call read_supports(groups_named(doc, "support"), units, data%supports, error)
     if (allocated(error)) return
     call read_foundation(the_group(doc, "foundation"), units, data%stiffness, data%damping, error)
+    if (allocated(error)) return
+    call read_gravity(groups_named(doc, "gravity"), units, data%gravity, error)
     if (allocated(error)) return
 
     group = the_group(doc, "frame")
@@ -158,6 +162,26 @@ contains
       end associate
     end do
   end subroutine read_supports
+
+  !> Gravity (m/s^2) along xi and eta; without a group there is none.
+  subroutine read_gravity(groups, units, gravity, error)
+    type(group_type), intent(in) :: groups(:)
+    type(units_type), intent(in) :: units
+    real(dp), intent(out) :: gravity(2)
+    type(error_type), allocatable, intent(out) :: error
+    !> Along an axis the other component is zero, not its rounding.
+    real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
+    real(dp) :: acceleration, direction
+
+    gravity = 0
+    if (size(groups) == 0) return
+    call get(groups(1), "acceleration", acceleration, error, default=9.80665_dp, must=nonnegative)
+    if (allocated(error)) return
+    call get(groups(1), "direction", direction, error, default=-pi / 2, unit=units%angle)
+    if (allocated(error)) return
+    gravity = [cos(direction), sin(direction)]
+    gravity = acceleration * merge(gravity, 0.0_dp, abs(gravity) > rounding)
+  end subroutine read_gravity
 
   !> Key `dof`: places of the free degrees of freedom, each once, in the order of the matrices.
   subroutine read_freedoms(group, free, error)

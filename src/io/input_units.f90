@@ -18,7 +18,8 @@ contains
     case ("joint position", "joint radius", "joint lengths", "joint guide_point", "joint guide2_point", "joint offset", &
       & "link center", "frame origin", "support position", "probe position")
       unit = trim(units%length%name)
-    case ("joint phase", "joint guide_angle", "joint guide2_angle", "joint slot_angle", "support angle")
+    case ("joint phase", "joint guide_angle", "joint guide2_angle", "joint slot_angle", "support angle", &
+      & "gravity direction")
       unit = trim(units%angle%name)
     case ("link mass", "frame mass")
       unit = trim(units%mass%name)
@@ -32,6 +33,8 @@ contains
       unit = in_turn(units%stiffness%name, units%force%name, units%moment%name)
     case ("foundation damping")
       unit = in_turn(units%damping%name, units%damping%name, units%rotary_damping%name)
+    case ("gravity acceleration")
+      unit = "m/s^2"
     case ("drive speed_rpm")
       unit = "1/min"
     case ("mass_functions mass")

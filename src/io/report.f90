@@ -68,10 +68,23 @@ contains
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
         & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline &
         & // "  motor      on the frame: it holds this speed whatever torque that takes, and the torque reacts on the frame" &
-        & // newline // implausible_lines(frame)
+        & // newline // gravity_line(frame) // implausible_lines(frame)
       report = report // model_line(configuration%tasks)
     end associate
   end function report_machine
+
+  !> What weighs, and where to; nothing without gravity.
+  pure function gravity_line(frame) result(line)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: line
+
+    line = ""
+    if (.not. frame%weights%act) return
+    associate (g => [real(frame%weights%gravity, dp), aimag(frame%weights%gravity)], weight => norm2(frame%weights%load(:2)))
+      line = "  gravity    " // concise(norm2(g)) // " m/s^2 at " // concise(atan2(g(2), g(1)) * 180 / pi, 4) &
+        & // " deg; all weighs " // concise(weight, 5) // " N" // newline
+    end associate
+  end function gravity_line
 
   !> The natural frequencies in one line; nothing where they cannot be told.
   function report_frequencies(frame) result(line)

@@ -27,7 +27,8 @@ contains
     ! Of a balanced mechanism the torque on a rigid frame is nothing but roundings.
     rigid = drive%rigid
     if (abs(rigid%peak) <= rounding * abs(drive%actual%peak)) rigid = torque_type()
-    lines = section("DRIVE, torque on the crank, without gravity and process forces (N m, counter-clockwise positive)", &
+    lines = section("DRIVE, torque on the crank, " // trim(merge("with weights, without process forces", &
+      & "without gravity and process forces  ", drive%weighed)) // " (N m, counter-clockwise positive)", &
       & verdict) // &
       & "                              peak    at crank deg         rms        mean" // newline &
       & // torque_line("on the frame as it is", drive%actual, speed) // "   peak's error " // concise(drive%peak_error, 1) &

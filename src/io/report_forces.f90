@@ -23,8 +23,8 @@ contains
     character(len=:), allocatable :: lines
     integer :: i, most
 
-    lines = section("FORCES ON THE GROUND (N), without weight; f: the size of the vector; %: the order's part of its mean square", &
-      & verdict) // &
+    lines = section("FORCES ON THE GROUND (N), " // trim(merge("by the motion ", "without weight", any(places%weighed))) &
+      & // "; f: the size of the vector; %: the order's part of its mean square", verdict) // &
       & "                                fx peak       rms   fy peak       rms    f peak    error       rms  crest   strongest" &
       & // newline
     do i = 1, size(places)
@@ -47,6 +47,7 @@ contains
         & // concise(total%statistics(moment)%peak, 5) // " N m" // crank_angle(total, moment) // ", rms " &
         & // concise(total%statistics(moment)%rms, 5) // " N m" // newline
     end associate
+    if (any(places%weighed)) lines = lines // static_lines(places)
 
   contains
 
@@ -60,6 +61,33 @@ contains
     end function crank_angle
 
   end function force_lines
+
+  !> Static load and least compression of every place; those of guides act on both sides.
+  pure function static_lines(places) result(lines)
+    type(place_type), intent(in) :: places(:)
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = "                             static fx        fy   least compression    error" // newline
+    do i = 1, size(places)
+      associate (place => places(i), static => cleared(places(i)%static, places(size(places))%static))
+        lines = lines // labelled(place) // padded(concise(static(1), 5), 10) // padded(concise(static(2), 5), 10)
+        if (place%name /= "guide") lines = lines // padded(concise(place%least_compression, 5), 20) &
+          & // padded(concise(place%least_error, 1), 9)
+        if (place%least_compression < 0 .and. .not. place%turns) lines = lines // "   LIFTS OFF unless bolted"
+        lines = lines // newline
+      end associate
+    end do
+  end function static_lines
+
+  !> Static forces without what is rounding beside the weight.
+  pure function cleared(force, weight) result(clear)
+    real(dp), intent(in) :: force(2), weight(2)
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    real(dp) :: clear(2)
+
+    clear = merge(0.0_dp, force, abs(force) <= rounding * norm2(weight))
+  end function cleared
 
   !> The greatest distance of a place from F (m); 1 where all are there.
   pure real(dp) function arm(places)
@@ -76,10 +104,7 @@ contains
     real(dp) :: zero(2)
     integer :: order
 
-    line = "  " // trim(place%name)
-    if (.not. place%turns) line = "  support " // trim(place%name) // " at (" // concise(place%position(1), 4) // ", " &
-      & // concise(place%position(2), 4) // ")"
-    line = line // repeat(" ", max(0, 29 - len(line)))
+    line = labelled(place)
     associate (fx => place%statistics(along_x), fy => place%statistics(along_y), f => place%statistics(whole_force))
       order = f%strongest()
       zero = [noise_of(fx%peak, fx%peak_error, f%peak), noise_of(fy%peak, fy%peak_error, f%peak)]
@@ -90,6 +115,17 @@ contains
       if (order > 0) line = line // "   " // order_words(order, f%amplitude(order), f%rms)
     end associate
   end function place_line
+
+  !> What a place is called, in a column of its own.
+  pure function labelled(place) result(line)
+    type(place_type), intent(in) :: place
+    character(len=:), allocatable :: line
+
+    line = "  " // trim(place%name)
+    if (.not. place%turns) line = "  support " // trim(place%name) // " at (" // concise(place%position(1), 4) // ", " &
+      & // concise(place%position(2), 4) // ")"
+    line = line // repeat(" ", max(0, 29 - len(line)))
+  end function labelled
 
   !> The support whose force is greatest; 0: there is none.
   pure integer function most_loaded(places) result(most)

@@ -9,6 +9,7 @@ module gestell_io_report_mechanism
   use gestell_model_diagnosis, only: diagnose, diagnose_joints, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_study_ground, only: static_force
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -39,7 +40,29 @@ contains
         & // transmission_line(mechanism, diagnosis)
     end select
     lines = lines // shaking_lines(frame)
+    if (frame%weights%act) lines = lines // static_lines(frame)
   end function report_mechanism
+
+  !> What the supports carry at static rest.
+  function static_lines(frame) result(lines)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines
+    real(dp) :: force(2)
+    integer :: i
+
+    lines = newline // "STATIC LOADS on the ground, masses at their mean over the turn" // newline &
+      & // "  support                         fx (N)         fy (N)" // newline
+    do i = 1, size(frame%supports)
+      associate (p => frame%supports(i)%position)
+        lines = lines // "  " // column(text(i) // " at (" // concise(p(1), 4) // ", " // concise(p(2), 4) // ")", 24)
+      end associate
+      force = static_force(frame, text(i))
+      force = merge(0.0_dp, force, abs(force) <= 1.0e-12_dp * norm2(frame%weights%load(:2)))
+      lines = lines // padded(concise(force(1), 5), 15) // padded(concise(force(2), 5), 15) // newline
+    end do
+    lines = lines // "  " // column("weight of all", 24) // padded(concise(frame%weights%load(1), 5), 15) &
+      & // padded(concise(frame%weights%load(2), 5), 15) // newline
+  end function static_lines
 
   !> The one line that the report of a run has.
   function report_transmission(frame) result(line)

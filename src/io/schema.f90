@@ -53,6 +53,7 @@ module gestell_io_schema
       group_rule("frame",      required=.true.,  repeatable=.false.), &
       group_rule("support",    required=.false., repeatable=.true.), &
       group_rule("foundation", required=.false., repeatable=.false.), &
+      group_rule("gravity",    required=.false., repeatable=.false.), &
       group_rule("probe",      required=.false., repeatable=.true.), &
       group_rule("model",      required=.false., repeatable=.false.), &
       group_rule("accuracy",   required=.false., repeatable=.false.), &
@@ -115,6 +116,8 @@ module gestell_io_schema
       key_rule("support", "angle", real_key), &
       key_rule("foundation", "stiffness", real_key, 2, 9, 9, rows=3), &
       key_rule("foundation", "damping", real_key, 1, 3, 3), &
+      key_rule("gravity", "acceleration", real_key), &
+      key_rule("gravity", "direction", real_key), &
       key_rule("probe", "name", text_key, required=.true.), &
       key_rule("probe", "position", real_key, 1, 2, 2, required=.true.), &
       key_rule("probe", "limit_mm_s", real_key), &

@@ -22,7 +22,7 @@ module gestell_io_sensitivity
 
   !> Groups whose numbers belong to the machine.
   character(len=*), parameter :: machine_groups(*) = [character(len=14) :: "drive", "joint", "link", "mass_functions", "frame", &
-    & "support", "foundation"]
+    & "support", "foundation", "gravity"]
 
 contains
 

@@ -16,7 +16,8 @@
 !>
 !> C_0, B_0 the mounting's matrices. (The part of C_0 that is not symmetric, as no spring has it, takes power beside B_0.) Of the
 !> exact frame s + psi k x s is the vector s turned by psi, k x s its derivative, and the mounting's energy and power are those of
-!> its springs and dampers where they are: the balance is the same.
+!> its springs and dampers where they are: the balance is the same. With weights M_d lifts the links too, and the energy has their
+!> potential (gestell_model_weights), about rest to second order in psi.
 module gestell_model_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -45,7 +46,8 @@ contains
     real(dp), intent(in), optional :: errors(:)
     real(dp), intent(out), optional :: torque_error
     real(dp), allocatable :: masses(:, :), drive(:, :)
-    real(dp) :: angles(size(phases)), s(2), s_d(2), spin, inertia, inertia_d
+    real(dp) :: angles(size(phases)), s(2), s_d(2), spin, inertia, inertia_d, tilted
+    complex(dp) :: turn, sums, sums_d
     integer :: k
 
     angles = frame%crank_angles(phases)
@@ -64,18 +66,28 @@ contains
           inertia = frame%inertia + frame%mechanism%inertia + mass * sum(origin**2) + a(a3_v) &
             & + 2 * dot_product(origin, [a(a1_v), a(a2_v)])
           inertia_d = a(a3_d) + 2 * dot_product(origin, s_d)
+          tilted = dot_product(acceleration(:2), frame%turning(q(3), s_d))
           power(rigid_torque, k) = omega**2 * drive(k, energy_d) / 2
           power(torque, k) = power(rigid_torque, k) + dot_product(acceleration(:2), frame%turned(q(3), s_d)) &
             & + acceleration(3) * spin - v(3)**2 * inertia_d / 2
-          power(drive_watts, k) = omega * power(torque, k)
           power(damper_watts, k) = frame%dissipation(q, v)
           power(stored_energy, k) = (frame%mass + mass) * sum(v(:2)**2) / 2 &
             & + dot_product(v(:2), v(3) * frame%turning(q(3), s) + omega * frame%turned(q(3), s_d)) &
             & + inertia * v(3)**2 / 2 + v(3) * omega * spin + omega**2 * drive(k, energy_v) / 2 &
             & + frame%potential(q)
+          if (frame%weights%act) then
+            turn = frame%rotation(q(3))
+            sums = cmplx(a(a1_v), a(a2_v), dp)
+            sums_d = cmplx(s_d(1), s_d(2), dp)
+            power(rigid_torque, k) = power(rigid_torque, k) + frame%weights%torque((1.0_dp, 0.0_dp), sums_d)
+            power(torque, k) = power(torque, k) + frame%weights%torque(turn, sums_d)
+            power(stored_energy, k) = power(stored_energy, k) + frame%weights%potential(turn, q(3), sums)
+            tilted = tilted + frame%weights%torque((0.0_dp, 1.0_dp) * turn, sums_d)
+          end if
+          power(drive_watts, k) = omega * power(torque, k)
           if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, &
             & dot_product(abs(frame%turned(q(3), s_d)), errors(7:8)) + abs(spin) * errors(9) &
-            & + abs(dot_product(acceleration(:2), frame%turning(q(3), s_d))) * errors(3) + abs(v(3) * inertia_d) * errors(6))
+            & + abs(tilted) * errors(3) + abs(v(3) * inertia_d) * errors(6))
         end associate
       end do
     end associate

@@ -4,11 +4,13 @@ module gestell_model_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: symmetric_pencil
   use gestell_base_text, only: concise
+  use gestell_model_inertia, only: mass_matrix
   use gestell_model_load, only: cancellation, set_load
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mass_functions_type, mechanism_type, &
     & table_columns
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_tabulated, only: new_tabulated, tabulated_type
+  use gestell_model_weights, only: new_weights, weights_type
   use gestell_system_averaged, only: average, averaged_system, term_size
   use gestell_system_second_order, only: check_second_order, second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -36,6 +38,8 @@ module gestell_model_frame
     !> The degrees of freedom that are free, as places in `freedom_names`.
     integer, allocatable :: free(:)
     class(mechanism_type), allocatable :: mechanism
+    !> As `new_frame` found them.
+    type(weights_type) :: weights
   contains
     procedure :: matrices
     procedure :: load
@@ -47,21 +51,23 @@ module gestell_model_frame
     procedure :: averaged
     procedure :: natural_frequencies
     procedure :: ground_forces
-    procedure :: turned, turning, potential, dissipation
+    procedure :: turned, turning, rotation, potential, dissipation
   end type frame_type
 
 contains
 
   !> A frame on its mounting with its mechanism, which is turned once. `free` defaults to all three. `stiffness` and
-  !> `damping` are the foundation's where `supports` are given, which are added to them, else those of the whole mounting.
-  !> Errors: a parameter that is not finite or out of its range; speed zero; the mechanism cannot turn.
-  subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports)
+  !> `damping` are the foundation's where `supports` are given, which are added to them, else those of the whole mounting. With
+  !> `gravity` (m/s^2, along xi and eta) all weigh, and q = 0 is where the machine rests under its weights.
+  !> Errors: a parameter that is not finite or out of its range; speed zero; the mechanism cannot turn; nothing carries the weights.
+  subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: free(:)
     type(support_type), intent(in), optional :: supports(:)
+    real(dp), intent(in), optional :: gravity(2)
     !> Roundings of each term of the load: of the joints' accelerations, and of the crank angle, up to 2 pi.
     real(dp), parameter :: share = 12
     integer :: i
@@ -114,6 +120,8 @@ contains
     frame%rounding = epsilon(1.0_dp) / frame%mechanism%feature**2
     frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia))
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%feature))
+    if (present(gravity)) call new_weights(frame%weights, gravity, frame%mechanism, mass, origin, frame%stiffness, &
+      & frame%supports, frame%free, error)
   end subroutine new_frame
 
   !> As of any second-order system; what `new_frame` set is there, and the period is still that of the speed.
@@ -171,6 +179,7 @@ contains
     call self%mechanism%tabulate(self%crank_angles(phases), table)
     call set_matrices(self, table, m, b, c)
     if (present(h)) call set_load(self%free, self%speed, self%origin, table, h)
+    if (self%weights%act) call self%weights%add(self%free, table, c, h)
   end subroutine sample_second_order
 
   !> Crank angles (rad) at these phases of the period.
@@ -211,7 +220,7 @@ contains
     real(dp) :: constant(3, 3)
     integer :: i, j, x, y, psi
 
-    constant = mass_matrix(self, mass_functions_type())
+    constant = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type())
     do j = 1, size(self%free)
       do i = 1, size(self%free)
         m(:, i, j) = constant(self%free(i), self%free(j))                                                   ! (9)
@@ -242,25 +251,6 @@ contains
     end associate
   end subroutine set_matrices
 
-  !> M of (9), all three degrees of freedom.
-  pure function mass_matrix(self, a) result(m)
-    class(frame_type), intent(in) :: self
-    type(mass_functions_type), intent(in) :: a
-    real(dp) :: m(3, 3)
-
-    associate (xi0 => self%origin(1), eta0 => self%origin(2), m_g => self%mechanism%mass)
-      m = 0
-      m(1, 1) = self%mass + m_g
-      m(2, 2) = self%mass + m_g
-      m(1, 3) = -(m_g * eta0 + a%a2%v)
-      m(2, 3) = m_g * xi0 + a%a1%v
-      m(3, 1) = m(1, 3)
-      m(3, 2) = m(2, 3)
-      m(3, 3) = self%inertia + self%mechanism%inertia + m_g * (xi0**2 + eta0**2) &
-        & + a%a3%v + 2 * xi0 * a%a1%v + 2 * eta0 * a%a2%v
-    end associate
-  end function mass_matrix
-
   !> Which of the free degrees of freedom act on each other: by the mounting, and psi by the mechanism's masses too.
   function coupled(self)
     class(frame_type), intent(in) :: self
@@ -273,7 +263,7 @@ contains
     all = abs(self%stiffness) > 0 .or. abs(self%damping) > 0
     do k = 1, 4 * self%least_steps
       call self%mechanism%mass_functions(2 * pi * k / (4 * self%least_steps), a)
-      m = mass_matrix(self, a)
+      m = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, a)
       all(1, 3) = all(1, 3) .or. abs(m(1, 3)) > 0
       all(2, 3) = all(2, 3) .or. abs(m(2, 3)) > 0
       if (all(1, 3) .and. all(2, 3)) exit
@@ -282,7 +272,8 @@ contains
   end function coupled
 
   !> The model with M, B, C averaged over the turn. The periodic parts of B and C are derivatives of a1, a2, a3 with
-  !> respect to the crank angle, (10), (11), and have no mean: what is left is the mounting's own.
+  !> respect to the crank angle, (10), (11), and have no mean, nor has the periodic part of the weights': what is left is the
+  !> mounting's own and the weights' at rest.
   subroutine averaged(self, model)
     class(frame_type), intent(in) :: self
     type(averaged_system), intent(out) :: model
@@ -298,9 +289,13 @@ contains
     moved = term_size(moved)
     model%m_error = model%m_error + rounding * moved(self%free, self%free)
     model%b = self%damping(self%free, self%free)
-    model%c = self%stiffness(self%free, self%free)
     model%b_error = rounding * term_size(model%b)
-    model%c_error = rounding * term_size(model%c)
+    moved = self%stiffness
+    moved(3, 3) = moved(3, 3) + real(self%weights%rest, dp)
+    model%c = moved(self%free, self%free)
+    moved = rounding * term_size(self%stiffness)
+    moved(3, 3) = moved(3, 3) + self%weights%rounding
+    model%c_error = moved(self%free, self%free)
   end subroutine averaged
 
   !> Natural angular frequencies (rad/s), ascending, of the undamped frame whose M, which is linear in a1, a2, a3, is averaged
@@ -323,8 +318,9 @@ contains
     mean%a1%v = sum(table(:, a1_v)) / size(angles)
     mean%a2%v = sum(table(:, a2_v)) / size(angles)
     mean%a3%v = sum(table(:, a3_v)) / size(angles)
-    m = mass_matrix(self, mean)
+    m = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mean)
     c = (self%stiffness + transpose(self%stiffness)) / 2
+    c(3, 3) = c(3, 3) + real(self%weights%rest, dp)
     call symmetric_pencil(c(self%free, self%free), m(self%free, self%free), frequencies, error)
     if (allocated(error)) return
     frequencies = sign(sqrt(abs(frequencies)), frequencies)
@@ -363,6 +359,16 @@ contains
     end associate
     turning = [-s(2), s(1)]
   end function turning
+
+  !> exp(i psi), to second order.
+  pure complex(dp) function rotation(self, psi)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi
+
+    associate (unused_frame => self)
+    end associate
+    rotation = cmplx(1 - psi**2 / 2, psi, dp)
+  end function rotation
 
   !> Potential energy of the mounting (J).
   pure real(dp) function potential(self, q)

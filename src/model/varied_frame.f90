@@ -7,7 +7,8 @@
 !>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
 !>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
 !>
-!> with the mounting's F_j, M_j (gestell_model_moved_mounting). About the rest q = 0 they are (8) to (12).
+!> with the mounting's F_j, M_j (gestell_model_moved_mounting) and the weights' moment (gestell_model_weights). About the rest q = 0
+!> they are (8) to (12).
 module gestell_model_varied_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_trigonometric, only: series_type
@@ -37,6 +38,7 @@ module gestell_model_varied_frame
     procedure :: ground_forces
     procedure :: turned
     procedure :: turning
+    procedure :: rotation
     procedure :: potential
     procedure :: dissipation
   end type varied_frame_type
@@ -59,6 +61,7 @@ contains
     varied%stiffness = frame%stiffness
     varied%damping = frame%damping
     varied%supports = frame%supports
+    varied%weights = frame%weights
     varied%speed = frame%speed
     varied%free = frame%free
     allocate(varied%mechanism, source=frame%mechanism)
@@ -104,6 +107,7 @@ contains
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp) :: table(size(phases), table_columns), inertia(size(phases)), inertia_d(size(phases))
     complex(dp), dimension(size(phases)) :: turn, s, s_d, s_dd, load, spun, moving
+    complex(dp), parameter :: upright = 1
     real(dp) :: mass
 
     call frame%mechanism%tabulate(frame%crank_angles(phases), table)
@@ -141,6 +145,11 @@ contains
     c(:, 1, 3) = -aimag(load)                                                  ! i load
     c(:, 2, 3) = real(load)
     c(:, 3, 3) = -aimag(moving) * a(:, 1) + real(moving) * a(:, 2)             ! Im(conj(i E S) u'')
+    if (.not. frame%weights%act) return
+    associate (weights => frame%weights, sums => cmplx(table(:, a1_v), table(:, a2_v), dp))
+      r(:, 3) = r(:, 3) - weights%moment(turn, sums) + (1 - frame%excitation) * weights%moment(upright, sums)
+      c(:, 3, 3) = c(:, 3, 3) + weights%stiffness(turn, sums)
+    end associate
   end subroutine vary_inertia
 
   !> The foundation, whose potential is quadratic in xi, eta, psi.
@@ -205,6 +214,16 @@ contains
 
     turning = self%turned(psi, [-s(2), s(1)])
   end function turning
+
+  !> exp(i psi).
+  pure complex(dp) function rotation(self, psi)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi
+
+    associate (unused_frame => self)
+    end associate
+    rotation = exp(i * psi)
+  end function rotation
 
   !> Potential energy of the mounting (J).
   pure real(dp) function potential(self, q)

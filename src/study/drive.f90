@@ -26,6 +26,8 @@ module gestell_study_drive
     real(dp) :: peak_error = 0
     !> Means over the turn (W), greatest power of the drive (W).
     real(dp) :: drive_mean = 0, dampers_mean = 0, greatest = 0
+    !> Whether links and frame weigh something.
+    logical :: weighed = .false.
   contains
     procedure :: defect
   end type drive_type
@@ -44,6 +46,7 @@ contains
     integer :: k
 
     known = .false.
+    drive%weighed = frame%weights%act
     call frame%check(error)
     if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
     if (allocated(error)) return

@@ -61,7 +61,8 @@ contains
     finite = .true.
     if (allocated(findings%places)) then
       do i = 1, size(findings%places)
-        finite = finite .and. all(findings%places(i)%statistics%finite()) .and. all(ieee_is_finite(findings%places(i)%history))
+        finite = finite .and. all(findings%places(i)%statistics%finite()) .and. all(ieee_is_finite(findings%places(i)%history)) &
+          & .and. ieee_is_finite(findings%places(i)%least_compression)
       end do
     end if
     if (allocated(findings%watched)) then

@@ -4,13 +4,14 @@ module gestell_study_ground
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_model_frame, only: frame_type
+  use gestell_model_mounting, only: stiffness_matrix
   use gestell_model_quantity, only: find_quantity, guide_forces, probe_type, quantity_type, velocities
-  use gestell_study_statistics, only: history_of, statistics_type, take_statistics
+  use gestell_study_statistics, only: history_of, statistics_type, take_least, take_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
   implicit none (type, external)
   private
 
-  public :: find_places
+  public :: find_places, static_force
 
   !> What is told of a place: the force on the ground along x and y, its size (N), and the moment about F at rest (N m) that is
   !> exerted there; a support exerts none but that of its force, and has no moment of its own.
@@ -25,6 +26,10 @@ module gestell_study_ground
     type(statistics_type), allocatable :: statistics(:)
     !> At the times of the vibration's history, shape (points + 1, force_parts).
     real(dp), allocatable :: history(:, :)
+    !> With weights: the static force on the ground (N), and the least over the turn of the whole force along gravity with a bound
+    !> on its error: a support whose least compression is negative lifts off.
+    logical :: weighed = .false.
+    real(dp) :: static(2) = 0, least_compression = 0, least_error = 0
   end type place_type
 
 contains
@@ -74,7 +79,73 @@ contains
     end do
     places(size(places))%name = "total"
     call take_place(vibration, parts, places(size(places)), error)
+    if (allocated(error) .or. .not. frame%weights%act) return
+    do i = 1, size(places)
+      select case (trim(places(i)%name))
+      case ("guide")
+        parts = guide
+      case ("total")
+        call force_of(frame, "", parts)
+        parts(along_x)%weights = parts(along_x)%weights + guide(along_x)%weights
+        parts(along_y)%weights = parts(along_y)%weights + guide(along_y)%weights
+      case ("foundation")
+        call force_of(frame, "foundation.", parts)
+      case default
+        call force_of(frame, "support(" // trim(places(i)%name) // ").", parts)
+      end select
+      call weigh(frame, vibration, parts, places(i), error)
+      if (allocated(error)) return
+    end do
   end subroutine find_places
+
+  !> What the weights do at `place`, whose forces are `parts`.
+  subroutine weigh(frame, vibration, parts, place, error)
+    class(frame_type), intent(in) :: frame
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: parts(force_parts)
+    type(place_type), intent(inout) :: place
+    type(error_type), allocatable, intent(out) :: error
+    type(quantity_type) :: along
+    real(dp) :: down(2), least
+
+    down = [real(frame%weights%gravity, dp), aimag(frame%weights%gravity)] / abs(frame%weights%gravity)
+    along = parts(along_x)
+    along%weights = down(1) * parts(along_x)%weights + down(2) * parts(along_y)%weights
+    if (allocated(along%rounding)) along%rounding = abs(down(1)) * parts(along_x)%rounding &
+      & + abs(down(2)) * parts(along_y)%rounding
+    call take_least(vibration, along, least, place%least_error, error)
+    if (allocated(error)) return
+    place%weighed = .true.
+    place%static = static_force(frame, trim(place%name))
+    place%least_compression = dot_product(down, place%static) + least
+  end subroutine weigh
+
+  !> The static force (N) by the weights on the ground of a place of that name.
+  pure function static_force(frame, name) result(force)
+    class(frame_type), intent(in) :: frame
+    character(len=*), intent(in) :: name
+    real(dp) :: force(2)
+    integer :: i
+
+    associate (weights => frame%weights)
+      select case (name)
+      case ("total")
+        force = weights%load(:2)
+      case ("guide")
+        force = 0
+        do i = 1, 2
+          if (all(frame%free /= i)) force(i) = weights%load(i) - dot_product(frame%stiffness(i, :), weights%sag)
+        end do
+      case ("foundation")
+        force = weights%static_forces(frame%stiffness - stiffness_matrix(frame%supports))
+      case default
+        force = 0
+        do i = 1, size(frame%supports)
+          if (name == text(i)) force = weights%static_forces(stiffness_matrix([frame%supports(i)]))
+        end do
+      end select
+    end associate
+  end function static_force
 
   !> The forces that `place`, with its dot, exerts. What the place does not have remains unallocated.
   subroutine force_of(frame, place, parts)

@@ -10,7 +10,7 @@ module gestell_study_statistics
   implicit none (type, external)
   private
 
-  public :: band_rms, history_of, take_statistics, top
+  public :: band_rms, history_of, take_least, take_statistics, top
 
   type, public :: statistics_type
     !> Harmonics, shape (1), of a magnitude those of its components along x and y, shape (2).
@@ -70,6 +70,25 @@ contains
     statistics%peak_phase = top(norm2(samples, dim=2))
     statistics%peak_error = statistics%error + between
   end subroutine take_statistics
+
+  !> The least value over the period of a quantity with one component, and a bound on its error. Errors: as of `take_statistics`.
+  subroutine take_least(vibration, quantity, least, least_error, error)
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: quantity
+    real(dp), intent(out) :: least, least_error
+    type(error_type), allocatable, intent(out) :: error
+    type(statistics_type) :: statistics
+    real(dp), allocatable :: samples(:, :)
+
+    least = 0
+    least_error = 0
+    call take_statistics(vibration, quantity, statistics, error)
+    if (allocated(error)) return
+    call components(quantity, vibration%motion, samples)
+    ! What is lifted above zero everywhere has its greatest value where it has its greatest size.
+    least = statistics%peak - greatest(statistics%peak - samples(:, 1))
+    least_error = statistics%peak_error
+  end subroutine take_least
 
   !> max of the size of a vector, from the samples of its components, shape (samples, components), and their series. The square is
   !> a series of twice the orders: it needs twice the samples where the upper half of the orders counts.
