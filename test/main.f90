@@ -63,6 +63,7 @@ program main
   use test_sweep, only: collect_sweep
   use test_tabulate, only: collect_tabulate
   use test_trade, only: collect_trade
+  use test_weights, only: collect_weights
   use test_version, only: collect_version
   use test_vibration, only: collect_vibration
   use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, testsuite_type, &
@@ -139,6 +140,7 @@ program main
     & new_testsuite("boundary-map", collect_boundary_map), &
     & new_testsuite("boundary-tongues", collect_boundary_tongues), &
     & new_testsuite("version", collect_version), &
+    & new_testsuite("weights", collect_weights), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &
     & new_testsuite("namelist-fuzz", collect_namelist_fuzz), &

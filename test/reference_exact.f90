@@ -2,21 +2,21 @@
 !> link's and the frame's place in space as a function of (xi, eta, psi) and the crank angle, accelerations and virtual
 !> displacements by central differences of these places.
 !>
-!>     sum [m z''. dz/dq + J (phi + psi)'' d(phi + psi)/dq] + dV/dq + sum (B d').dd/dq = 0,
+!>     sum [m (z'' - g). dz/dq + J (phi + psi)'' d(phi + psi)/dq] + dV/dq + sum (B d').dd/dq + sum (F_0 . dd/dq) = 0,
 !>
-!> V the springs' potential, d the displacement of a support's head along its axes, which stay in space.
+!> V the springs' potential, d the displacement of a support's head along its axes, which stay in space. F_0 are the springs' static
+!> forces: V's second differences times the small displacement by which the weights, in the mean over the turn, are in equilibrium.
 module reference_exact
-  use reference_linear, only: qp
+  use reference_linear, only: qp, solve
   use reference_linkage, only: motion_type, move
   use reference_machine, only: crank_speed, machine_data, pi_qp
   implicit none (type, external)
   private
 
-  public :: residual
+  public :: residual, sag
 
   !> Step of the differences, in m or rad.
   real(qp), parameter :: by_place = 1.0e-8_qp
-
 
 contains
 
@@ -27,7 +27,7 @@ contains
     real(qp), intent(in) :: phi, angle_step, q(3, -1:1)
     real(qp), intent(out) :: left(3), terms(3)
     type(motion_type) :: motion(-1:1)
-    real(qp) :: omega, z(2, -1:1), along(2), acceleration(2), spin
+    real(qp) :: omega, z(2, -1:1), along(2), acceleration(2), spin, rest(3)
     integer :: i, k, n
 
     omega = crank_speed(machine)
@@ -36,6 +36,7 @@ contains
     end do
     left = 0
     terms = 0
+    rest = sag(machine)
     do k = 1, 3
       ! Links and, as number 0, the frame.
       do i = 0, size(machine%links)
@@ -46,6 +47,7 @@ contains
         along = (place(machine, motion(0), i, moved(q(:, 0), k, by_place)) &
           - place(machine, motion(0), i, moved(q(:, 0), k, -by_place)))/(2*by_place)
         call add(mass_of(machine, i)*dot_product(acceleration, along))
+        call add(-mass_of(machine, i)*dot_product(machine%gravity, along))
         if (k < 3) cycle
         spin = omega**2*(q(3, 1) - 2*q(3, 0) + q(3, -1))/angle_step**2
         if (i > 0) spin = spin + omega**2*motion(0)%turn(2, i)
@@ -53,6 +55,7 @@ contains
       end do
       call add((potential(machine, moved(q(:, 0), k, by_place)) - potential(machine, moved(q(:, 0), k, -by_place)))/(2*by_place))
       call add(damping_power(machine, q, omega/angle_step, k))
+      call add(static_power(machine, rest, q(:, 0), k))
     end do
 
   contains
@@ -133,6 +136,67 @@ contains
     d = q(:2) + turned(p, q(3)) - p
     stretch = turned(d, -real(machine%supports(j)%angle_deg, qp)*pi_qp/180)
   end function stretch
+
+  !> The small displacement from unloaded springs to rest, zero along what is not free.
+  function sag(machine) result(q)
+    type(machine_data), intent(in) :: machine
+    real(qp) :: q(3)
+    integer, parameter :: samples = 128
+    real(qp), parameter :: none(3) = 0
+    type(motion_type) :: motion
+    real(qp) :: c(3, 3), weight(3)
+    integer :: i, k, n
+
+    q = 0
+    if (.not. any(abs(machine%gravity) > 0)) return
+    weight = 0
+    do n = 1, samples
+      motion = move(machine, 2*pi_qp*n/samples)
+      do k = 1, 3
+        do i = 0, size(machine%links)
+          weight(k) = weight(k) + mass_of(machine, i)/samples*dot_product(machine%gravity, &
+            (place(machine, motion, i, moved(none, k, by_place)) &
+            - place(machine, motion, i, moved(none, k, -by_place)))/(2*by_place))
+        end do
+      end do
+    end do
+    do k = 1, 3
+      do i = 1, 3
+        c(i, k) = (potential(machine, moved(moved(none, i, by_place), k, by_place)) &
+          - potential(machine, moved(moved(none, i, -by_place), k, by_place)) &
+          - potential(machine, moved(moved(none, i, by_place), k, -by_place)) &
+          + potential(machine, moved(moved(none, i, -by_place), k, -by_place)))/(4*by_place**2)
+      end do
+    end do
+    do k = 1, 3
+      if (machine%free(k)) cycle
+      c(k, :) = 0
+      c(k, k) = 1
+      weight(k) = 0
+    end do
+    q = solve(c, weight)
+  end function sag
+
+  !> The static forces' part of the k-th equation; the springs were stretched by the linear displacement of their heads.
+  pure real(qp) function static_power(machine, rest, q, k) result(power)
+    type(machine_data), intent(in) :: machine
+    real(qp), intent(in) :: rest(3), q(3)
+    integer, intent(in) :: k
+    real(qp), parameter :: none(3) = 0
+    real(qp) :: stretched(2)
+    integer :: j, n
+
+    power = dot_product(machine%foundation_stiffness(k, :), rest)
+    do j = 1, size(machine%supports)
+      stretched = 0
+      do n = 1, 3
+        stretched = stretched + rest(n)*(stretch(machine, j, moved(none, n, by_place)) &
+          - stretch(machine, j, moved(none, n, -by_place)))/(2*by_place)
+      end do
+      power = power + sum(machine%supports(j)%stiffness*stretched &
+        *(stretch(machine, j, moved(q, k, by_place)) - stretch(machine, j, moved(q, k, -by_place)))/(2*by_place))
+    end do
+  end function static_power
 
   !> The dampers' part of the k-th equation; `rate`: over the differences of q.
   pure real(qp) function damping_power(machine, q, rate, k) result(power)

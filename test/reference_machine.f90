@@ -64,6 +64,7 @@ module reference_machine
     real(dp) :: foundation_stiffness(3, 3) = 0, foundation_damping(3) = 0
     logical :: free(3) = .true.    ! which of xi, eta, psi the frame can do
     real(dp) :: speed_rpm = 0      ! negative: clockwise
+    real(dp) :: gravity(2) = 0     ! m/s^2 along xi and eta
   end type machine_data
 
 contains

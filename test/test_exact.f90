@@ -27,7 +27,9 @@ contains
 
     testsuite = [ &
       & new_unittest("the vibration satisfies d'Alembert's principle", test_residual), &
+      & new_unittest("with weights too", test_residual_weights), &
       & new_unittest("derivatives against differences", test_derivatives), &
+      & new_unittest("derivatives with weights", test_derivatives_weights), &
       & new_unittest("an outside program's multiplier in a tongue that rest does not see", test_tongue), &
       & new_unittest("Newton's steps: each about the square of the one before", test_quadratic), &
       & new_unittest("moving masses scaled: exact less first order falls with the square", test_scale), &
@@ -35,8 +37,9 @@ contains
   end subroutine collect_exact
 
   !> The paper's machine with supports of all kinds and damping.
-  function machine_on_supports(speed_rpm, factor) result(machine)
+  function machine_on_supports(speed_rpm, factor, gravity) result(machine)
     real(dp), intent(in) :: speed_rpm, factor
+    real(dp), intent(in), optional :: gravity(2)
     type(machine_data) :: machine
 
     machine = khang_machine(speed_rpm, factor)
@@ -45,6 +48,7 @@ contains
     machine%supports(3)%damping = [400.0_dp, 150.0_dp]
     machine%supports(4)%damping = [50.0_dp, 700.0_dp]
     machine%supports(4)%angle_deg = -50
+    if (present(gravity)) machine%gravity = gravity
   end function machine_on_supports
 
   subroutine solve(machine, model, system, error, newton)
@@ -92,6 +96,20 @@ contains
 
   subroutine test_residual(error)
     type(error_type), allocatable, intent(out) :: error
+
+    call check_residual([0.0_dp, 0.0_dp], error)
+  end subroutine test_residual
+
+  subroutine test_residual_weights(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    ! A hundred times the earth's: the supports' static forces are as large as the others.
+    call check_residual([300.0_dp, -900.0_dp], error)
+  end subroutine test_residual_weights
+
+  subroutine check_residual(gravity, error)
+    real(dp), intent(in) :: gravity(2)
+    type(error_type), allocatable, intent(out) :: error
     real(qp), parameter :: step = 1.0e-8_qp
     type(machine_data) :: machine
     class(frame_type), allocatable :: system
@@ -99,7 +117,7 @@ contains
     integer :: i
 
     ! Ten times the links' masses: psi reaches 0.02 rad.
-    machine = machine_on_supports(700.0_dp, 10.0_dp)
+    machine = machine_on_supports(700.0_dp, 10.0_dp, gravity)
     call solve(machine, "exact", system, error)
     if (allocated(error)) return
     select type (system)
@@ -114,10 +132,11 @@ contains
         if (allocated(error)) return
       end do
     end select
-  end subroutine test_residual
+  end subroutine check_residual
 
   !> What the equations leave, by the load: r = M a + B v + C q - h. It changes with the motion as M, B, C say.
-  subroutine test_derivatives(error)
+  subroutine check_derivatives(gravity, error)
+    real(dp), intent(in) :: gravity(2)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: step = 1.0e-6_dp, phases(3) = [0.11_dp, 0.47_dp, 0.83_dp]
     type(frame_type) :: frame
@@ -126,7 +145,7 @@ contains
     real(dp), dimension(3, 3) :: difference, expected
     integer :: i
 
-    call frame_of_machine(machine_on_supports(700.0_dp, 10.0_dp), frame, failure)
+    call frame_of_machine(machine_on_supports(700.0_dp, 10.0_dp, gravity), frame, failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)
       return
@@ -142,7 +161,19 @@ contains
     expected = acting(frame, motion, change, phases)
     ! The square of the step, and roundings over it.
     call check(error, maxval(abs(difference - expected)) / maxval(abs(expected)), 0.0_dp, thr=1.0e-8_dp)
+  end subroutine check_derivatives
+
+  subroutine test_derivatives(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_derivatives([0.0_dp, 0.0_dp], error)
   end subroutine test_derivatives
+
+  subroutine test_derivatives_weights(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_derivatives([300.0_dp, -900.0_dp], error)
+  end subroutine test_derivatives_weights
 
   type(series_type) function shifted(motion, change, step)
     type(series_type), intent(in) :: motion, change

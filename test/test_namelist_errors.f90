@@ -79,7 +79,7 @@ contains
 
     call refused(error, rest // nl // nl // "&suport /", "in.nml:3: unknown group &suport: did you mean &support?")
     call refused(error, "&zzz /", "in.nml:1: unknown group &zzz: allowed are &case, &drive, &units, &joint, " &
-      // "&link, &mass_functions, &frame, &support, &foundation, &probe, &model, &accuracy, &response, &sweep, " &
+      // "&link, &mass_functions, &frame, &support, &foundation, &gravity, &probe, &model, &accuracy, &response, &sweep, " &
       // "&boundary, &resonance, &sensitivity")
     call refused(error, nl // "&joint" // nl // "lenghts=1, name='B' /", &
       "in.nml:3: &joint 'B': unknown key 'lenghts': did you mean 'lengths'?")

@@ -55,7 +55,7 @@ INPUTS = [
      "input.nml:2: unknown group &drve: did you mean &drive?"),
     ("unknown group, nothing near", added("&engine power=1 /"), 2,
      "input.nml:16: unknown group &engine: allowed are &case, &drive, &units, &joint, &link, "
-     "&mass_functions, &frame, &support, &foundation, &probe, &model, &accuracy, &response, &sweep, &boundary, "
+     "&mass_functions, &frame, &support, &foundation, &gravity, &probe, &model, &accuracy, &response, &sweep, &boundary, "
      "&resonance, &sensitivity"),
     ("group given twice", added("&drive speed_rpm=1 /"), 2,
      "input.nml:16: &drive: may stand only once (first in line 2)"),

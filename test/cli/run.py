@@ -42,6 +42,7 @@ from sweeps import SWEEP_TESTS, write_sweep_golden  # noqa: E402
 from told import TOLD_TESTS  # noqa: E402
 from verdicts import VERDICT_TESTS  # noqa: E402
 from ways import WAYS_TESTS  # noqa: E402
+from weights import WEIGHT_TESTS  # noqa: E402
 
 CHECKOUT = HERE.parents[1]
 FOUR_BAR = CHECKOUT / "data" / "khang_four_bar.nml"
@@ -597,7 +598,8 @@ def main():
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *NAME_TESTS,
                      *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS,
                      *MODEL_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
-                     *FAULT_TESTS):
+                     *FAULT_TESTS,
+                     *WEIGHT_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)
