@@ -7,18 +7,18 @@
 !> | rest        | of the equations about rest, (8) | about rest: Nguyen van Khang's                      |
 !>
 !> Each is a linear periodic system whose periodic motion is the vibration, so all that is known of such systems serves all models.
-!> The exact vibration comes from Newton's method in the space of periodic functions: from q_k to the periodic motion q_k+1 of the
-!> frame varied about q_k (gestell_model_varied_frame).
+!> The exact vibration comes from Newton's method (gestell_study_newton), from the linear vibration or, where that is too far
+!> away, on a path from rest or from another speed (gestell_study_vibration_path).
 module gestell_study_frame_model
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
-  use gestell_base_trigonometric, only: series_through, series_type
+  use gestell_base_trigonometric, only: series_type
   use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_floquet_periodic_solution, only: periodic_solution_type
-  use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
+  use gestell_floquet_solution, only: floquet_type
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_study_vibration_path, only: follow_excitation, follow_speed
+  use gestell_study_newton, only: add_rounding, first_samples, iterate, loosened, next_motion, rough, smooth_motion
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -31,17 +31,9 @@ module gestell_study_frame_model
   type, public :: newton_type
     !> Newton's steps |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration; the last is what is left of the error.
     real(dp), allocatable :: steps(:)
+    !> Whether it was found on a path from rest or from another speed.
+    logical :: followed = .false.
   end type newton_type
-
-  !> Accuracy of a vibration that is a start only.
-  real(dp), parameter :: rough = 1.0e-6_dp
-  !> Newton's steps for a vibration; parts of the excitation on the way to the whole, as a power of two.
-  integer, parameter :: most_steps = 12, most_halvings = 6
-  !> A step greater than this part of the motion tells that the start was bad.
-  real(dp), parameter :: greatest_step = 0.5_dp
-  !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
-  integer, parameter :: first_samples = 64, most_samples = 2**12
-  real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
 
 contains
 
@@ -62,7 +54,7 @@ contains
     case ("first_order", "exact")
       allocate(varied)
       call start_from_rest(frame, model, accuracy, varied, error)
-      if (model == "exact" .and. .not. allocated(error)) call find_vibration(frame, accuracy, varied, error, newton)
+      if (model == "exact") call find_vibration(frame, accuracy, varied, error, newton)
       if (.not. allocated(error)) call move_alloc(varied, settled)
     case default
       call fatal_error(error, "there is no model '" // model // "' of the frame", invalid_input)
@@ -108,180 +100,37 @@ contains
     if (.not. varied%newton) call add_rounding(frame, varied, error_of_motion)
   end subroutine start_from_rest
 
-  !> Newton's method from `varied`; where it fails, by steps from rest to the whole excitation.
+  !> Newton's method from `varied`, the linear vibration; where that fails or, by `error`, is none, on a path.
   subroutine find_vibration(frame, accuracy, varied, error, newton)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(varied_frame_type), intent(inout) :: varied
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     type(newton_type), intent(out), optional :: newton
-    type(varied_frame_type) :: last, next
+    type(varied_frame_type) :: found
+    type(series_type) :: rest
     real(dp), allocatable :: steps(:)
-    real(dp) :: part
+    logical :: followed
 
-    next = varied
-    call iterate(frame, accuracy, next, steps, error)
-    if (allocated(error)) then
-      ! From a rest without excitation.
-      last = varied
-      last%motion%cosine = 0
-      last%motion%sine = 0
-      last%excitation = 0
-      part = 0.5_dp
-      do
-        next = last
-        next%excitation = min(1.0_dp, last%excitation + part)
-        call iterate(frame, accuracy, next, steps, error)
-        if (allocated(error)) then
-          part = part / 2
-          if (part < 0.5_dp**most_halvings) exit
-        else
-          last = next
-          if (last%excitation >= 1) exit
-          part = 2 * part
-        end if
-      end do
-      if (allocated(error)) then
-        error%message = "no periodic vibration of the exact frame was found: Newton's method ends at " &
-          & // text(nint(100 * last%excitation)) // " % of the excitation: " // error%message
-        return
-      end if
+    followed = allocated(error)
+    if (followed) followed = error%code == failed_computation
+    if (allocated(error) .and. .not. followed) return
+    if (.not. followed) then
+      found = varied
+      call iterate(frame, accuracy, found, steps, error)
+      followed = allocated(error)
     end if
-    varied = next
-    if (present(newton)) call move_alloc(steps, newton%steps)
+    if (followed) then
+      allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
+      found = varied_frame(frame, rest)
+      call follow_excitation(frame, accuracy, found, steps, error)
+      if (allocated(error)) call follow_speed(frame, accuracy, found, steps, error)
+      if (allocated(error)) return
+    end if
+    varied = found
+    if (.not. present(newton)) return
+    newton%followed = followed
+    call move_alloc(steps, newton%steps)
   end subroutine find_vibration
-
-  !> Newton's method with the excitation of `varied`, which becomes the frame varied about the motion that is found. Errors: as of
-  !> `solve_floquet` and `solve_periodic`; no convergence.
-  subroutine iterate(frame, accuracy, varied, steps, error)
-    class(frame_type), intent(in) :: frame
-    type(accuracy_type), intent(in) :: accuracy
-    type(varied_frame_type), intent(inout) :: varied
-    real(dp), allocatable, intent(out) :: steps(:)
-    type(error_type), allocatable, intent(out) :: error
-    type(floquet_type) :: floquet
-    real(dp), allocatable :: q(:, :), before(:, :)
-    real(dp) :: step, expected, error_of_motion
-    integer :: k
-
-    allocate(steps(0))
-    expected = rough
-    do k = 1, most_steps
-      call next_motion(frame, varied, loosened(accuracy, expected), 2 * ubound(varied%motion%cosine, 1) + 2, floquet, q, &
-        & error_of_motion, error)
-      if (allocated(error)) return
-      before = values_of(varied%motion, size(q, 1))
-      step = size_of(frame, floquet, q - before) / max(size_of(frame, floquet, q), tiny(step))
-      steps = [steps, step]
-      varied%motion = smooth_motion(frame, floquet, q)
-      ! The next step would be about the square of this one.
-      if (step**2 <= accuracy%tolerance .and. expected <= accuracy%tolerance) then
-        call add_rounding(frame, varied, error_of_motion + step**2)
-        return
-      end if
-      if (.not. step < greatest_step .and. k > 2) exit
-      expected = min(rough, step**2)
-      if (step**2 <= rough) expected = min(expected, accuracy%tolerance)
-    end do
-    call fatal_error(error, "Newton's method does not converge", failed_computation)
-  end subroutine iterate
-
-  !> The periodic motion of `system` at as many equidistant phases as resolve it, at least `samples`, shape (samples, 3), and a
-  !> bound on its error relative to the motion. Errors: as of `solve_floquet` and `solve_periodic`.
-  subroutine next_motion(frame, system, accuracy, samples, floquet, q, error_of_motion, error)
-    class(frame_type), intent(in) :: frame
-    class(periodic_system), intent(in) :: system
-    type(accuracy_type), intent(in) :: accuracy
-    integer, intent(in) :: samples
-    type(floquet_type), intent(out) :: floquet
-    real(dp), allocatable, intent(out) :: q(:, :)
-    real(dp), intent(out) :: error_of_motion
-    type(error_type), allocatable, intent(out) :: error
-    type(periodic_solution_type) :: start
-    type(series_type) :: series
-    real(dp), allocatable :: x(:, :)
-    real(dp) :: tail(3)
-    integer :: n, k
-
-    call solve_floquet(system, accuracy, .true., floquet, error)
-    if (.not. allocated(error)) call solve_periodic(floquet, start, error)
-    if (allocated(error)) return
-    n = max(first_samples, samples)
-    do
-      call follow(system, floquet, start, [(real(k, dp) / n, k = 0, n - 1)], x, error)
-      if (allocated(error)) return
-      if (allocated(q)) deallocate(q)
-      allocate(q(n, 3), source=0.0_dp)
-      q(:, frame%free) = transpose(x(:size(frame%free), :))
-      series = series_through(q)
-      tail = series%tail()
-      if (maxval(tail(frame%free) / floquet%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100) &
-        & * size_of(frame, floquet, q) .or. 2 * n > most_samples) exit
-      n = 2 * n
-    end do
-    error_of_motion = norm2(start%error / floquet%scale) / max(maxval(norm2(x / spread(floquet%scale, 2, n), dim=1)), tiny(tail))
-  end subroutine next_motion
-
-  !> What errors of the motion that `varied` is about, relative to it, do to the multipliers: of the coefficients' change from those
-  !> about rest this part is unknown.
-  subroutine add_rounding(frame, varied, part)
-    class(frame_type), intent(in) :: frame
-    type(varied_frame_type), intent(inout) :: varied
-    real(dp), intent(in) :: part
-    integer, parameter :: points = 32
-    real(dp), dimension(varied%states, varied%states, points) :: p, p_rest
-    real(dp) :: phases(points)
-    integer :: k
-
-    phases = [((k - 0.5_dp) / points, k = 1, points)]
-    call varied%sample(phases, p)
-    call frame%sample(phases, p_rest)
-    varied%rounding = frame%rounding + part * frame%period * maxval([(norm2(p(:, :, k) - p_rest(:, :, k)), k = 1, points)])
-  end subroutine add_rounding
-
-  pure type(accuracy_type) function loosened(accuracy, tolerance)
-    type(accuracy_type), intent(in) :: accuracy
-    real(dp), intent(in) :: tolerance
-
-    loosened = accuracy
-    loosened%tolerance = max(accuracy%tolerance, tolerance)
-  end function loosened
-
-  !> The series through samples of the motion, without what is rounding.
-  function smooth_motion(frame, floquet, q) result(motion)
-    class(frame_type), intent(in) :: frame
-    type(floquet_type), intent(in) :: floquet
-    real(dp), intent(in) :: q(:, :)
-    type(series_type) :: motion
-    real(dp) :: units(3)
-
-    units = 0
-    units(frame%free) = floquet%scale(:size(frame%free))
-    motion = series_through(q)
-    call motion%trim(units, noise * size_of(frame, floquet, q))
-  end function smooth_motion
-
-  !> A motion at equidistant phases.
-  function values_of(motion, samples) result(q)
-    type(series_type), intent(in) :: motion
-    integer, intent(in) :: samples
-    real(dp), dimension(samples, 3) :: q, v, a
-    integer :: k
-
-    call motion%values([(real(k, dp) / samples, k = 0, samples - 1)], q, v, a)
-  end function values_of
-
-  !> The greatest size of a motion, in the units of `floquet`.
-  pure real(dp) function size_of(frame, floquet, q)
-    class(frame_type), intent(in) :: frame
-    type(floquet_type), intent(in) :: floquet
-    real(dp), intent(in) :: q(:, :)
-    integer :: j
-
-    size_of = 0
-    do j = 1, size(frame%free)
-      size_of = max(size_of, maxval(abs(q(:, frame%free(j)))) / floquet%scale(j))
-    end do
-  end function size_of
 
 end module gestell_study_frame_model
