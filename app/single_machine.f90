@@ -64,16 +64,16 @@ contains
     type(multipliers_type), allocatable :: better
     real(dp), allocatable :: frequencies(:)
 
-    if (configuration%trade) then
-      call measure_trade(configuration%frame, trade_budget, trade, error, show_progress)
-      if (.not. allocated(error)) call measure_model(configuration%frame, configuration%accuracy, model_trade, error)
-      if (allocated(error)) return
-    end if
     call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, failure)
     if (allocated(failure) .and. .not. (allocated(analysis%multipliers) .and. (configuration%tasks%stability &
       & .or. configuration%tasks%modes))) then
       call move_alloc(failure, error)
       return
+    end if
+    if (configuration%trade) then
+      call measure_trade(analysis%frame, trade_budget, trade, error, show_progress)
+      if (.not. allocated(error)) call measure_model(configuration%frame, configuration%accuracy, model_trade, error)
+      if (allocated(error)) return
     end if
     if (allocated(analysis%multipliers)) results%verdict = analysis%multipliers%verdict()
     results%vibrates = allocated(analysis%vibration)
@@ -90,7 +90,7 @@ contains
       call configuration%frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
       call name_modes(configuration, analysis, modes)
-      if (configuration%tasks%model == "rest" .and. .not. configuration%tasks%averaged .and. allocated(analysis%multipliers)) then
+      if (configuration%tasks%model /= "exact" .and. .not. configuration%tasks%averaged .and. allocated(analysis%multipliers)) then
         call check_model(configuration%frame, configuration%accuracy, analysis%multipliers, better)
       end if
       call console%say(report_transmission(configuration%frame) &

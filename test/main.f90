@@ -19,6 +19,7 @@ program main
   use test_data, only: collect_data
   use test_drive, only: collect_drive
   use test_exact, only: collect_exact
+  use test_exact_paths, only: collect_exact_paths
   use test_equivalence, only: collect_equivalence
   use test_factors, only: collect_factors
   use test_floquet, only: collect_floquet
@@ -120,6 +121,7 @@ program main
     & new_testsuite("probes", collect_probes), &
     & new_testsuite("drive", collect_drive), &
     & new_testsuite("exact", collect_exact), &
+    & new_testsuite("exact_paths", collect_exact_paths), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("averaged", collect_averaged), &
     & new_testsuite("model-trade", collect_model_trade), &

@@ -1,4 +1,4 @@
-!> Whether the equations about rest tell the stability of the machine's vibration.
+!> Whether the equations about rest, or to first order, tell the stability of the machine's vibration.
 module gestell_study_model_check
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -12,13 +12,14 @@ module gestell_study_model_check
 
   public :: check_model
 
-  !> Part of ln rho_max by which the multipliers about rest may miss those about the vibration without a word.
+  !> Part of ln rho_max by which the multipliers may miss those about the vibration without a word.
   real(dp), parameter :: negligible = 0.01_dp
 
 contains
 
-  !> `better`: the multipliers about the vibration, where they have another verdict than `multipliers`, those about rest, or where
-  !> ln rho_max differs by more than a hundredth and the errors of both; else, and where they cannot be told, it stays unallocated.
+  !> `better`: the multipliers about the exact vibration or, where none is found, about that of the equations about rest, if they
+  !> have another verdict than `multipliers`, those of a cheaper model, or ln rho_max differs by more than a hundredth and the
+  !> errors of both; else, and where they cannot be told, it stays unallocated.
   subroutine check_model(frame, accuracy, multipliers, better)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -30,7 +31,8 @@ contains
     type(error_type), allocatable :: error
 
     if (multipliers%untold() .or. multipliers%error(1) >= 1) return
-    call settle(frame, "first_order", accuracy, varied, error)
+    call settle(frame, "exact", accuracy, varied, error)
+    if (allocated(error)) call settle(frame, "first_order", accuracy, varied, error)
     if (.not. allocated(error)) call solve_floquet(varied, accuracy, .false., floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., found, error)
     if (allocated(error)) return

@@ -1,0 +1,105 @@
+!> Machines by the models of the frame, and a vibration against d'Alembert's principle.
+module exact_machines
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_trigonometric, only: series_type
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_model_frame, only: frame_type
+  use gestell_model_varied_frame, only: varied_frame_type
+  use gestell_study_frame_model, only: newton_type, settle
+  use machines, only: frame_of_machine
+  use reference_exact, only: residual
+  use reference_linear, only: qp
+  use reference_machine, only: khang_machine, machine_data
+  use testdrive, only: check, error_type, test_failed
+  implicit none (type, external)
+  private
+
+  public :: check_residual, machine_on_supports, solve, solve_multiplier
+
+contains
+
+  !> The paper's machine with supports of all kinds and damping.
+  function machine_on_supports(speed_rpm, factor, gravity) result(machine)
+    real(dp), intent(in) :: speed_rpm, factor
+    real(dp), intent(in), optional :: gravity(2)
+    type(machine_data) :: machine
+
+    machine = khang_machine(speed_rpm, factor)
+    machine%supports(1)%angle_deg = 30
+    machine%supports(2)%stiffness = [1.0e5_dp, 3.0e5_dp]
+    machine%supports(3)%damping = [400.0_dp, 150.0_dp]
+    machine%supports(4)%damping = [50.0_dp, 700.0_dp]
+    machine%supports(4)%angle_deg = -50
+    if (present(gravity)) machine%gravity = gravity
+  end function machine_on_supports
+
+  subroutine solve(machine, model, system, error, newton)
+    type(machine_data), intent(in) :: machine
+    character(len=*), intent(in) :: model
+    class(frame_type), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+    type(newton_type), intent(out), optional :: newton
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+
+    call frame_of_machine(machine, frame, failure)
+    if (.not. allocated(failure)) call settle(frame, model, accuracy_type(tolerance=1.0e-11_dp), system, failure, newton)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine solve
+
+  subroutine solve_multiplier(machine, model, multipliers, error)
+    type(machine_data), intent(in) :: machine
+    character(len=*), intent(in) :: model
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    class(frame_type), allocatable :: system
+    type(floquet_type) :: floquet
+    type(gestell_error), allocatable :: failure
+
+    call solve(machine, model, system, error)
+    if (allocated(error)) return
+    call solve_floquet(system, accuracy_type(tolerance=1.0e-11_dp), .false., floquet, failure)
+    if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine solve_multiplier
+
+  !> q at a crank angle, in quadruple precision.
+  function motion_at(series, phi) result(q)
+    type(series_type), intent(in) :: series
+    real(qp), intent(in) :: phi
+    real(qp) :: q(3)
+    integer :: k
+
+    q = series%cosine(0, :)
+    do k = 1, ubound(series%cosine, 1)
+      q = q + series%cosine(k, :) * cos(k * phi) + series%sine(k, :) * sin(k * phi)
+    end do
+  end function motion_at
+
+  !> By d'Alembert's principle nothing is left of a vibration that is not small.
+  subroutine check_residual(machine, system, error)
+    type(machine_data), intent(in) :: machine
+    class(frame_type), intent(in) :: system
+    type(error_type), allocatable, intent(out) :: error
+    real(qp), parameter :: step = 1.0e-8_qp
+    real(qp) :: left(3), terms(3), phi
+    integer :: i
+
+    select type (system)
+    class is (varied_frame_type)
+      call check(error, maxval(abs(system%motion%cosine(1:, 3))) > 1.0e-3_dp, more="the motion is not small")
+      do i = 0, 6
+        if (allocated(error)) return
+        phi = 0.3_qp + i
+        call residual(machine, phi, step, reshape([motion_at(system%motion, phi - step), motion_at(system%motion, phi), &
+          & motion_at(system%motion, phi + step)], [3, 3]), left, terms)
+        ! The motion is known to 1e-11, its accelerations to the square of the orders times that.
+        call check(error, real(maxval(abs(left) / terms), dp), 0.0_dp, thr=1.0e-8_dp, more="residual")
+      end do
+    end select
+  end subroutine check_residual
+
+end module exact_machines

@@ -1,0 +1,116 @@
+!> The exact frame where its vibration is far from the linear one; its invariants.
+module test_exact_paths
+  use exact_machines, only: check_residual, machine_on_supports, solve, solve_multiplier
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_model_frame, only: frame_type
+  use gestell_study_frame_model, only: newton_type
+  use reference_machine, only: khang_machine, machine_data
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_exact_paths
+
+contains
+
+  subroutine collect_exact_paths(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("paths to vibrations far from the linear one", test_paths), &
+      & new_unittest("without damping reciprocal multipliers", test_reciprocal), &
+      & new_unittest("the product of the multipliers by Liouville's formula", test_liouville)]
+  end subroutine collect_exact_paths
+
+  !> Beside resonances of a machine all but without damping, whose linear vibration is a hundred millimetres: at 609 rpm on the path
+  !> from rest round two turning points, at 961.3 rpm by the path over the speed.
+  subroutine test_paths(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: speeds(2) = [609.0_dp, 961.3_dp]
+    class(frame_type), allocatable :: system
+    type(newton_type) :: newton
+    integer :: i
+
+    do i = 1, size(speeds)
+      call solve(khang_machine(speeds(i)), "exact", system, error, newton)
+      if (.not. allocated(error)) call check(error, newton%followed, more="Newton's method did without a path")
+      if (.not. allocated(error)) call check_residual(khang_machine(speeds(i)), system, error)
+      if (allocated(error)) return
+    end do
+  end subroutine test_paths
+
+  !> The equations varied about a vibration of a machine without damping are Hamilton's: with rho 1/rho is a multiplier.
+  subroutine test_reciprocal(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_data) :: machine
+    type(multipliers_type) :: exact
+    real(dp) :: speed
+    integer :: i
+
+    do i = 1, 2
+      ! Inside a tongue and outside of it.
+      speed = merge(2426.0_dp, 700.0_dp, i == 1)
+      machine = khang_machine(speed)
+      machine%foundation_damping = 0
+      call solve_multiplier(machine, "exact", exact, error)
+      if (allocated(error)) return
+      associate (pairs => exact%log_abs + exact%log_abs(6:1:-1))
+        call check(error, maxval(abs(pairs)), 0.0_dp, thr=1.0e-9_dp, more="ln of a pair's product")
+      end associate
+      if (allocated(error)) return
+    end do
+    machine = khang_machine(2426.0_dp)
+    machine%foundation_damping = 0
+    call solve_multiplier(machine, "exact", exact, error)
+    if (.not. allocated(error)) call check(error, exact%log_abs(1) > 0.01_dp, more="a pair off the circle")
+  end subroutine test_reciprocal
+
+  !> prod rho = exp(-integral of tr(M^-1 B) over the turn), the integral by the trapezoidal rule, which has the order of the samples
+  !> for periodic functions.
+  subroutine test_liouville(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 1024
+    class(frame_type), allocatable :: system
+    type(multipliers_type) :: exact
+    real(dp), dimension(points, 3, 3) :: m, b, c
+    real(dp) :: here(3, 3, 2), solved(3, 3), integral
+    integer :: i, k
+
+    call solve(machine_on_supports(700.0_dp, 10.0_dp), "exact", system, error)
+    if (.not. allocated(error)) call solve_multiplier(machine_on_supports(700.0_dp, 10.0_dp), "exact", exact, error)
+    if (allocated(error)) return
+    call system%sample_second_order([((k - 1) / real(points, dp), k = 1, points)], m, b, c)
+    integral = 0
+    do k = 1, points
+      here(:, :, 1) = m(k, :, :)
+      here(:, :, 2) = b(k, :, :)
+      solved = solution(here(:, :, 1), here(:, :, 2))
+      integral = integral + sum([(solved(i, i), i = 1, 3)]) * system%period / points
+    end do
+    call check(error, sum(exact%log_abs), -integral, thr=1.0e-9_dp, more="sum of ln |rho|")
+  end subroutine test_liouville
+
+  !> m^-1 b by Cramer's rule.
+  pure function solution(m, b) result(x)
+    real(dp), intent(in) :: m(3, 3), b(3, 3)
+    real(dp) :: x(3, 3), replaced(3, 3)
+    integer :: i, k
+
+    do k = 1, 3
+      do i = 1, 3
+        replaced = m
+        replaced(:, i) = b(:, k)
+        x(i, k) = determinant(replaced) / determinant(m)
+      end do
+    end do
+  end function solution
+
+  pure real(dp) function determinant(a)
+    real(dp), intent(in) :: a(3, 3)
+
+    determinant = a(1, 1) * (a(2, 2) * a(3, 3) - a(2, 3) * a(3, 2)) - a(1, 2) * (a(2, 1) * a(3, 3) - a(2, 3) * a(3, 1)) &
+      & + a(1, 3) * (a(2, 1) * a(3, 2) - a(2, 2) * a(3, 1))
+  end function determinant
+
+end module test_exact_paths
