@@ -225,7 +225,7 @@ contains
         ! On, not back.
         cosine = inner(along, next%along) / scale**2 + at%rise * next%rise
         next%along = sign(1.0_dp, cosine) * next%along
-        next%rise = sign(1.0_dp, cosine)  * next%rise
+        next%rise = sign(1.0_dp, cosine) * next%rise
         if (abs(cosine) < least_cosine) exit
         call set_length(next, size_of(next%q))
         easy = j <= 2
