@@ -10,15 +10,17 @@
 !> The exact vibration comes from Newton's method (gestell_study_newton), from the linear vibration or, where that is too far
 !> away, on a path from rest or from another speed (gestell_study_vibration_path).
 module gestell_study_frame_model
-  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_trigonometric, only: series_type
   use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_periodic_solution, only: resonance
   use gestell_floquet_solution, only: floquet_type
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_vibration_path, only: follow_excitation, follow_speed
-  use gestell_study_newton, only: add_rounding, first_samples, iterate, loosened, next_motion, rough, smooth_motion
+  use gestell_study_newton, only: add_rounding, first_samples, iterate, loosened, next_motion, no_convergence, rough, &
+    & smooth_motion
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -112,14 +114,13 @@ contains
     real(dp), allocatable :: steps(:)
     logical :: followed
 
-    followed = allocated(error)
-    if (followed) followed = error%code == failed_computation
-    if (allocated(error) .and. .not. followed) return
-    if (.not. followed) then
+    followed = too_far(error)
+    if (.not. allocated(error)) then
       found = varied
       call iterate(frame, accuracy, found, steps, error)
-      followed = allocated(error)
+      followed = too_far(error)
     end if
+    if (allocated(error) .and. .not. followed) return
     if (followed) then
       allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
       found = varied_frame(frame, rest)
@@ -132,5 +133,13 @@ contains
     newton%followed = followed
     call move_alloc(steps, newton%steps)
   end subroutine find_vibration
+
+  !> Whether there may be a vibration that another way leads to: the linear one is none, or too large a start.
+  pure logical function too_far(error)
+    type(error_type), intent(in), allocatable :: error
+
+    too_far = .false.
+    if (allocated(error)) too_far = any(error%message == [character(len=len(resonance)) :: resonance, no_convergence])
+  end function too_far
 
 end module gestell_study_frame_model

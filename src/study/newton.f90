@@ -15,12 +15,15 @@ module gestell_study_newton
 
   public :: add_rounding, iterate, loosened, next_motion, size_of, smooth_motion, values_of
 
+  !> The message where the steps do not become small.
+  character(len=*), parameter, public :: no_convergence = "Newton's method does not converge"
+
   !> Accuracy of a vibration that is a start only.
   real(dp), parameter, public :: rough = 1.0e-6_dp
   !> Newton's steps for a vibration.
   integer, parameter :: most_steps = 12
-  !> A step greater than this part of the motion tells that the start was bad.
-  real(dp), parameter :: greatest_step = 0.5_dp
+  !> A step greater than this part of the motion tells that the start was bad, an error that the motion is nothing but error.
+  real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
   !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
   integer, parameter, public :: first_samples = 64
   integer, parameter :: most_samples = 2**12
@@ -51,16 +54,16 @@ contains
       step = size_of(frame, floquet, q - before) / max(size_of(frame, floquet, q), tiny(step))
       steps = [steps, step]
       varied%motion = smooth_motion(frame, floquet, q)
-      ! The next step would be about the square of this one.
-      if (step**2 <= accuracy%tolerance .and. expected <= accuracy%tolerance) then
-        call add_rounding(frame, varied, error_of_motion + step**2)
+      ! The next step would be about the square of this one; a motion that is all error is not told better by another.
+      if (expected <= accuracy%tolerance .and. (step**2 <= accuracy%tolerance .or. error_of_motion >= all_error)) then
+        call add_rounding(frame, varied, error_of_motion + merge(step**2, 0.0_dp, step < 1))
         return
       end if
-      if (.not. step < greatest_step .and. k > 2) exit
+      if (.not. step < greatest_step .and. k > 2 .and. error_of_motion < all_error) exit
       expected = min(rough, step**2)
-      if (step**2 <= rough) expected = min(expected, accuracy%tolerance)
+      if (step**2 <= rough .or. error_of_motion >= all_error) expected = min(expected, accuracy%tolerance)
     end do
-    call fatal_error(error, "Newton's method does not converge", failed_computation)
+    call fatal_error(error, no_convergence, failed_computation)
   end subroutine iterate
 
   !> The periodic motion of `system` at as many equidistant phases as resolve it, at least `samples`, shape (samples, 3), and a
@@ -92,11 +95,12 @@ contains
       q(:, frame%free) = transpose(x(:size(frame%free), :))
       series = series_through(q)
       tail = series%tail()
-      if (maxval(tail(frame%free) / floquet%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100) &
-        & * size_of(frame, floquet, q) .or. 2 * n > most_samples) exit
+      error_of_motion = norm2(start%error / floquet%scale) &
+        & / max(maxval(norm2(x / spread(floquet%scale, 2, n), dim=1)), tiny(tail))
+      if (maxval(tail(frame%free) / floquet%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100, &
+        & error_of_motion / 100) * size_of(frame, floquet, q) .or. 2 * n > most_samples) exit
       n = 2 * n
     end do
-    error_of_motion = norm2(start%error / floquet%scale) / max(maxval(norm2(x / spread(floquet%scale, 2, n), dim=1)), tiny(tail))
   end subroutine next_motion
 
   !> What errors of the motion that `varied` is about, relative to it, do to the multipliers: of the coefficients' change from those

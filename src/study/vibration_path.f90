@@ -32,6 +32,8 @@ module gestell_study_vibration_path
     !> Whether lambda is the part of the excitation; else it tells the speed between these at 0 and 1 (rad/s).
     logical :: over_excitation = .true.
     real(dp) :: speeds(2) = 0
+    !> Linear systems that may still be solved: a search has to end.
+    integer :: left = 400
   end type family_type
 
   !> A point of the path with its tangent.
@@ -53,10 +55,13 @@ module gestell_study_vibration_path
   !> vibration is that of faster ones.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
 
+  character(len=*), parameter :: unfound = "no periodic vibration of the exact frame was found, neither from the linear one nor " &
+    & // "on paths from rest and from other speeds"
+
 contains
 
-  !> `varied` becomes `frame` varied about its vibration, the first on the path from rest over the excitation. Errors: both ways
-  !> from rest end before; as of `solve_floquet` and `solve_periodic`.
+  !> `varied` becomes `frame` varied about its vibration, the first on the path from rest over the excitation. Error: both ways
+  !> from rest end before.
   subroutine follow_excitation(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -97,7 +102,10 @@ contains
       other%speed = start%speed
       other%period = start%period
       call iterate(other, loosened(accuracy, rough), start, steps, error)
-      if (allocated(error)) cycle
+      if (allocated(error)) then
+        error%message = unfound
+        cycle
+      end if
       call follow_path(family, frame, values_of(start%motion, first_samples) / spread(family%units, 1, first_samples), 1, &
         & varied, steps, error)
       if (.not. allocated(error)) return
@@ -133,9 +141,9 @@ contains
   end function member
 
   !> The path from the vibration q at lambda = 0, at first up or down (`way` = 1 or -1), to that at lambda = 1, which `varied`
-  !> becomes varied about. Errors: it ends before; as of `solve_floquet` and `solve_periodic`.
+  !> becomes varied about. Error: it ends before.
   subroutine follow_path(family, frame, q, way, varied, steps, error)
-    type(family_type), intent(in) :: family
+    type(family_type), intent(inout) :: family
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: q(:, :)
     integer, intent(in) :: way
@@ -150,7 +158,10 @@ contains
     integer :: k
 
     call linearise(family, q, 0.0_dp, q_a, q_b, error)
-    if (allocated(error)) return
+    if (allocated(error)) then
+      error%message = unfound
+      return
+    end if
     at%q = q_a
     if (family%over_excitation) at%q = 0
     at%along = q_b * way
@@ -181,13 +192,12 @@ contains
         if (maxval(abs(at%q(:, 3))) * family%units(3) > furthest_turn) exit
       end if
     end do
-    call fatal_error(error, "no periodic vibration of the exact frame was found, neither from the linear one nor on the " &
-      & // "paths from rest and from other speeds", failed_computation)
+    call fatal_error(error, unfound, failed_computation)
   end subroutine follow_path
 
   !> From `at` along the path by `arc`. `easy`: few corrections did. Error: too far.
   subroutine advance(family, at, arc, next, easy, error)
-    type(family_type), intent(in) :: family
+    type(family_type), intent(inout) :: family
     type(point_type), intent(in) :: at
     real(dp), intent(in) :: arc
     type(point_type), intent(out) :: next
@@ -249,7 +259,7 @@ contains
   !> The next iterate of Newton's method about the motion q is q_a + lambda q_b: exactly over the excitation, over the speed near
   !> `lambda`. Error: too many samples; as of `next_motion`.
   subroutine linearise(family, q, lambda, q_a, q_b, error)
-    type(family_type), intent(in) :: family
+    type(family_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), lambda
     real(dp), allocatable, intent(out) :: q_a(:, :), q_b(:, :)
     type(error_type), allocatable, intent(out) :: error
@@ -257,6 +267,11 @@ contains
     real(dp), parameter :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
     real(dp) :: ends(2)
 
+    family%left = family%left - 2
+    if (family%left < 0) then
+      call fatal_error(error, "the search has no end", failed_computation)
+      return
+    end if
     ends = [lambda, lambda + difference]
     if (family%over_excitation) ends = [0.0_dp, 1.0_dp]
     call next_of(ends(1), size(q, 1), q_a)
