@@ -17,6 +17,9 @@ module over_modes
 
   public :: run_over_modes
 
+  !> Whatever the model of the rest.
+  character(len=*), parameter :: model = "rest"
+
 contains
 
   !> Follows the modes over the speeds, finds crossings and critical speeds as ordered, writes their files to `folder`, and
@@ -42,7 +45,8 @@ contains
     order%averaged = configuration%tasks%averaged
     order%orders = configuration%orders
     allocate(family%inner, source=configuration%plan%family)
-    family%model = configuration%tasks%model
+    ! Critical speeds are those of small vibrations: in resonance the exact vibration leans away from them, or is not found.
+    family%model = model
     family%accuracy = configuration%accuracy
     associate (axis => configuration%plan%grid%axes(1))
       speeds = axis%value([(i, i = 1, axis%count)])
@@ -53,15 +57,28 @@ contains
     if (allocated(error)) return
     verdict = campbell_verdict(campbell)
     stable = verdict == "stable"
-    if (configuration%campbell) call tell_campbell(folder, with_verdict(preamble, verdict), campbell, crossings, order%orders, &
-      & error)
+    if (configuration%campbell) call tell_campbell(folder, with_verdict(of_model(preamble), verdict), &
+      & campbell, crossings, order%orders, error)
     if (configuration%campbell) report = report_campbell(campbell, crossings)
     if (allocated(error) .or. .not. configuration%critical) return
     verdict = critical_verdict(critical)
     stable = stable .and. verdict == "stable"
-    call tell_critical(folder, with_verdict(preamble, verdict), critical, [speeds(1), speeds(size(speeds))], error)
-    report = report // report_critical(critical, configuration%orders, configuration%tasks%model)
+    call tell_critical(folder, with_verdict(of_model(preamble), verdict), critical, [speeds(1), speeds(size(speeds))], error)
+    report = report // report_critical(critical, configuration%orders)
   end subroutine run_over_modes
+
+  !> The preamble with the model.
+  pure function of_model(preamble) result(lines)
+    character(len=*), intent(in) :: preamble(:)
+    character(len=len(preamble)) :: lines(size(preamble))
+    character(len=*), parameter :: key = "model: "
+    integer :: i
+
+    lines = preamble
+    do i = 1, size(lines)
+      if (index(lines(i), key // "averaged") /= 1 .and. index(lines(i), key) == 1) lines(i) = key // model
+    end do
+  end function of_model
 
   !> campbell.csv and crossings.csv with their scripts. Error: one cannot be written.
   subroutine tell_campbell(folder, preamble, campbell, crossings, orders, error)

@@ -117,7 +117,8 @@ contains
     associate (frame => configuration%frame)
       report = ""
       if (allocated(analysis%multipliers)) report = report // verdict_lines(analysis%multipliers, frame%period)
-      report = report // better_line(better) // evidence_lines(analysis, configuration%accuracy) // newton_line(analysis%newton)
+      report = report // better_line(better, trim(configuration%tasks%model)) // evidence_lines(analysis, configuration%accuracy) &
+        & // newton_line(analysis%newton)
       if (allocated(analysis%vibration)) report = report // beyond_small([moved(frame, analysis%vibration%peak(:3))], &
         & configuration%tasks%model)
       if (configuration%tasks%stability .or. configuration%tasks%modes) report = report &

@@ -33,7 +33,7 @@ contains
     integer :: first, last, k
 
     report = newline // "CAMPBELL DIAGRAM  of " // counted(campbell%modes, "mode") // " at " &
-      & // counted(count(campbell%points%ordered), "speed") // newline
+      & // counted(count(campbell%points%ordered), "speed") // ", about rest" // newline
     if (campbell_verdict(campbell) /= "stable") report = report // "  " // campbell_verdict(campbell) // newline
     solved = campbell%points%solved
     if (.not. any(solved)) then
@@ -141,19 +141,18 @@ contains
   end function noticeably_locked
 
   !> The critical speeds that can be noticed, of orders 1 to `orders`.
-  pure function report_critical(critical, orders, model) result(report)
+  pure function report_critical(critical, orders) result(report)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: orders
-    character(len=*), intent(in) :: model
     character(len=:), allocatable :: report
     character(len=:), allocatable :: force_column
     type(moved_type), allocatable :: moved(:)
     integer :: i, listed, quiet
 
-    report = newline // "CRITICAL SPEEDS of the orders 1 to " // text(orders) // newline
+    report = newline // "CRITICAL SPEEDS of the orders 1 to " // text(orders) // ", about rest" // newline
     if (critical_verdict(critical) /= "stable") report = report // "  " // critical_verdict(critical) // newline
     allocate(moved, source=[(critical(i)%moved, i = 1, size(critical))])
-    report = report // beyond_small(pack(moved, [(any(critical(i)%found), i = 1, size(critical))]), model)
+    report = report // beyond_small(pack(moved, [(any(critical(i)%found), i = 1, size(critical))]), "rest")
     if (size(critical) == 0) then
       report = report // "  no crossing with a multiple of the speed within the range" // newline
       return
@@ -177,7 +176,7 @@ contains
           if (c%found(force)) force_column = concise(c%height(force), 4)
           force_column = padded(force_column, 26)
           if (c%verdict /= "stable") force_column = force_column // "  " // trim(c%verdict)
-          if (.not. c%moved%small() .and. model /= "exact") force_column = force_column // "  not small"
+          if (.not. c%moved%small()) force_column = force_column // "  not small"
           report = report // trim(force_column)
         else
           report = report // padded(fixed(c%crossing%speed, 5), 21) // "   "

@@ -74,11 +74,21 @@ contains
         lines = lines // labelled(place) // padded(concise(static(1), 5), 10) // padded(concise(static(2), 5), 10)
         if (place%name /= "guide") lines = lines // padded(concise(place%least_compression, 5), 20) &
           & // padded(concise(place%least_error, 1), 9)
-        if (place%least_compression < 0 .and. .not. place%turns) lines = lines // "   LIFTS OFF unless bolted"
+        if (place%carrying) lines = lines // lift_off(place)
         lines = lines // newline
       end associate
     end do
   end function static_lines
+
+  !> Whether the frame leaves a support that only stands there.
+  pure function lift_off(place) result(words)
+    type(place_type), intent(in) :: place
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (place%least_compression < place%least_error) words = "   may lift off unless bolted"
+    if (place%least_compression < -place%least_error) words = "   LIFTS OFF unless bolted"
+  end function lift_off
 
   !> Static forces without what is rounding beside the weight.
   pure function cleared(force, weight) result(clear)

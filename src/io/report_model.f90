@@ -46,16 +46,20 @@ contains
       line = line // trim(merge(",", " ", k > 1)) // " " // concise(newton%steps(k), 1)
     end do
     line = line // newline
+    if (newton%followed) line = line // "                      on a path from rest or from another speed: there may be others" &
+      & // newline
   end function newton_line
 
-  !> What the multipliers about the vibration say, where those about rest miss it.
-  pure function better_line(better) result(line)
+  !> What the multipliers about the vibration say, where those of a cheaper `model` miss it.
+  pure function better_line(better, model) result(line)
     type(multipliers_type), intent(in), allocatable :: better
+    character(len=*), intent(in) :: model
     character(len=:), allocatable :: line
 
     line = ""
     if (.not. allocated(better)) return
-    line = "  BUT these are the equations about rest. About its vibration the machine is " // trim(better%verdict()) &
+    line = "  BUT these are the equations " // trim(merge("about rest.    ", "to first order.", model == "rest")) &
+      & // " About its vibration the machine is " // trim(better%verdict()) &
       & // ", |rho| = " // told(better, 1, 7) // ":" // newline // "  order &model frame='exact'" // newline
   end function better_line
 

@@ -7,7 +7,8 @@ module gestell_study_critical
   use gestell_floquet_periodic_solution, only: periodic_solution_type, resonance
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: find_quantity, guide_forces, probe_type, quantity_type, velocities
+  use gestell_model_quantity, only: find_quantity, guide_forces, motion_rows, probe_type, quantity_type, velocities
+  use gestell_model_varied_frame, only: varied_frame_type
   use gestell_study_campbell, only: campbell_order_type, check_campbell_order
   use gestell_study_campbell_crossings, only: crossing_type
   use gestell_study_family, only: family_type, take_member
@@ -322,7 +323,7 @@ contains
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
     complex(dp) :: harmonic(size(frame%free)), wave(max(128, 8 * frame%least_steps, 16 * multiple))
     real(dp) :: mass(size(frame%free), size(frame%free)), reached(3)
-    integer :: count, f, i
+    integer :: count, f, i, rows
 
     call solve_periodic(one%floquet, start, error)
     if (allocated(error)) return
@@ -342,7 +343,12 @@ contains
     one%values(amplitude) = sqrt(real(dot_product(harmonic, matmul(mass, harmonic))) / (frame%mass + frame%mechanism%mass))
     call find_quantity(frame, no_probes, "f", total, error)
     if (allocated(error)) return
-    call whole_motion(frame, system, phases, x, merge(velocities, guide_forces, f == 3), motion)
+    rows = merge(velocities, guide_forces, f == 3)
+    select type (frame)
+    class is (varied_frame_type)
+      rows = motion_rows
+    end select
+    call whole_motion(frame, system, phases, x, rows, motion)
     forces = matmul(transpose(motion), total%weights(:size(motion, 1), :))
     one%values(force) = sqrt(greatest(sum(forces**2, dim=2)))
     one%shares(force) = norm2(abs(2 * matmul(transpose(forces), wave) / count)) / max(one%values(force), tiny(mass))

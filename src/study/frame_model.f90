@@ -56,7 +56,7 @@ contains
     case ("first_order", "exact")
       allocate(varied)
       call start_from_rest(frame, model, accuracy, varied, error)
-      if (model == "exact") call find_vibration(frame, accuracy, varied, error, newton)
+      if (is_excited(frame) .and. model == "exact") call find_vibration(frame, accuracy, varied, error, newton)
       if (.not. allocated(error)) call move_alloc(varied, settled)
     case default
       call fatal_error(error, "there is no model '" // model // "' of the frame", invalid_input)
@@ -94,12 +94,12 @@ contains
     type(accuracy_type) :: start
 
     start = accuracy
-    if (model == "exact") start = loosened(accuracy, rough)
+    if (model == "exact" .and. is_excited(frame)) start = loosened(accuracy, rough)
     call next_motion(frame, frame, start, first_samples, floquet, q, error_of_motion, error)
     if (allocated(error)) return
-    varied = varied_frame(frame, smooth_motion(frame, floquet, q))
-    varied%newton = model == "exact"
-    if (.not. varied%newton) call add_rounding(frame, varied, error_of_motion)
+    varied = varied_frame(frame, smooth_motion(frame, floquet, q, error_of_motion))
+    varied%newton = model == "exact" .and. is_excited(frame)
+    if (.not. varied%newton) call add_rounding(frame, floquet%scale, error_of_motion, varied)
   end subroutine start_from_rest
 
   !> Newton's method from `varied`, the linear vibration; where that fails or, by `error`, is none, on a path.
@@ -133,6 +133,14 @@ contains
     newton%followed = followed
     call move_alloc(steps, newton%steps)
   end subroutine find_vibration
+
+  !> Whether more than the rounding of forces that cancel excites the frame; what such forces do is small, and the same of all
+  !> models.
+  pure logical function is_excited(frame)
+    class(frame_type), intent(in) :: frame
+
+    is_excited = frame%load_rounding < 0.5_dp
+  end function is_excited
 
   !> Whether there may be a vibration that another way leads to: the linear one is none, or too large a start.
   pure logical function too_far(error)

@@ -27,8 +27,8 @@ module gestell_study_ground
     !> At the times of the vibration's history, shape (points + 1, force_parts).
     real(dp), allocatable :: history(:, :)
     !> With weights: the static force on the ground (N), and the least over the turn of the whole force along gravity with a bound
-    !> on its error: a support whose least compression is negative lifts off.
-    logical :: weighed = .false.
+    !> on its error: a support that carries something lifts off where its least compression is negative.
+    logical :: weighed = .false., carrying = .false.
     real(dp) :: static(2) = 0, least_compression = 0, least_error = 0
   end type place_type
 
@@ -105,6 +105,7 @@ contains
     type(quantity_type), intent(in) :: parts(force_parts)
     type(place_type), intent(inout) :: place
     type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: roundings = 1.0e-12_dp
     type(quantity_type) :: along
     real(dp) :: down(2), least
 
@@ -118,6 +119,8 @@ contains
     place%weighed = .true.
     place%static = static_force(frame, trim(place%name))
     place%least_compression = dot_product(down, place%static) + least
+    ! Beside a guide that carries the frame a support bears nothing, and nothing can lift it off.
+    place%carrying = .not. place%turns .and. dot_product(down, place%static) > roundings * norm2(frame%weights%load(:2))
   end subroutine weigh
 
   !> The static force (N) by the weights on the ground of a place of that name.

@@ -53,10 +53,10 @@ contains
       before = values_of(varied%motion, size(q, 1))
       step = size_of(frame, floquet, q - before) / max(size_of(frame, floquet, q), tiny(step))
       steps = [steps, step]
-      varied%motion = smooth_motion(frame, floquet, q)
+      varied%motion = smooth_motion(frame, floquet, q, error_of_motion)
       ! The next step would be about the square of this one; a motion that is all error is not told better by another.
       if (expected <= accuracy%tolerance .and. (step**2 <= accuracy%tolerance .or. error_of_motion >= all_error)) then
-        call add_rounding(frame, varied, error_of_motion + merge(step**2, 0.0_dp, step < 1))
+        call add_rounding(frame, floquet%scale, error_of_motion + merge(step**2, 0.0_dp, step < 1), varied)
         return
       end if
       if (.not. step < greatest_step .and. k > 2 .and. error_of_motion < all_error) exit
@@ -95,29 +95,32 @@ contains
       q(:, frame%free) = transpose(x(:size(frame%free), :))
       series = series_through(q)
       tail = series%tail()
-      error_of_motion = norm2(start%error / floquet%scale) &
-        & / max(maxval(norm2(x / spread(floquet%scale, 2, n), dim=1)), tiny(tail))
+      error_of_motion = max(frame%load_rounding, norm2(start%error / floquet%scale) &
+        & / max(maxval(norm2(x / spread(floquet%scale, 2, n), dim=1)), tiny(tail)))
       if (maxval(tail(frame%free) / floquet%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100, &
-        & error_of_motion / 100) * size_of(frame, floquet, q) .or. 2 * n > most_samples) exit
+        & error_of_motion / 100) * size_of(frame, floquet, q) .or. 2 * n > most_samples .or. error_of_motion >= all_error) exit
       n = 2 * n
     end do
   end subroutine next_motion
 
   !> What errors of the motion that `varied` is about, relative to it, do to the multipliers: of the coefficients' change from those
-  !> about rest this part is unknown.
-  subroutine add_rounding(frame, varied, part)
+  !> about rest this part is unknown. `scale`: balanced units of the states.
+  subroutine add_rounding(frame, scale, part, varied)
     class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: scale(:), part
     type(varied_frame_type), intent(inout) :: varied
-    real(dp), intent(in) :: part
     integer, parameter :: points = 32
     real(dp), dimension(varied%states, varied%states, points) :: p, p_rest
+    real(dp), dimension(varied%states, varied%states) :: units
     real(dp) :: phases(points)
     integer :: k
 
     phases = [((k - 0.5_dp) / points, k = 1, points)]
     call varied%sample(phases, p)
     call frame%sample(phases, p_rest)
-    varied%rounding = frame%rounding + part * frame%period * maxval([(norm2(p(:, :, k) - p_rest(:, :, k)), k = 1, points)])
+    units = spread(scale, 1, varied%states) / spread(scale, 2, varied%states)
+    varied%rounding = frame%rounding &
+      & + part * frame%period * maxval([(norm2(units * (p(:, :, k) - p_rest(:, :, k))), k = 1, points)])
   end subroutine add_rounding
 
   pure type(accuracy_type) function loosened(accuracy, tolerance)
@@ -128,18 +131,18 @@ contains
     loosened%tolerance = max(accuracy%tolerance, tolerance)
   end function loosened
 
-  !> The series through samples of the motion, without what is rounding.
-  function smooth_motion(frame, floquet, q) result(motion)
+  !> The series through samples of the motion, without what is rounding, or within its error, this part of it.
+  function smooth_motion(frame, floquet, q, error) result(motion)
     class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
-    real(dp), intent(in) :: q(:, :)
+    real(dp), intent(in) :: q(:, :), error
     type(series_type) :: motion
     real(dp) :: units(3)
 
     units = 0
     units(frame%free) = floquet%scale(:size(frame%free))
     motion = series_through(q)
-    call motion%trim(units, noise * size_of(frame, floquet, q))
+    call motion%trim(units, max(noise, error / 100) * size_of(frame, floquet, q))
   end function smooth_motion
 
   !> A motion at equidistant phases.

@@ -60,16 +60,17 @@ def test_default():
 
 
 def test_no_vibration():
-    """Where order 3 of the crank meets a free vibration that hardly dies out, Newton's method finds nothing: exit code 4."""
-    none = re.compile(r"no periodic vibration of the exact frame was found: Newton's method ends at \d+ % of the excitation: .+")
+    """Where order 1 of the crank meets a free vibration that hardly dies out, no search finds one: exit code 4."""
+    none = ("no periodic vibration of the exact frame was found, neither from the linear one nor on paths from rest and from other "
+            "speeds")
     with Folder(input=TONGUE) as folder:
         for words in ((), ("-q",), ("--one-line",), ("--fail-if-unstable",), ("-s", "case.tasks='stability'")):
-            one = Run(folder, "-s", "drive.speed_rpm=641.025", *words, "input.nml")
+            one = Run(folder, "-s", "drive.speed_rpm=960", *words, "input.nml")
             what = " ".join(("no vibration", *words))
             one.refused(what, 4, none)
             check(f"{what}, no verdict", "VERDICT" not in one.out and "stable" not in one.out, "none", one.out)
             equal(f"{what}, files", list((folder / "input").glob("*.csv")) if (folder / "input").is_dir() else [], [])
-        Run(folder, "-q", "-s", "drive.speed_rpm=641.025", "-s", "model.frame='rest'", "input.nml").done("a vibration about rest")
+        Run(folder, "-q", "-s", "drive.speed_rpm=960", "-s", "model.frame='rest'", "input.nml").done("a vibration about rest")
 
 
 def test_told():
@@ -79,8 +80,8 @@ def test_told():
         told = re.search(r"BUT .* machine is (\w+), \|rho\| = ([0-9.]+):", run(folder, "rest", "rest").out)
         equal("rest in the tongue says that it misses the verdict", told and told[1], "unstable")
         if told:
-            # first order, to its square
-            near("rest, the multiplier that is told", float(told[2]), EXUDYN, 2e-6)
+            # seven digits
+            near("rest, the multiplier that is told", float(told[2]), EXUDYN, 6e-7)
         for what, settings in (("in no tongue", ["drive.speed_rpm=240", "model.frame='rest'"]), ("averaged", ["model.coefficients='averaged'"]),
                                ("exact", ["model.frame='exact'"])):
             words = [word for setting in settings for word in ("-s", setting)]

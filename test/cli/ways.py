@@ -165,7 +165,8 @@ def test_resonance():
 def test_trade():
     with Folder() as folder:
         for speed, expected in (("1", 1), ("240", 0)):
-            run = Run(folder, "input.nml", "-s", "case.tasks=trade", "-s", f"drive.speed_rpm={speed}", "-o", speed)
+            run = Run(folder, "input.nml", "-s", "case.tasks=trade", "-s", f"drive.speed_rpm={speed}", "-s", "model.frame=rest",
+                      "-o", speed)
             if not run.done(f"trade at {speed} rpm"):
                 continue
             lines = [line for line in (folder / speed / "trade.csv").read_text().splitlines() if line[0] != "#"]
