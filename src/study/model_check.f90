@@ -17,9 +17,9 @@ module gestell_study_model_check
 
 contains
 
-  !> `better`: the multipliers about the exact vibration or, where none is found, about that of the equations about rest, if they
-  !> have another verdict than `multipliers`, those of a cheaper model, or ln rho_max differs by more than a hundredth and the
-  !> errors of both; else, and where they cannot be told, it stays unallocated.
+  !> `better`: the multipliers about the exact vibration or, where these cannot be told, about that of the equations about rest,
+  !> if they have another verdict than `multipliers`, those of a cheaper model, or ln rho_max differs by more than a hundredth and
+  !> the errors of both; else, and where they cannot be told either, it stays unallocated.
   subroutine check_model(frame, accuracy, multipliers, better)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -29,16 +29,20 @@ contains
     type(floquet_type) :: floquet
     type(multipliers_type) :: found
     type(error_type), allocatable :: error
+    character(len=*), parameter :: models(2) = [character(len=11) :: "exact", "first_order"]
+    integer :: i
 
     if (multipliers%untold() .or. multipliers%error(1) >= 1) return
-    call settle(frame, "exact", accuracy, varied, error)
-    if (allocated(error)) call settle(frame, "first_order", accuracy, varied, error)
-    if (.not. allocated(error)) call solve_floquet(varied, accuracy, .false., floquet, error)
-    if (.not. allocated(error)) call solve_multipliers(floquet, .false., found, error)
-    if (allocated(error)) return
-    if (found%untold() .or. found%error(1) >= 1 .or. found%verdict() == "undecided") return
-    if (found%verdict() /= multipliers%verdict() .or. abs(found%log_abs(1) - multipliers%log_abs(1)) &
-      & > negligible * abs(multipliers%log_abs(1)) + found%error(1) + multipliers%error(1)) better = found
+    do i = 1, size(models)
+      call settle(frame, trim(models(i)), accuracy, varied, error)
+      if (.not. allocated(error)) call solve_floquet(varied, accuracy, .false., floquet, error)
+      if (.not. allocated(error)) call solve_multipliers(floquet, .false., found, error)
+      if (allocated(error)) cycle
+      if (found%untold() .or. found%error(1) >= 1 .or. found%verdict() == "undecided") cycle
+      if (found%verdict() /= multipliers%verdict() .or. abs(found%log_abs(1) - multipliers%log_abs(1)) &
+        & > negligible * abs(multipliers%log_abs(1)) + found%error(1) + multipliers%error(1)) better = found
+      return
+    end do
   end subroutine check_model
 
 end module gestell_study_model_check

@@ -33,7 +33,7 @@ module gestell_study_vibration_path
     logical :: over_excitation = .true.
     real(dp) :: speeds(2) = 0
     !> Linear systems that may still be solved: a search has to end.
-    integer :: left = 400
+    integer :: left = 200
   end type family_type
 
   !> A point of the path with its tangent.

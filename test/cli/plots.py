@@ -211,7 +211,7 @@ def test_over_speed():
                  "&probe name='it''s {x}_1', position=0,0 /\n"
     for what, text in {"wide": SPEEDS.format(200, 700, 8, ""), "none": SPEEDS.format(20, 22, 3, ""),
                        "clockwise": SPEEDS.format(-700, -200, 5, "")}.items():
-        with Folder(input=SOUND.replace("'stability', 'response'", "'resonance'") + quantities + text) as folder:
+        with Folder(input=SOUND.replace("'stability', 'response'", "'resonance'") + REST + quantities + text) as folder:
             if Run(folder, "-q", "input.nml").done(f"resonance, {what}"):
                 texts = drawn(f"resonance, {what}", folder / "input")
                 if GNUPLOT:
