@@ -1,12 +1,14 @@
 """The exact frame against Exudyn, a general program of multibody dynamics: vibration, multipliers, forces, torque.
 
-    python compare.py GESTELL INPUT [SPEED_RPM ...] ['&GROUP KEY=VALUE /' ...] [steps=N]
+    python compare.py GESTELL INPUT [SPEED_RPM ...] ['&GROUP KEY=VALUE /' ...] [steps=N] [step=H] [from=RPM]
 
 needs numpy and Exudyn (pip install exudyn==1.13.6 numpy). The machine is built anew from the input, with the groups that are given
 beside it, as '&gravity /': every link a rigid body, joined by constraints, the frame on springs and dampers; nothing of Gestell is
 used for it. The map of one turn comes from integration in time (trapezoidal rule, extrapolated from two numbers of steps), its
 fixed point is the vibration, its central differences give the multipliers. From that vibration on the forces of supports and
 foundation on the ground are measured over a turn, and the torque of the drive: what energy and dampers take, by the crank speed.
+With from=RPM the fixed point is sought from Gestell's state at that speed, for machines with several vibrations. Links without mass
+are not built.
 """
 
 import csv
@@ -21,7 +23,7 @@ import exudyn as exu
 import exudyn.itemInterface as item
 import numpy as np
 
-# Of the integration, the first time; rows of a turn; of differences (m, rad; times the speed for velocities).
+# Steps of the integration, the first time; rows of a turn; step of the differences (m, rad; times the speed for velocities).
 STEPS = 4000
 ROWS = 400
 STEP = 1e-4
@@ -411,9 +413,12 @@ class Model:
             speed = v[:, 0, :2] + v[:, 0, 2:] * np.array([-s * x - c * y, c * x - s * y]).T
             energy += np.sum(head @ spring * head, axis=1) / 2
             lost += np.sum(speed @ damper * speed, axis=1)
+        # What is left at the end of the turn is no jump.
+        drift = energy[-1] - energy[0]
+        energy -= drift * np.linspace(0.0, 1.0, ROWS + 1)
         orders = np.fft.rfft(energy[:-1]) * 2j * math.pi / self.period * np.arange(ROWS // 2 + 1)
         orders[ROWS // 4:] = 0.0
-        gain = np.fft.irfft(orders, ROWS)
+        gain = np.fft.irfft(orders, ROWS) + drift / self.period
         torque = (np.append(gain, gain[0]) + lost) / self.machine.speed
         return [*forces, ground[:, :2], ground[:, 2], moment], torque, np.array(static).reshape(-1, 2)
 
@@ -445,11 +450,13 @@ def off(ours, theirs):
 
 
 def main():
-    global STEPS
+    global STEPS, STEP
     program, file, *rest = sys.argv[1:]
     groups = [word for word in rest if word.startswith("&")]
     STEPS = int(next((word[6:] for word in rest if word.startswith("steps=")), STEPS))
-    speeds = [float(word) for word in rest if not re.match(r"&|steps=", word)]
+    STEP = float(next((word[5:] for word in rest if word.startswith("step=")), STEP))
+    origin = [float(word[5:]) for word in rest if word.startswith("from=")]
+    speeds = [float(word) for word in rest if not re.match(r"&|steps?=|from=", word)]
     text = "\n".join([Path(file).read_text(), *groups]) + "\n"
     worst = 0.0
     for speed in speeds or [Machine(text).speed * 30 / math.pi]:
@@ -460,9 +467,10 @@ def main():
             case = Path(folder) / Path(file).name
             case.write_text(text)
             rho, state, (forces, torque, static) = gestell(program, str(case), speed, folder)
-        state = state[machine.free + [3 + k for k in machine.free]]
+            start = gestell(program, str(case), origin[0], folder)[1] if origin else state
+        state, start = (values[machine.free + [3 + k for k in machine.free]] for values in (state, start))
         scale = STEP * np.repeat([1.0, abs(machine.speed)], len(machine.free))
-        found, phi = model.periodic(state, scale)
+        found, phi = model.periodic(start, scale)
         ours, theirs = (values[np.argsort(-abs(values) - 1e-9 * values.imag)] for values in (rho, np.linalg.eigvals(phi)))
         miss = max(np.min(abs(theirs - value)) for value in ours)
         moved = np.max(abs(found - state) / np.max(abs(state.reshape(2, -1)), axis=1).repeat(len(machine.free)))
