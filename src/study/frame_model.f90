@@ -15,7 +15,8 @@ module gestell_study_frame_model
   use gestell_base_trigonometric, only: series_type
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_periodic_solution, only: resonance
-  use gestell_floquet_solution, only: floquet_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: floquet_type, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_vibration_path, only: follow_excitation, follow_speed
@@ -36,6 +37,9 @@ module gestell_study_frame_model
     !> Whether it was found on a path from rest or from another speed.
     logical :: followed = .false.
   end type newton_type
+
+  !> A first step of Newton's method beyond this tells that the vibration is far enough from the linear one to be one of several.
+  real(dp), parameter :: notably_nonlinear = 0.02_dp
 
 contains
 
@@ -102,37 +106,61 @@ contains
     if (.not. varied%newton) call add_rounding(frame, floquet%scale, error_of_motion, varied)
   end subroutine start_from_rest
 
-  !> Newton's method from `varied`, the linear vibration; where that fails or, by `error`, is none, on a path.
+  !> Newton's method from `varied`, the linear vibration; where that fails or, by `error`, is none, on a path. Between two turning
+  !> points of the vibrations over the speed lies one that no machine keeps to: another one, if a path leads to it, is preferred.
   subroutine find_vibration(frame, accuracy, varied, error, newton)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(varied_frame_type), intent(inout) :: varied
     type(error_type), allocatable, intent(inout) :: error
     type(newton_type), intent(out), optional :: newton
-    type(varied_frame_type) :: found
+    type(varied_frame_type) :: found, other
+    type(error_type), allocatable :: none
+    type(floquet_type) :: last
     type(series_type) :: rest
-    real(dp), allocatable :: steps(:)
+    real(dp), allocatable :: steps(:), other_steps(:)
     logical :: followed
 
     followed = too_far(error)
     if (.not. allocated(error)) then
       found = varied
-      call iterate(frame, accuracy, found, steps, error)
+      call iterate(frame, accuracy, found, steps, error, last)
       followed = too_far(error)
     end if
     if (allocated(error) .and. .not. followed) return
+    allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
     if (followed) then
-      allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
       found = varied_frame(frame, rest)
       call follow_excitation(frame, accuracy, found, steps, error)
       if (allocated(error)) call follow_speed(frame, accuracy, found, steps, error)
       if (allocated(error)) return
+    else if (steps(1) > notably_nonlinear .and. between_turns(last)) then
+      other = varied_frame(frame, rest)
+      call follow_speed(frame, accuracy, other, other_steps, none, last)
+      followed = .not. allocated(none)
+      if (followed) followed = .not. between_turns(last)
+      if (followed) then
+        found = other
+        call move_alloc(other_steps, steps)
+      end if
     end if
     varied = found
     if (.not. present(newton)) return
     newton%followed = followed
     call move_alloc(steps, newton%steps)
   end subroutine find_vibration
+
+  !> Whether a multiplier says that the vibration lies between two turning points: it is real and greater than 1.
+  logical function between_turns(floquet)
+    type(floquet_type), intent(in) :: floquet
+    type(multipliers_type) :: multipliers
+    type(error_type), allocatable :: error
+
+    call solve_multipliers(floquet, .false., multipliers, error)
+    between_turns = .false.
+    if (.not. allocated(error)) between_turns = any(real(multipliers%rho) > 1 + multipliers%error .and. &
+      & .not. abs(aimag(multipliers%rho)) > 0)
+  end function between_turns
 
   !> Whether more than the rounding of forces that cancel excites the frame; what such forces do is small, and the same of all
   !> models.

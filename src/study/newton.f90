@@ -33,12 +33,14 @@ contains
 
   !> Newton's method with the excitation of `varied`, which becomes the frame varied about the motion that is found. Errors: as of
   !> `solve_floquet` and `solve_periodic`; no convergence.
-  subroutine iterate(frame, accuracy, varied, steps, error)
+  subroutine iterate(frame, accuracy, varied, steps, error, last)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(varied_frame_type), intent(inout) :: varied
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
+    !> The solution of the last step, whose multipliers are those of the vibration to about the step's size.
+    type(floquet_type), intent(out), optional :: last
     type(floquet_type) :: floquet
     real(dp), allocatable :: q(:, :), before(:, :)
     real(dp) :: step, expected, error_of_motion
@@ -57,6 +59,7 @@ contains
       ! The next step would be about the square of this one; a motion that is all error is not told better by another.
       if (expected <= accuracy%tolerance .and. (step**2 <= accuracy%tolerance .or. error_of_motion >= all_error)) then
         call add_rounding(frame, floquet%scale, error_of_motion + merge(step**2, 0.0_dp, step < 1), varied)
+        if (present(last)) last = floquet
         return
       end if
       if (.not. step < greatest_step .and. k > 2 .and. error_of_motion < all_error) exit

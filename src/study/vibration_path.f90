@@ -82,12 +82,13 @@ contains
   end subroutine follow_excitation
 
   !> The same over the speed, from another one.
-  subroutine follow_speed(frame, accuracy, varied, steps, error)
+  subroutine follow_speed(frame, accuracy, varied, steps, error, last)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(varied_frame_type), intent(inout) :: varied
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
+    type(floquet_type), intent(out), optional :: last
     type(family_type) :: family
     class(frame_type), allocatable :: other
     type(varied_frame_type) :: start
@@ -107,7 +108,7 @@ contains
         cycle
       end if
       call follow_path(family, frame, values_of(start%motion, first_samples) / spread(family%units, 1, first_samples), 1, &
-        & varied, steps, error)
+        & varied, steps, error, last)
       if (.not. allocated(error)) return
     end do
   end subroutine follow_speed
@@ -142,7 +143,7 @@ contains
 
   !> The path from the vibration q at lambda = 0, at first up or down (`way` = 1 or -1), to that at lambda = 1, which `varied`
   !> becomes varied about. Error: it ends before.
-  subroutine follow_path(family, frame, q, way, varied, steps, error)
+  subroutine follow_path(family, frame, q, way, varied, steps, error, last)
     type(family_type), intent(inout) :: family
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: q(:, :)
@@ -150,6 +151,7 @@ contains
     type(varied_frame_type), intent(inout) :: varied
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
+    type(floquet_type), intent(out), optional :: last
     type(varied_frame_type) :: found
     type(point_type) :: at, next
     real(dp), allocatable :: q_a(:, :), q_b(:, :)
@@ -175,7 +177,7 @@ contains
         part = (1 - at%lambda) / (next%lambda - at%lambda)
         found = member(family, 1.0_dp)
         found%motion = motion_of(family, resampled(at%q, size(next%q, 1)) * (1 - part) + next%q * part)
-        call iterate(frame, family%accuracy, found, steps, error)
+        call iterate(frame, family%accuracy, found, steps, error, last)
         if (.not. allocated(error)) then
           varied = found
           return

@@ -1,11 +1,14 @@
-"""The exact frame against Exudyn, a general program of multibody dynamics: periodic vibration and multipliers.
+"""The exact frame against Exudyn, a general program of multibody dynamics: vibration, multipliers, forces, torque.
 
-    python compare.py GESTELL INPUT [SPEED_RPM ...]
+    python compare.py GESTELL INPUT [SPEED_RPM ...] ['&GROUP KEY=VALUE /' ...] [steps=N] [step=H] [from=RPM]
 
-needs numpy and Exudyn (pip install exudyn==1.13.6 numpy). The machine is built anew from the input: every link a rigid body, joined
-by constraints, the frame on springs and dampers; nothing of Gestell is used for it. The map of one turn comes from integration in
-time (trapezoidal rule, extrapolated from two numbers of steps), its fixed point is the vibration, its central differences give the
-multipliers. Joints: ground, crank, RRR, RRP, RPR, rigid; supports along x and y.
+needs numpy and Exudyn (pip install exudyn==1.13.6 numpy). The machine is built anew from the input, with the groups that are given
+beside it, as '&gravity /': every link a rigid body, joined by constraints, the frame on springs and dampers; nothing of Gestell is
+used for it. The map of one turn comes from integration in time (trapezoidal rule, extrapolated from two numbers of steps), its
+fixed point is the vibration, its central differences give the multipliers. From that vibration on the forces of supports and
+foundation on the ground are measured over a turn, and the torque of the drive: what energy and dampers take, by the crank speed.
+With from=RPM the fixed point is sought from Gestell's state at that speed, for machines with several vibrations. Links without mass
+are not built.
 """
 
 import csv
@@ -20,10 +23,11 @@ import exudyn as exu
 import exudyn.itemInterface as item
 import numpy as np
 
-# Of the integration, the first time, and of differences (m, rad; times the speed for velocities).
+# Steps of the integration, the first time; rows of a turn; step of the differences (m, rad; times the speed for velocities).
 STEPS = 4000
+ROWS = 400
 STEP = 1e-4
-LENGTHS = ("position", "radius", "lengths", "guide_point", "offset", "center", "origin")
+LENGTHS = ("position", "radius", "lengths", "guide_point", "guide2_point", "offset", "center", "origin")
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "kN/mm": 1e6, "N/m": 1.0, "kN s/m": 1e3, "N s/m": 1.0}
 
 
@@ -32,7 +36,7 @@ class Machine:
 
     def __init__(self, text):
         text = re.sub(r"!.*", "", text)
-        self.joints, self.links, self.supports, self.foundation, units = {}, [], [], {}, {}
+        self.joints, self.links, self.supports, self.foundation, self.gravity, units = {}, [], [], {}, {}, {}
         for name, body in re.findall(r"&(\w+)(.*?)/\s*(?=&|$)", text, re.S):
             keys = {}
             for key, value in re.findall(r"(\w+)\s*=\s*((?:'[^']*'|[^=])*?)(?=,?\s+\w+\s*=|,?\s*$)", body.strip(), re.S):
@@ -53,6 +57,8 @@ class Machine:
                 self.supports.append(keys)
             elif name == "foundation":
                 self.foundation = keys
+            elif name == "gravity":
+                self.gravity = {"acceleration": [9.80665], "direction": [-90.0], **keys}
             elif name == "frame":
                 self.frame = keys
             elif name == "drive":
@@ -94,32 +100,86 @@ class Machine:
             elif kind == "RPR":
                 block, pivot = (at[end] for end in joint["ends"])
                 at[name] = pivot + joint.get("branch", [1.0])[0] * joint["lengths"][0] * (block - pivot) / np.hypot(*(block - pivot))
+            elif kind in ("PRP", "RPP"):
+                one, along = self.guide(joint, at)
+                other, across = self.guide(joint, at, "guide2") if kind == "PRP" else (at[joint["ends"][0]], self.slot(joint, along))
+                at[name] = one + along * cross(other - one, across) / cross(along, across)
             else:
                 raise SystemExit(f"joint type {kind} is not built here")
         return at
 
-    def guide(self, joint, at):
+    def guide(self, joint, at, key="guide"):
         """A point of a guide and its direction, in the frame's axes."""
-        angle = math.radians(joint.get("guide_angle", [0.0])[0])
-        place = self.origin + joint.get("guide_point", [0.0, 0.0])
-        if "guide" in joint:
-            one, other = (at[end] for end in joint["guide"])
+        angle = math.radians(joint.get(key + "_angle", [0.0])[0])
+        x, y = joint.get(key + "_point", [0.0, 0.0])
+        place = self.origin + [x, y]
+        if key in joint:
+            one, other = (at[end] for end in joint[key])
             along = (other - one) / np.hypot(*(other - one))
             angle += math.atan2(along[1], along[0])
-            x, y = joint.get("guide_point", [0.0, 0.0])
             place = one + x * along + y * np.array([-along[1], along[0]])
         return place, np.array([math.cos(angle), math.sin(angle)])
 
-    def carrier(self, ends):
-        """The body that two points belong to: 0 the frame, k + 1 link k."""
-        if all(self.joints[end]["type"][0] == "ground" for end in ends):
-            return 0
-        return 1 + next(k for k, link in enumerate(self.links) if {link["from"][0], *link.get("to", [])} == set(ends))
+    def slot(self, joint, along):
+        """The direction of a yoke's slot, in the frame's axes."""
+        angle = math.atan2(along[1], along[0]) + math.radians(joint["slot_angle"][0])
+        return np.array([math.cos(angle), math.sin(angle)])
 
-    def sliding(self, at, later):
-        """Links that slide on another body: the distance between their points changes."""
-        return [k for k, link in enumerate(self.links) if "to" in link and abs(
-            np.hypot(*(at[link["to"][0]] - at[link["from"][0]])) - np.hypot(*(later[link["to"][0]] - later[link["from"][0]]))) > 1e-9]
+    def assemble(self):
+        """What joins the bodies, 0 the frame, 1, 2, ... the links, at the crank's phase: the bodies that each joint is a point of;
+        pairs that turn alike; joints that lie on a line of a body, with a point of it and its direction in the frame's axes. Of a link
+        that slides, the second joint lies on its axis."""
+        at, *others = (self.points(0.7 * k) for k in range(6))
+        order = list(self.joints)
+        points, alike, lines, slots = {name: [] for name in order}, [], [], []
+        self.sliding = {}
+
+        def carrier(one, other):
+            body = [k for k in points[one] if k in points[other]] or [
+                k for k, ends in self.sliding.items() if ends in ((one, other), (other, one))]
+            if not body:
+                raise SystemExit(f"no link carries both {one} and {other}")
+            return body[0]
+
+        for name in order:
+            joint = self.joints[name]
+            kind = joint["type"][0]
+            if kind == "ground":
+                points[name].append(0)
+            elif kind == "rigid":
+                points[name].append(carrier(*joint["ends"]))
+            for k, link in enumerate(self.links, 1):
+                one, other = link["from"][0], link.get("to", link["from"])[0]
+                if name != max(one, other, key=order.index):
+                    continue
+                if one == other:
+                    points[one].append(k)
+                    alike.append((0, k))
+                    continue
+                away = [np.hypot(*(place[other] - place[one])) for place in (at, *others)]
+                known = [body for body in points[one] if body in points[other]]
+                points[one].append(k)
+                if max(away) - min(away) > 1e-9:
+                    self.sliding[k] = (one, other)
+                elif known:
+                    alike.append((known[0], k))
+                else:
+                    points[other].append(k)
+            for key in ("guide", "guide2"):
+                if key + "_angle" in joint or key in joint:
+                    body = carrier(*joint[key]) if key in joint else 0
+                    lines.append((name, body, *self.guide(joint, at, key)))
+            if kind == "RPR":
+                block, pivot = joint["ends"]
+                lines.append((block, carrier(pivot, name), at[pivot], at[name] - at[pivot]))
+            elif kind == "RPP":
+                slots.append((name, joint["ends"][0]))
+        for k, (one, other) in self.sliding.items():
+            lines.append((other, k, at[one], at[other] - at[one]))
+        for name, pin in slots:
+            yoke = next(k for k in points[name] if k in self.sliding or (0, k) in alike)
+            lines.append((pin, yoke, at[name], self.slot(self.joints[name], self.guide(self.joints[name], at)[1])))
+        return at, points, alike, lines
 
     def pose(self, link, at):
         """Centre of mass and angle of a link in the frame's axes."""
@@ -133,107 +193,122 @@ class Machine:
         return one + x * along + y * np.array([-along[1], along[0]]), angle
 
 
+def cross(one, other):
+    return one[0] * other[1] - one[1] * other[0]
+
+
 class Model:
     """The machine in Exudyn; `turn` maps the frame's state over one turn of the crank."""
 
-    def __init__(self, machine):
+    def __init__(self, machine, recording=False):
         self.machine = machine
+        self.recording = recording
         self.period = 2 * math.pi / abs(machine.speed)
         self.container = exu.SystemContainer()
         self.mbs = mbs = self.container.AddSystem()
-        at = machine.points(0.0)
+        at, points, alike, lines = machine.assemble()
         self.poses = [machine.pose(link, at) for link in machine.links]
+        self.masses = np.array([machine.frame["mass"][0], *(link["mass"][0] for link in machine.links)])
+        self.inertias = np.array([machine.frame["inertia"][0], *(max(link["inertia"][0], 1e-12) for link in machine.links)])
+        self.references = [np.zeros(3), *(np.array([*center, angle]) for center, angle in self.poses)]
         self.bodies, self.nodes = [], []
-        self.add_body(machine.frame["mass"][0], machine.frame["inertia"][0], np.zeros(2), 0.0)
-        for link, (center, angle) in zip(machine.links, self.poses):
-            self.add_body(link["mass"][0], max(link["inertia"][0], 1e-12), center, angle)
-        ground = mbs.AddObject(item.ObjectGround())
-        for support in machine.supports:
-            place = [*support["position"], 0.0]
-            markers = [mbs.AddMarker(item.MarkerBodyPosition(bodyNumber=body, localPosition=place))
-                       for body in (ground, self.bodies[0])]
-            mbs.AddObject(item.CartesianSpringDamper(
-                markerNumbers=markers, stiffness=[*support["stiffness"], 0.0], damping=[*support.get("damping", [0, 0]), 0.0]))
-        self.add_foundation(ground)
-        # Links that meet in a point turn about it; the frame's own points are its grounds and guides. What slides is held by its
-        # first point and by its guide.
-        sliding = machine.sliding(at, machine.points(1.0))
-        for name, joint in machine.joints.items():
-            meeting = [k + 1 for k, link in enumerate(machine.links)
-                       if link["from"] == [name] or (link.get("to") == [name] and k not in sliding)]
-            kind = joint["type"][0]
-            if kind == "ground":
-                meeting.insert(0, 0)
-            elif kind == "rigid" and machine.carrier(joint["ends"]) not in meeting:
-                meeting.insert(0, machine.carrier(joint["ends"]))
-            places = [self.marker(k, at[name]) for k in meeting]
-            for place in places[1:]:
-                mbs.AddObject(item.RevoluteJoint2D(markerNumbers=[places[0], place]))
-            if kind == "RRP":
-                self.add_slider(joint, name, at)
-            elif kind == "RPR":
-                block, pivot = joint["ends"]
-                for k in sliding:
-                    if machine.links[k]["from"] == [block]:
-                        self.add_guide(machine.carrier([pivot, name]), k + 1, at[block], at[name] - at[pivot])
+        self.g = np.zeros(2)
+        if machine.gravity:
+            angle = math.radians(machine.gravity["direction"][0])
+            self.g = machine.gravity["acceleration"][0] * np.array([math.cos(angle), math.sin(angle)])
+        for mass, inertia, place in zip(self.masses, self.inertias, self.references):
+            self.add_body(mass, inertia, place)
+        self.add_mounting()
+        # Bodies that meet in a point turn about it.
+        for name, bodies in points.items():
+            for body in bodies[1:]:
+                mbs.AddObject(item.RevoluteJoint2D(markerNumbers=[self.marker(bodies[0], at[name]), self.marker(body, at[name])]))
+        for one, other in alike:
+            mbs.AddObject(item.CoordinateConstraint(markerNumbers=self.angles(one, other)))
+        # Without rotation the slider's line belongs to the body of the second marker.
+        for point, body, place, along in lines:
+            bodies = [k for k in points[point] if k != body]
+            if not bodies:
+                raise SystemExit(f"no link holds joint {point} on its line")
+            angle = math.atan2(along[1], along[0]) + math.pi / 2 - self.references[body][2]
+            mbs.AddObject(item.PrismaticJoint2D(
+                markerNumbers=[self.marker(bodies[0], at[point]), self.marker(body, place)], axisMarker0=[1.0, 0.0, 0.0],
+                normalMarker1=[math.cos(angle), math.sin(angle), 0.0], constrainRotation=False))
         crank = next(name for name, joint in machine.joints.items() if joint["type"][0] == "crank")
         pivot = machine.joints[crank]["pivot"][0]
-        driven = next(k for k, link in enumerate(machine.links) if link["from"] == [pivot] and link.get("to") == [crank])
-        turning = [mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=self.nodes[k], coordinate=2)) for k in (0, driven + 1)]
-        mbs.AddObject(item.CoordinateConstraint(markerNumbers=turning, velocityLevel=True, offset=machine.speed))
+        driven = next(k for k, link in enumerate(machine.links, 1) if link["from"] == [pivot] and link.get("to") == [crank])
+        self.crank = mbs.AddObject(item.CoordinateConstraint(
+            markerNumbers=self.angles(0, driven), velocityLevel=True, offset=machine.speed))
+        if recording:
+            kinds = exu.OutputVariableType
+            self.sensors = [[mbs.AddSensor(item.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
+                             for kind in (kinds.Coordinates, kinds.Coordinates_t)] for node in self.nodes]
+            self.gauges = [mbs.AddSensor(item.SensorObject(
+                objectNumber=spring, storeInternal=True, outputVariableType=kinds.ForceLocal)) for spring in self.springs]
         mbs.Assemble()
 
-    def add_body(self, mass, inertia, center, angle):
-        node = self.mbs.AddNode(item.NodeRigidBody2D(referenceCoordinates=[*center, angle]))
-        self.nodes.append(node)
-        self.bodies.append(self.mbs.AddObject(item.ObjectRigidBody2D(nodeNumber=node, mass=mass, inertia=inertia)))
+    def angles(self, one, other):
+        return [self.mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=self.nodes[k], coordinate=2)) for k in (one, other)]
 
-    def local(self, k, point):
-        center, angle = ((np.zeros(2), 0.0), *self.poses)[k]
-        x, y = point - center
-        c, s = math.cos(angle), math.sin(angle)
-        return [c * x + s * y, -s * x + c * y, 0.0]
+    def add_mounting(self):
+        """Supports and foundation, with the static forces that carry the weights."""
+        machine, mbs = self.machine, self.mbs
+        self.stiffness, self.damping = (self.foundation(key) for key in ("stiffness", "damping"))
+        self.arms, self.pads = [], []
+        whole = self.stiffness.copy()
+        for support in machine.supports:
+            angle, place = math.radians(support.get("angle", [0.0])[0]), support["position"]
+            turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+            arm = np.array([[1.0, 0.0, -place[1]], [0.0, 1.0, place[0]]])
+            pad = [turn @ np.diag(support.get(key, [0.0, 0.0])) @ turn.T for key in ("stiffness", "damping")]
+            self.arms.append(arm)
+            self.pads.append((turn, *pad))
+            whole += arm.T @ pad[0] @ arm
+        stations = [[machine.pose(link, at)[0] for link in machine.links] for at in map(machine.points, np.arange(720) * math.pi / 360)]
+        moment = np.mean([self.masses[1:] @ np.array(station) for station in stations], axis=0) if machine.links else np.zeros(2)
+        load = np.array([*(sum(self.masses) * self.g), cross(moment, self.g)])
+        free = np.ix_(machine.free, machine.free)
+        self.sag = np.zeros(3)
+        self.sag[machine.free] = np.linalg.lstsq(whole[free], load[machine.free], rcond=1e-12)[0]
+        still = mbs.AddObject(item.ObjectGround())
+        self.springs = []
+        for support, arm, (turn, _, _) in zip(machine.supports, self.arms, self.pads):
+            axes = np.eye(3)
+            axes[:2, :2] = turn
+            place = exu.HT(rotation=axes, translation=[*support["position"], 0.0])
+            self.springs.append(mbs.AddObject(item.RigidBodySpringDamper(
+                markerNumbers=[mbs.AddMarker(item.MarkerBodyRigid(bodyNumber=body, localHT=place)) for body in (still, self.bodies[0])],
+                offset=[*(-turn.T @ arm @ self.sag), 0.0, 0.0, 0.0, 0.0],
+                stiffness=np.diag([*support["stiffness"], 0.0, 0.0, 0.0, 0.0]),
+                damping=np.diag([*support.get("damping", [0.0, 0.0]), 0.0, 0.0, 0.0, 0.0]))))
+        if self.stiffness.any() or self.damping.any():
+            mbs.AddObject(item.ObjectGenericODE2(
+                nodeNumbers=[self.nodes[0]], massMatrix=np.zeros((3, 3)), stiffnessMatrix=self.stiffness,
+                dampingMatrix=self.damping, forceVector=list(-self.stiffness @ self.sag)))
+        nothing = mbs.AddNode(item.NodePointGround())
+        for k in set(range(3)) - set(machine.free):
+            markers = [mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+                       for node, coordinate in ((nothing, 0), (self.nodes[0], k))]
+            mbs.AddObject(item.CoordinateConstraint(markerNumbers=markers))
+
+    def foundation(self, key):
+        values = np.array(self.machine.foundation.get(key, [0.0, 0.0, 0.0]))
+        return values.reshape(3, 3) if len(values) == 9 else np.diag(values)
+
+    def add_body(self, mass, inertia, place):
+        node = self.mbs.AddNode(item.NodeRigidBody2D(referenceCoordinates=list(place)))
+        self.nodes.append(node)
+        body = self.mbs.AddObject(item.ObjectRigidBody2D(nodeNumber=node, mass=mass, inertia=inertia))
+        self.bodies.append(body)
+        if self.g.any():
+            marker = self.mbs.AddMarker(item.MarkerBodyMass(bodyNumber=body))
+            self.mbs.AddLoad(item.LoadMassProportional(markerNumber=marker, loadVector=[*self.g, 0.0]))
 
     def marker(self, k, point):
-        return self.mbs.AddMarker(item.MarkerBodyRigid(bodyNumber=self.bodies[k], localPosition=self.local(k, point)))
-
-    def add_slider(self, joint, name, at):
-        machine = self.machine
-        body = machine.carrier(joint["guide"]) if "guide" in joint else 0
-        _, along = machine.guide(joint, at)
-        # The slider itself keeps its direction on the guide; without one the point alone is held.
-        own = [k + 1 for k, link in enumerate(machine.links) if link["from"] == [name] and (
-            "to" not in link or link["to"][0] in joint.get("guide", []))]
-        other = [k + 1 for k, link in enumerate(machine.links) if link.get("to") == [name]]
-        self.add_guide(body, (own or other)[0], at[name], along, bool(own))
-
-    def add_guide(self, body, slider, place, along, turns_with=True):
-        angle = math.atan2(along[1], along[0])
-        axes = []
-        for k, turned in ((body, angle), (slider, angle + math.pi / 2)):
-            own = turned - ((np.zeros(2), 0.0), *self.poses)[k][1]
-            axes.append([math.cos(own), math.sin(own), 0.0])
-        self.mbs.AddObject(item.PrismaticJoint2D(markerNumbers=[self.marker(body, place), self.marker(slider, place)],
-                                                 axisMarker0=axes[0], normalMarker1=axes[1], constrainRotation=turns_with))
-
-    def add_foundation(self, ground):
-        nothing = self.mbs.AddNode(item.NodePointGround())
-        still = self.mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=nothing, coordinate=0))
-        entries = {}
-        for key in ("stiffness", "damping"):
-            values = self.machine.foundation.get(key, [0.0, 0.0, 0.0])
-            if len(values) == 9:
-                matrix = np.array(values).reshape(3, 3)
-                if np.any(matrix != np.diag(np.diag(matrix))):
-                    raise SystemExit("only a diagonal foundation is built here")
-                values = np.diag(matrix)
-            entries[key] = values
-        for k in range(3):
-            moving = self.mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=self.nodes[0], coordinate=k))
-            if k not in self.machine.free:
-                self.mbs.AddObject(item.CoordinateConstraint(markerNumbers=[still, moving]))
-            self.mbs.AddObject(item.CoordinateSpringDamper(markerNumbers=[still, moving], stiffness=float(entries["stiffness"][k]),
-                                                           damping=float(entries["damping"][k])))
+        x, y, angle = self.references[k]
+        c, s = math.cos(angle), math.sin(angle)
+        x, y = point - np.array([x, y])
+        return self.mbs.AddMarker(item.MarkerBodyRigid(bodyNumber=self.bodies[k], localPosition=[c * x + s * y, -s * x + c * y, 0.0]))
 
     def start(self, state):
         """Coordinates and velocities of all bodies for xi, eta, psi and their velocities, the crank at its phase."""
@@ -266,6 +341,8 @@ class Model:
         settings.timeIntegration.newton.absoluteTolerance = 1e-11
         settings.timeIntegration.verboseMode = 0
         settings.solution.file.write = False
+        settings.solution.sensors.active = self.recording
+        settings.solution.sensors.writePeriod = self.period / ROWS
         settings.show.computationTime = False
         if not self.mbs.SolveDynamic(settings):
             raise SystemExit("Exudyn did not get round")
@@ -291,47 +368,123 @@ class Model:
         return np.array(columns).T
 
     def periodic(self, state, scale):
+        """The vibration and the derivative of the turn there, taken anew where it has moved on."""
+        phi, taken = self.derivative(state, scale), state
         for _ in range(8):
-            phi = self.derivative(state, scale)
             change = np.linalg.solve(np.eye(len(state)) - phi, self.turn(state) - state)
             state = state + change
             if np.all(abs(change) < 1e-9 * (abs(state) + scale)):
                 break
-        return state, self.derivative(state, scale)
+            if np.any(abs(state - taken) > 1e-3 * scale):
+                phi, taken = self.derivative(state, scale), state
+        return state, phi
+
+    def record(self, state, steps):
+        """Coordinates and velocities of all bodies, shape (rows, 2, bodies, 3), and the supports' forces on the ground, over a turn."""
+        self.integrate(state, steps)
+        data = np.array([[self.mbs.GetSensorStoredData(sensor) for sensor in pair] for pair in self.sensors])
+        forces = [self.mbs.GetSensorStoredData(gauge)[:, 1:3] @ turn.T for gauge, (turn, _, _) in zip(self.gauges, self.pads)]
+        return data[..., 1:].transpose(2, 1, 0, 3), np.array(forces or np.zeros((0, data.shape[2], 2)))
+
+    def history(self, state):
+        """Over a turn: forces on the ground by the motion of each support, of the foundation with its moment; the moment about F at
+        rest of all of them; the driving torque. And the supports' static forces."""
+        (coarse, pull), (fine, tug) = (self.record(state, steps) for steps in (STEPS, 2 * STEPS))
+        data, forces = fine + (fine - coarse) / 3, tug + (tug - pull) / 3
+        if len(data) != ROWS + 1:
+            raise SystemExit(f"Exudyn told {len(data)} rows")
+        q, v = data[:, 0], data[:, 1]
+        static = [pad @ arm @ self.sag for arm, (_, pad, _) in zip(self.arms, self.pads)]
+        moved = q + self.references
+        energy = np.sum(self.masses * np.sum(v[..., :2] ** 2, axis=2) + self.inertias * v[..., 2] ** 2, axis=1) / 2
+        forces = [force - part for force, part in zip(forces, static)]
+        ground = q[:, 0] @ self.stiffness.T + v[:, 0] @ self.damping.T
+        moment = ground[:, 2].copy()
+        energy -= (moved[..., :2] @ self.g) @ self.masses
+        frame, rate = q[:, 0] + self.sag, v[:, 0]
+        energy += np.sum(frame @ self.stiffness * frame, axis=1) / 2
+        lost = np.sum(rate @ self.damping * rate, axis=1)
+        c, s = np.cos(q[:, 0, 2]), np.sin(q[:, 0, 2])
+        for support, arm, (_, spring, damper), force in zip(self.machine.supports, self.arms, self.pads, forces):
+            x, y = support["position"]
+            head = q[:, 0, :2] + np.array([c * x - s * y, s * x + c * y]).T
+            moment += head[:, 0] * force[:, 1] - head[:, 1] * force[:, 0]
+            head = head - [x, y] + arm @ self.sag
+            speed = v[:, 0, :2] + v[:, 0, 2:] * np.array([-s * x - c * y, c * x - s * y]).T
+            energy += np.sum(head @ spring * head, axis=1) / 2
+            lost += np.sum(speed @ damper * speed, axis=1)
+        # What is left at the end of the turn is no jump.
+        drift = energy[-1] - energy[0]
+        energy -= drift * np.linspace(0.0, 1.0, ROWS + 1)
+        orders = np.fft.rfft(energy[:-1]) * 2j * math.pi / self.period * np.arange(ROWS // 2 + 1)
+        orders[ROWS // 4:] = 0.0
+        gain = np.fft.irfft(orders, ROWS) + drift / self.period
+        torque = (np.append(gain, gain[0]) + lost) / self.machine.speed
+        return [*forces, ground[:, :2], ground[:, 2], moment], torque, np.array(static).reshape(-1, 2)
 
 
 def gestell(program, file, speed, folder):
-    subprocess.run([program, "-q", "-o", folder, "-s", "case.tasks=stability,response", "-s", "model.frame=exact",
-                    "-s", f"drive.speed_rpm={speed!r}", file], check=True)
+    subprocess.run([program, "-q", "-o", folder, "-s", "case.tasks=stability,response,forces,power", "-s", "model.frame=exact",
+                    "-s", f"response.points={ROWS}", "-s", f"drive.speed_rpm={speed!r}", file], check=True)
     tables = {}
-    for name in ("multipliers", "response"):
+    for name in ("multipliers", "response", "supports", "supports_history", "power"):
         with open(Path(folder) / f"{name}.csv") as lines:
             tables[name] = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     rho = np.array([complex(float(row["re"]), float(row["im"])) for row in tables["multipliers"]])
     first = tables["response"][0]
     names = [name for name in first if re.match(r"(xi|eta|psi)(_dot)?(\W|_|$)", name) and "error" not in name]
-    return rho, np.array([float(first[name]) for name in names])
+
+    def column(name, table="supports_history"):
+        return np.array([float(row.get(name, 0.0)) for row in tables[table]])
+
+    places = [row["support"] for row in tables["supports"] if row["support"].isdigit()]
+    forces = [np.array([column(f"f{axis}_{place}_N") for axis in "xy"]).T for place in [*places, "foundation"]]
+    forces += [column("m_foundation_Nm"), column("m_total_Nm")]
+    static = np.array([[float(row.get(f"static_f{axis}_N", 0.0)) for axis in "xy"] for row in tables["supports"]])[:len(places)]
+    return rho, np.array([float(first[name]) for name in names]), (forces, column("torque_Nm", "power"), static)
+
+
+def off(ours, theirs):
+    """The greatest difference over the turn, relative to the peak."""
+    return np.max(abs(theirs - ours)) / np.max(abs(ours)) if np.any(ours) else np.max(abs(theirs), initial=0.0)
 
 
 def main():
-    program, file, *speeds = sys.argv[1:]
-    text = Path(file).read_text()
+    global STEPS, STEP
+    program, file, *rest = sys.argv[1:]
+    groups = [word for word in rest if word.startswith("&")]
+    STEPS = int(next((word[6:] for word in rest if word.startswith("steps=")), STEPS))
+    STEP = float(next((word[5:] for word in rest if word.startswith("step=")), STEP))
+    origin = [float(word[5:]) for word in rest if word.startswith("from=")]
+    speeds = [float(word) for word in rest if not re.match(r"&|steps?=|from=", word)]
+    text = "\n".join([Path(file).read_text(), *groups]) + "\n"
     worst = 0.0
-    for speed in [float(word) for word in speeds] or [Machine(text).speed * 30 / math.pi]:
+    for speed in speeds or [Machine(text).speed * 30 / math.pi]:
         machine = Machine(text)
         machine.speed = speed * math.pi / 30
         model = Model(machine)
         with tempfile.TemporaryDirectory() as folder:
-            rho, state = gestell(program, file, speed, folder)
-        state = state[machine.free + [3 + k for k in machine.free]]
+            case = Path(folder) / Path(file).name
+            case.write_text(text)
+            rho, state, (forces, torque, static) = gestell(program, str(case), speed, folder)
+            start = gestell(program, str(case), origin[0], folder)[1] if origin else state
+        state, start = (values[machine.free + [3 + k for k in machine.free]] for values in (state, start))
         scale = STEP * np.repeat([1.0, abs(machine.speed)], len(machine.free))
-        found, phi = model.periodic(state, scale)
+        found, phi = model.periodic(start, scale)
         ours, theirs = (values[np.argsort(-abs(values) - 1e-9 * values.imag)] for values in (rho, np.linalg.eigvals(phi)))
         miss = max(np.min(abs(theirs - value)) for value in ours)
         moved = np.max(abs(found - state) / np.max(abs(state.reshape(2, -1)), axis=1).repeat(len(machine.free)))
-        worst = max(worst, miss, moved)
+        recorder = Model(machine, recording=True)
+        pulls, drive, load = recorder.history(found)
+        if len(machine.free) < 3:
+            # The moment of all has that of the frame's guides in it.
+            forces, pulls = forces[:-1], pulls[:-1]
+        pulled = max([off(mine, their) for mine, their in zip(forces, pulls)] + [off(static, load)])
+        turned = off(torque, drive)
+        worst = max(worst, miss, moved, pulled, turned)
         print(f"{Path(file).name} at {speed:g} rpm: |rho| {abs(ours[0]):.9f}, Exudyn {abs(theirs[0]):.9f}; multipliers differ by "
-              f"{miss:.1e}, the vibration at the start by {moved:.1e} of its size")
+              f"{miss:.1e}, the vibration at the start by {moved:.1e} of its size, over the turn forces by {pulled:.1e} of their peaks, "
+              f"the torque by {turned:.1e} of {np.max(abs(torque)):.6g} N m", flush=True)
     return 0 if worst < 1e-6 else 1
 
 
