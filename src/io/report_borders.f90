@@ -33,6 +33,8 @@ contains
           & // counted(axis%count, "search point") // ", " // trim(merge("logarithmic", "linear     ", axis%logarithmic)) // newline
       end associate
     end do
+    if (plan%order%model == "exact") report = report // "  of the vibration that is found: where it jumps to another one that is " &
+      & // "told as a border, and a tongue beside it can be missed" // newline
   end function report_search
 
   !> What was found.

@@ -14,8 +14,8 @@ module gestell_study_frame_model
   use gestell_base_kinds, only: dp
   use gestell_base_trigonometric, only: series_type
   use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_floquet_periodic_solution, only: resonance
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_periodic_solution, only: resonance
   use gestell_floquet_solution, only: floquet_type, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame, varied_frame_type
