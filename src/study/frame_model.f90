@@ -119,7 +119,7 @@ contains
     type(floquet_type) :: last
     type(series_type) :: rest
     real(dp), allocatable :: steps(:), other_steps(:)
-    logical :: followed
+    logical :: followed, stays
 
     followed = too_far(error)
     if (.not. allocated(error)) then
@@ -134,11 +134,14 @@ contains
       call follow_excitation(frame, accuracy, found, steps, error)
       if (allocated(error)) call follow_speed(frame, accuracy, found, steps, error)
       if (allocated(error)) return
-    else if (steps(1) > notably_nonlinear .and. between_turns(last)) then
-      other = varied_frame(frame, rest)
-      call follow_speed(frame, accuracy, other, other_steps, none, last)
-      followed = .not. allocated(none)
-      if (followed) followed = .not. between_turns(last)
+    else
+      stays = .not. steps(1) > notably_nonlinear
+      if (.not. stays) stays = .not. between_turns(last)
+      if (.not. stays) then
+        other = varied_frame(frame, rest)
+        call follow_speed(frame, accuracy, other, other_steps, none, last)
+        if (.not. allocated(none)) followed = .not. between_turns(last)
+      end if
       if (followed) then
         found = other
         call move_alloc(other_steps, steps)

@@ -42,7 +42,7 @@ module gestell_study_vibration_path
     real(dp) :: lambda = 0, rise = 1
   end type point_type
 
-  !> Arcs: the first, the least, the greatest; by what part of it a motion may be corrected, what is close enough, and the least
+  !> The first arc, the least, the greatest; by what part of it a motion may be corrected, what is close enough, and the least
   !> cosine of the angle between tangents.
   real(dp), parameter :: first_arc = 0.2_dp, least_arc = 1.0e-4_dp, greatest_arc = 0.5_dp, greatest_change = 0.3_dp, &
     & close = 1.0e-3_dp, least_cosine = 0.8_dp
