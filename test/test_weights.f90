@@ -1,6 +1,6 @@
 !> Weights: static loads, pendulums in closed form, a machine turned with gravity, what the drive lifts.
 module test_weights
-  use gestell_base_error, only: gestell_error => error_type, invalid_input
+  use gestell_base_error, only: gestell_error => error_type, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_base_trigonometric, only: series_type
   use gestell_floquet_monodromy, only: accuracy_type
@@ -353,7 +353,7 @@ contains
         & gravity=gravity)
       call check(error, allocated(failure) .neqv. word == "", more="refused: " // word)
       if (allocated(error) .or. .not. allocated(failure)) return
-      call check(error, failure%code == invalid_input .and. index(failure%message, word) > 0, more=failure%message)
+      call check(error, failure%code == impossible_mechanism .and. index(failure%message, word) > 0, more=failure%message)
     end subroutine attempt
 
   end subroutine test_carried

@@ -8,7 +8,7 @@
 !>
 !> the moment is Im(conj(E) X - R), its derivative with respect to psi -Re(conj(E) X), the potential Im(R) psi - Re(conj(E) X).
 module gestell_model_weights
-  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism, only: a1_v, a2_v, mechanism_type, table_columns
   use gestell_model_mounting, only: stiffness_matrix, support_type
@@ -154,7 +154,7 @@ contains
     do i = rank + 1, n
       if (abs(b(row(i))) <= left * greatest) cycle
       call fatal_error(error, "nothing carries " // trim(names(free(row(i)))) // ": give the frame a spring there, or a guide", &
-        & invalid_input, gravity_subject)
+        & impossible_mechanism, gravity_subject)
       return
     end do
     x = 0

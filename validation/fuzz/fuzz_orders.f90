@@ -63,8 +63,14 @@ contains
       if (dice%chance(0.3_dp)) words = words // ", title=" // name_word(source, "A title")
       words = words // " /" // newline // "&response points=" // whole_word(source, 1 + dice%below(8)) // ", harmonics=" &
         & // whole_word(source, dice%below(5)) // " /" // newline // accuracy(source)
-      if (dice%chance(0.12_dp)) words = words // "&model coefficients=" // name_word(source, dice%pick(["averaged", &
-        & "periodic"])) // " /" // newline
+      if (dice%chance(0.12_dp)) then
+        words = words // "&model coefficients=" // name_word(source, dice%pick(["averaged", "periodic"])) // " /" // newline
+      else if (dice%chance(0.6_dp)) then
+        words = words // "&model frame=" // name_word(source, dice%pick([character(len=11) :: "rest", "rest", "first_order", &
+          & "exact"])) // " /" // newline
+      end if
+      if (dice%chance(0.15_dp)) words = words // "&gravity acceleration=" // real_word(source, 9.8_dp) // ", direction=" &
+        & // real_word(source, -80.0_dp) // " /" // newline
     end associate
   end subroutine draw_orders
 
