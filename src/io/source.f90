@@ -2,7 +2,7 @@
 module gestell_io_source
   use, intrinsic :: iso_c_binding, only: c_int
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_io_files, only: close_file, last_reason, open_to_read, read_some
+  use gestell_io_files, only: close_file, is_there, last_reason, open_to_read, read_some
   use gestell_io_text, only: decimal
   implicit none (type, external)
   private
@@ -21,8 +21,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     logical :: exists
 
-    inquire(file=file, exist=exists)
-    if (len_trim(file) == 0 .or. .not. exists) then
+    if (.not. is_there(file)) then
       call fatal_error(error, file // ": there is no such file", invalid_input)
       return
     end if

@@ -41,12 +41,15 @@ contains
     if (.not. allocated(vibration%motion)) return
     if (forces) call find_places(frame, vibration, findings%places, error)
     if (allocated(error)) return
-    if (size(vibration%motion, 1) < accelerations) return
-    if (size(probes) > 0) call watch(frame, vibration, probes, findings%watched, error)
-    if (allocated(error) .or. .not. power) return
-    allocate(findings%drive)
-    call find_drive(frame, vibration, findings%drive, known, error)
-    if (.not. known) deallocate(findings%drive)
+    if (size(vibration%motion, 1) >= accelerations) then
+      if (size(probes) > 0) call watch(frame, vibration, probes, findings%watched, error)
+      if (allocated(error)) return
+      if (power) then
+        allocate(findings%drive)
+        call find_drive(frame, vibration, findings%drive, known, error)
+        if (.not. known) deallocate(findings%drive)
+      end if
+    end if
     if (allocated(error) .or. finite(findings)) return
     findings = findings_type()
     call fatal_error(error, "forces, motion of probes or torque overflow: they lie beyond what double precision holds", &

@@ -377,6 +377,8 @@ OPTIONS = [
      "more than one input: 'input.nml' and 'other.nml'"),
     ("missing file", ["inptu.nml"], 2,
      "inptu.nml: there is no such file"),
+    ("a name that ends in a blank", [". "], 2,
+     ". : there is no such file"),
     ("directory", ["."], 2,
      ".: is a directory, not a file"),
     ("empty name", [""], 1,

@@ -25,6 +25,9 @@ def test_probe():
         equal("a probe beyond all numbers, files", left, ["harmonics.csv", "multipliers.csv", "response.csv"])
         text = "".join((folder / "far" / name).read_text() for name in left)
         check("a probe beyond all numbers, tables", not re.search("NaN|Infinity", text), "numbers", "others")
+        # Its acceleration alone overflows, and nobody asks for the torque.
+        run = Run(folder, "-s", "probe.position(1)=-9e305", "-s", "case.tasks='response'", "-o", "fast", DATA / "compressor.nml")
+        run.refused("a probe faster than all numbers", 4, re.compile(r"forces, motion of probes or torque overflow: .*"))
         # Squares of its velocity overflow, not the velocity.
         run = Run(folder, "-s", "probe.position(1)=-9e241", "-o", "near", DATA / "compressor.nml")
         if run.done("a probe beyond all squares"):
