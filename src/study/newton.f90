@@ -43,11 +43,12 @@ contains
     type(floquet_type), intent(out), optional :: last
     type(floquet_type) :: floquet
     real(dp), allocatable :: q(:, :), before(:, :)
-    real(dp) :: step, expected, error_of_motion
+    real(dp) :: step, left, expected, error_of_motion, error_before
     integer :: k
 
     allocate(steps(0))
     expected = rough
+    error_before = 0
     do k = 1, most_steps
       call next_motion(frame, varied, loosened(accuracy, expected), 2 * ubound(varied%motion%cosine, 1) + 2, floquet, q, &
         & error_of_motion, error)
@@ -55,19 +56,33 @@ contains
       before = values_of(varied%motion, size(q, 1))
       step = size_of(frame, floquet, q - before) / max(size_of(frame, floquet, q), tiny(step))
       steps = [steps, step]
+      left = next_step(steps, error_before)
+      error_before = error_of_motion
       varied%motion = smooth_motion(frame, floquet, q, error_of_motion)
-      ! The next step would be about the square of this one; a motion that is all error is not told better by another.
-      if (expected <= accuracy%tolerance .and. (step**2 <= accuracy%tolerance .or. error_of_motion >= all_error)) then
-        call add_rounding(frame, floquet%scale, error_of_motion + merge(step**2, 0.0_dp, step < 1), varied)
+      ! A motion that is all error is not told better by another step.
+      if (expected <= accuracy%tolerance .and. (left <= accuracy%tolerance .or. error_of_motion >= all_error)) then
+        call add_rounding(frame, floquet%scale, error_of_motion + merge(left, 0.0_dp, step < 1), varied)
         if (present(last)) last = floquet
         return
       end if
       if (.not. step < greatest_step .and. k > 2 .and. error_of_motion < all_error) exit
-      expected = min(rough, step**2)
-      if (step**2 <= rough .or. error_of_motion >= all_error) expected = min(expected, accuracy%tolerance)
+      expected = min(rough, left)
+      if (left <= rough .or. error_of_motion >= all_error) expected = min(expected, accuracy%tolerance)
     end do
     call fatal_error(error, no_convergence, failed_computation)
   end subroutine iterate
+
+  !> The step that would follow: convergence is quadratic, s_k+1 = c s_k^2, with c of the last two steps, but for what the error of
+  !> the motion between them, relative to it, makes of the last one. c is at least 1, as is taken after a first step.
+  pure real(dp) function next_step(steps, error_before)
+    real(dp), intent(in) :: steps(:), error_before
+
+    associate (k => size(steps))
+      next_step = steps(k)**2
+      if (k > 1) next_step = max(next_step, &
+        & (steps(k) - error_before) * min(steps(k) / max(steps(k - 1), tiny(next_step)), 1.0_dp)**2)
+    end associate
+  end function next_step
 
   !> The periodic motion of `system` at as many equidistant phases as resolve it, at least `samples`, shape (samples, 3), and a
   !> bound on its error relative to the motion. Errors: as of `solve_floquet` and `solve_periodic`.
