@@ -1,5 +1,6 @@
-!> All tests: `fpm test`, or `fpm test -- SUITE [TEST]` for one suite or one test of it.
+!> All tests that are not slow: `fpm test`; `fpm test -- all`, the slow ones too; `fpm test -- SUITE [TEST]`, a suite or a test of it.
 program main
+  use slow_tests, only: is_slow
   use test_assembly, only: collect_assembly
   use test_averaged, only: collect_averaged
   use test_base, only: collect_base
@@ -67,8 +68,7 @@ program main
   use test_weights, only: collect_weights
   use test_version, only: collect_version
   use test_vibration, only: collect_vibration
-  use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, testsuite_type, &
-    & unittest_type
+  use testdrive, only: get_argument, new_testsuite, run_selected, testsuite_type, unittest_type
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_halting_mode, ieee_usual
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   implicit none (type, external)
@@ -76,8 +76,8 @@ program main
   type(testsuite_type), allocatable :: suites(:)
   type(unittest_type), allocatable :: tests(:)
   character(len=:), allocatable :: suite_name, test_name
-  integer :: i, failed, all
-  logical :: halting(3)
+  integer :: i, k, failed, all, slow
+  logical :: halting(3), one_suite
 
   suites = [ &
     & new_testsuite("base", collect_base), &
@@ -150,20 +150,21 @@ program main
 
   failed = 0
   all = 0
+  slow = 0
   call ieee_get_halting_mode(ieee_usual, halting)
   call get_argument(1, suite_name)
   call get_argument(2, test_name)
-  if (allocated(suite_name)) then
-    if (count([(suites(i)%name == suite_name, i = 1, size(suites))]) == 0) then
-      write (error_unit, "(a)") "there is no suite '" // suite_name // "'; the suites are"
+  if (.not. allocated(suite_name)) suite_name = ""
+  one_suite = suite_name /= "" .and. suite_name /= "all"
+  if (one_suite) then
+    if (.not. any([(suites(i)%name == suite_name, i = 1, size(suites))])) then
+      write (error_unit, "(a)") "there is no suite '" // suite_name // "'; the suites, beside 'all', are"
       write (error_unit, "(2x, a)") (suites(i)%name, i = 1, size(suites))
       error stop 1, quiet=.true.
     end if
   end if
   do i = 1, size(suites)
-    if (allocated(suite_name)) then
-      if (suite_name /= suites(i)%name) cycle
-    end if
+    if (one_suite .and. suites(i)%name /= suite_name) cycle
     write (error_unit, "(a)") "# " // suites(i)%name
     if (allocated(test_name)) then
       call run_selected(suites(i)%collect, test_name, error_unit, failed)
@@ -172,13 +173,19 @@ program main
       if (failed < 0) failed = 1
     else
       call suites(i)%collect(tests)
-      all = all + size(tests)
       ! One after the other: the reader of input files is for one thread, and random numbers stay the same.
-      call run_testsuite(suites(i)%collect, error_unit, failed, parallel=.false.)
+      do k = 1, size(tests)
+        if (suite_name == "" .and. is_slow(tests(k))) cycle
+        write (error_unit, "(2x, a)") "Starting " // tests(k)%name
+        call run_selected(suites(i)%collect, tests(k)%name, error_unit, failed)
+        all = all + 1
+      end do
+      slow = slow + count([(is_slow(tests(k)), k = 1, size(tests))])
     end if
     ! What a suite may have changed.
     call ieee_set_halting_mode(ieee_usual, halting)
   end do
+  if (suite_name == "") write (error_unit, "(i0, a)") slow, " slow tests are left out: fpm test -- all"
   flush (error_unit)
   write (output_unit, "(i0, a, i0, a)") all - failed, " passed, ", failed, " failed"
   if (failed > 0 .or. all == 0) error stop 1, quiet=.true.

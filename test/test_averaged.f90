@@ -15,6 +15,7 @@ module test_averaged
   use reference_frame, only: frame_of
   use reference_linear, only: qp
   use reference_machine, only: khang_machine, machine_data
+  use slow_tests, only: new_slow
   use systems, only: constant_type, diagonal, jumping_type, mathieu_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
@@ -31,7 +32,7 @@ contains
       & new_unittest("constant coefficients: multipliers and motion by hand", test_constant), &
       & new_unittest("multipliers that underflow, defective and overdamped ones", test_extremes), &
       & new_unittest("Mathieu's equation averaged; resonances name their harmonic", test_resonance), &
-      & new_unittest("coefficients and load that jump: stated errors hold", test_jumps), &
+      & new_slow("coefficients and load that jump: stated errors hold", test_jumps), &
       & new_unittest("random machines against quadruple precision: bounds hold and are of use", test_bounds), &
       & new_unittest("the general integrator on the averaged model", test_integrator)]
   end subroutine collect_averaged

@@ -8,6 +8,7 @@ module test_boundary_map
   use gestell_study_boundary_map, only: border_map_type, border_vertex_type, trace_borders
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -29,9 +30,9 @@ contains
       & new_unittest("a hole of impossible systems", test_hole), &
       & new_unittest("a corner where divergence turns into flutter", test_corner), &
       & new_unittest("logarithmic axes", test_logarithmic), &
-      & new_unittest("Mathieu's diagram: every vertex on a characteristic curve", test_mathieu), &
-      & new_unittest("weakly damped Mathieu's diagram: tongues between few lines", test_narrow), &
-      & new_unittest("damped Mathieu's diagram: two search grids agree", test_tongues)]
+      & new_slow("Mathieu's diagram: every vertex on a characteristic curve", test_mathieu), &
+      & new_slow("weakly damped Mathieu's diagram: tongues between few lines", test_narrow), &
+      & new_slow("damped Mathieu's diagram: two search grids agree", test_tongues)]
   end subroutine collect_boundary_map
 
   subroutine trace(family, axes, deviation, map, error)

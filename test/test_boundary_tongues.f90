@@ -12,6 +12,7 @@ module test_boundary_tongues
   use gestell_study_point, only: sweep_order_type
   use gestell_study_sweep, only: solve_tile
   use gestell_study_tile_results, only: stable, tile_results_type, unstable, verdict
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use weakly_damped, only: new_weak_family, weak_family
   implicit none (type, external)
@@ -27,7 +28,7 @@ contains
     testsuite = [ &
       & new_unittest("two dyads: seven tongues from 10, 40 and 160 search points", test_dyads), &
       & new_unittest("four-bar: nine tongues from 10 and 40 search points", test_four_bar), &
-      & new_unittest("two sliders: eighteen tongues from 10 and 160 search points", test_sliders), &
+      & new_slow("two sliders: eighteen tongues from 10 and 160 search points", test_sliders), &
       & new_unittest("more meetings than are looked at: the others are said to be open", test_left_out), &
       & new_unittest("random machines over stiffness and mass: dense sweeps", test_sweeps)]
   end subroutine collect_boundary_tongues

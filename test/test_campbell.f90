@@ -11,6 +11,7 @@ module test_campbell
   use reference_frame, only: frame_of
   use reference_linear, only: qp
   use reference_machine, only: khang_machine, machine_data, period
+  use slow_tests, only: new_slow
   use test_campbell_modes, only: rotor
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
@@ -26,7 +27,7 @@ contains
     testsuite = [ &
       & new_unittest("constant coefficients: crossings at w / k", test_constant), &
       & new_unittest("ends of locked intervals, against the reference", test_locked), &
-      & new_unittest("crossings do not depend on the speeds that are ordered", test_speeds), &
+      & new_slow("crossings do not depend on the speeds that are ordered", test_speeds), &
       & new_unittest("a mirrored machine that turns the other way", test_mirrored), &
       & new_unittest("the crank's phase at the start", test_phase), &
       & new_unittest("modes that mix on an order of the crank", test_mixing_on_order)]

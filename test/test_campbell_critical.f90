@@ -14,6 +14,7 @@ module test_campbell_critical
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine
   use reference_machine, only: joint_data, khang_machine, link_data, machine_data
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -30,7 +31,7 @@ contains
       & new_unittest("no damping, too much of it, instability", test_outcomes), &
       & new_unittest("the paper's machine: direct peaks at sharp resonances", test_sharp), &
       & new_unittest("each peak belongs to one crossing", test_belonging), &
-      & new_unittest("more damping: all direct peaks of a range, and no others", test_all)]
+      & new_slow("more damping: all direct peaks of a range, and no others", test_all)]
   end subroutine collect_campbell_critical
 
   subroutine solve(machine, from, to, count, orders, critical, error)

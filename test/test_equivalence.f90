@@ -13,6 +13,7 @@ module test_equivalence
   use reference_frame, only: frame_of, frame_period
   use reference_linear, only: eigenvalues, qp
   use reference_machine, only: khang_machine, machine_data
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -32,7 +33,7 @@ contains
       & new_unittest("mirrored and run backwards", test_mirrored), &
       & new_unittest("scaled in length, mass and time", test_scaled), &
       & new_unittest("a force-balanced four-bar shakes with a pure moment", test_balanced), &
-      & new_unittest("close to the change point: right or refused", test_change_point)]
+      & new_slow("close to the change point: right or refused", test_change_point)]
   end subroutine collect_equivalence
 
   !> Multipliers of a machine without foundation, so that only supports hold it.

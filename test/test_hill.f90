@@ -6,6 +6,7 @@ module test_hill
   use reference_hill, only: hill_solution, solve_hill
   use reference_linear, only: eigenvalues, qp
   use reference_machine, only: dp, khang_machine, machine_data, period, pi_qp
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -18,9 +19,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("agrees with the integrated reference", test_flow), &
-      & new_unittest("agrees with it on random machines", test_random), &
-      & new_unittest("both routes agree at slow speeds", test_routes), &
+      & new_slow("agrees with the integrated reference", test_flow), &
+      & new_slow("agrees with it on random machines", test_random), &
+      & new_slow("both routes agree at slow speeds", test_routes), &
       & new_unittest("constant coefficients", test_constant), &
       & new_unittest("exponents 0 and -24 of Colaneri's system", test_colaneri), &
       & new_unittest("Mathieu's exponent", test_mathieu), &

@@ -4,6 +4,7 @@ module test_hostile
   use hostile_floquet, only: test_accuracies, test_faults, test_order_of_calls, test_systems, test_trajectories
   use hostile_machines, only: test_frames, test_linkages, test_orders, test_small, test_vibrations
   use hostile_studies, only: test_axes, test_borders, test_families, test_speeds, test_tiles
+  use slow_tests, only: new_slow
   use testdrive, only: new_unittest, unittest_type
   use, intrinsic :: ieee_exceptions, only: ieee_set_halting_mode, ieee_usual
   implicit none (type, external)
@@ -20,7 +21,7 @@ contains
     call ieee_set_halting_mode(ieee_usual, .false.)
     testsuite = [ &
       & new_unittest("systems", test_systems), &
-      & new_unittest("faults within systems", test_faults), &
+      & new_slow("faults within systems", test_faults), &
       & new_unittest("accuracies and methods", test_accuracies), &
       & new_unittest("results that are not there", test_order_of_calls), &
       & new_unittest("steps and shapes", test_trajectories), &

@@ -14,6 +14,7 @@ module test_joints
   use reference_linkage, only: motion_type, move, reference_functions => mass_functions, &
     & reference_functions_type => mass_functions_type
   use reference_machine, only: machine_data
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -33,7 +34,7 @@ contains
       & new_unittest("two sliders: the ellipse of a trammel", test_trammel), &
       & new_unittest("moving guide: a slider at rest on its carrier", test_moving_guide), &
       & new_unittest("a dyad described as two rigid points and guides", test_two_ways), &
-      & new_unittest("random linkages: positions, derivatives and mass functions against the reference", test_random), &
+      & new_slow("random linkages: positions, derivatives and mass functions against the reference", test_random), &
       & new_unittest("random linkages: bounds on the speeds hold", test_speed_bounds), &
       & new_unittest("diagnosis: ranges, swings, transmission angles", test_diagnosis)]
   end subroutine collect_joints

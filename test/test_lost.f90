@@ -13,6 +13,7 @@ module test_lost
   use population_machines, only: specimen, specimen_type
   use reference_linear, only: qp
   use reference_machine, only: khang_machine, machine_data
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -25,7 +26,7 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("given steps, all methods: no claim is beaten", test_given_steps), &
+      & new_slow("given steps, all methods: no claim is beaten", test_given_steps), &
       & new_unittest("too few steps: undecided, lost, no vibration", test_too_few), &
       & new_unittest("links of next to no mass", test_small_masses)]
   end subroutine collect_lost

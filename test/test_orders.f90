@@ -11,6 +11,7 @@ module test_orders
   use reference_frame, only: frame_of, frame_period
   use reference_linear, only: eigenvalues, qp
   use reference_machine, only: khang_machine, machine_data
+  use slow_tests, only: new_slow
   use systems, only: meissner_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
@@ -29,7 +30,7 @@ contains
       & new_unittest("paper's machine: tolerances 1e-4 to 1e-12 are met", test_tolerances), &
       & new_unittest("ten times the masses, other methods: tolerances are met", test_other_methods), &
       & new_unittest("given steps: the claimed errors hold", test_given_steps), &
-      & new_unittest("random machines: claimed errors bound the true ones", test_random), &
+      & new_slow("random machines: claimed errors bound the true ones", test_random), &
       & new_unittest("an error that vanishes by chance at one level", test_by_chance), &
       & new_unittest("a jump that nobody declared", test_undeclared_jump)]
   end subroutine collect_orders

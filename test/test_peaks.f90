@@ -8,6 +8,7 @@ module test_peaks
   use gestell_study_grid, only: axis_type, grid_type, new_grid
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
   use gestell_study_tile_results, only: psi_peak, rho_error, rho_max, sweep_columns, tile_results_type, xi_peak
+  use slow_tests, only: new_slow
   use sweeps, only: new_family, solve_grid
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -23,9 +24,9 @@ contains
 
     testsuite = [ &
       & new_unittest("peaks between samples", test_between), &
-      & new_unittest("a machine against single solutions", test_machine), &
+      & new_slow("a machine against single solutions", test_machine), &
       & new_unittest("beside a resonance", test_resonance), &
-      & new_unittest("a light frame to twelve digits", test_twelve_digits), &
+      & new_slow("a light frame to twelve digits", test_twelve_digits), &
       & new_unittest("multipliers that are small beside the vibration", test_small)]
   end subroutine collect_peaks
 

@@ -8,6 +8,7 @@ module test_population
   use population_tally, only: examine, quantile, tally_type
   use population_turn, only: compare_turn, turn_comparison_type
   use reference_machine, only: khang_machine, machine_data
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -20,9 +21,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("bounds, verdicts, theorems, two methods over random machines", test_machines), &
-      & new_unittest("weakly and strongly damped machines, given steps", test_kinds), &
-      & new_unittest("machines whose numbers had bounds beaten once", test_beaten), &
+      & new_slow("bounds, verdicts, theorems, two methods over random machines", test_machines), &
+      & new_slow("weakly and strongly damped machines, given steps", test_kinds), &
+      & new_slow("machines whose numbers had bounds beaten once", test_beaten), &
       & new_unittest("what the checks must notice", test_noticed), &
       & new_unittest("pairing within bounds", test_partners), &
       & new_unittest("quantiles", test_quantile)]

@@ -8,6 +8,7 @@ module test_reduction
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
     & solve_periodic
   use gestell_system_periodic, only: periodic_system
+  use slow_tests, only: new_slow
   use systems, only: constant_type, meissner_type, oscillators_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use turning_system, only: turning_type
@@ -42,7 +43,7 @@ contains
       & new_unittest("a loose body beside a fast vibration", test_loose), &
       & new_unittest("slow motions of unequal size", test_unequal), &
       & new_unittest("accuracy out of range is an error", test_accuracy), &
-      & new_unittest("where it does not apply it says so", test_refused)]
+      & new_slow("where it does not apply it says so", test_refused)]
   end subroutine collect_reduction
 
   !> Solves `system` and compares all with its closed form.

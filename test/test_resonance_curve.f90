@@ -13,6 +13,7 @@ module test_resonance_curve
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
@@ -32,8 +33,8 @@ contains
       & new_unittest("unbalance on a spring, clockwise and downwards", test_clockwise), &
       & new_unittest("no damping: the vibration grows without bounds", test_undamped), &
       & new_unittest("a resonance that leaves no vibration is listed", test_none_left), &
-      & new_unittest("no maximum is missed that brute force finds", test_brute_force), &
-      & new_unittest("between the points lies a straight line, to 1 %", test_straight), &
+      & new_slow("no maximum is missed that brute force finds", test_brute_force), &
+      & new_slow("between the points lies a straight line, to 1 %", test_straight), &
       & new_unittest("maxima do not depend on the grid", test_grids), &
       & new_unittest("inside a tongue the vibration is never reached", test_tongue)]
   end subroutine collect_resonance_curve

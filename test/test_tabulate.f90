@@ -14,6 +14,7 @@ module test_tabulate
   use reference_linkage, only: motion_type, move, reference_functions => mass_functions, &
     & reference_functions_type => mass_functions_type
   use reference_machine, only: joint_data, khang_machine, machine_data
+  use slow_tests, only: new_slow
   use tables, only: many, one_by_one, some_angles
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use user_mechanisms, only: handle_joint, pendulum_type
@@ -28,8 +29,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("paths of random linkages' joints against jets and the reference", test_paths), &
-      & new_unittest("tables of random linkages against jets and the reference", test_tables), &
+      & new_slow("paths of random linkages' joints against jets and the reference", test_paths), &
+      & new_slow("tables of random linkages against jets and the reference", test_tables), &
       & new_unittest("an angle's row does not depend on the others", test_remainders), &
       & new_unittest("beside dead points: what the feature promises", test_dead_points), &
       & new_unittest("a balanced crank does not shake, the least unbalance does", test_balanced), &

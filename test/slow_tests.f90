@@ -1,0 +1,27 @@
+!> Tests that take more than two seconds of the processor: `fpm test` leaves them out, `fpm test -- all` and `fpm test -- SUITE` run
+!> them.
+module slow_tests
+  use testdrive, only: new_unittest, test_interface, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: is_slow, new_slow
+
+  character(len=*), parameter :: mark = "slow: "
+
+contains
+
+  type(unittest_type) function new_slow(name, test)
+    character(len=*), intent(in) :: name
+    procedure(test_interface) :: test
+
+    new_slow = new_unittest(mark // name, test)
+  end function new_slow
+
+  pure logical function is_slow(test)
+    type(unittest_type), intent(in) :: test
+
+    is_slow = index(test%name, mark) == 1
+  end function is_slow
+
+end module slow_tests
