@@ -1,4 +1,4 @@
-!> All tests that are not slow: `fpm test`; `fpm test -- all`, the slow ones too; `fpm test -- SUITE [TEST]`, a suite or a test of it.
+!> `fpm test`: the tests that are not slow; `fpm test -- all`: the slow ones too; `fpm test -- SUITE [TEST]`: one suite, one test.
 program main
   use slow_tests, only: is_slow
   use test_assembly, only: collect_assembly

@@ -395,7 +395,6 @@ contains
       call solve_floquet(system, accuracy_type(), .false., floquet, failure)
       call check(error, .not. allocated(failure), more=words // ": integration")
     end subroutine expect
-
   end subroutine test_refused
 
 end module test_reduction
