@@ -21,10 +21,11 @@ module exact_machines
 
 contains
 
-  !> The paper's machine with supports of all kinds and damping.
-  function machine_on_supports(speed_rpm, factor, gravity) result(machine)
+  !> The paper's machine with supports of all kinds and damping. `turning`: the axes of all but one turn with the frame.
+  function machine_on_supports(speed_rpm, factor, gravity, turning) result(machine)
     real(dp), intent(in) :: speed_rpm, factor
     real(dp), intent(in), optional :: gravity(2)
+    logical, intent(in), optional :: turning
     type(machine_data) :: machine
 
     machine = khang_machine(speed_rpm, factor)
@@ -34,6 +35,7 @@ contains
     machine%supports(4)%damping = [50.0_dp, 700.0_dp]
     machine%supports(4)%angle_deg = -50
     if (present(gravity)) machine%gravity = gravity
+    if (present(turning)) machine%supports([1, 2, 4])%turning = turning
   end function machine_on_supports
 
   subroutine solve(machine, model, system, error, newton)

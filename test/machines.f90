@@ -90,7 +90,7 @@ contains
     allocate(supports(size(machine%supports)))
     do i = 1, size(supports)
       associate (s => machine%supports(i))
-        supports(i) = support_type(s%position, s%stiffness, s%damping, s%angle_deg * pi / 180)
+        supports(i) = support_type(s%position, s%stiffness, s%damping, s%angle_deg * pi / 180, s%turning)
       end associate
     end do
     damping = 0

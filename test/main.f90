@@ -3,6 +3,7 @@ program main
   use slow_tests, only: is_slow
   use test_assembly, only: collect_assembly
   use test_averaged, only: collect_averaged
+  use test_axes, only: collect_axes
   use test_base, only: collect_base
   use test_bounds, only: collect_bounds
   use test_boundary, only: collect_boundary
@@ -122,6 +123,7 @@ program main
     & new_testsuite("drive", collect_drive), &
     & new_testsuite("exact", collect_exact), &
     & new_testsuite("exact_paths", collect_exact_paths), &
+    & new_testsuite("axes", collect_axes), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("averaged", collect_averaged), &
     & new_testsuite("model-trade", collect_model_trade), &

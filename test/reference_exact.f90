@@ -4,7 +4,7 @@
 !>
 !>     sum [m (z'' - g). dz/dq + J (phi + psi)'' d(phi + psi)/dq] + dV/dq + sum (B d').dd/dq + sum (F_0 . dd/dq) = 0,
 !>
-!> V the springs' potential, d the displacement of a support's head along its axes, which stay in space. F_0 are the springs' static
+!> V the springs' potential, d the displacement of a support's head along its axes in space or in the frame. F_0 are the springs' static
 !> forces: V's second differences times the small displacement by which the weights, in the mean over the turn, are in equilibrium.
 module reference_exact
   use reference_linear, only: qp, solve
@@ -13,7 +13,7 @@ module reference_exact
   implicit none (type, external)
   private
 
-  public :: residual, sag
+  public :: inertia_of, mass_of, place, residual, sag
 
   !> Step of the differences, in m or rad.
   real(qp), parameter :: by_place = 1.0e-8_qp
@@ -135,6 +135,7 @@ contains
     p = machine%supports(j)%position
     d = q(:2) + turned(p, q(3)) - p
     stretch = turned(d, -real(machine%supports(j)%angle_deg, qp)*pi_qp/180)
+    if (machine%supports(j)%turning) stretch = turned(stretch, -q(3))
   end function stretch
 
   !> The small displacement from unloaded springs to rest, zero along what is not free.

@@ -50,9 +50,10 @@ module reference_machine
     real(dp) :: mass = 0, inertia = 0, center(2) = 0
   end type link_data
 
-  !> A spring-damper pair in the frame's system, along two axes turned by angle_deg.
+  !> A spring-damper pair in the frame's system, along two axes turned by angle_deg, which stay in space or turn with the frame.
   type :: support_data
     real(dp) :: position(2) = 0, stiffness(2) = 0, damping(2) = 0, angle_deg = 0
+    logical :: turning = .false.
   end type support_data
 
   type :: machine_data

@@ -25,42 +25,54 @@ contains
     testsuite = [ &
       & new_unittest("the vibration satisfies d'Alembert's principle", test_residual), &
       & new_unittest("with weights too", test_residual_weights), &
+      & new_unittest("and with axes that turn with the frame", test_residual_axes), &
       & new_unittest("derivatives against differences", test_derivatives), &
       & new_unittest("derivatives with weights", test_derivatives_weights), &
+      & new_unittest("derivatives with axes that turn with the frame", test_derivatives_axes), &
       & new_unittest("an outside program's multiplier in a tongue that rest does not see", test_tongue), &
       & new_unittest("Newton's steps: each about the square of the one before", test_quadratic), &
       & new_unittest("moving masses scaled: exact less first order falls with the square", test_scale), &
+      & new_unittest("also with weights on axes that turn with the frame", test_scale_axes), &
       & new_unittest("a quadratic potential leaves the tongue of rest", test_quadratic_mounting)]
   end subroutine collect_exact
 
   subroutine test_residual(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_vibration([0.0_dp, 0.0_dp], error)
+    call check_vibration([0.0_dp, 0.0_dp], .false., error)
   end subroutine test_residual
 
   subroutine test_residual_weights(error)
     type(error_type), allocatable, intent(out) :: error
 
     ! Ten times the earth's: the supports' static forces are as large as the others.
-    call check_vibration([30.0_dp, -90.0_dp], error)
+    call check_vibration([30.0_dp, -90.0_dp], .false., error)
   end subroutine test_residual_weights
 
-  subroutine check_vibration(gravity, error)
+  subroutine test_residual_axes(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_vibration([0.0_dp, 0.0_dp], .true., error)
+    if (.not. allocated(error)) call check_vibration([30.0_dp, -90.0_dp], .true., error)
+  end subroutine test_residual_axes
+
+  subroutine check_vibration(gravity, turning, error)
     real(dp), intent(in) :: gravity(2)
+    logical, intent(in) :: turning
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
     class(frame_type), allocatable :: system
 
     ! Ten times the links' masses: psi reaches 0.02 rad.
-    machine = machine_on_supports(700.0_dp, 10.0_dp, gravity)
+    machine = machine_on_supports(700.0_dp, 10.0_dp, gravity, turning)
     call solve(machine, "exact", system, error)
     if (.not. allocated(error)) call check_residual(machine, system, error)
   end subroutine check_vibration
 
   !> What the equations leave, by the load: r = M a + B v + C q - h. It changes with the motion as M, B, C say.
-  subroutine check_derivatives(gravity, error)
+  subroutine check_derivatives(gravity, turning, error)
     real(dp), intent(in) :: gravity(2)
+    logical, intent(in) :: turning
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: step = 1.0e-6_dp, phases(3) = [0.11_dp, 0.47_dp, 0.83_dp]
     type(frame_type) :: frame
@@ -69,7 +81,7 @@ contains
     real(dp), dimension(3, 3) :: difference, expected
     integer :: i
 
-    call frame_of_machine(machine_on_supports(700.0_dp, 10.0_dp, gravity), frame, failure)
+    call frame_of_machine(machine_on_supports(700.0_dp, 10.0_dp, gravity, turning), frame, failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)
       return
@@ -90,14 +102,20 @@ contains
   subroutine test_derivatives(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_derivatives([0.0_dp, 0.0_dp], error)
+    call check_derivatives([0.0_dp, 0.0_dp], .false., error)
   end subroutine test_derivatives
 
   subroutine test_derivatives_weights(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_derivatives([300.0_dp, -900.0_dp], error)
+    call check_derivatives([300.0_dp, -900.0_dp], .false., error)
   end subroutine test_derivatives_weights
+
+  subroutine test_derivatives_axes(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_derivatives([300.0_dp, -900.0_dp], .true., error)
+  end subroutine test_derivatives_axes
 
   type(series_type) function shifted(motion, change, step)
     type(series_type), intent(in) :: motion, change
@@ -167,6 +185,20 @@ contains
 
   subroutine test_scale(error)
     type(error_type), allocatable, intent(out) :: error
+
+    call check_scale([0.0_dp, 0.0_dp], .false., error)
+  end subroutine test_scale
+
+  subroutine test_scale_axes(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_scale([30.0_dp, -90.0_dp], .true., error)
+  end subroutine test_scale_axes
+
+  subroutine check_scale(gravity, turning, error)
+    real(dp), intent(in) :: gravity(2)
+    logical, intent(in) :: turning
+    type(error_type), allocatable, intent(out) :: error
     real(dp) :: difference(2, 2)
     integer :: i
 
@@ -187,13 +219,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(frame_type), allocatable :: exact, first
       type(multipliers_type) :: rho_exact, rho_first
+      type(machine_data) :: machine
       real(dp), dimension(64, 3) :: q, q_first, v, a
       integer :: k
 
-      call solve(machine_on_supports(700.0_dp, factor), "exact", exact, error)
-      if (.not. allocated(error)) call solve(machine_on_supports(700.0_dp, factor), "first_order", first, error)
-      if (.not. allocated(error)) call solve_multiplier(machine_on_supports(700.0_dp, factor), "exact", rho_exact, error)
-      if (.not. allocated(error)) call solve_multiplier(machine_on_supports(700.0_dp, factor), "first_order", rho_first, error)
+      machine = machine_on_supports(700.0_dp, factor, gravity, turning)
+      call solve(machine, "exact", exact, error)
+      if (.not. allocated(error)) call solve(machine, "first_order", first, error)
+      if (.not. allocated(error)) call solve_multiplier(machine, "exact", rho_exact, error)
+      if (.not. allocated(error)) call solve_multiplier(machine, "first_order", rho_first, error)
       if (allocated(error)) return
       select type (exact)
       class is (varied_frame_type)
@@ -206,7 +240,7 @@ contains
       difference = [norm2(q - q_first), abs(rho_exact%log_abs(1) - rho_first%log_abs(1))]
     end subroutine compare
 
-  end subroutine test_scale
+  end subroutine check_scale
 
   !> With a mounting whose potential is quadratic in (xi, eta, psi) what is varied has the paper's M, B, C but for terms that fall
   !> with the motion: the growth in the tongue differs in second order of the moving masses, not in first.

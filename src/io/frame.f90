@@ -143,6 +143,8 @@ contains
     type(units_type), intent(in) :: units
     type(support_type), allocatable, intent(out) :: supports(:)
     type(error_type), allocatable, intent(out) :: error
+    character(len=5), parameter :: systems(2) = ["space", "frame"]
+    character(len=:), allocatable :: axes
     integer :: i
 
     allocate(supports(size(groups)))
@@ -155,7 +157,9 @@ contains
         call get(group, "damping", support%damping, error, default=0.0_dp, must=nonnegative, unit=units%damping)
         if (allocated(error)) return
         call get(group, "angle", support%angle, error, default=0.0_dp, unit=units%angle)
+        if (.not. allocated(error)) call get(group, "axes", axes, error, default=systems(1), allowed=systems)
         if (allocated(error)) return
+        support%turning = axes == systems(2)
         if (all(ieee_is_finite(stiffness_matrix([support])) .and. ieee_is_finite(damping_matrix([support])))) cycle
         call input_error(group, "position", "so far from F its stiffness or damping about F overflows", error)
         return

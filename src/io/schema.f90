@@ -114,6 +114,7 @@ module gestell_io_schema
       key_rule("support", "stiffness", real_key, 1, 2, 2, alike=.true.), &
       key_rule("support", "damping", real_key, 1, 2, 2, alike=.true.), &
       key_rule("support", "angle", real_key), &
+      key_rule("support", "axes", text_key), &
       key_rule("foundation", "stiffness", real_key, 2, 9, 9, rows=3), &
       key_rule("foundation", "damping", real_key, 1, 3, 3), &
       key_rule("gravity", "acceleration", real_key), &

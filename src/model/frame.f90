@@ -8,7 +8,7 @@ module gestell_model_frame
   use gestell_model_load, only: cancellation, set_load
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mass_functions_type, mechanism_type, &
     & table_columns
-  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_model_mounting, only: damping_matrix, load_matrix, load_rounding, stiffness_matrix, support_type, turned_loads
   use gestell_model_tabulated, only: new_tabulated, tabulated_type
   use gestell_model_weights, only: new_weights, weights_type
   use gestell_system_averaged, only: average, averaged_system, term_size
@@ -79,6 +79,9 @@ contains
       frame%supports = supports
       frame%stiffness = stiffness + stiffness_matrix(supports)
       frame%damping = damping + damping_matrix(supports)
+      do i = 1, size(supports)
+        frame%supports(i)%static = 0
+      end do
     end if
     if (.not. all(ieee_is_finite([mass, inertia, origin, reshape(frame%stiffness, [9]), reshape(frame%damping, [9]), speed]))) then
       call fatal_error(error, "the frame's data are not finite", invalid_input)
@@ -217,15 +220,16 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: table(:, :)
     real(dp), contiguous, intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp) :: constant(3, 3)
+    real(dp), dimension(3, 3) :: constant, resting
     integer :: i, j, x, y, psi
 
+    resting = self%stiffness + load_matrix(self%supports)
     constant = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type())
     do j = 1, size(self%free)
       do i = 1, size(self%free)
         m(:, i, j) = constant(self%free(i), self%free(j))                                                   ! (9)
         b(:, i, j) = self%damping(self%free(i), self%free(j))                                               ! (10)
-        c(:, i, j) = self%stiffness(self%free(i), self%free(j))                                             ! (11)
+        c(:, i, j) = resting(self%free(i), self%free(j))                                                    ! (11)
       end do
     end do
 
@@ -260,7 +264,7 @@ contains
     type(mass_functions_type) :: a
     integer :: k
 
-    all = abs(self%stiffness) > 0 .or. abs(self%damping) > 0
+    all = abs(self%stiffness + load_matrix(self%supports)) > 0 .or. abs(self%damping) > 0
     do k = 1, 4 * self%least_steps
       call self%mechanism%mass_functions(2 * pi * k / (4 * self%least_steps), a)
       m = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, a)
@@ -290,10 +294,10 @@ contains
     model%m_error = model%m_error + rounding * moved(self%free, self%free)
     model%b = self%damping(self%free, self%free)
     model%b_error = rounding * term_size(model%b)
-    moved = self%stiffness
+    moved = self%stiffness + load_matrix(self%supports)
     moved(3, 3) = moved(3, 3) + real(self%weights%rest, dp)
     model%c = moved(self%free, self%free)
-    moved = rounding * term_size(self%stiffness)
+    moved = rounding * term_size(self%stiffness) + load_rounding(self%supports)
     moved(3, 3) = moved(3, 3) + self%weights%rounding
     model%c_error = moved(self%free, self%free)
   end subroutine averaged
@@ -319,7 +323,8 @@ contains
     mean%a2%v = sum(table(:, a2_v)) / size(angles)
     mean%a3%v = sum(table(:, a3_v)) / size(angles)
     m = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mean)
-    c = (self%stiffness + transpose(self%stiffness)) / 2
+    c = self%stiffness + load_matrix(self%supports)
+    c = (c + transpose(c)) / 2
     c(3, 3) = c(3, 3) + real(self%weights%rest, dp)
     call symmetric_pencil(c(self%free, self%free), m(self%free, self%free), frequencies, error)
     if (allocated(error)) return
@@ -333,11 +338,12 @@ contains
   pure function ground_forces(self, x) result(forces)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)
-    real(dp) :: forces(3, size(x, 2))
+    real(dp) :: forces(3, size(x, 2)), stiffness(3, 3)
     integer :: f
 
     f = size(self%free)
-    forces = matmul(self%stiffness(:, self%free), x(:f, :)) + matmul(self%damping(:, self%free), x(f + 1:, :))
+    stiffness = self%stiffness + turned_loads(self%supports)
+    forces = matmul(stiffness(:, self%free), x(:f, :)) + matmul(self%damping(:, self%free), x(f + 1:, :))
   end function ground_forces
 
   !> A vector of the frame's system in space, where the frame has turned by psi: s + psi k x s, to first order.
@@ -375,7 +381,7 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3)
 
-    potential = dot_product(q, matmul(self%stiffness, q)) / 2
+    potential = dot_product(q, matmul(self%stiffness + load_matrix(self%supports), q)) / 2
   end function potential
 
   !> Power that the mounting takes (W), dampers and the part of the stiffness that is not symmetric.

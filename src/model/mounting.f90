@@ -4,11 +4,15 @@ module gestell_model_mounting
   implicit none (type, external)
   private
 
-  public :: damping_matrix, matrix_rounding, stiffness_matrix, support_axes
+  public :: damping_matrix, load_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_axes, turned_loads
 
   !> A spring-damper pair at `position` in the frame's system (m), along its own two axes, turned by `angle` (rad).
   type, public :: support_type
     real(dp) :: position(2) = 0, stiffness(2) = 0, damping(2) = 0, angle = 0
+    !> Whether the axes turn with the frame; else they stay in space.
+    logical :: turning = .false.
+    !> The static force on the ground by the weights (N), as new_frame finds it. It turns with the axes.
+    real(dp) :: static(2) = 0
   end type support_type
 
 contains
@@ -37,6 +41,48 @@ contains
       b = b + pair(supports(i), supports(i)%damping)
     end do
   end function damping_matrix
+
+  !> What static forces G on the ground that turn with the frame add to c_ij, shape (3, 3): the frame at u, psi feels -i psi G and
+  !> the moment -u x G - psi p . G about F, up to terms of second order.
+  pure function load_matrix(supports) result(c)
+    type(support_type), intent(in) :: supports(:)
+    real(dp) :: c(3, 3)
+
+    c = turned_loads(supports)
+    c(3, :2) = c(:2, 3)
+  end function load_matrix
+
+  !> How these forces and their moment about F at rest change with psi, the third column: i G, p . G.
+  pure function turned_loads(supports) result(c)
+    type(support_type), intent(in) :: supports(:)
+    real(dp) :: c(3, 3)
+    integer :: i
+
+    c = 0
+    do i = 1, size(supports)
+      if (.not. supports(i)%turning) cycle
+      associate (p => supports(i)%position, static => supports(i)%static)
+        c(:, 3) = c(:, 3) + [-static(2), static(1), dot_product(p, static)]
+      end associate
+    end do
+  end function turned_loads
+
+  !> Bounds on the roundings of its terms, shape (3, 3).
+  pure function load_rounding(supports) result(c)
+    type(support_type), intent(in) :: supports(:)
+    real(dp) :: c(3, 3)
+    real(dp), parameter :: unit = 16 * epsilon(1.0_dp)
+    integer :: i
+
+    c = 0
+    do i = 1, size(supports)
+      if (.not. supports(i)%turning) cycle
+      associate (force => unit * norm2(supports(i)%static))
+        c(:, 3) = c(:, 3) + force * [1.0_dp, 1.0_dp, norm2(supports(i)%position)]
+      end associate
+    end do
+    c(3, :2) = c(:2, 3)
+  end function load_rounding
 
   !> Bounds on the roundings in a mounting's matrix, shape (3, 3). It is a sum of positive semi-definite terms: the sizes of those
   !> in c_ik sum to sqrt(c_ii c_kk) at most, by Schwarz's inequality, however they cancel there.

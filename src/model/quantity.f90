@@ -7,21 +7,22 @@
 !>
 !>     x = xi - Y (psi + s) + X c,   y = eta + X (psi + s) + Y c,
 !>
-!> and what the moment of the supports on the ground has beyond its linear terms.
+!> and what the moment of the supports on the ground has beyond its linear terms; then, along x and y, what the force of each support
+!> has whose axes turn with the frame, in their order.
 module gestell_model_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_model_frame, only: frame_type
-  use gestell_model_mounting, only: damping_matrix, matrix_rounding, stiffness_matrix, support_type
+  use gestell_model_mounting, only: damping_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_type, turned_loads
   implicit none (type, external)
   private
 
-  public :: find_quantity, point_quantity
+  public :: exact_rows, find_quantity, point_quantity
 
   !> Rows of the motion: the last of q, q', q'' and the guides' forces.
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12, &
-    & sine = 13, cosine = 14, moment_excess = 19, motion_rows = 19
+    & sine = 13, cosine = 14, moment_excess = 19
 
   !> A point of the frame that is watched, in the frame's system (m); the greatest vibration velocity (m/s, root of the mean
   !> square in the band of frequencies, Hz, in any direction) that is allowed, 0: no limit.
@@ -34,7 +35,8 @@ module gestell_model_quantity
     !> As the user names it, and its unit.
     character(len=80) :: name = ""
     character(len=8) :: unit = ""
-    !> Shape (motion_rows, 1), or (motion_rows, 2) of a magnitude, whose components along x and y the columns give.
+    !> Shape (rows, 1), or (rows, 2) of a magnitude, whose components along x and y the columns give; rows: those of the exact
+    !> frame's motion.
     real(dp), allocatable :: weights(:, :)
     !> Bounds on the weights' roundings, shape as theirs: forces that cancel in the weights do not in these.
     real(dp), allocatable :: rounding(:, :)
@@ -49,6 +51,14 @@ module gestell_model_quantity
   character(len=*), parameter :: force_parts(3) = [character(len=2) :: "fx", "fy", "f"]
 
 contains
+
+  !> How many rows the exact frame's motion has.
+  pure integer function exact_rows(frame)
+    class(frame_type), intent(in) :: frame
+    integer :: k
+
+    exact_rows = moment_excess + 2 * count([(frame%supports(k)%turning, k = 1, size(frame%supports))])
+  end function exact_rows
 
   !> How many rows of the motion the quantity needs; the exact frame has all.
   pure integer function rows(self)
@@ -71,31 +81,32 @@ contains
     character(len=*), intent(in) :: name
     type(quantity_type), intent(out) :: quantity
     type(error_type), allocatable, intent(out) :: error
-    real(dp), dimension(motion_rows, 3) :: forces, rounding
+    real(dp), allocatable, dimension(:, :) :: forces, rounding
     integer :: dot, part, number, k
 
     call frame%check(error)
     if (allocated(error)) return
+    allocate(forces(exact_rows(frame), 3), rounding(exact_rows(frame), 3))
     dot = index(name, ".", back=.true.)
     if (index(name, ")", back=.true.) > dot) dot = 0
     part = findloc(coordinates, name, dim=1)
     if (part > 0) then
-      allocate(quantity%weights(motion_rows, 1), source=0.0_dp)
+      allocate(quantity%weights(exact_rows(frame), 1), source=0.0_dp)
       quantity%weights(part, 1) = 1
       quantity%unit = coordinate_units(part)
     else if (any(name == [character(len=2) :: force_parts, "m"])) then
-      forces = mounting_forces(frame%stiffness, frame%damping)
+      forces = mounting_forces(frame, frame%stiffness, frame%damping)
       if (name == "f") call add_guides(frame, forces)
-      rounding = mounting_forces(matrix_rounding(frame%stiffness), matrix_rounding(frame%damping))
+      rounding = mounting_forces(frame, matrix_rounding(frame%stiffness), matrix_rounding(frame%damping))
       do k = 1, size(frame%supports)
-        call add_turned(frame%supports(k), forces, rounding)
+        call add_turned(frame, k, forces, rounding)
       end do
       forces(moment_excess, 3) = 1
       call take_forces(forces, rounding, name, quantity)
     else if (dot > 1 .and. index(name, "probe(") == 1) then
       do k = 1, size(probes)
         if (name(:dot - 1) /= "probe(" // trim(probes(k)%name) // ")") cycle
-        if (any(point_parts == name(dot + 1:))) call point_quantity(probes(k), name(dot + 1:), quantity)
+        if (any(point_parts == name(dot + 1:))) call point_quantity(frame, probes(k), name(dot + 1:), quantity)
       end do
     else if (dot > 1) then
       call part_forces(frame, name(:dot - 1), number, forces, rounding)
@@ -128,14 +139,14 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: place
     integer, intent(out) :: number
-    real(dp), dimension(motion_rows, 3), intent(out) :: forces, rounding
+    real(dp), dimension(:, :), intent(out) :: forces, rounding
 
     forces = 0
     rounding = 0
     number = 0
     if (place == "foundation") then
       call foundation_forces(frame, forces)
-      rounding = mounting_forces(matrix_rounding(frame%stiffness), matrix_rounding(frame%damping))
+      rounding = mounting_forces(frame, matrix_rounding(frame%stiffness), matrix_rounding(frame%damping))
     else if (place == "guide") then
       call add_guides(frame, forces)
     else
@@ -146,31 +157,47 @@ contains
         number = -1
       else
         associate (c => stiffness_matrix([frame%supports(number)]), b => damping_matrix([frame%supports(number)]))
-          forces = mounting_forces(c, b)
-          rounding = mounting_forces(matrix_rounding(c), matrix_rounding(b))
+          forces = mounting_forces(frame, c, b)
+          rounding = mounting_forces(frame, matrix_rounding(c), matrix_rounding(b))
         end associate
-        call add_turned(frame%supports(number), forces, rounding)
+        call add_turned(frame, number, forces, rounding)
       end if
     end if
   end subroutine part_forces
 
   !> The forces (fx, fy, moment about F at rest) on the ground of a mounting with stiffness c and damping b, shape (3, 3).
-  pure function mounting_forces(c, b) result(forces)
+  pure function mounting_forces(frame, c, b) result(forces)
+    class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: c(3, 3), b(3, 3)
-    real(dp) :: forces(motion_rows, 3)
+    real(dp) :: forces(exact_rows(frame), 3)
 
     forces = 0
     forces(:3, :) = transpose(c)
     forces(4:6, :) = transpose(b)
   end function mounting_forces
 
-  !> Adds the rows of s and c of a support's force and bounds on their roundings: its head is moved by s k x p + c p too.
-  pure subroutine add_turned(support, forces, rounding)
-    type(support_type), intent(in) :: support
-    real(dp), intent(inout) :: forces(motion_rows, 3), rounding(motion_rows, 3)
+  !> Adds what the force of a support has by the frame's turn and bounds on its roundings: where its axes stay in space, rows of s
+  !> and c, for its head is moved by s k x p + c p too; else its static load turned, and its own rows of the exact frame.
+  pure subroutine add_turned(frame, number, forces, rounding)
+    class(frame_type), intent(in) :: frame
+    integer, intent(in) :: number
+    real(dp), intent(inout) :: forces(:, :), rounding(:, :)
     real(dp), parameter :: unit = 16 * epsilon(1.0_dp)
     real(dp) :: turned(4, 2)
+    type(support_type) :: support
+    integer :: own, k
 
+    support = frame%supports(number)
+    if (support%turning) then
+      forces(:3, :) = forces(:3, :) + transpose(turned_loads([support]))
+      associate (load => load_rounding([support]))
+        rounding(3, :) = rounding(3, :) + load(:, 3)
+      end associate
+      own = moment_excess + 2 * count([(frame%supports(k)%turning, k = 1, number - 1)])
+      forces(own + 1, 1) = 1
+      forces(own + 2, 2) = 1
+      return
+    end if
     associate (c => stiffness_matrix([support]), b => damping_matrix([support]), p => support%position)
       turned(1, :) = matmul(c(:2, :2), [-p(2), p(1)])
       turned(2, :) = matmul(c(:2, :2), p)
@@ -184,11 +211,11 @@ contains
   !> What is left of the mounting without its supports; differences that are rounding are zero.
   pure subroutine foundation_forces(frame, forces)
     class(frame_type), intent(in) :: frame
-    real(dp), intent(out) :: forces(motion_rows, 3)
+    real(dp), intent(out) :: forces(:, :)
 
     forces = 0
     associate (c => frame%stiffness - stiffness_matrix(frame%supports), b => frame%damping - damping_matrix(frame%supports))
-      forces = mounting_forces(merge(c, 0.0_dp, abs(c) > matrix_rounding(frame%stiffness)), &
+      forces = mounting_forces(frame, merge(c, 0.0_dp, abs(c) > matrix_rounding(frame%stiffness)), &
         & merge(b, 0.0_dp, abs(b) > matrix_rounding(frame%damping)))
     end associate
   end subroutine foundation_forces
@@ -196,7 +223,7 @@ contains
   !> Adds the guides' forces: those along degrees of freedom that are not free.
   pure subroutine add_guides(frame, forces)
     class(frame_type), intent(in) :: frame
-    real(dp), intent(inout) :: forces(motion_rows, 3)
+    real(dp), intent(inout) :: forces(:, :)
     integer :: i
 
     do i = 1, 3
@@ -206,7 +233,7 @@ contains
   end subroutine add_guides
 
   pure subroutine take_forces(forces, rounding, part, quantity)
-    real(dp), dimension(motion_rows, 3), intent(in) :: forces, rounding
+    real(dp), dimension(:, :), intent(in) :: forces, rounding
     character(len=*), intent(in) :: part
     type(quantity_type), intent(inout) :: quantity
 
@@ -230,12 +257,13 @@ contains
   end subroutine take_forces
 
   !> The displacement (part x, y, d for the magnitude), velocity (vx, vy, v) or acceleration (ax, ay, a) of a point of the
-  !> frame at (X, Y): (xi - Y psi, eta + X psi) and its derivatives.
-  pure subroutine point_quantity(probe, part, quantity)
+  !> `frame` at (X, Y): (xi - Y psi, eta + X psi) and its derivatives.
+  pure subroutine point_quantity(frame, probe, part, quantity)
+    class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probe
     character(len=*), intent(in) :: part
     type(quantity_type), intent(out) :: quantity
-    real(dp) :: along(motion_rows, 2)
+    real(dp) :: along(exact_rows(frame), 2)
     integer :: number, first
 
     number = findloc(point_parts, part, dim=1)

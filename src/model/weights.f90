@@ -2,9 +2,9 @@
 !>
 !> Positions are those of the loaded machine at static rest, with the moment S = sum m r of the moving masses at its mean over the
 !> turn. Of the weights the motion then feels their moment about F alone, with that of the static forces F_j, which stay in space
-!> while the frame turns under them. Vectors of the plane are complex numbers, a x b = Im(conj(a) b), E = exp(i psi), and with
+!> while the frame turns under them; those that turn with the frame are the mounting's. Vectors of the plane are complex numbers, a x b = Im(conj(a) b), E = exp(i psi), and with
 !>
-!>     X = conj(S - mean S) g + R,   R = conj(mean S) g + sum of conj(p_j) F_j
+!>     X = conj(S - mean S) g + R,   R = conj(mean S) g + sum of conj(p_j) F_j    of the F_j that stay in space
 !>
 !> the moment is Im(conj(E) X - R), its derivative with respect to psi -Re(conj(E) X), the potential Im(R) psi - Re(conj(E) X).
 module gestell_model_weights
@@ -41,17 +41,17 @@ module gestell_model_weights
 contains
 
   !> Weights by `gravity` (m/s^2) of a frame of `mass` (kg) with its `mechanism`, whose pivot is at `origin` (m), on a mounting with
-  !> the `stiffness` c_ij, among it that of `supports`; `free`: places of the free ones of xi, eta, psi. Errors: no spring
+  !> the `stiffness` c_ij, among it that of `supports`, whose static forces are set; `free`: places of the free ones of xi, eta, psi. Errors: no spring
   !> carries the weights along one of them; they overflow.
   subroutine new_weights(weights, gravity, mechanism, mass, origin, stiffness, supports, free, error)
     type(weights_type), intent(out) :: weights
     real(dp), intent(in) :: gravity(2), mass, origin(2), stiffness(3, 3)
     class(mechanism_type), intent(in) :: mechanism
-    type(support_type), intent(in) :: supports(:)
+    type(support_type), intent(inout) :: supports(:)
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: forces(2), greatest, sizes(3)
-    complex(dp) :: place, force
+    real(dp) :: greatest, sizes(3)
+    complex(dp) :: place
     integer :: j
 
     weights%act = any(abs(gravity) > 0)
@@ -67,10 +67,12 @@ contains
     if (allocated(error)) return
     weights%rounding = sizes(3)
     do j = 1, size(supports)
-      forces = weights%static_forces(stiffness_matrix([supports(j)]))
-      force = -cmplx(forces(1), forces(2), dp)
-      weights%rest = weights%rest + conjg(cmplx(supports(j)%position(1), supports(j)%position(2), dp)) * force
-      weights%rounding = weights%rounding + norm2(supports(j)%position) * abs(force)
+      associate (p => supports(j)%position, static => supports(j)%static)
+        static = weights%static_forces(stiffness_matrix([supports(j)]))
+        if (supports(j)%turning) cycle
+        weights%rest = weights%rest - cmplx(p(1), -p(2), dp) * cmplx(static(1), static(2), dp)
+        weights%rounding = weights%rounding + norm2(p) * norm2(static)
+      end associate
     end do
     weights%rounding = 16 * epsilon(1.0_dp) * weights%rounding
     if (.not. all(ieee_is_finite([weights%load, weights%sag, weights%rounding, abs(weights%rest)]))) call fatal_error(error, &

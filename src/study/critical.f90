@@ -7,7 +7,7 @@ module gestell_study_critical
   use gestell_floquet_periodic_solution, only: periodic_solution_type, resonance
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: find_quantity, guide_forces, motion_rows, probe_type, quantity_type, velocities
+  use gestell_model_quantity, only: exact_rows, find_quantity, guide_forces, probe_type, quantity_type, velocities
   use gestell_model_varied_frame, only: varied_frame_type
   use gestell_study_campbell, only: campbell_order_type, check_campbell_order
   use gestell_study_campbell_crossings, only: crossing_type
@@ -346,7 +346,7 @@ contains
     rows = merge(velocities, guide_forces, f == 3)
     select type (frame)
     class is (varied_frame_type)
-      rows = motion_rows
+      rows = exact_rows(frame)
     end select
     call whole_motion(frame, system, phases, x, rows, motion)
     forces = matmul(transpose(motion), total%weights(:size(motion, 1), :))

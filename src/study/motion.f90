@@ -3,6 +3,8 @@
 module gestell_study_motion
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, turned_loads
+  use gestell_model_moved_mounting, only: ground_load
   use gestell_model_quantity, only: accelerations, cosine, displacements, guide_forces, moment_excess, sine, velocities
   use gestell_model_varied_frame, only: varied_frame_type
   use gestell_system_averaged, only: averaged_system
@@ -48,7 +50,8 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
     real(dp), intent(inout) :: motion(:, :)
-    real(dp) :: load(3, size(x, 2))
+    real(dp) :: load(3, size(x, 2)), c(3, 3), own(size(x, 2), 3)
+    integer :: k, row
 
     associate (psi => motion(3, :), psi_d => motion(6, :), psi_dd => motion(9, :), s => motion(sine::2, :), &
       & c => motion(cosine::2, :))
@@ -59,9 +62,20 @@ contains
       s(3, :) = c(1, :) * psi_dd - sin(psi) * psi_d**2
       c(3, :) = -sin(psi) * psi_dd - cos(psi) * psi_d**2
     end associate
-    load = frame%ground_forces(x)
-    motion(moment_excess, :) = load(3, :) - matmul(frame%stiffness(3, :), motion(:displacements, :)) &
-      & - matmul(frame%damping(3, :), motion(displacements + 1:velocities, :))
+    associate (q => motion(:displacements, :), v => motion(displacements + 1:velocities, :))
+      load = frame%ground_forces(x)
+      c = frame%stiffness + turned_loads(frame%supports)
+      motion(moment_excess, :) = load(3, :) - matmul(c(3, :), q) - matmul(frame%damping(3, :), v)
+      row = moment_excess
+      do k = 1, size(frame%supports)
+        if (.not. frame%supports(k)%turning) cycle
+        own = ground_load(frame%supports(k:k), transpose(q), transpose(v))
+        load = transpose(own) - matmul(stiffness_matrix(frame%supports(k:k)) + turned_loads(frame%supports(k:k)), q) &
+          & - matmul(damping_matrix(frame%supports(k:k)), v)
+        motion(row + 1:row + 2, :) = load(:2, :)
+        row = row + 2
+      end do
+    end associate
     motion(guide_forces, :) = motion(guide_forces, :) + motion(1, :) * motion(accelerations + 2, :) &
       & - motion(2, :) * motion(accelerations + 1, :)
   end subroutine add_turned
@@ -164,17 +178,27 @@ contains
     end do
   end subroutine motion_errors
 
-  !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1; the moment's from
-  !> the linear terms.
+  !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1; the moment's and the
+  !> supports' from the linear terms.
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)
-    integer :: k
+    real(dp) :: load(3)
+    integer :: k, row
 
     do k = 0, 2
       errors(sine + 2 * k:cosine + 2 * k) = errors(3 + 3 * k)
     end do
-    errors(moment_excess) = dot_product(abs(frame%stiffness(3, :)), errors(:3)) + dot_product(abs(frame%damping(3, :)), errors(4:6))
+    load = matmul(abs(frame%stiffness + turned_loads(frame%supports)), errors(:3)) + matmul(abs(frame%damping), errors(4:6))
+    errors(moment_excess) = load(3)
+    row = moment_excess
+    do k = 1, size(frame%supports)
+      if (.not. frame%supports(k)%turning) cycle
+      load = matmul(abs(stiffness_matrix(frame%supports(k:k)) + turned_loads(frame%supports(k:k))), errors(:3)) &
+        & + matmul(abs(damping_matrix(frame%supports(k:k))), errors(4:6))
+      errors(row + 1:row + 2) = load(:2)
+      row = row + 2
+    end do
   end subroutine add_turned_errors
 
 end module gestell_study_motion

@@ -7,8 +7,8 @@ module gestell_study_vibration
   use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, take_errors
   use gestell_floquet_turn_errors, only: turn_errors_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_mounting, only: matrix_rounding
-  use gestell_model_quantity, only: accelerations, guide_forces, motion_rows, velocities
+  use gestell_model_mounting, only: load_rounding, matrix_rounding, turned_loads
+  use gestell_model_quantity, only: accelerations, exact_rows, guide_forces, velocities
   use gestell_model_varied_frame, only: varied_frame_type
   use gestell_study_motion, only: motion_errors, whole_motion
   use gestell_system_second_order, only: second_order_system
@@ -148,7 +148,7 @@ contains
     kept_rows = rows
     select type (frame)
     class is (varied_frame_type)
-      kept_rows = motion_rows
+      kept_rows = exact_rows(frame)
     end select
   end function kept_rows
 
@@ -202,11 +202,12 @@ contains
     real(dp), dimension(size(states%rounding), 3) :: weights, rounding
 
     errors = 0
-    associate (bounds => states%bounds(), f => size(frame%free), stiffness => matrix_rounding(frame%stiffness), &
+    associate (bounds => states%bounds(), f => size(frame%free), c => frame%stiffness + turned_loads(frame%supports), &
+      & stiffness => matrix_rounding(frame%stiffness) + load_rounding(frame%supports), &
       & damping => matrix_rounding(frame%damping))
       errors(frame%free) = bounds(:f)
       errors(3 + frame%free) = bounds(f + 1:)
-      weights(:f, :) = transpose(frame%stiffness(:, frame%free))
+      weights(:f, :) = transpose(c(:, frame%free))
       weights(f + 1:, :) = transpose(frame%damping(:, frame%free))
       rounding(:f, :) = stiffness(frame%free, :)
       rounding(f + 1:, :) = damping(frame%free, :)

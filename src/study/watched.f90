@@ -52,7 +52,7 @@ contains
       allocate(watched(i)%statistics(probe_parts))
       allocate(watched(i)%history(size(vibration%motion_history, 2), probe_parts))
       do k = 1, probe_parts
-        call point_quantity(probes(i), trim(probe_part_names(k)), quantity)
+        call point_quantity(frame, probes(i), trim(probe_part_names(k)), quantity)
         call take_statistics(vibration, quantity, watched(i)%statistics(k), error)
         if (.not. allocated(error)) call history_of(vibration, quantity, history, error)
         if (allocated(error)) return
