@@ -237,7 +237,7 @@ contains
       class is (varied_frame_type)
         call first%motion%values([(k / 64.0_dp, k = 0, 63)], q_first, v, a)
       end select
-      difference = [norm2(q - q_first), abs(rho_exact%log_abs(1) - rho_first%log_abs(1))]
+      difference = [norm2(q - q_first), maxval(abs(rho_exact%log_abs - rho_first%log_abs))]
     end subroutine compare
 
   end subroutine check_scale

@@ -197,6 +197,11 @@ def cross(one, other):
     return one[0] * other[1] - one[1] * other[0]
 
 
+def turning(support):
+    """Whether its axes turn with the frame."""
+    return support.get("axes") == ["frame"]
+
+
 class Model:
     """The machine in Exudyn; `turn` maps the frame's state over one turn of the crank."""
 
@@ -243,8 +248,8 @@ class Model:
             kinds = exu.OutputVariableType
             self.sensors = [[mbs.AddSensor(item.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
                              for kind in (kinds.Coordinates, kinds.Coordinates_t)] for node in self.nodes]
-            self.gauges = [mbs.AddSensor(item.SensorObject(
-                objectNumber=spring, storeInternal=True, outputVariableType=kinds.ForceLocal)) for spring in self.springs]
+            self.gauges = [[mbs.AddSensor(item.SensorObject(objectNumber=spring, storeInternal=True, outputVariableType=kinds.ForceLocal))
+                            for spring in np.ravel(springs)] for springs in self.springs]
         mbs.Assemble()
 
     def angles(self, one, other):
@@ -273,6 +278,9 @@ class Model:
         still = mbs.AddObject(item.ObjectGround())
         self.springs = []
         for support, arm, (turn, _, _) in zip(machine.supports, self.arms, self.pads):
+            if turning(support):
+                self.springs.append(self.add_slide(still, support, turn, turn.T @ arm @ self.sag))
+                continue
             axes = np.eye(3)
             axes[:2, :2] = turn
             place = exu.HT(rotation=axes, translation=[*support["position"], 0.0])
@@ -290,6 +298,21 @@ class Model:
             markers = [mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
                        for node, coordinate in ((nothing, 0), (self.nodes[0], k))]
             mbs.AddObject(item.CoordinateConstraint(markerNumbers=markers))
+
+    def add_slide(self, still, support, turn, sag):
+        """A support whose axes turn with the frame: a slide all but without mass is guided along the frame's first axis, and along the
+        second one by a point that stays in space. Whatever the springs and dampers between them exert comes from these joints."""
+        mbs, place = self.mbs, support["position"]
+        node = mbs.AddNode(item.NodeRigidBody2D(referenceCoordinates=[*place, 0.0]))
+        slide = mbs.AddObject(item.ObjectRigidBody2D(nodeNumber=node, mass=1e-9, inertia=1e-9))
+        head, middle, foot = [mbs.AddMarker(item.MarkerBodyRigid(bodyNumber=body, localPosition=[*at, 0.0]))
+                              for body, at in ((self.bodies[0], place), (slide, (0.0, 0.0)), (still, place))]
+        first, second = ([*axis, 0.0] for axis in turn.T)
+        for ends, axis, normal, alike in (([middle, head], first, second, True), ([foot, middle], second, first, False)):
+            mbs.AddObject(item.PrismaticJoint2D(markerNumbers=ends, axisMarker0=axis, normalMarker1=normal, constrainRotation=alike))
+        return [mbs.AddObject(item.LinearSpringDamper(
+            markerNumbers=ends, axisMarker0=axis, stiffness=support["stiffness"][k], damping=support.get("damping", [0.0, 0.0])[k],
+            offset=sag[k])) for k, (ends, axis) in enumerate((([head, middle], first), ([middle, foot], second)))]
 
     def foundation(self, key):
         values = np.array(self.machine.foundation.get(key, [0.0, 0.0, 0.0]))
@@ -326,6 +349,15 @@ class Model:
             place = turn @ center
             q += [*(u + place - center), psi]
             w += [*(v + rate * np.array([-place[1], place[0]]) + turn @ moving), rate + spin]
+        for support, (axes, _, _) in zip(machine.supports, self.pads):
+            if not turning(support):
+                continue
+            p, first = np.array(support["position"]), axes[:, 0]
+            away = turn.T @ (u - p)
+            moved, moving = first @ (p + away), first @ (turn.T @ v - rate * np.array([-away[1], away[0]]))
+            place = turn @ (p - moved * first)
+            q += [*(u + place - p), psi]
+            w += [*(v + rate * np.array([-place[1], place[0]]) - moving * (turn @ first)), rate]
         return q, w
 
     def integrate(self, state, steps):
@@ -383,7 +415,13 @@ class Model:
         """Coordinates and velocities of all bodies, shape (rows, 2, bodies, 3), and the supports' forces on the ground, over a turn."""
         self.integrate(state, steps)
         data = np.array([[self.mbs.GetSensorStoredData(sensor) for sensor in pair] for pair in self.sensors])
-        forces = [self.mbs.GetSensorStoredData(gauge)[:, 1:3] @ turn.T for gauge, (turn, _, _) in zip(self.gauges, self.pads)]
+        c, s = np.cos(data[0, 0, :, 3]), np.sin(data[0, 0, :, 3])
+        forces = []
+        for gauges, (turn, _, _) in zip(self.gauges, self.pads):
+            force = np.concatenate([self.mbs.GetSensorStoredData(gauge)[:, 1:3] for gauge in gauges], axis=1)[:, :2] @ turn.T
+            if len(gauges) > 1:
+                force = -np.array([c * force[:, 0] - s * force[:, 1], s * force[:, 0] + c * force[:, 1]]).T
+            forces.append(force)
         return data[..., 1:].transpose(2, 1, 0, 3), np.array(forces or np.zeros((0, data.shape[2], 2)))
 
     def history(self, state):
@@ -408,9 +446,17 @@ class Model:
         for support, arm, (_, spring, damper), force in zip(self.machine.supports, self.arms, self.pads, forces):
             x, y = support["position"]
             head = q[:, 0, :2] + np.array([c * x - s * y, s * x + c * y]).T
-            moment += head[:, 0] * force[:, 1] - head[:, 1] * force[:, 0]
-            head = head - [x, y] + arm @ self.sag
             speed = v[:, 0, :2] + v[:, 0, 2:] * np.array([-s * x - c * y, c * x - s * y]).T
+            if turning(support):
+                # what the frame sees of its head's displacement
+                moment += x * force[:, 1] - y * force[:, 0]
+                away, rate = head - [x, y], v[:, 0, 2]
+                speed = speed - np.array([-rate * away[:, 1], rate * away[:, 0]]).T
+                away, speed = (np.array([c * a[:, 0] + s * a[:, 1], c * a[:, 1] - s * a[:, 0]]).T for a in (away, speed))
+                head = away + arm @ self.sag
+            else:
+                moment += head[:, 0] * force[:, 1] - head[:, 1] * force[:, 0]
+                head = head - [x, y] + arm @ self.sag
             energy += np.sum(head @ spring * head, axis=1) / 2
             lost += np.sum(speed @ damper * speed, axis=1)
         # What is left at the end of the turn is no jump.
