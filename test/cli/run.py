@@ -22,6 +22,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 from averaged import AVERAGED_TESTS, write_averaged_golden  # noqa: E402
+from axes import AXES_TESTS  # noqa: E402
 from borders import BORDER_TESTS  # noqa: E402
 from broken_inputs import INPUTS, OPTIONS, SOUND  # noqa: E402
 from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
@@ -597,7 +598,7 @@ def main():
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *NAME_TESTS,
                      *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS,
-                     *MODEL_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
+                     *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
                      *FAULT_TESTS,
                      *WEIGHT_TESTS):
             test()
