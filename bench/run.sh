@@ -6,7 +6,8 @@
 # What is missing of the peers is skipped with a word on how to install it. PYTHON names the Python with SciPy, numba and
 # numbalsoda, CC and CXX the compilers of the peers, FLAGS the flags of the library. A whole run takes an hour or so; with
 # --ours-only the library is measured alone, with --cases khang_four_bar:240 one case. --charts-only measures the charts of a
-# million machines alone and renews the last section of bench/RESULTS.md.
+# million machines alone and renews the last section of bench/RESULTS.md, --multibody-only the section beside Exudyn, which the
+# Python that EXUDYN names has (python3 as a rule); without, that section stays as it is.
 
 set -eu
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
@@ -48,10 +49,24 @@ charts() {
   sed -i '${/^$/d;}' "$build/charts.md"
 }
 
-ours_only='' charts_only='' options=()
+# The section beside Exudyn; as it was where Exudyn is missing.
+multibody() {
+  if "${EXUDYN:-python3}" -c 'import exudyn, numpy' 2>/dev/null; then
+    say "multibody"
+    library gestell . "$flags"
+    "${EXUDYN:-python3}" bench/multibody.py "$build/gestell/bin/gestell" >"$build/multibody.md"
+  else
+    say "Exudyn is skipped; to have it: pip install exudyn==1.13.6 numpy"
+    sed -n '/^## Beside a general program/,/^## Operations/{/^## Operations/d;p}' bench/RESULTS.md >"$build/multibody.md"
+  fi
+  sed -i '${/^$/d;}' "$build/multibody.md"
+}
+
+ours_only='' charts_only='' multibody_only='' options=()
 for word; do
   case $word in
     --charts-only) charts_only=yes ;;
+    --multibody-only) multibody_only=yes ;;
     --ours-only) ours_only=yes options+=("$word") ;;
     *) options+=("$word") ;;
   esac
@@ -60,6 +75,14 @@ python=${PYTHON:-python3}
 cc=${CC:-gcc} cxx=${CXX:-g++}
 skipped=()
 say "building"
+if [[ $multibody_only ]]; then
+  multibody
+  sed '/^## Beside a general program/,$d; /^## Operations/,$d' bench/RESULTS.md >"$build/before.md"
+  sed -n '/^## Operations/,$p' bench/RESULTS.md >"$build/after.md"
+  { cat "$build/before.md" "$build/multibody.md"; echo; cat "$build/after.md"; } >bench/RESULTS.md
+  say "bench/RESULTS.md has its section beside Exudyn"
+  exit
+fi
 [[ $charts_only ]] || library speed bench/speed "$flags"
 peer gsl libgsl-dev "$cc" gsl.c -lgsl -lgslcblas
 peer boost libboost-dev "$cxx" boost.cpp
@@ -127,6 +150,7 @@ say "trying flags"
 bash bench/flags.sh >"$build/flags.md"
 
 charts
+multibody
 
 cat - "$build/comparison.md" >bench/RESULTS.md <<TEXT
 # Results of the benchmarks
@@ -154,6 +178,8 @@ two errors are both small enough. Times are medians over rounds in which the pro
 
 TEXT
 {
+  printf '\n'
+  cat "$build/multibody.md"
   printf '\n## Operations and the peak of the core\n\nMeasured peak of one core: %s 1e9 operations a second (fused' "$peak"
   printf ' multiply-adds in registers, bench/peak.c).\nInstructions and operations of one solution are counted by valgrind'
   printf ' in a build for AVX2; times are those of the build above.\n\n'

@@ -4,8 +4,9 @@
 !>
 !>     sum [m (z'' - g). dz/dq + J (phi + psi)'' d(phi + psi)/dq] + dV/dq + sum (B d').dd/dq + sum (F_0 . dd/dq) = 0,
 !>
-!> V the springs' potential, d the displacement of a support's head along its axes in space or in the frame. F_0 are the springs' static
-!> forces: V's second differences times the small displacement by which the weights, in the mean over the turn, are in equilibrium.
+!> V the springs' potential, d the displacement of a support's head along its axes in space or in the frame. F_0 are the springs'
+!> static forces: V's second differences times the small displacement by which the weights, in the mean over the turn, are in
+!> equilibrium.
 module reference_exact
   use reference_linear, only: qp, solve
   use reference_linkage, only: motion_type, move

@@ -295,6 +295,7 @@ contains
     integer :: i, k
 
     machine = khang_machine(450.0_dp, 5.0_dp)
+    machine%supports(:2)%turning = .true.
     machine%gravity = [3.0_dp, -9.0_dp]
     down = machine%gravity / norm2(machine%gravity)
     call make(machine, frame, error)

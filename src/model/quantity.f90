@@ -7,8 +7,8 @@
 !>
 !>     x = xi - Y (psi + s) + X c,   y = eta + X (psi + s) + Y c,
 !>
-!> and what the moment of the supports on the ground has beyond its linear terms; then, along x and y, what the force of each support
-!> has whose axes turn with the frame, in their order.
+!> and what the moment of the supports on the ground has beyond its linear terms; then, along x and y, what the force of each
+!> support has whose axes turn with the frame, in their order.
 module gestell_model_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp

@@ -2,7 +2,8 @@
 !>
 !> Positions are those of the loaded machine at static rest, with the moment S = sum m r of the moving masses at its mean over the
 !> turn. Of the weights the motion then feels their moment about F alone, with that of the static forces F_j, which stay in space
-!> while the frame turns under them; those that turn with the frame are the mounting's. Vectors of the plane are complex numbers, a x b = Im(conj(a) b), E = exp(i psi), and with
+!> while the frame turns under them; those that turn with it are the mounting's (gestell_model_moved_mounting). Vectors of the
+!> plane are complex numbers, a x b = Im(conj(a) b), E = exp(i psi), and with
 !>
 !>     X = conj(S - mean S) g + R,   R = conj(mean S) g + sum of conj(p_j) F_j    of the F_j that stay in space
 !>
@@ -41,8 +42,8 @@ module gestell_model_weights
 contains
 
   !> Weights by `gravity` (m/s^2) of a frame of `mass` (kg) with its `mechanism`, whose pivot is at `origin` (m), on a mounting with
-  !> the `stiffness` c_ij, among it that of `supports`, whose static forces are set; `free`: places of the free ones of xi, eta, psi. Errors: no spring
-  !> carries the weights along one of them; they overflow.
+  !> the `stiffness` c_ij, among it that of `supports`, whose static forces are set; `free`: places of the free ones of xi, eta,
+  !> psi. Errors: no spring carries the weights along one of them; they overflow.
   subroutine new_weights(weights, gravity, mechanism, mass, origin, stiffness, supports, free, error)
     type(weights_type), intent(out) :: weights
     real(dp), intent(in) :: gravity(2), mass, origin(2), stiffness(3, 3)

@@ -178,8 +178,8 @@ contains
     end do
   end subroutine motion_errors
 
-  !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1; the moment's and the
-  !> supports' from the linear terms.
+  !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1; the moment's and
+  !> the supports' from the linear terms.
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)

@@ -469,9 +469,9 @@ class Model:
         return [*forces, ground[:, :2], ground[:, 2], moment], torque, np.array(static).reshape(-1, 2)
 
 
-def gestell(program, file, speed, folder):
+def gestell(program, file, speed, folder, *words):
     subprocess.run([program, "-q", "-o", folder, "-s", "case.tasks=stability,response,forces,power", "-s", "model.frame=exact",
-                    "-s", f"response.points={ROWS}", "-s", f"drive.speed_rpm={speed!r}", file], check=True)
+                    "-s", f"response.points={ROWS}", "-s", f"drive.speed_rpm={speed!r}", *words, file], check=True)
     tables = {}
     for name in ("multipliers", "response", "supports", "supports_history", "power"):
         with open(Path(folder) / f"{name}.csv") as lines:

@@ -230,6 +230,7 @@ contains
         if (dice%chance(0.6_dp)) words = words // ", damping=" // pair(source, scale%damping * dice%decades(-1.0_dp, 1.0_dp), &
           & scale%damping * dice%decades(-1.0_dp, 1.0_dp))
         if (dice%chance(0.3_dp)) words = words // optional(source, ", angle=", 180.0_dp)
+        if (dice%chance(0.3_dp)) words = words // ", axes=" // dice%pick([character(len=7) :: "'frame'", "'space'"])
         words = words // " /" // newline
       end do
       if (scale%supports == 0 .or. dice%chance(0.3_dp)) words = words // foundation(source, scale)
