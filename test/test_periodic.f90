@@ -2,8 +2,11 @@
 module test_periodic
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_trigonometric, only: series_through
   use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_floquet_quick_motion, only: quick_motion_type, solve_quickly
+  use gestell_system_corrected, only: corrected_system
   use systems, only: constant_type, scalar_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
@@ -20,7 +23,9 @@ contains
       & new_unittest("constant coefficients: response is the transfer function's", test_transfer), &
       & new_unittest("scalar system: multiplier and forced solution", test_scalar), &
       & new_unittest("resonance is an error, not a number", test_resonance), &
-      & new_unittest("a resonance nearby costs the digits it says", test_near_resonance)]
+      & new_unittest("a resonance nearby costs the digits it says", test_near_resonance), &
+      & new_unittest("a quick solution of what a motion lacks has its digits twice", test_quick), &
+      & new_unittest("no quick solution in a resonance", test_no_quick)]
   end subroutine collect_periodic
 
   !> q = Re [(C - W^2 M + i W B)^-1 h exp(i W t)].
@@ -31,14 +36,12 @@ contains
     type(periodic_solution_type) :: solution
     type(gestell_error), allocatable :: failure
     real(dp), allocatable :: x(:, :)
-    complex(dp) :: z(2, 2), q(2)
+    complex(dp) :: q(2)
     real(dp) :: w, t
     integer :: k
     integer, parameter :: points = 7
 
-    system = constant_type(states=4, period=0.7_dp, m=reshape([2.0_dp, 0.3_dp, 0.3_dp, 1.0_dp], [2, 2]), &
-      & b=reshape([0.2_dp, 0.1_dp, -0.1_dp, 0.3_dp], [2, 2]), c=reshape([90.0_dp, -20.0_dp, -20.0_dp, 50.0_dp], [2, 2]), &
-      & amplitude=[3.0_dp, -1.0_dp])
+    system = shaken()
     call solve_monodromy(system, accuracy_type(tolerance=1.0e-12_dp), .true., monodromy, failure)
     if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
     if (.not. allocated(failure)) call follow(system, monodromy, solution, [(real(k, dp) / points, k = 0, points)], x, failure)
@@ -47,9 +50,7 @@ contains
       return
     end if
     w = 2 * pi / system%period
-    z = cmplx(system%c - w**2 * system%m, w * system%b, dp)
-    q = [z(2, 2) * system%amplitude(1) - z(1, 2) * system%amplitude(2), &
-      & z(1, 1) * system%amplitude(2) - z(2, 1) * system%amplitude(1)] / (z(1, 1) * z(2, 2) - z(1, 2) * z(2, 1))
+    q = response(system)
     do k = 0, points
       t = system%period * k / points
       ! Condition of E - Phi is below 100 here: 1e-12 becomes at most 1e-10 of the motion's size 0.06.
@@ -60,6 +61,75 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_transfer
+
+  !> Two degrees of freedom with constant coefficients.
+  function shaken() result(system)
+    type(constant_type) :: system
+
+    system = constant_type(states=4, period=0.7_dp, m=reshape([2.0_dp, 0.3_dp, 0.3_dp, 1.0_dp], [2, 2]), &
+      & b=reshape([0.2_dp, 0.1_dp, -0.1_dp, 0.3_dp], [2, 2]), c=reshape([90.0_dp, -20.0_dp, -20.0_dp, 50.0_dp], [2, 2]), &
+      & amplitude=[3.0_dp, -1.0_dp])
+  end function shaken
+
+  !> (C - W^2 M + i W B)^-1 h.
+  pure function response(system) result(q)
+    type(constant_type), intent(in) :: system
+    complex(dp) :: q(2), z(2, 2)
+    real(dp) :: w
+
+    w = 2 * pi / system%period
+    z = cmplx(system%c - w**2 * system%m, w * system%b, dp)
+    q = [z(2, 2) * system%amplitude(1) - z(1, 2) * system%amplitude(2), &
+      & z(1, 1) * system%amplitude(2) - z(2, 1) * system%amplitude(1)] / (z(1, 1) * z(2, 2) - z(1, 2) * z(2, 1))
+  end function response
+
+  !> The motion by a quick solution, then with what it lacks by another one, against the transfer function. The map is aimed at 1e-6,
+  !> the condition of E - Phi is below 100.
+  subroutine test_quick(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: phases = 8
+    real(dp), parameter :: rough = 1.0e-4_dp
+    type(constant_type), target :: system
+    type(quick_motion_type) :: motion
+    complex(dp) :: q(2)
+    real(dp) :: found(phases, 2), exact(phases, 2), off(2)
+    logical :: fits
+    integer :: i, k
+
+    system = shaken()
+    q = response(system)
+    do k = 1, phases
+      exact(k, :) = real(q * exp(cmplx(0, 2 * pi * (k - 1) / phases, dp)))
+    end do
+    call solve_quickly(system, phases, motion, fits)
+    call check(error, fits, more="the first solution")
+    if (allocated(error)) return
+    found = transpose(motion%x(:2, :))
+    off(1) = maxval(abs(found - exact)) / maxval(abs(exact))
+    call solve_quickly(corrected_system(system, series_through(found), [1, 2]), phases, motion, fits)
+    call check(error, fits, more="the second solution")
+    if (allocated(error)) return
+    off(2) = maxval(abs(found + transpose(motion%x(:2, :)) - exact)) / maxval(abs(exact))
+    print "(a, 2es9.1)", "         errors of the motion, and corrected:", off
+    ! Beside the square of the first error, its rounding times the condition.
+    call check(error, off(1) > 1.0e-12_dp .and. off(1) < rough .and. off(2) < rough * off(1) + 1.0e-13_dp, more="errors")
+  end subroutine test_quick
+
+  !> Undamped oscillators at twice the frequency of the excitation: no digits.
+  subroutine test_no_quick(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(quick_motion_type) :: motion
+    logical :: fits
+
+    call solve_quickly(oscillators(4.0_dp), 16, motion, fits)
+    call check(error, .not. fits, more="resonance must be refused")
+    if (allocated(error)) return
+    call solve_quickly(oscillators(3.5_dp), 16, motion, fits)
+    call check(error, fits, more="beside it")
+    if (allocated(error)) return
+    ! q = 1 / (c - 1), and 1e-3 of it is aimed at
+    call check(error, motion%x(1, 1), 1 / 2.5_dp, thr=1.0e-3_dp / 2.5_dp)
+  end subroutine test_no_quick
 
   subroutine test_scalar(error)
     type(error_type), allocatable, intent(out) :: error

@@ -3,7 +3,6 @@ module gestell_floquet_gauss
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_lanes, only: lanes
-  use gestell_base_text, only: text
   use gestell_floquet_gauss_steps, only: fits_lanes, gauss_steps
   use gestell_floquet_method, only: evaluation_work, method_type
   use gestell_floquet_tableau, only: gauss_tableau, tableau_type
@@ -30,8 +29,9 @@ contains
   pure function gauss(stages) result(method)
     integer, intent(in) :: stages
     type(gauss_method) :: method
+    character(len=2), parameter :: numbers(*) = [character(len=2) :: "1", "2", "3", "4", "5", "6", "7", "8", "9", "10"]
 
-    method%name = "gauss" // text(stages)
+    method%name = "gauss" // trim(numbers(stages))
     method%order = 2 * stages
     method%stages = stages
     ! (s!)^2 / ((2 s)! (2 s + 1)!), the first term by which the Pade approximation departs from exp

@@ -33,68 +33,79 @@ module gestell_model_moved_mounting
     procedure :: times
   end type pair_type
 
+  !> Sums over such pairs at places p: of the means times 1, p and |p|^2, of the differences times 1, conj(p) and conj(p)^2.
+  type :: sums_type
+    real(dp) :: mean = 0, mean_pp = 0
+    complex(dp) :: difference = 0, mean_p = 0, difference_p = 0, difference_pp = 0
+    logical :: act = .false.
+  end type sums_type
+
 contains
 
   !> Subtracts forces and moments of the `supports` on the frame from `r`, shape (points, 3), and their derivatives with respect to
-  !> q and q' from `c` and `b`, shape (points, 3, 3), where the frame is at q with the velocity `v`, shape (points, 3).
-  pure subroutine add_mounting(supports, q, v, r, b, c)
+  !> q and q' from `c` and `b`, shape (points, 3, 3), where the frame is at q with the velocity `v`, shape (points, 3), turned by
+  !> E = `turn`, shape (points). With the force F = sum of F_j and G = sum of conj(p_j) F_j the moment is Im(conj(E) G).
+  pure subroutine add_mounting(supports, q, v, turn, r, b, c)
     type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: q(:, :), v(:, :)
+    complex(dp), intent(in) :: turn(:)
     real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
+    complex(dp), dimension(size(turn)) :: f, g, f_turn, g_turn, f_spin, g_spin, rest
+    type(sums_type) :: springs, dampers
     integer :: j
 
     do j = 1, size(supports)
-      if (supports(j)%turning) then
-        call add_in_frame(supports(j), q, v, r, b, c)
-      else
-        call add_in_space(supports(j), q, v, r, b, c)
-      end if
+      associate (s => supports(j))
+        if (s%turning) then
+          call add_in_frame(s, q, v, turn, r, b, c)
+        else
+          call add_pair(springs, pair_of(s%stiffness, s%angle), complex_of(s%position))
+          call add_pair(dampers, pair_of(s%damping, s%angle), complex_of(s%position))
+        end if
+      end associate
     end do
+    f = 0
+    g = 0
+    f_turn = 0
+    g_turn = 0
+    f_spin = 0
+    g_spin = 0
+    rest = 0
+    call hold(springs, cmplx(q(:, 1), q(:, 2), dp), turn - 1, f, g)
+    call hold(springs, rest, i * turn, f_turn, g_turn)
+    call subtract_plane(springs, turn, c)
+    if (dampers%act) then
+      call hold(dampers, cmplx(v(:, 1), v(:, 2), dp), i * v(:, 3) * turn, f, g)
+      call hold(dampers, rest, -v(:, 3) * turn, f_turn, g_turn)
+      call hold(dampers, rest, i * turn, f_spin, g_spin)
+      call subtract_plane(dampers, turn, b)
+      b(:, 1, 3) = b(:, 1, 3) - real(f_spin)
+      b(:, 2, 3) = b(:, 2, 3) - aimag(f_spin)
+      b(:, 3, 3) = b(:, 3, 3) - cross(turn, g_spin)
+    end if
+    r(:, 1) = r(:, 1) - real(f)
+    r(:, 2) = r(:, 2) - aimag(f)
+    r(:, 3) = r(:, 3) - cross(turn, g)
+    c(:, 1, 3) = c(:, 1, 3) - real(f_turn)
+    c(:, 2, 3) = c(:, 2, 3) - aimag(f_turn)
+    c(:, 3, 3) = c(:, 3, 3) - cross(turn, g_turn) + real(conjg(turn) * g)      ! the load turned on its arm
   end subroutine add_mounting
 
-  !> The same of one support whose axes stay in space.
-  pure subroutine add_in_space(support, q, v, r, b, c)
+  !> The same of a support whose axes turn with the frame.
+  pure subroutine add_in_frame(support, q, v, turn, r, b, c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: q(:, :), v(:, :)
-    real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
-    type(pair_type) :: spring, damper
-    complex(dp), dimension(size(q, 1)) :: d, d_dot, arm, force, by_turn, by_spin
-
-    spring = pair_of(support%stiffness, support%angle)
-    damper = pair_of(support%damping, support%angle)
-    call elongate(support, q, v, d, d_dot)
-    arm = d - cmplx(q(:, 1), q(:, 2), dp) + complex_of(support%position)       ! E p
-    force = -spring%times(d) - damper%times(d_dot)                             ! F = -K d - B v
-    by_turn = -spring%times(i * arm) + damper%times(v(:, 3) * arm)             ! dF/dpsi
-    by_spin = -damper%times(i * arm)                                           ! dF/dpsi'
-    r(:, 1) = r(:, 1) - real(force)
-    r(:, 2) = r(:, 2) - aimag(force)
-    r(:, 3) = r(:, 3) - cross(arm, force)
-    call subtract_plane(spring, arm, c)
-    call subtract_plane(damper, arm, b)
-    c(:, 1, 3) = c(:, 1, 3) - real(by_turn)
-    c(:, 2, 3) = c(:, 2, 3) - aimag(by_turn)
-    c(:, 3, 3) = c(:, 3, 3) - cross(arm, by_turn) + real(conjg(arm) * force)   ! the load turned on its arm
-    b(:, 1, 3) = b(:, 1, 3) - real(by_spin)
-    b(:, 2, 3) = b(:, 2, 3) - aimag(by_spin)
-    b(:, 3, 3) = b(:, 3, 3) - cross(arm, by_spin)
-  end subroutine add_in_space
-
-  !> The same of one support whose axes turn with the frame.
-  pure subroutine add_in_frame(support, q, v, r, b, c)
-    type(support_type), intent(in) :: support
-    real(dp), intent(in) :: q(:, :), v(:, :)
+    complex(dp), intent(in) :: turn(:)
     real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
     complex(dp), parameter :: along(2) = [(1.0_dp, 0.0_dp), i]
     type(pair_type) :: spring, damper
-    complex(dp), dimension(size(q, 1)) :: e, e_dot, turn, w, f, moved, by_place, by_speed
+    complex(dp), dimension(size(q, 1)) :: e, e_dot, w, f, moved, by_place, by_speed
     complex(dp) :: static
     integer :: k
 
     spring = pair_of(support%stiffness, support%angle)
     damper = pair_of(support%damping, support%angle)
     static = complex_of(support%static)
-    turn = exp(i * q(:, 3))
     call elongate(support, q, v, e, e_dot)
     w = e - complex_of(support%position)
     f = spring%times(e) + damper%times(e_dot) + static
@@ -121,6 +132,30 @@ contains
     b(:, 2, 3) = b(:, 2, 3) + aimag(turn * by_speed)
     b(:, 3, 3) = b(:, 3, 3) - cross(w, by_speed)
   end subroutine add_in_frame
+
+  pure subroutine add_pair(sums, pair, p)
+    type(sums_type), intent(inout) :: sums
+    type(pair_type), intent(in) :: pair
+    complex(dp), intent(in) :: p
+
+    sums%act = sums%act .or. abs(pair%mean) > 0 .or. abs(pair%difference) > 0
+    sums%mean = sums%mean + pair%mean
+    sums%difference = sums%difference + pair%difference
+    sums%mean_p = sums%mean_p + pair%mean * p
+    sums%difference_p = sums%difference_p + pair%difference * conjg(p)
+    sums%mean_pp = sums%mean_pp + pair%mean * real(conjg(p) * p)
+    sums%difference_pp = sums%difference_pp + pair%difference * conjg(p)**2
+  end subroutine add_pair
+
+  !> Adds the forces F and G on the frame where the heads move by u + w p.
+  pure subroutine hold(sums, u, w, f, g)
+    type(sums_type), intent(in) :: sums
+    complex(dp), intent(in) :: u(:), w(:)
+    complex(dp), intent(inout) :: f(:), g(:)
+
+    f = f - (sums%mean * u + sums%difference * conjg(u) + sums%mean_p * w + sums%difference_p * conjg(w))
+    g = g - (conjg(sums%mean_p) * u + sums%difference_p * conjg(u) + sums%mean_pp * w + sums%difference_pp * conjg(w))
+  end subroutine hold
 
   !> What the supports exert on the ground by the motion, shape (points, 3): forces along axes in space, and the moment about F at
   !> rest, sum of (p + d) x (K d + B v), or p x (E f - G).
@@ -210,19 +245,22 @@ contains
     complex_of = cmplx(a(1), a(2), dp)
   end function complex_of
 
-  !> The derivatives of -force and -moment with respect to xi and eta, or their velocities.
-  pure subroutine subtract_plane(pair, arm, k)
-    type(pair_type), intent(in) :: pair
-    complex(dp), intent(in) :: arm(:)
+  !> The derivatives of -force and -moment with respect to xi and eta, or their velocities: the heads move by 1 or by i.
+  pure subroutine subtract_plane(sums, turn, k)
+    type(sums_type), intent(in) :: sums
+    complex(dp), intent(in) :: turn(:)
     real(dp), intent(inout) :: k(:, :, :)
-    complex(dp) :: along
+    complex(dp), parameter :: along(2) = [(1.0_dp, 0.0_dp), i], none(1) = 0
+    complex(dp) :: f(1), g(1)
     integer :: j
 
     do j = 1, 2
-      along = pair%times(merge((1.0_dp, 0.0_dp), i, j == 1))
-      k(:, 1, j) = k(:, 1, j) + real(along)
-      k(:, 2, j) = k(:, 2, j) + aimag(along)
-      k(:, 3, j) = k(:, 3, j) + cross(arm, along)
+      f = 0
+      g = 0
+      call hold(sums, along(j:j), none, f, g)
+      k(:, 1, j) = k(:, 1, j) - real(f(1))
+      k(:, 2, j) = k(:, 2, j) - aimag(f(1))
+      k(:, 3, j) = k(:, 3, j) - cross(turn, g(1))
     end do
   end subroutine subtract_plane
 

@@ -10,6 +10,7 @@
 !> with the mounting's F_j, M_j (gestell_model_moved_mounting) and the weights' moment (gestell_model_weights). About the rest q = 0
 !> they are (8) to (12).
 module gestell_model_varied_frame
+  use gestell_base_circle, only: circle
   use gestell_base_kinds, only: dp, pi
   use gestell_base_trigonometric, only: series_type
   use gestell_model_frame, only: frame_type
@@ -28,6 +29,8 @@ module gestell_model_varied_frame
     !> xi, eta, psi over theta = 2 pi t/T.
     type(series_type) :: motion
     logical :: newton = .true.
+    !> Whether the load is only what is left of the exact equations at `motion`: the periodic motion is Newton's step.
+    logical :: lacking = .false.
     !> The part of the excitation that acts, 0 to 1: a path from rest.
     real(dp) :: excitation = 1
     !> The foundation's part of the mounting.
@@ -78,20 +81,24 @@ contains
     real(dp), contiguous, intent(out), optional :: h(:, :)
     real(dp), dimension(size(phases), 3, 3) :: all_m, all_b, all_c
     real(dp), dimension(size(phases), 3) :: q, v, a, r
+    real(dp) :: cosine(size(phases)), sine(size(phases))
+    complex(dp) :: turn(size(phases))
     integer :: j, k
 
     call self%motion%values(phases, q, v, a)
     v = v * (2 * pi / self%period)
     a = a * (2 * pi / self%period)**2
-    call vary_inertia(self, phases, q, v, a, r, all_m, all_b, all_c)
+    call circle(q(:, 3), cosine, sine)
+    turn = cmplx(cosine, sine, dp)
+    call vary_inertia(self, phases, q, v, a, turn, r, all_m, all_b, all_c)
     call add_foundation(self, q, v, r, all_b, all_c)
-    call add_mounting(self%supports, q, v, r, all_b, all_c)
+    call add_mounting(self%supports, q, v, turn, r, all_b, all_c)
     m = all_m(:, self%free, self%free)
     b = all_b(:, self%free, self%free)
     c = all_c(:, self%free, self%free)
     if (.not. present(h)) return
     if (.not. self%newton) r = 0
-    do k = 1, 3
+    do k = 1, merge(0, 3, self%lacking)
       do j = 1, 3
         r(:, j) = r(:, j) - all_m(:, j, k) * a(:, k) - all_b(:, j, k) * v(:, k) - all_c(:, j, k) * q(:, k)
       end do
@@ -99,14 +106,15 @@ contains
     h = -r(:, self%free)
   end subroutine sample_second_order
 
-  !> The left sides of the equations, shape (points, 3), and their derivatives with respect to q'', q' and q.
-  subroutine vary_inertia(frame, phases, q, v, a, r, m, b, c)
+  !> The left sides of the equations, shape (points, 3), and their derivatives with respect to q'', q' and q, where E is `turn`.
+  subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
     type(varied_frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: q(:, :), v(:, :), a(:, :)
+    complex(dp), intent(in) :: turn(:)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp) :: table(size(phases), table_columns), inertia(size(phases)), inertia_d(size(phases))
-    complex(dp), dimension(size(phases)) :: turn, s, s_d, s_dd, load, spun, moving
+    complex(dp), dimension(size(phases)) :: s, s_d, s_dd, load, spun, moving
     complex(dp), parameter :: upright = 1
     real(dp) :: mass
 
@@ -121,7 +129,6 @@ contains
       inertia_d = omega * (table(:, a3_d) + 2 * xi0 * table(:, a1_d) + 2 * eta0 * table(:, a2_d))
       r(:, 3) = omega**2 * (xi0 * table(:, a2_dd) - eta0 * table(:, a1_dd) + table(:, a4_v))
     end associate
-    turn = exp(i * q(:, 3))
     load = turn * (s_dd + 2 * i * v(:, 3) * s_d + (i * a(:, 3) - v(:, 3)**2) * s)
     spun = turn * (2 * i * s_d - 2 * v(:, 3) * s)
     moving = i * turn * s

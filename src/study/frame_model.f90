@@ -16,12 +16,11 @@ module gestell_study_frame_model
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_periodic_solution, only: resonance
-  use gestell_floquet_solution, only: floquet_type, solve_multipliers
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_vibration_path, only: follow_excitation, follow_speed
-  use gestell_study_newton, only: add_rounding, first_samples, iterate, loosened, next_motion, no_convergence, rough, &
-    & smooth_motion
+  use gestell_study_newton, only: iterate, no_convergence, rough
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -53,14 +52,22 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(newton_type), intent(out), optional :: newton
     type(varied_frame_type), allocatable :: varied
+    type(series_type) :: rest
+    real(dp), allocatable :: steps(:)
 
     select case (model)
     case ("rest")
       allocate(settled, source=frame)
     case ("first_order", "exact")
+      allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
       allocate(varied)
-      call start_from_rest(frame, model, accuracy, varied, error)
-      if (is_excited(frame) .and. model == "exact") call find_vibration(frame, accuracy, varied, error, newton)
+      varied = varied_frame(frame, rest)
+      varied%newton = model == "exact" .and. is_excited(frame)
+      if (varied%newton) then
+        call find_vibration(frame, accuracy, varied, error, newton)
+      else
+        call iterate(frame, accuracy, .true., varied, steps, error)
+      end if
       if (.not. allocated(error)) call move_alloc(varied, settled)
     case default
       call fatal_error(error, "there is no model '" // model // "' of the frame", invalid_input)
@@ -85,62 +92,35 @@ contains
     call move_alloc(settled, system)
   end subroutine settle_member
 
-  !> `frame` varied about its vibration by (8).
-  subroutine start_from_rest(frame, model, accuracy, varied, error)
-    class(frame_type), intent(in) :: frame
-    character(len=*), intent(in) :: model
-    type(accuracy_type), intent(in) :: accuracy
-    type(varied_frame_type), intent(out) :: varied
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: q(:, :)
-    type(floquet_type) :: floquet
-    real(dp) :: error_of_motion
-    type(accuracy_type) :: start
-
-    start = accuracy
-    if (model == "exact" .and. is_excited(frame)) start = loosened(accuracy, rough)
-    call next_motion(frame, frame, start, first_samples, floquet, q, error_of_motion, error)
-    if (allocated(error)) return
-    varied = varied_frame(frame, smooth_motion(frame, floquet, q, error_of_motion))
-    varied%newton = model == "exact" .and. is_excited(frame)
-    if (.not. varied%newton) call add_rounding(frame, floquet%scale, error_of_motion, varied)
-  end subroutine start_from_rest
-
-  !> Newton's method from `varied`, the linear vibration; where that fails or, by `error`, is none, on a path. Between two turning
-  !> points of the vibrations over the speed lies one that no machine keeps to: another one, if a path leads to it, is preferred.
+  !> Newton's method from `varied`, the frame about rest; where that fails, on a path. Between two turning points of the vibrations
+  !> over the speed lies one that no machine keeps to: another one, if a path leads to it, is preferred.
   subroutine find_vibration(frame, accuracy, varied, error, newton)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(varied_frame_type), intent(inout) :: varied
-    type(error_type), allocatable, intent(inout) :: error
+    type(error_type), allocatable, intent(out) :: error
     type(newton_type), intent(out), optional :: newton
     type(varied_frame_type) :: found, other
     type(error_type), allocatable :: none
-    type(floquet_type) :: last
-    type(series_type) :: rest
     real(dp), allocatable :: steps(:), other_steps(:)
     logical :: followed, stays
 
+    found = varied
+    call iterate(frame, accuracy, .false., found, steps, error)
     followed = too_far(error)
-    if (.not. allocated(error)) then
-      found = varied
-      call iterate(frame, accuracy, found, steps, error, last)
-      followed = too_far(error)
-    end if
     if (allocated(error) .and. .not. followed) return
-    allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
     if (followed) then
-      found = varied_frame(frame, rest)
+      found = varied
       call follow_excitation(frame, accuracy, found, steps, error)
       if (allocated(error)) call follow_speed(frame, accuracy, found, steps, error)
       if (allocated(error)) return
     else
       stays = .not. steps(1) > notably_nonlinear
-      if (.not. stays) stays = .not. between_turns(last)
+      if (.not. stays) stays = .not. between_turns(found)
       if (.not. stays) then
-        other = varied_frame(frame, rest)
-        call follow_speed(frame, accuracy, other, other_steps, none, last)
-        if (.not. allocated(none)) followed = .not. between_turns(last)
+        other = varied
+        call follow_speed(frame, accuracy, other, other_steps, none)
+        if (.not. allocated(none)) followed = .not. between_turns(other)
       end if
       if (followed) then
         found = other
@@ -154,12 +134,14 @@ contains
   end subroutine find_vibration
 
   !> Whether a multiplier says that the vibration lies between two turning points: it is real and greater than 1.
-  logical function between_turns(floquet)
-    type(floquet_type), intent(in) :: floquet
+  logical function between_turns(varied)
+    type(varied_frame_type), intent(in) :: varied
+    type(floquet_type) :: floquet
     type(multipliers_type) :: multipliers
     type(error_type), allocatable :: error
 
-    call solve_multipliers(floquet, .false., multipliers, error)
+    call solve_floquet(varied, accuracy_type(tolerance=rough), .false., floquet, error)
+    if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
     between_turns = .false.
     if (.not. allocated(error)) between_turns = any(real(multipliers%rho) > 1 + multipliers%error .and. &
       & .not. abs(aimag(multipliers%rho)) > 0)

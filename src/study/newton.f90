@@ -1,19 +1,22 @@
 !> Newton's method for the periodic vibration of the exact frame, in the space of periodic functions: from q_k to the periodic
-!> motion q_k+1 of the frame varied about q_k (gestell_model_varied_frame).
+!> motion q_k+1 of the frame varied about q_k (gestell_model_varied_frame). Each step is a quick solution of the system that tells
+!> what q_k lacks, so that its own errors are small beside the step.
 module gestell_study_newton
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_trigonometric, only: series_through, series_type
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_quick_motion, only: quick_motion_type, solve_quickly
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame_type
-  use gestell_system_periodic, only: periodic_system
+  use gestell_system_corrected, only: corrected_system
+  use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private
 
-  public :: add_rounding, iterate, loosened, next_motion, size_of, smooth_motion, values_of
+  public :: iterate, loosened, next_motion, values_of
 
   !> The message where the steps do not become small.
   character(len=*), parameter, public :: no_convergence = "Newton's method does not converge"
@@ -24,99 +27,131 @@ module gestell_study_newton
   integer, parameter :: most_steps = 12
   !> A step greater than this part of the motion tells that the start was bad, an error that the motion is nothing but error.
   real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
+  !> Part of the tolerance that may be left of the steps to come.
+  real(dp), parameter :: part_left = 0.1_dp
   !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
   integer, parameter, public :: first_samples = 64
   integer, parameter :: most_samples = 2**12
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
 
+  !> A periodic motion as it is told by `next_motion`.
+  type, public :: next_type
+    !> At equidistant phases, shape (samples, 3), the series through them, units that make the states comparable.
+    real(dp), allocatable :: q(:, :), scale(:)
+    type(series_type) :: series
+    !> Its size in these units; its change from the motion it is told from, and an estimate of its error, relative to it.
+    real(dp) :: size = 0, step = 0, error = 0
+    type(quick_motion_type) :: quick
+  end type next_type
+
 contains
 
-  !> Newton's method with the excitation of `varied`, which becomes the frame varied about the motion that is found. Errors: as of
-  !> `solve_floquet` and `solve_periodic`; no convergence.
-  subroutine iterate(frame, accuracy, varied, steps, error, last)
-    class(frame_type), intent(in) :: frame
+  !> Newton's method with the excitation of `varied`, from its motion, or from rest; `varied` becomes the frame varied about the
+  !> vibration that is found, about that of `frame` itself, of the equations about rest, where `linear`. `steps`:
+  !> |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration or from the motion that `varied` had.
+  !> Errors: as of `solve_floquet` and `solve_periodic`; no convergence.
+  subroutine iterate(frame, accuracy, linear, varied, steps, error)
+    class(frame_type), intent(in), target :: frame
     type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: linear
     type(varied_frame_type), intent(inout) :: varied
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
-    !> The solution of the last step, whose multipliers are those of the vibration to about the step's size.
-    type(floquet_type), intent(out), optional :: last
-    type(floquet_type) :: floquet
-    real(dp), allocatable :: q(:, :), before(:, :)
-    real(dp) :: step, left, expected, error_of_motion, error_before
-    integer :: k
+    type(accuracy_type) :: order
+    type(next_type) :: next
+    type(varied_frame_type) :: lack
+    real(dp) :: step, before, left
+    integer :: first, k, samples
 
     allocate(steps(0))
-    expected = rough
-    error_before = 0
-    do k = 1, most_steps
-      call next_motion(frame, varied, loosened(accuracy, expected), 2 * ubound(varied%motion%cosine, 1) + 2, floquet, q, &
-        & error_of_motion, error)
+    first = 1
+    if (.not. any(abs(varied%motion%cosine) > 0 .or. abs(varied%motion%sine) > 0)) first = 0
+    before = 1
+    do k = first, most_steps
+      samples = 2 * ubound(varied%motion%cosine, 1) + 2
+      order = accuracy
+      if (k == 0 .and. .not. linear) order = loosened(accuracy, rough)
+      if (k == 0) then
+        call next_motion(frame, frame, order, samples, next, error)
+      else if (linear) then
+        call next_motion(frame, frame, order, samples, next, error, varied%motion, &
+          & corrected_system(frame, varied%motion, frame%free))
+      else
+        lack = varied
+        lack%lacking = .true.
+        call next_motion(frame, varied, order, samples, next, error, varied%motion, lack)
+      end if
       if (allocated(error)) return
-      before = values_of(varied%motion, size(q, 1))
-      step = size_of(frame, floquet, q - before) / max(size_of(frame, floquet, q), tiny(step))
-      steps = [steps, step]
-      left = next_step(steps, error_before)
-      error_before = error_of_motion
-      varied%motion = smooth_motion(frame, floquet, q, error_of_motion)
-      ! A motion that is all error is not told better by another step.
-      if (expected <= accuracy%tolerance .and. (left <= accuracy%tolerance .or. error_of_motion >= all_error)) then
-        call add_rounding(frame, floquet%scale, error_of_motion + merge(left, 0.0_dp, step < 1), varied)
-        if (present(last)) last = floquet
+      step = next%step
+      if (k > 0) steps = [steps, step]
+      varied%motion = next%series
+      call trim_motion(frame, next, part_left * accuracy%tolerance, varied%motion)
+      ! Steps fall at least as the last two did: what is yet to come. A motion that is all error is not told better by another.
+      left = step * min(1.0_dp, step / before)
+      if ((k > 0 .or. linear) .and. (left <= max(part_left * accuracy%tolerance, next%error) .or. next%error >= all_error)) then
+        call add_rounding(frame, next%scale, next%error + 2 * merge(left, 0.0_dp, left < 1), varied)
         return
       end if
-      if (.not. step < greatest_step .and. k > 2 .and. error_of_motion < all_error) exit
-      expected = min(rough, left)
-      if (left <= rough .or. error_of_motion >= all_error) expected = min(expected, accuracy%tolerance)
+      if (.not. step < greatest_step .and. k > 2) exit
+      before = step
     end do
     call fatal_error(error, no_convergence, failed_computation)
   end subroutine iterate
 
-  !> The step that would follow: convergence is quadratic, s_k+1 = c s_k^2, with c of the last two steps, but for what the error of
-  !> the motion between them, relative to it, makes of the last one. c is at least 1, as is taken after a first step.
-  pure real(dp) function next_step(steps, error_before)
-    real(dp), intent(in) :: steps(:), error_before
-
-    associate (k => size(steps))
-      next_step = steps(k)**2
-      if (k > 1) next_step = max(next_step, &
-        & (steps(k) - error_before) * min(steps(k) / max(steps(k - 1), tiny(next_step)), 1.0_dp)**2)
-    end associate
-  end function next_step
-
-  !> The periodic motion of `system` at as many equidistant phases as resolve it, at least `samples`, shape (samples, 3), and a
-  !> bound on its error relative to the motion. Errors: as of `solve_floquet` and `solve_periodic`.
-  subroutine next_motion(frame, system, accuracy, samples, floquet, q, error_of_motion, error)
-    class(frame_type), intent(in) :: frame
-    class(periodic_system), intent(in) :: system
+  !> The periodic motion of `system` at as many equidistant phases as resolve it, at least `samples`. It is solved quickly, so its
+  !> error may be `rough`, unless there is a motion `from` which lacks the periodic motion of the system `lack`. `next` may hold the
+  !> motion of a system that differs little. Where the quick way does not fit the system is solved as all others, to `accuracy`.
+  !> Errors: as of `solve_floquet` and `solve_periodic`.
+  subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack)
+    class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy
     integer, intent(in) :: samples
-    type(floquet_type), intent(out) :: floquet
-    real(dp), allocatable, intent(out) :: q(:, :)
-    real(dp), intent(out) :: error_of_motion
+    type(next_type), intent(inout) :: next
     type(error_type), allocatable, intent(out) :: error
+    type(series_type), intent(in), optional :: from
+    class(second_order_system), intent(in), optional :: lack
+    type(floquet_type) :: floquet
     type(periodic_solution_type) :: start
-    type(series_type) :: series
-    real(dp), allocatable :: x(:, :)
+    real(dp), allocatable :: x(:, :), change(:, :)
     real(dp) :: tail(3)
+    logical :: fits
     integer :: n, k
 
-    call solve_floquet(system, accuracy, .true., floquet, error)
-    if (.not. allocated(error)) call solve_periodic(floquet, start, error)
-    if (allocated(error)) return
     n = max(first_samples, samples)
     do
-      call follow(system, floquet, start, [(real(k, dp) / n, k = 0, n - 1)], x, error)
-      if (allocated(error)) return
-      if (allocated(q)) deallocate(q)
-      allocate(q(n, 3), source=0.0_dp)
-      q(:, frame%free) = transpose(x(:size(frame%free), :))
-      series = series_through(q)
-      tail = series%tail()
-      error_of_motion = max(frame%load_rounding, norm2(start%error / floquet%scale) &
-        & / max(maxval(norm2(x / spread(floquet%scale, 2, n), dim=1)), tiny(tail)))
-      if (maxval(tail(frame%free) / floquet%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100, &
-        & error_of_motion / 100) * size_of(frame, floquet, q) .or. 2 * n > most_samples .or. error_of_motion >= all_error) exit
+      if (allocated(next%q)) deallocate(next%q)
+      allocate(next%q(n, 3), source=0.0_dp)
+      if (present(from) .and. present(lack)) then
+        next%q = values_of(from, n)
+        change = -next%q
+        call solve_quickly(lack, n, next%quick, fits)
+      else
+        change = next%q
+        call solve_quickly(system, n, next%quick, fits)
+      end if
+      if (fits) then
+        next%q(:, frame%free) = next%q(:, frame%free) + transpose(next%quick%x(:size(frame%free), :))
+        next%scale = next%quick%scale
+        next%error = max(frame%load_rounding, next%quick%rounding)
+      else
+        if (.not. allocated(floquet%parts)) then
+          call solve_floquet(system, accuracy, .true., floquet, error)
+          if (.not. allocated(error)) call solve_periodic(floquet, start, error)
+          if (allocated(error)) return
+        end if
+        call follow(system, floquet, start, [(real(k, dp) / n, k = 0, n - 1)], x, error)
+        if (allocated(error)) return
+        next%q(:, frame%free) = transpose(x(:size(frame%free), :))
+        next%scale = floquet%scale
+        next%error = max(frame%load_rounding, norm2(start%error / next%scale) &
+          & / max(maxval(norm2(x / spread(next%scale, 2, n), dim=1)), tiny(tail)))
+      end if
+      next%size = size_of(frame, next%scale, next%q)
+      next%step = size_of(frame, next%scale, next%q + change) / max(next%size, tiny(next%size))
+      next%series = series_through(next%q)
+      tail = next%series%tail()
+      if (maxval(tail(frame%free) / next%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100, next%error / 100) &
+        & * next%size .or. 2 * n > most_samples .or. next%error >= all_error) exit
       n = 2 * n
     end do
   end subroutine next_motion
@@ -149,19 +184,18 @@ contains
     loosened%tolerance = max(accuracy%tolerance, tolerance)
   end function loosened
 
-  !> The series through samples of the motion, without what is rounding, or within its error, this part of it.
-  function smooth_motion(frame, floquet, q, error) result(motion)
+  !> Leaves out of a motion what is rounding, or within its error, or of these parts of it.
+  subroutine trim_motion(frame, next, part, motion)
     class(frame_type), intent(in) :: frame
-    type(floquet_type), intent(in) :: floquet
-    real(dp), intent(in) :: q(:, :), error
-    type(series_type) :: motion
+    type(next_type), intent(in) :: next
+    real(dp), intent(in) :: part
+    type(series_type), intent(inout) :: motion
     real(dp) :: units(3)
 
     units = 0
-    units(frame%free) = floquet%scale(:size(frame%free))
-    motion = series_through(q)
-    call motion%trim(units, max(noise, error / 100) * size_of(frame, floquet, q))
-  end function smooth_motion
+    units(frame%free) = next%scale(:size(frame%free))
+    call motion%trim(units, max(noise, next%error / 100, part / 100) * next%size)
+  end subroutine trim_motion
 
   !> A motion at equidistant phases.
   function values_of(motion, samples) result(q)
@@ -173,16 +207,15 @@ contains
     call motion%values([(real(k, dp) / samples, k = 0, samples - 1)], q, v, a)
   end function values_of
 
-  !> The greatest size of a motion, in the units of `floquet`.
-  pure real(dp) function size_of(frame, floquet, q)
+  !> The greatest size of a motion, over the units of the states.
+  pure real(dp) function size_of(frame, scale, q)
     class(frame_type), intent(in) :: frame
-    type(floquet_type), intent(in) :: floquet
-    real(dp), intent(in) :: q(:, :)
+    real(dp), intent(in) :: scale(:), q(:, :)
     integer :: j
 
     size_of = 0
     do j = 1, size(frame%free)
-      size_of = max(size_of, maxval(abs(q(:, frame%free(j)))) / floquet%scale(j))
+      size_of = max(size_of, maxval(abs(q(:, frame%free(j)))) / scale(j))
     end do
   end function size_of
 

@@ -14,10 +14,9 @@ module gestell_study_vibration_path
   use gestell_base_kinds, only: dp, pi
   use gestell_base_trigonometric, only: series_through, series_type
   use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_floquet_solution, only: floquet_type
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame_type
-  use gestell_study_newton, only: first_samples, iterate, loosened, next_motion, rough, values_of
+  use gestell_study_newton, only: first_samples, iterate, loosened, next_motion, next_type, rough, values_of
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -82,13 +81,12 @@ contains
   end subroutine follow_excitation
 
   !> The same over the speed, from another one.
-  subroutine follow_speed(frame, accuracy, varied, steps, error, last)
+  subroutine follow_speed(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(varied_frame_type), intent(inout) :: varied
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
-    type(floquet_type), intent(out), optional :: last
     type(family_type) :: family
     class(frame_type), allocatable :: other
     type(varied_frame_type) :: start
@@ -102,13 +100,13 @@ contains
       other = frame
       other%speed = start%speed
       other%period = start%period
-      call iterate(other, loosened(accuracy, rough), start, steps, error)
+      call iterate(other, loosened(accuracy, rough), .false., start, steps, error)
       if (allocated(error)) then
         error%message = unfound
         cycle
       end if
       call follow_path(family, frame, values_of(start%motion, first_samples) / spread(family%units, 1, first_samples), 1, &
-        & varied, steps, error, last)
+        & varied, steps, error)
       if (.not. allocated(error)) return
     end do
   end subroutine follow_speed
@@ -143,7 +141,7 @@ contains
 
   !> The path from the vibration q at lambda = 0, at first up or down (`way` = 1 or -1), to that at lambda = 1, which `varied`
   !> becomes varied about. Error: it ends before.
-  subroutine follow_path(family, frame, q, way, varied, steps, error, last)
+  subroutine follow_path(family, frame, q, way, varied, steps, error)
     type(family_type), intent(inout) :: family
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: q(:, :)
@@ -151,7 +149,6 @@ contains
     type(varied_frame_type), intent(inout) :: varied
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
-    type(floquet_type), intent(out), optional :: last
     type(varied_frame_type) :: found
     type(point_type) :: at, next
     real(dp), allocatable :: q_a(:, :), q_b(:, :)
@@ -177,7 +174,7 @@ contains
         part = (1 - at%lambda) / (next%lambda - at%lambda)
         found = member(family, 1.0_dp)
         found%motion = motion_of(family, resampled(at%q, size(next%q, 1)) * (1 - part) + next%q * part)
-        call iterate(frame, family%accuracy, found, steps, error, last)
+        call iterate(frame, family%accuracy, .false., found, steps, error)
         if (.not. allocated(error)) then
           varied = found
           return
@@ -290,14 +287,13 @@ contains
       integer, intent(in) :: samples
       real(dp), allocatable, intent(out) :: next(:, :)
       type(varied_frame_type) :: about
-      type(floquet_type) :: floquet
-      real(dp) :: unused
+      type(next_type) :: found
 
       about = member(family, at)
       about%motion = motion_of(family, q)
-      call next_motion(about, about, loosened(family%accuracy, precise), samples, floquet, next, unused, error)
+      call next_motion(about, about, loosened(family%accuracy, precise), samples, found, error)
       if (allocated(error)) return
-      next = next / spread(family%units, 1, size(next, 1))
+      next = found%q / spread(family%units, 1, size(found%q, 1))
       if (size(next, 1) > most_samples) call fatal_error(error, "the motion on the path is too rough", failed_computation)
     end subroutine next_of
 

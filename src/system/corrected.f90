@@ -1,0 +1,73 @@
+!> What a motion lacks of the periodic motion of M q'' + B q' + C q = h, as a system of its own: the same M, B, C with the load
+!>
+!>     h - M q'' - B q' - C q
+!>
+!> along that motion. A coarse solution of it improves the motion by as many digits as it has itself.
+module gestell_system_corrected
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_trigonometric, only: series_type
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: corrected_system
+
+  type, extends(second_order_system), public :: corrected_system_type
+    private
+    class(second_order_system), pointer :: inner => null()
+    !> The motion of the degrees of freedom `free` of `inner`, over theta = 2 pi t/T.
+    type(series_type) :: motion
+    integer, allocatable :: free(:)
+  contains
+    procedure :: matrices
+    procedure :: sample_second_order
+  end type corrected_system_type
+
+contains
+
+  !> `motion` holds functions of which those numbered `free` are the degrees of freedom of `inner`.
+  function corrected_system(inner, motion, free) result(corrected)
+    class(second_order_system), intent(in), target :: inner
+    type(series_type), intent(in) :: motion
+    integer, intent(in) :: free(:)
+    type(corrected_system_type) :: corrected
+
+    corrected%states = inner%states
+    call corrected%inherit(inner)
+    corrected%inner => inner
+    corrected%motion = motion
+    corrected%free = free
+  end function corrected_system
+
+  subroutine matrices(self, t, m, b, c)
+    class(corrected_system_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    call self%inner%matrices(t, m, b, c)
+  end subroutine matrices
+
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(corrected_system_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp), dimension(size(phases), size(self%motion%cosine, 2)) :: q, v, a
+    integer :: j, k
+
+    if (.not. present(h)) then
+      call self%inner%sample_second_order(phases, m, b, c)
+      return
+    end if
+    call self%inner%sample_second_order(phases, m, b, c, h)
+    call self%motion%values(phases, q, v, a)
+    v = v * (2 * pi / self%period)
+    a = a * (2 * pi / self%period)**2
+    do k = 1, size(self%free)
+      do j = 1, size(self%free)
+        h(:, j) = h(:, j) - (m(:, j, k) * a(:, self%free(k)) + b(:, j, k) * v(:, self%free(k)) + c(:, j, k) * q(:, self%free(k)))
+      end do
+    end do
+  end subroutine sample_second_order
+
+end module gestell_system_corrected
