@@ -90,7 +90,7 @@ contains
     a = a * (2 * pi / self%period)**2
     call circle(q(:, 3), cosine, sine)
     turn = cmplx(cosine, sine, dp)
-    call vary_inertia(self, phases, q, v, a, turn, r, all_m, all_b, all_c)
+    call vary_inertia(self, phases, v, a, turn, r, all_m, all_b, all_c)
     call add_foundation(self, q, v, r, all_b, all_c)
     call add_mounting(self%supports, q, v, turn, r, all_b, all_c)
     m = all_m(:, self%free, self%free)
@@ -107,10 +107,10 @@ contains
   end subroutine sample_second_order
 
   !> The left sides of the equations, shape (points, 3), and their derivatives with respect to q'', q' and q, where E is `turn`.
-  subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
+  subroutine vary_inertia(frame, phases, v, a, turn, r, m, b, c)
     type(varied_frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :)
+    real(dp), intent(in) :: v(:, :), a(:, :)
     complex(dp), intent(in) :: turn(:)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp) :: table(size(phases), table_columns), inertia(size(phases)), inertia_d(size(phases))
