@@ -25,6 +25,7 @@ contains
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type), target :: family
+    type(locked_family_type), allocatable, target :: bare
     type(border_line_type), allocatable :: lines(:)
 
     associate (plan => configuration%plan)
@@ -34,11 +35,15 @@ contains
       family%accuracy%tolerance = min(family%accuracy%tolerance, border_accuracy)
       if (size(plan%grid%axes) == 2) call search_lines(family, plan, lines, error)
       if (allocated(error)) return
+      if (size(plan%grid%axes) == 1 .and. family%model == "exact") then
+        allocate(bare, source=family)
+        bare%model = "rest"
+      end if
       ! What is not allocated is not there.
       if (allocated(plan%base)) then
-        call solve_borders(family, plan%grid, plan%borders, results, error, plan%base, lines)
+        call solve_borders(family, plan%grid, plan%borders, results, error, plan%base, lines, bare)
       else
-        call solve_borders(family, plan%grid, plan%borders, results, error, lines=lines)
+        call solve_borders(family, plan%grid, plan%borders, results, error, lines=lines, bare=bare)
       end if
       if (.not. allocated(error)) call write_borders(folder, preamble, plan%paths, results, error)
       if (.not. allocated(error)) call plot_borders(folder, preamble, plan%paths, plan%units, plan%grid, results, error)

@@ -58,24 +58,26 @@ contains
       end associate
     end if
     if (allocated(analysis%vibration)) values([xi_peak, eta_peak, psi_peak]) = analysis%vibration%peak(:3)
-    call other_columns(configuration, findings, names, others)
+    call other_columns(configuration, analysis, findings, names, others)
     word = ""
     if (allocated(analysis%multipliers) .and. .not. columns(verdict)) word = trim(analysis%multipliers%verdict())
     call print_out(case_lines(assignments, columns, values, names, others, word), error)
   end subroutine print_case
 
   !> The columns that do not stand in sweep.csv; NaN where there is no vibration.
-  subroutine other_columns(configuration, findings, names, others)
+  subroutine other_columns(configuration, analysis, findings, names, others)
     type(configuration_type), intent(in) :: configuration
+    type(analysis_type), intent(in) :: analysis
     type(findings_type), intent(in) :: findings
     character(len=96), allocatable, intent(out) :: names(:)
     real(dp), allocatable, intent(out) :: others(:)
-    integer :: forces, probes, drives, i
+    integer :: forces, probes, drives, searched, i
 
     forces = merge(1 + size(configuration%frame%supports), 0, configuration%forces)
     probes = merge(size(configuration%probes), 0, configuration%tasks%response)
     drives = merge(1, 0, configuration%power)
-    allocate(names(forces + probes + drives))
+    searched = merge(1, 0, configuration%tasks%all_vibrations .and. configuration%tasks%judged())
+    allocate(names(forces + probes + drives + searched))
     allocate(others(size(names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
     if (forces > 0) names(1) = "f_peak_N"
     do i = 1, forces - 1
@@ -84,7 +86,8 @@ contains
     do i = 1, probes
       names(forces + i) = "probe(" // trim(configuration%probes(i)%name) // ").v_band_mm_s"
     end do
-    if (drives > 0) names(size(names)) = "torque_peak_Nm"
+    if (drives > 0) names(forces + probes + 1) = "torque_peak_Nm"
+    if (searched > 0) names(size(names)) = "vibrations"
     if (allocated(findings%places)) then
       others(1) = findings%places(size(findings%places))%statistics(whole_force)%peak
       do i = 1, forces - 1
@@ -92,7 +95,8 @@ contains
       end do
     end if
     if (allocated(findings%watched)) others(forces + 1:forces + probes) = 1000 * findings%watched%greatest
-    if (allocated(findings%drive)) others(size(others)) = findings%drive%actual%peak
+    if (allocated(findings%drive)) others(forces + probes + 1) = findings%drive%actual%peak
+    if (allocated(analysis%several) .and. searched > 0) others(size(others)) = size(analysis%several)
   end subroutine other_columns
 
   !> All points of a sweep, in the grid's order. Errors: they could not be computed; they cannot be written.

@@ -50,6 +50,7 @@ module gestell
   use gestell_study_resonance_maxima, only: maximum_type
   use gestell_study_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter, solve_sensitivity
   use gestell_study_speed_point, only: solve_speed_point, speed_order_type, speed_point_type, speed_state_names => state_names
+  use gestell_study_several, only: index_sum, list_vibrations, search_vibrations, several_type
   use gestell_study_statistics, only: band_rms, history_of, statistics_type, take_statistics
   use gestell_study_table, only: remember_mechanism
   use gestell_study_tile_results, only: column_eta_peak => eta_peak, column_log_rho_max => log_rho_max, &

@@ -12,12 +12,12 @@ module exact_machines
   use machines, only: frame_of_machine
   use reference_exact, only: residual
   use reference_linear, only: qp
-  use reference_machine, only: khang_machine, machine_data
+  use reference_machine, only: joint_data, khang_machine, link_data, machine_data, support_data
   use testdrive, only: check, error_type, test_failed
   implicit none (type, external)
   private
 
-  public :: check_residual, machine_on_supports, solve, solve_multiplier
+  public :: check_residual, machine_on_supports, scotch_yoke, solve, solve_multiplier
 
 contains
 
@@ -37,6 +37,26 @@ contains
     if (present(gravity)) machine%gravity = gravity
     if (present(turning)) machine%supports([1, 2, 4])%turning = turning
   end function machine_on_supports
+
+  !> The machine of validation/exudyn/scotch_yoke.nml, weakly damped.
+  function scotch_yoke(speed_rpm) result(machine)
+    real(dp), intent(in) :: speed_rpm
+    type(machine_data) :: machine
+
+    machine%speed_rpm = speed_rpm
+    allocate(machine%joints(3), machine%links(3), machine%supports(3))
+    machine%joints(2) = joint_data("crank", ends=[1, 0], radius=0.06_dp, phase_deg=40.0_dp)
+    machine%joints(3) = joint_data("RPP", ends=[2, 0], guide_point=[0.0_dp, 0.03_dp], guide_angle_deg=20.0_dp)
+    machine%links(1) = link_data(1, 2, 1.6_dp, 0.004_dp, [-0.01_dp, 0.005_dp])
+    machine%links(2) = link_data(2, 0, 0.3_dp, 0.0002_dp)
+    machine%links(3) = link_data(3, 0, 2.4_dp, 0.012_dp, [0.05_dp, -0.02_dp])
+    machine%frame_mass = 38
+    machine%frame_inertia = 1.1_dp
+    machine%origin = [-0.04_dp, 0.12_dp]
+    machine%supports(1) = support_data([-0.25_dp, -0.22_dp], [1.4e5_dp, 0.5e5_dp], [6.0_dp, 3.0_dp], 45.0_dp)
+    machine%supports(2) = support_data([0.27_dp, -0.20_dp], [1.5e5_dp, 0.6e5_dp], [6.0_dp, 3.0_dp], 125.0_dp)
+    machine%supports(3) = support_data([0.02_dp, 0.30_dp], [2.0e4_dp, 4.0e4_dp], [2.0_dp, 2.0_dp], -10.0_dp)
+  end function scotch_yoke
 
   subroutine solve(machine, model, system, error, newton)
     type(machine_data), intent(in) :: machine

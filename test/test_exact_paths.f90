@@ -1,12 +1,17 @@
 !> The exact frame where its vibration is far from the linear one; its invariants.
 module test_exact_paths
-  use exact_machines, only: check_residual, machine_on_supports, solve, solve_multiplier
+  use exact_machines, only: check_residual, machine_on_supports, scotch_yoke, solve, solve_multiplier
+  use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_study_frame_model, only: newton_type
+  use gestell_model_varied_frame, only: varied_frame_type
+  use gestell_study_frame_model, only: newton_type, settle
+  use gestell_study_several, only: index_sum, list_vibrations, search_vibrations, several_type
+  use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
-  use testdrive, only: check, error_type, new_unittest, unittest_type
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
 
@@ -19,6 +24,7 @@ contains
 
     testsuite = [ &
       & new_unittest("paths to vibrations far from the linear one", test_paths), &
+      & new_unittest("all vibrations of a machine", test_all_vibrations), &
       & new_unittest("without damping reciprocal multipliers", test_reciprocal), &
       & new_unittest("the product of the multipliers by Liouville's formula", test_liouville)]
   end subroutine collect_exact_paths
@@ -39,6 +45,55 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_paths
+
+  !> The Scotch yoke has three vibrations at 1138.6 rpm, whichever of them the search begins with: each obeys d'Alembert's
+  !> principle, they differ, and of the three indices, whose sum is 1, the one in the middle is -1.
+  subroutine test_all_vibrations(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(accuracy_type), parameter :: accuracy = accuracy_type(tolerance=1.0e-11_dp)
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    class(frame_type), allocatable :: system
+    type(varied_frame_type), allocatable :: list(:), one(:)
+    type(several_type), allocatable :: several(:)
+    type(gestell_error), allocatable :: failure
+    integer :: i, k
+
+    machine = scotch_yoke(1138.6_dp)
+    call frame_of_machine(machine, frame, failure)
+    if (.not. allocated(failure)) call settle(frame, "exact", accuracy, system, failure)
+    if (allocated(failure)) then
+      call test_failed(error, failure%message)
+      return
+    end if
+    allocate(list(1))
+    select type (system)
+    class is (varied_frame_type)
+      list(1) = system
+    end select
+    call search_vibrations(frame, accuracy, list)
+    call check(error, size(list), 3, more="vibrations")
+    if (allocated(error)) return
+    do i = 1, size(list)
+      call check_residual(machine, list(i), error)
+      if (allocated(error)) return
+      allocate(one(1))
+      one(1) = list(i)
+      call search_vibrations(frame, accuracy, one)
+      call check(error, size(one), 3, more="vibrations, from another one")
+      if (allocated(error)) return
+      deallocate(one)
+    end do
+    call list_vibrations(list, accuracy, 64, 20, several, failure)
+    call check(error, .not. allocated(failure), more="the list fails")
+    if (allocated(error)) return
+    do k = 1, size(several)
+      call check(error, several(k)%vibration_index(), merge(-1, 1, k == 2), more="index")
+      if (.not. allocated(error) .and. k > 1) call check(error, several(k)%rms(3) > 1.1_dp * several(k - 1)%rms(3), more="the next")
+      if (allocated(error)) return
+    end do
+    call check(error, index_sum(several), 1, more="sum of the indices")
+  end subroutine test_all_vibrations
 
   !> The equations varied about a vibration of a machine without damping are Hamilton's: with rho 1/rho is a multiplier.
   subroutine test_reciprocal(error)

@@ -46,12 +46,13 @@ contains
         end associate
       end do
     else
-      header = header // ",below,above"
+      header = header // ",below,above,vibration"
       do i = 1, n
         associate (v => results%values(i))
           curves(i) = text(i)
           values(:, i) = [v%value, v%arg_rad]
-          tails(i) = trim(v%kind) // "," // exact(v%error) // "," // trim(v%below) // "," // trim(v%above)
+          tails(i) = trim(v%kind) // "," // exact(v%error) // "," // trim(v%below) // "," // trim(v%above) // "," &
+            & // text(v%vibration)
         end associate
       end do
     end if

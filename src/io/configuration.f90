@@ -66,6 +66,7 @@ module gestell_io_configuration
   character(len=*), parameter :: task_names(*) = [character(len=11) :: "stability", "modes", "response", "trade", "sweep", &
     & "boundary", "forces", "power", "drawing", "resonance", "critical", "campbell", "sensitivity"]
   character(len=*), parameter :: coefficient_names(*) = [character(len=8) :: "periodic", "averaged"]
+  character(len=*), parameter :: vibrations_names(*) = [character(len=3) :: "one", "all"]
 
 contains
 
@@ -198,7 +199,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
     character(len=word_length), allocatable :: tasks(:)
-    character(len=:), allocatable :: coefficients, model
+    character(len=:), allocatable :: coefficients, model, vibrations
 
     group = the_group(doc, "case")
     call get(group, "title", configuration%title, error, default="")
@@ -240,6 +241,13 @@ contains
     configuration%tasks%model = model
     if (configuration%tasks%averaged .and. model /= "rest") then
       call input_error(group, "coefficients", "'averaged' is a simplification of frame='rest'", error)
+      return
+    end if
+    call get(group, "vibrations", vibrations, error, default="one", allowed=vibrations_names)
+    if (allocated(error)) return
+    configuration%tasks%all_vibrations = vibrations == "all"
+    if (configuration%tasks%all_vibrations .and. model /= "exact") then
+      call input_error(group, "vibrations", "linear equations have one vibration: 'all' is for frame='exact'", error)
       return
     end if
 

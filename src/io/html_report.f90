@@ -29,6 +29,7 @@ module gestell_io_html_report
   type(part_type), parameter :: parts(*) = [ &
     & part_type("mechanism", "The machine", "The mechanism through a turn on its frame and mounts, to scale."), &
     & part_type("multipliers", "Stability", "The multipliers and the unit circle: inside, free vibrations die out.", .true.), &
+    & part_type("vibrations", "Vibrations at this speed", "Periodic vibrations of the machine, smallest first.", .true.), &
     & part_type("modes", "Modes", "The eigenvectors of the free vibrations at crank angle 0."), &
     & part_type("response", "Vibration over a turn", "Displacements of the frame and forces on the ground."), &
     & part_type("harmonics", "Spectrum", "Amplitudes by orders of the crank."), &

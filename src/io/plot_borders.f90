@@ -74,7 +74,9 @@ contains
       here = coordinate(axis, results%values(i)%value)
       others = coordinate(axis, results%values%value)
       next_of = maxval(coordinate(axis, [axis%from, axis%to]))
-      if (any(others > here)) next_of = minval(others, mask=others > here)
+      associate (own => others > here .and. results%values%vibration == results%values(i)%vibration)
+        if (any(own)) next_of = minval(others, mask=own)
+      end associate
     end function next_of
 
     pure real(dp) function least()

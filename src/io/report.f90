@@ -12,6 +12,7 @@ module gestell_io_report
   use gestell_io_plausibility, only: implausible_lines
   use gestell_io_report_model, only: better_line, model_line, newton_line
   use gestell_io_report_multipliers, only: multiplier_lines, out_of_range, told
+  use gestell_io_report_several, only: among, several_lines
   use gestell_io_significance, only: noise_of, order_words
   use gestell_io_verdict, only: section
   use gestell_io_warnings, only: beyond_small
@@ -116,9 +117,10 @@ contains
 
     associate (frame => configuration%frame)
       report = ""
-      if (allocated(analysis%multipliers)) report = report // verdict_lines(analysis%multipliers, frame%period)
+      if (allocated(analysis%multipliers)) report = report // verdict_lines(analysis%multipliers, frame%period, &
+        & among(analysis%several))
       report = report // better_line(better, trim(configuration%tasks%model)) // evidence_lines(analysis, configuration%accuracy) &
-        & // newton_line(analysis%newton)
+        & // newton_line(analysis%newton) // several_lines(analysis%several, configuration%tasks%all_vibrations)
       if (allocated(analysis%vibration)) report = report // beyond_small([moved(frame, analysis%vibration%peak(:3))], &
         & configuration%tasks%model)
       if (configuration%tasks%stability .or. configuration%tasks%modes) report = report &
@@ -132,10 +134,11 @@ contains
     end associate
   end function report_results
 
-  !> The verdict in words.
-  pure function verdict_lines(multipliers, period) result(lines)
+  !> The verdict in words; `others`: what is said of other vibrations.
+  pure function verdict_lines(multipliers, period, others) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     real(dp), intent(in) :: period
+    character(len=*), intent(in) :: others
     character(len=:), allocatable :: lines
     character(len=:), allocatable :: word
     real(dp) :: turns
@@ -151,18 +154,18 @@ contains
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
     if (word == "stable" .and. multipliers%error(1) >= 1) then
       lines = lines // "every free vibration dies out within a turn, so fast that the multipliers are lost in rounding" &
-        & // newline
+        & // others // newline
       return
     end if
     select case (word)
     case ("stable")
       lines = lines // "every free vibration dies out, the slowest to half in " // concise(turns, 3) // " turns (" &
-        & // concise(turns * period, 3) // " s)"
+        & // concise(turns * period, 3) // " s)" // others
     case ("unstable")
       lines = lines // "a free vibration grows, to twice its size in " // concise(turns, 3) // " turns (" &
-        & // concise(turns * period, 3) // " s)" // newline // "  it " // manner(multipliers%arg(1))
+        & // concise(turns * period, 3) // " s)" // others // newline // "  it " // manner(multipliers%arg(1))
     case default
-      lines = lines // "the error bound reaches across the border |rho| = 1"
+      lines = lines // "the error bound reaches across the border |rho| = 1" // others
     end select
     lines = lines // newline // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
     if (word == "undecided") then

@@ -33,8 +33,14 @@ contains
           & // counted(axis%count, "search point") // ", " // trim(merge("logarithmic", "linear     ", axis%logarithmic)) // newline
       end associate
     end do
-    if (plan%order%model == "exact") report = report // "  of the vibration that is found: where it jumps to another one that is " &
-      & // "told as a border, and a tongue beside it can be missed" // newline
+    if (plan%order%model /= "exact") return
+    if (size(plan%grid%axes) == 1) then
+      report = report // "  of every vibration that is met when the one at the range's beginning is followed; a turning point is " &
+        & // "where one ceases to exist" // newline
+    else
+      report = report // "  of the vibration that is found: where it jumps to another one that is " &
+        & // "told as a border, and a tongue beside it can be missed" // newline
+    end if
   end function report_search
 
   !> What was found.
@@ -53,7 +59,9 @@ contains
         associate (v => results%values(i))
           report = report // padded(concise(v%value, 13), 20) // " +- " // concise(v%error, 2) // "  " // words(v%kind)
           if (v%kind == kind_names(flutter)) report = report // " at " // concise(v%arg_rad) // " rad"
-          report = report // ", below " // trim(v%below) // ", above " // trim(v%above) // newline
+          report = report // ", below " // trim(v%below) // ", above " // trim(v%above)
+          if (maxval(results%values%vibration) > 1) report = report // ", vibration " // text(v%vibration)
+          report = report // newline
         end associate
       end do
       report = report // rest_of(results%rest, plan%borders%tolerance)

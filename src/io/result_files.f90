@@ -8,7 +8,7 @@ module gestell_io_result_files
   !> Tables, in the order in which their pictures are named: NAME.csv, its script NAME.gp, its pictures NAME.svg and NAME.png.
   character(len=*), parameter, public :: tables(*) = [character(len=18) :: "mechanism", "multipliers", "modes", "response", &
     & "harmonics", "supports", "supports_history", "supports_harmonics", "probes", "probes_history", "probes_harmonics", &
-    & "power", "resonance", "peaks", "campbell", "crossings", "critical", "sensitivity", "trade", "sweep", &
+    & "power", "resonance", "peaks", "campbell", "crossings", "critical", "sensitivity", "trade", "sweep", "vibrations", &
     & "boundary"]
   !> Endings of a picture, and of what goes with a table.
   character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]

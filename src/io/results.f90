@@ -8,6 +8,7 @@ module gestell_io_results
   use gestell_io_plot_multipliers, only: plot_modes, plot_multipliers
   use gestell_io_plot_trade, only: plot_trade
   use gestell_io_plot_response, only: plot_harmonics, plot_response
+  use gestell_io_report_several, only: write_several
   use gestell_model_frame, only: frame_type
   use gestell_study_analysis, only: analysis_type, tasks_type
   use gestell_study_model_trade, only: model_trade_type
@@ -41,6 +42,8 @@ contains
       end if
       if (allocated(error)) return
     end if
+    if (allocated(analysis%several)) call write_several(folder, preamble, analysis%several, error)
+    if (allocated(error)) return
     if (allocated(analysis%vibration) .and. tasks%response) then
       call write_history(folder, preamble, frame, analysis%vibration, error)
       if (.not. allocated(error)) call plot_response(folder, preamble, frame, analysis%vibration, error)

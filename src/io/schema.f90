@@ -125,6 +125,7 @@ module gestell_io_schema
       key_rule("probe", "band_hz", real_key, 1, 2, 2), &
       key_rule("model", "coefficients", text_key), &
       key_rule("model", "frame", text_key), &
+      key_rule("model", "vibrations", text_key), &
       key_rule("accuracy", "tolerance", real_key), &
       key_rule("accuracy", "method", text_key), &
       key_rule("accuracy", "steps", integer_key), &

@@ -1,14 +1,16 @@
 !> One machine at one speed: what was asked for, and nothing else.
 module gestell_study_analysis
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, failed_computation
   use gestell_base_kinds, only: dp
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_periodic_solution, only: resonance
-  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_floquet_periodic_solution, only: periodic_solution_type, resonance
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
+  use gestell_model_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
   use gestell_study_resonance, only: describe_resonance, find_resonance, resonance_type
+  use gestell_study_several, only: list_vibrations, search_vibrations, several_type
   use gestell_study_vibration, only: check_times, solve_vibration, vibration_type
   use gestell_system_averaged, only: averaged_system
   implicit none (type, external)
@@ -26,6 +28,8 @@ module gestell_study_analysis
     logical :: averaged = .false.
     !> The frame's model (gestell_study_frame_model).
     character(len=11) :: model = "exact"
+    !> Whether all vibrations of the exact frame are sought, not only the one that is told.
+    logical :: all_vibrations = .false.
     !> Rows of the whole motion that are kept, 0: none (gestell_model_quantity): what forces, probes and power are made of.
     integer :: rows = 0
     !> The verdict, even where nothing of the above asks for it.
@@ -43,6 +47,8 @@ module gestell_study_analysis
     !> The frame by its model, and how an exact vibration was found.
     class(frame_type), allocatable :: frame
     type(newton_type) :: newton
+    !> The exact vibrations that were found, the smallest first, where they are several or were sought.
+    type(several_type), allocatable :: several(:)
     type(vibration_type), allocatable :: vibration
     !> Where a resonance costs the periodic vibration a digit or more.
     type(resonance_type), allocatable :: resonance
@@ -87,6 +93,7 @@ contains
       call solve_floquet(model, accuracy, tasks%vibration(), analysis%floquet, error)
     else
       call settle(frame, trim(tasks%model), accuracy, analysis%frame, error, analysis%newton)
+      if (allocated(error)) call name_resonance_at_rest(frame, accuracy, error)
       if (.not. allocated(error)) call solve_floquet(analysis%frame, accuracy, tasks%vibration(), analysis%floquet, error)
     end if
     if (allocated(error)) return
@@ -95,6 +102,8 @@ contains
       if (allocated(error)) return
       analysis%multipliers = multipliers
     end if
+    if (tasks%judged() .and. .not. tasks%averaged) call take_several(frame, tasks, accuracy, analysis, error)
+    if (allocated(error)) return
     if (.not. tasks%vibration()) return
     allocate(analysis%vibration)
     if (tasks%rows == 0) then
@@ -113,6 +122,31 @@ contains
     end if
   end subroutine analyse
 
+  !> The vibrations that were met beside the one that is told, and those that are sought. Errors: as of `list_vibrations`.
+  subroutine take_several(frame, tasks, accuracy, analysis, error)
+    class(frame_type), intent(in) :: frame
+    type(tasks_type), intent(in) :: tasks
+    type(accuracy_type), intent(in) :: accuracy
+    type(analysis_type), intent(inout) :: analysis
+    type(error_type), allocatable, intent(out) :: error
+    type(varied_frame_type), allocatable :: list(:)
+    integer :: i, others
+
+    others = 0
+    if (allocated(analysis%newton%others)) others = size(analysis%newton%others)
+    if (others == 0 .and. .not. tasks%all_vibrations) return
+    allocate(list(1 + others))
+    select type (told => analysis%frame)
+    class is (varied_frame_type)
+      list(1) = told
+    end select
+    do i = 1, others
+      list(1 + i) = analysis%newton%others(i)
+    end do
+    if (tasks%all_vibrations .and. list(1)%newton) call search_vibrations(frame, accuracy, list)
+    call list_vibrations(list, accuracy, tasks%points, tasks%harmonics, analysis%several, error)
+  end subroutine take_several
+
   !> Error: numbers of points, harmonics or rows out of range, also where no vibration is wanted.
   pure subroutine check_tasks(tasks, error)
     type(tasks_type), intent(in) :: tasks
@@ -124,6 +158,25 @@ contains
       call check_times(tasks%points, tasks%harmonics, error, tasks%rows)
     end if
   end subroutine check_tasks
+
+  !> Where no vibration was found and that about rest is in resonance without damping, a failure gets the name of it.
+  subroutine name_resonance_at_rest(frame, accuracy, failure)
+    class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
+    type(error_type), intent(inout) :: failure
+    type(analysis_type) :: at_rest
+    type(periodic_solution_type) :: start
+    type(error_type), allocatable :: error
+
+    if (failure%code /= failed_computation) return
+    call solve_floquet(frame, accuracy, .true., at_rest%floquet, error)
+    if (allocated(error)) return
+    call solve_periodic(at_rest%floquet, start, error)
+    if (.not. allocated(error)) return
+    if (error%message /= resonance) return
+    failure%message = failure%message // "; about rest"
+    call name_resonance(frame, at_rest, failure)
+  end subroutine name_resonance_at_rest
 
   !> Finds the resonance; a `failure` for it gets its name.
   subroutine name_resonance(frame, analysis, failure)

@@ -14,7 +14,7 @@ module gestell_study_boundary
   implicit none (type, external)
   private
 
-  public :: find_borders, nearest_stable
+  public :: borders_on, find_borders, line_along, nearest_stable, rest_of
 
   !> Of Phi(T) where borders are sought.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
@@ -30,6 +30,8 @@ module gestell_study_boundary
     character(len=15) :: kind = ""
     real(dp) :: arg_rad = 0
     character(len=10) :: below = "", above = ""
+    !> Number of the vibration whose border it is, where a machine has several.
+    integer :: vibration = 1
   end type border_type
 
   !> A place where a border could not be excluded, and the width of what may have been missed there.
@@ -71,7 +73,6 @@ contains
     type(border_rest_type), intent(out), optional :: rest
     type(line_type) :: line
     type(search_type) :: search
-    integer :: i
 
     allocate(borders(0))
     call check_search([axis], accuracy, tolerance, error)
@@ -79,23 +80,36 @@ contains
     call line_along([axis], 1, [axis%from], accuracy, tolerance, line)
     call search_line(family, line, range_nodes(axis%count), search, error)
     if (allocated(error)) return
-    deallocate(borders)
-    allocate(borders(size(search%found%list)))
+    borders = borders_on(axis, line, search, 1)
+    if (present(rest)) rest = rest_of(axis, line, search)
+  end subroutine find_borders
+
+  !> The borders that were found along `line`, of the vibration `number`.
+  pure function borders_on(axis, line, search, number) result(borders)
+    type(axis_type), intent(in) :: axis
+    type(line_type), intent(in) :: line
+    type(search_type), intent(in) :: search
+    integer, intent(in) :: number
+    type(border_type) :: borders(size(search%found%list))
+    integer :: i
+
     do i = 1, size(borders)
-      associate (crossing => search%found%list(i))
-        borders(i)%value = parameter_at(axis, crossing%t)
-        borders(i)%error = abs(sensitivity(axis, crossing%t)) * crossing%error
+      associate (crossing => search%found%list(i), u => line%start(1) + search%found%list(i)%t * line%way(1))
+        borders(i)%value = parameter_at(axis, u)
+        borders(i)%error = abs(sensitivity(axis, u) * line%way(1)) * crossing%error
         borders(i)%kind = kind_names(crossing%kind)
         borders(i)%arg_rad = crossing%arg
         borders(i)%below = verdict_names(crossing%verdicts(merge(2, 1, axis%to < axis%from)))
         borders(i)%above = verdict_names(crossing%verdicts(merge(1, 2, axis%to < axis%from)))
+        borders(i)%vibration = number
       end associate
     end do
-    if (present(rest)) rest = rest_of(axis, search)
-  end subroutine find_borders
+  end function borders_on
 
-  pure function rest_of(axis, search) result(rest)
+  !> What the search along `line` leaves open.
+  pure function rest_of(axis, line, search) result(rest)
     type(axis_type), intent(in) :: axis
+    type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
     type(border_rest_type) :: rest
     integer :: i
@@ -103,8 +117,12 @@ contains
     rest%meetings = search%meetings
     rest%thin = search%thin
     rest%left_out = search%left_out
-    rest%places = [(open_border_type(parameter_at(axis, search%doubts(i)%t), &
-      & abs(sensitivity(axis, search%doubts(i)%t)) * search%doubts(i)%width), i = 1, size(search%doubts))]
+    allocate(rest%places(size(search%doubts)))
+    do i = 1, size(search%doubts)
+      associate (u => line%start(1) + search%doubts(i)%t * line%way(1))
+        rest%places(i) = open_border_type(parameter_at(axis, u), abs(sensitivity(axis, u) * line%way(1)) * search%doubts(i)%width)
+      end associate
+    end do
   end function rest_of
 
   !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that

@@ -13,7 +13,7 @@ module gestell_study_boundary_search
   implicit none (type, external)
   private
 
-  public :: range_nodes, search_line
+  public :: merged, range_nodes, search_line
 
   !> A place where a border could not be excluded, and how wide it is, in t.
   type, public :: doubt_type

@@ -6,6 +6,7 @@ module gestell_study_boundary_task
   use gestell_model_frame, only: frame_type
   use gestell_study_boundary, only: border_accuracy, border_type, border_rest_type, find_borders, &
     & nearest_stable, nearest_type, usual_tolerance
+  use gestell_study_boundary_branches, only: find_branch_borders
   use gestell_study_boundary_map, only: border_line_type, border_map_type, search_border_line, trace_borders
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type
@@ -64,8 +65,9 @@ contains
   end subroutine search_line_of
 
   !> Borders within the ranges of `grid`; with `base` (all parameters) also what is stable nearest to it. `lines`: those of the
-  !> grid, searched already. Error: the parameters make no sense.
-  subroutine solve_borders(family, grid, order, results, error, base, lines)
+  !> grid, searched already; `bare`: the frames that no model has settled, where the borders over one parameter are those of the
+  !> exact one's vibrations, branch by branch. Error: the parameters make no sense.
+  subroutine solve_borders(family, grid, order, results, error, base, lines, bare)
     class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(border_order_type), intent(in) :: order
@@ -73,17 +75,18 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: base(:)
     type(border_line_type), intent(in), optional :: lines(:)
+    class(family_type), intent(in), optional, target :: bare
     type(averaged_family_type) :: averaged
 
     if (order%averaged) then
       averaged%family => family
       call solve_family(averaged, grid, order, results, error, base, lines)
     else
-      call solve_family(family, grid, order, results, error, base, lines)
+      call solve_family(family, grid, order, results, error, base, lines, bare)
     end if
   end subroutine solve_borders
 
-  subroutine solve_family(family, grid, order, results, error, base, lines)
+  subroutine solve_family(family, grid, order, results, error, base, lines, bare)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(border_order_type), intent(in) :: order
@@ -91,12 +94,18 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: base(:)
     type(border_line_type), intent(in), optional :: lines(:)
+    class(family_type), intent(in), optional, target :: bare
     type(accuracy_type) :: fine
+    logical :: followed
     integer :: k
 
     fine = fine_of(order%accuracy)
+    followed = .false.
+    if (size(grid%axes) == 1 .and. present(bare)) call find_branch_borders(bare, grid%axes(1), fine, order%tolerance, &
+      & results%values, error, results%rest, followed)
+    if (allocated(error)) return
     if (size(grid%axes) == 1) then
-      call find_borders(family, grid%axes(1), fine, order%tolerance, results%values, error, results%rest)
+      if (.not. followed) call find_borders(family, grid%axes(1), fine, order%tolerance, results%values, error, results%rest)
     else
       allocate(results%map)
       call trace_borders(family, grid, fine, order%tolerance, results%map, error, lines)

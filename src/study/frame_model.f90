@@ -35,6 +35,8 @@ module gestell_study_frame_model
     real(dp), allocatable :: steps(:)
     !> Whether it was found on a path from rest or from another speed.
     logical :: followed = .false.
+    !> Other vibrations that were met on the way.
+    type(varied_frame_type), allocatable :: others(:)
   end type newton_type
 
   !> A first step of Newton's method beyond this tells that the vibration is far enough from the linear one to be one of several.
@@ -101,6 +103,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(newton_type), intent(out), optional :: newton
     type(varied_frame_type) :: found, other
+    type(varied_frame_type), allocatable :: between(:)
     type(error_type), allocatable :: none
     real(dp), allocatable :: steps(:), other_steps(:)
     logical :: followed, stays
@@ -123,6 +126,8 @@ contains
         if (.not. allocated(none)) followed = .not. between_turns(other)
       end if
       if (followed) then
+        allocate(between(1))
+        between(1) = found
         found = other
         call move_alloc(other_steps, steps)
       end if
@@ -131,6 +136,7 @@ contains
     if (.not. present(newton)) return
     newton%followed = followed
     call move_alloc(steps, newton%steps)
+    if (allocated(between)) call move_alloc(between, newton%others)
   end subroutine find_vibration
 
   !> Whether a multiplier says that the vibration lies between two turning points: it is real and greater than 1.

@@ -101,8 +101,8 @@ contains
   !> The periodic motion of `system` at as many equidistant phases as resolve it, at least `samples`. It is solved quickly, so its
   !> error may be `rough`, unless there is a motion `from` which lacks the periodic motion of the system `lack`. `next` may hold the
   !> motion of a system that differs little. Where the quick way does not fit the system is solved as all others, to `accuracy`.
-  !> Errors: as of `solve_floquet` and `solve_periodic`.
-  subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack)
+  !> `floquet`: that solution, which is then the way. Errors: as of `solve_floquet` and `solve_periodic`.
+  subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack, floquet)
     class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy
     integer, intent(in) :: samples
@@ -110,7 +110,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(series_type), intent(in), optional :: from
     class(second_order_system), intent(in), optional :: lack
-    type(floquet_type) :: floquet
+    type(floquet_type), intent(out), optional :: floquet
+    type(floquet_type) :: solved
     type(periodic_solution_type) :: start
     real(dp), allocatable :: x(:, :), change(:, :)
     real(dp) :: tail(3)
@@ -127,22 +128,23 @@ contains
         call solve_quickly(lack, n, next%quick, fits)
       else
         change = next%q
-        call solve_quickly(system, n, next%quick, fits)
+        fits = .not. present(floquet)
+        if (fits) call solve_quickly(system, n, next%quick, fits)
       end if
       if (fits) then
         next%q(:, frame%free) = next%q(:, frame%free) + transpose(next%quick%x(:size(frame%free), :))
         next%scale = next%quick%scale
         next%error = max(frame%load_rounding, next%quick%rounding)
       else
-        if (.not. allocated(floquet%parts)) then
-          call solve_floquet(system, accuracy, .true., floquet, error)
-          if (.not. allocated(error)) call solve_periodic(floquet, start, error)
+        if (.not. allocated(solved%parts)) then
+          call solve_floquet(system, accuracy, .true., solved, error)
+          if (.not. allocated(error)) call solve_periodic(solved, start, error)
           if (allocated(error)) return
         end if
-        call follow(system, floquet, start, [(real(k, dp) / n, k = 0, n - 1)], x, error)
+        call follow(system, solved, start, [(real(k, dp) / n, k = 0, n - 1)], x, error)
         if (allocated(error)) return
         next%q(:, frame%free) = transpose(x(:size(frame%free), :))
-        next%scale = floquet%scale
+        next%scale = solved%scale
         next%error = max(frame%load_rounding, norm2(start%error / next%scale) &
           & / max(maxval(norm2(x / spread(next%scale, 2, n), dim=1)), tiny(tail)))
       end if
@@ -154,6 +156,7 @@ contains
         & * next%size .or. 2 * n > most_samples .or. next%error >= all_error) exit
       n = 2 * n
     end do
+    if (present(floquet)) floquet = solved
   end subroutine next_motion
 
   !> What errors of the motion that `varied` is about, relative to it, do to the multipliers: of the coefficients' change from those

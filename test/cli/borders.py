@@ -27,7 +27,7 @@ def test_one_parameter():
             return
         equal("borders: files", files(folder / "input"), ["boundary.csv"])
         header, table = rows(folder / "input")
-        equal("borders: header", header, "curve,drive.speed_rpm,arg_rad,kind,drive.speed_rpm_error,below,above")
+        equal("borders: header", header, "curve,drive.speed_rpm,arg_rad,kind,drive.speed_rpm_error,below,above,vibration")
         equal("borders: words", [(row[0], row[3], row[5], row[6]) for row in table],
               [("1", "period_doubling", "stable", "unstable"), ("2", "period_doubling", "unstable", "stable")])
         for row, border in zip(table, BORDERS):

@@ -153,6 +153,10 @@ def test_resonance():
         run = Run(folder, "-q", "input.nml", *settings, "-s", "foundation.damping=0,0,0")
         run.refused("resonance", 4, re.compile(rf"the periodic vibration cannot be told: .*\(resonance\).*; {sentence}"))
         equal("resonance, files", files(folder / "input"), ["multipliers.csv"])
+        # the exact frame has no vibration that multipliers could be about; the one about rest says why
+        run = Run(folder, "-q", "input.nml", *settings, "-s", "foundation.damping=0,0,0", "-s", "model.frame=exact", "-o", "exact")
+        run.refused("resonance, exact", 4, re.compile(rf"no periodic vibration of the exact frame was found, .*; about rest; {sentence}"))
+        equal("resonance, exact, files", files(folder / "exact"), [])
         run = Run(folder, "input.nml", *settings, "-s", "foundation.damping=50,0,0")
         if run.done("near resonance"):
             check("near resonance, report", re.search(rf"near resonance: {sentence}\n", run.out), sentence, run.out)
