@@ -348,19 +348,21 @@ contains
     type(options_type), intent(in) :: options
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines(:)
-    integer :: i, k, width
+    integer :: i, k, width, n
 
     width = max(len("title: " // configuration%title), len("input: " // options%input), 40)
     do i = 1, size(options%settings)
       width = max(width, len("set: " // options%settings(i)%assignment))
     end do
-    allocate(character(len=width) :: lines(4 + size(options%settings)))
+    n = merge(5, 4, configuration%frame%held_by /= "motor")
+    allocate(character(len=width) :: lines(n + size(options%settings)))
     lines(1) = "title: " // configuration%title
     lines(2) = "version: gestell " // version
     lines(3) = "input: " // options%input
     lines(4) = "model: " // merge("averaged   ", configuration%tasks%model, configuration%tasks%averaged)
+    if (n == 5) lines(n) = "speed held by: " // configuration%frame%held_by
     do i = 1, size(options%settings)
-      lines(4 + i) = "set: " // options%settings(i)%assignment
+      lines(n + i) = "set: " // options%settings(i)%assignment
     end do
     do i = 1, size(lines)
       do k = 1, width

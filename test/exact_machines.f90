@@ -10,9 +10,9 @@ module exact_machines
   use gestell_model_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
   use machines, only: frame_of_machine
-  use reference_exact, only: residual
+  use reference_exact, only: mean_dissipation, residual
   use reference_linear, only: qp
-  use reference_machine, only: joint_data, khang_machine, link_data, machine_data, support_data
+  use reference_machine, only: crank_speed, joint_data, khang_machine, link_data, machine_data, pi_qp, support_data
   use testdrive, only: check, error_type, test_failed
   implicit none (type, external)
   private
@@ -22,10 +22,11 @@ module exact_machines
 contains
 
   !> The paper's machine with supports of all kinds and damping. `turning`: the axes of all but one turn with the frame.
-  function machine_on_supports(speed_rpm, factor, gravity, turning) result(machine)
+  function machine_on_supports(speed_rpm, factor, gravity, turning, held_by) result(machine)
     real(dp), intent(in) :: speed_rpm, factor
     real(dp), intent(in), optional :: gravity(2)
     logical, intent(in), optional :: turning
+    character(len=*), intent(in), optional :: held_by
     type(machine_data) :: machine
 
     machine = khang_machine(speed_rpm, factor)
@@ -36,6 +37,7 @@ contains
     machine%supports(4)%angle_deg = -50
     if (present(gravity)) machine%gravity = gravity
     if (present(turning)) machine%supports([1, 2, 4])%turning = turning
+    if (present(held_by)) machine%held_by = held_by
   end function machine_on_supports
 
   !> The machine of validation/exudyn/scotch_yoke.nml, weakly damped.
@@ -107,21 +109,39 @@ contains
     class(frame_type), intent(in) :: system
     type(error_type), allocatable, intent(out) :: error
     real(qp), parameter :: step = 1.0e-8_qp
-    real(qp) :: left(3), terms(3), phi
+    integer, parameter :: angles = 64
+    real(qp) :: left(3), terms(3), phi, torque, q(3, 3, angles)
     integer :: i
 
     select type (system)
     class is (varied_frame_type)
       call check(error, maxval(abs(system%motion%cosine(1:, 3))) > 1.0e-3_dp, more="the motion is not small")
+      torque = 0
+      if (machine%held_by == "flywheel") then
+        do i = 1, angles
+          q(:, :, i) = around(system%motion, 2 * pi_qp * i / angles)
+        end do
+        torque = mean_dissipation(machine, step, q) / crank_speed(machine)
+      end if
       do i = 0, 6
         if (allocated(error)) return
         phi = 0.3_qp + i
-        call residual(machine, phi, step, reshape([motion_at(system%motion, phi - step), motion_at(system%motion, phi), &
-          & motion_at(system%motion, phi + step)], [3, 3]), left, terms)
+        call residual(machine, phi, step, around(system%motion, phi), torque, left, terms)
         ! The motion is known to 1e-11, its accelerations to the square of the orders times that.
         call check(error, real(maxval(abs(left) / terms), dp), 0.0_dp, thr=1.0e-8_dp, more="residual")
       end do
     end select
+
+  contains
+
+    function around(motion, phi) result(q)
+      type(series_type), intent(in) :: motion
+      real(qp), intent(in) :: phi
+      real(qp) :: q(3, 3)
+
+      q = reshape([motion_at(motion, phi - step), motion_at(motion, phi), motion_at(motion, phi + step)], [3, 3])
+    end function around
+
   end subroutine check_residual
 
 end module exact_machines

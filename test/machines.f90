@@ -99,7 +99,7 @@ contains
     end do
     call new_frame(frame, linkage, machine%frame_mass, machine%frame_inertia, machine%origin, machine%foundation_stiffness, &
       & damping, machine%speed_rpm * 2 * pi / 60, error, pack([1, 2, 3], machine%free), supports, &
-      & machine%gravity)
+      & machine%gravity, trim(machine%held_by))
   end subroutine frame_of_machine
 
   pure character(len=3) function name(letter, i)

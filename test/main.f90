@@ -28,6 +28,7 @@ program main
   use test_forces, only: collect_forces
   use test_forces_limits, only: collect_forces_limits
   use test_guards, only: collect_guards
+  use test_held, only: collect_held
   use test_hill, only: collect_hill
   use test_hostile, only: collect_hostile
   use test_html, only: collect_html
@@ -124,6 +125,7 @@ program main
     & new_testsuite("exact", collect_exact), &
     & new_testsuite("exact_paths", collect_exact_paths), &
     & new_testsuite("axes", collect_axes), &
+    & new_testsuite("held", collect_held), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("averaged", collect_averaged), &
     & new_testsuite("model-trade", collect_model_trade), &

@@ -6,7 +6,7 @@
 !>
 !> V the springs' potential, d the displacement of a support's head along its axes in space or in the frame. F_0 are the springs'
 !> static forces: V's second differences times the small displacement by which the weights, in the mean over the turn, are in
-!> equilibrium.
+!> equilibrium. phi = Omega t, or, of a crank that turns evenly in space, Omega t - psi, also in the virtual displacements.
 module reference_exact
   use reference_linear, only: qp, solve
   use reference_linkage, only: motion_type, move
@@ -14,7 +14,7 @@ module reference_exact
   implicit none (type, external)
   private
 
-  public :: inertia_of, mass_of, place, residual, sag
+  public :: inertia_of, mass_of, mean_dissipation, place, residual, sag
 
   !> Step of the differences, in m or rad.
   real(qp), parameter :: by_place = 1.0e-8_qp
@@ -22,41 +22,52 @@ module reference_exact
 contains
 
   !> What the motion q(phi), at phi - angle_step, phi and phi + angle_step, shape (3, 3), leaves of the equations, and the
-  !> sum of the sizes of their terms; shapes (3).
-  subroutine residual(machine, phi, angle_step, q, left, terms)
+  !> sum of the sizes of their terms; shapes (3). `torque`: of a motor on the frame, beside a flywheel.
+  subroutine residual(machine, phi, angle_step, q, torque, left, terms)
     type(machine_data), intent(in) :: machine
-    real(qp), intent(in) :: phi, angle_step, q(3, -1:1)
+    real(qp), intent(in) :: phi, angle_step, q(3, -1:1), torque
     real(qp), intent(out) :: left(3), terms(3)
-    type(motion_type) :: motion(-1:1)
-    real(qp) :: omega, z(2, -1:1), along(2), acceleration(2), spin, rest(3)
+    type(motion_type) :: motion(-1:1), ahead, behind
+    real(qp) :: omega, z(2, -1:1), along(2), acceleration(2), spin, rest(3), even, psi_d, psi_dd, turns
     integer :: i, k, n
 
     omega = crank_speed(machine)
+    even = merge(0, 1, machine%held_by == 'motor')
     do n = -1, 1
-      motion(n) = move(machine, phi + n*angle_step)
+      motion(n) = move(machine, phi + n*angle_step - even*q(3, n))
     end do
+    psi_d = omega*(q(3, 1) - q(3, -1))/(2*angle_step)
+    psi_dd = omega**2*(q(3, 1) - 2*q(3, 0) + q(3, -1))/angle_step**2
     left = 0
     terms = 0
     rest = sag(machine)
     do k = 1, 3
+      turns = merge(even*by_place, 0.0_qp, k == 3)
+      ahead = move(machine, phi - even*q(3, 0) - turns)
+      behind = move(machine, phi - even*q(3, 0) + turns)
       ! Links and, as number 0, the frame.
       do i = 0, size(machine%links)
         do n = -1, 1
           z(:, n) = place(machine, motion(n), i, q(:, n))
         end do
         acceleration = omega**2*(z(:, 1) - 2*z(:, 0) + z(:, -1))/angle_step**2
-        along = (place(machine, motion(0), i, moved(q(:, 0), k, by_place)) &
-          - place(machine, motion(0), i, moved(q(:, 0), k, -by_place)))/(2*by_place)
+        along = (place(machine, ahead, i, moved(q(:, 0), k, by_place)) &
+          - place(machine, behind, i, moved(q(:, 0), k, -by_place)))/(2*by_place)
         call add(mass_of(machine, i)*dot_product(acceleration, along))
         call add(-mass_of(machine, i)*dot_product(machine%gravity, along))
         if (k < 3) cycle
-        spin = omega**2*(q(3, 1) - 2*q(3, 0) + q(3, -1))/angle_step**2
-        if (i > 0) spin = spin + omega**2*motion(0)%turn(2, i)
-        call add(inertia_of(machine, i)*spin)
+        spin = psi_dd
+        turns = 1
+        if (i > 0) then
+          spin = spin + (omega - even*psi_d)**2*motion(0)%turn(2, i) - even*psi_dd*motion(0)%turn(1, i)
+          turns = 1 - even*motion(0)%turn(1, i)
+        end if
+        call add(inertia_of(machine, i)*spin*turns)
       end do
       call add((potential(machine, moved(q(:, 0), k, by_place)) - potential(machine, moved(q(:, 0), k, -by_place)))/(2*by_place))
       call add(damping_power(machine, q, omega/angle_step, k))
       call add(static_power(machine, rest, q(:, 0), k))
+      if (k == 3) call add(torque)
     end do
 
   contains
@@ -213,5 +224,21 @@ contains
         *(stretch(machine, j, moved(q(:, 0), k, by_place)) - stretch(machine, j, moved(q(:, 0), k, -by_place)))/(2*by_place))
     end do
   end function damping_power
+
+  !> The mean power of the dampers, of q at as many equidistant crank angles, each with its neighbours, shape (3, 3, angles).
+  real(qp) function mean_dissipation(machine, angle_step, q) result(power)
+    type(machine_data), intent(in) :: machine
+    real(qp), intent(in) :: angle_step, q(:, :, :)
+    real(qp) :: rate
+    integer :: j, k
+
+    power = 0
+    rate = crank_speed(machine)/angle_step
+    do j = 1, size(q, 3)
+      do k = 1, 3
+        power = power + rate*(q(k, 3, j) - q(k, 1, j))/2*damping_power(machine, q(:, :, j), rate, k)/size(q, 3)
+      end do
+    end do
+  end function mean_dissipation
 
 end module reference_exact

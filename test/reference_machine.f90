@@ -66,6 +66,7 @@ module reference_machine
     logical :: free(3) = .true.    ! which of xi, eta, psi the frame can do
     real(dp) :: speed_rpm = 0      ! negative: clockwise
     real(dp) :: gravity(2) = 0     ! m/s^2 along xi and eta
+    character(len=8) :: held_by = 'motor' ! or 'flywheel', 'outside': the crank turns evenly in space, not against the frame
   end type machine_data
 
 contains

@@ -4,10 +4,13 @@ module test_exact
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_trigonometric, only: series_type
+  use gestell_floquet_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame, varied_frame_type
-  use gestell_study_frame_model, only: newton_type
+  use gestell_model_quantity, only: guide_forces
+  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_frame_model, only: frame_models, newton_type
   use machines, only: frame_of_machine
   use exact_machines, only: check_residual, machine_on_supports, solve, solve_multiplier
   use reference_machine, only: khang_machine, machine_data
@@ -26,53 +29,67 @@ contains
       & new_unittest("the vibration satisfies d'Alembert's principle", test_residual), &
       & new_unittest("with weights too", test_residual_weights), &
       & new_unittest("and with axes that turn with the frame", test_residual_axes), &
+      & new_unittest("with a crank that turns evenly in space, weights too", test_residual_held), &
       & new_unittest("derivatives against differences", test_derivatives), &
       & new_unittest("derivatives with weights", test_derivatives_weights), &
       & new_unittest("derivatives with axes that turn with the frame", test_derivatives_axes), &
+      & new_unittest("derivatives with a crank that turns evenly in space", test_derivatives_held), &
       & new_unittest("an outside program's multiplier in a tongue that rest does not see", test_tongue), &
       & new_unittest("Newton's steps: each about the square of the one before", test_quadratic), &
       & new_unittest("moving masses scaled: exact less first order falls with the square", test_scale), &
       & new_unittest("also with weights on axes that turn with the frame", test_scale_axes), &
-      & new_unittest("a quadratic potential leaves the tongue of rest", test_quadratic_mounting)]
+      & new_unittest("a quadratic potential leaves the tongue of rest", test_quadratic_mounting), &
+      & new_unittest("with psi held the models agree, guides too", test_guides)]
   end subroutine collect_exact
 
   subroutine test_residual(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_vibration([0.0_dp, 0.0_dp], .false., error)
+    call check_vibration([0.0_dp, 0.0_dp], .false., "motor", error)
   end subroutine test_residual
 
   subroutine test_residual_weights(error)
     type(error_type), allocatable, intent(out) :: error
 
     ! Ten times the earth's: the supports' static forces are as large as the others.
-    call check_vibration([30.0_dp, -90.0_dp], .false., error)
+    call check_vibration([30.0_dp, -90.0_dp], .false., "motor", error)
   end subroutine test_residual_weights
 
   subroutine test_residual_axes(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_vibration([0.0_dp, 0.0_dp], .true., error)
-    if (.not. allocated(error)) call check_vibration([30.0_dp, -90.0_dp], .true., error)
+    call check_vibration([0.0_dp, 0.0_dp], .true., "motor", error)
+    if (.not. allocated(error)) call check_vibration([30.0_dp, -90.0_dp], .true., "motor", error)
   end subroutine test_residual_axes
 
-  subroutine check_vibration(gravity, turning, error)
+  subroutine test_residual_held(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_vibration([0.0_dp, 0.0_dp], .false., "outside", error)
+    if (.not. allocated(error)) call check_vibration([30.0_dp, -90.0_dp], .true., "outside", error)
+    if (.not. allocated(error)) call check_vibration([30.0_dp, -90.0_dp], .false., "flywheel", error)
+    if (.not. allocated(error)) call check_vibration([30.0_dp, -90.0_dp], .true., "flywheel", error)
+  end subroutine test_residual_held
+
+  subroutine check_vibration(gravity, turning, held_by, error)
     real(dp), intent(in) :: gravity(2)
     logical, intent(in) :: turning
+    character(len=*), intent(in) :: held_by
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
     class(frame_type), allocatable :: system
 
     ! Ten times the links' masses: psi reaches 0.02 rad.
-    machine = machine_on_supports(700.0_dp, 10.0_dp, gravity, turning)
+    machine = machine_on_supports(700.0_dp, 10.0_dp, gravity, turning, held_by)
     call solve(machine, "exact", system, error)
     if (.not. allocated(error)) call check_residual(machine, system, error)
   end subroutine check_vibration
 
   !> What the equations leave, by the load: r = M a + B v + C q - h. It changes with the motion as M, B, C say.
-  subroutine check_derivatives(gravity, turning, error)
+  subroutine check_derivatives(gravity, turning, held_by, error)
     real(dp), intent(in) :: gravity(2)
     logical, intent(in) :: turning
+    character(len=*), intent(in) :: held_by
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: step = 1.0e-6_dp, phases(3) = [0.11_dp, 0.47_dp, 0.83_dp]
     type(frame_type) :: frame
@@ -81,7 +98,7 @@ contains
     real(dp), dimension(3, 3) :: difference, expected
     integer :: i
 
-    call frame_of_machine(machine_on_supports(700.0_dp, 10.0_dp, gravity, turning), frame, failure)
+    call frame_of_machine(machine_on_supports(700.0_dp, 10.0_dp, gravity, turning, held_by), frame, failure)
     if (allocated(failure)) then
       call test_failed(error, failure%message)
       return
@@ -102,20 +119,26 @@ contains
   subroutine test_derivatives(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_derivatives([0.0_dp, 0.0_dp], .false., error)
+    call check_derivatives([0.0_dp, 0.0_dp], .false., "motor", error)
   end subroutine test_derivatives
 
   subroutine test_derivatives_weights(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_derivatives([300.0_dp, -900.0_dp], .false., error)
+    call check_derivatives([300.0_dp, -900.0_dp], .false., "motor", error)
   end subroutine test_derivatives_weights
 
   subroutine test_derivatives_axes(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_derivatives([300.0_dp, -900.0_dp], .true., error)
+    call check_derivatives([300.0_dp, -900.0_dp], .true., "motor", error)
   end subroutine test_derivatives_axes
+
+  subroutine test_derivatives_held(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_derivatives([300.0_dp, -900.0_dp], .true., "outside", error)
+  end subroutine test_derivatives_held
 
   type(series_type) function shifted(motion, change, step)
     type(series_type), intent(in) :: motion, change
@@ -266,5 +289,37 @@ contains
     end do
     call check(error, off(1) < 1.0e-4_dp .and. off(2) < off(1) / 50)
   end subroutine test_quadratic_mounting
+
+  !> Without rotation the equations are linear.
+  subroutine test_guides(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=8), parameter :: holders(2) = [character(len=8) :: "motor", "flywheel"]
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(analysis_type) :: analysis
+    type(gestell_error), allocatable :: failure
+    real(dp) :: motion(3:guide_forces, 65, size(frame_models))
+    integer :: i, k
+
+    do k = 1, 2
+      machine = machine_on_supports(700.0_dp, 10.0_dp, held_by=trim(holders(k)))
+      machine%free(3) = .false.
+      call frame_of_machine(machine, frame, failure)
+      do i = 1, size(frame_models)
+        if (.not. allocated(failure)) call analyse(frame, tasks_type(model=frame_models(i), points=64, rows=guide_forces), &
+          & accuracy_type(tolerance=1.0e-11_dp), analysis, failure)
+        if (allocated(failure)) then
+          call test_failed(error, failure%message)
+          return
+        end if
+        motion(:, :, i) = analysis%vibration%motion_history(3:guide_forces, :)
+      end do
+      ! About F at rest the exact guides' moment has the force's arm, u x f, too, and of a flywheel's motor the mean torque.
+      call check(error, maxval(abs(motion(4:9, :, 1) - motion(4:9, :, 3))), 0.0_dp, thr=1.0e-9_dp * maxval(abs(motion)))
+      if (.not. allocated(error)) call check(error, maxval(abs(motion(12, :, 2) - motion(12, :, 3))), 0.0_dp, &
+        & thr=0.01_dp * maxval(abs(motion(12, :, 3))), more="guide")
+      if (allocated(error)) return
+    end do
+  end subroutine test_guides
 
 end module test_exact

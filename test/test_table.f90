@@ -146,7 +146,7 @@ contains
     if (allocated(error)) return
     call new_tabulated(tabulated, frame%mechanism)
     angles = [(0.1_dp * k, k = 1, many)]
-    call tabulated%remember(angles)
+    call tabulated%remember(angles, .false.)
     table = 0
     call tabulated%tabulate(angles(:few), table(:few, :))
     call frame%mechanism%tabulate(angles(:few), exact(:few, :))

@@ -18,7 +18,7 @@ module gestell_io_configuration
   use gestell_io_units, only: find_unit, unit_names, unit_type, units_type
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_mechanism, only: mechanism_type
+  use gestell_model_mechanism, only: drive_columns, mechanism_type
   use gestell_model_quantity, only: accelerations, guide_forces, probe_type, quantity_type, velocities
   use gestell_study_frame_model, only: frame_models
   use gestell_study_analysis, only: tasks_type
@@ -157,7 +157,7 @@ contains
     type(document_type), intent(in) :: doc
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: unused(1, 3)
+    real(dp) :: unused(1, drive_columns)
     logical :: known
 
     associate (frame => configuration%frame, probes => configuration%probes, tasks => configuration%tasks)

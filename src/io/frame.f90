@@ -4,11 +4,12 @@ module gestell_io_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_io_document, only: document_type, group_type, groups_named, the_group, word_length
-  use gestell_io_get, only: get, nonnegative, nonzero, positive
+  use gestell_io_get, only: count_values, get, nonnegative, nonzero, positive
   use gestell_io_mechanism, only: name_line
   use gestell_io_message, only: in_group, input_error
   use gestell_io_units, only: units_type
   use gestell_model_frame, only: frame_type, freedom_names, new_frame
+  use gestell_model_held, only: held_subject, holders
   use gestell_model_mechanism, only: mechanism_type
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_weights, only: gravity_subject
@@ -20,7 +21,9 @@ module gestell_io_frame
 
   !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing.
   type, public :: frame_data_type
-    real(dp) :: mass = 0, inertia = 0, origin(2) = 0, stiffness(3, 3) = 0, damping(3, 3) = 0, speed = 0, gravity(2) = 0
+    real(dp) :: mass = 0, inertia = 0, origin(2) = 0, stiffness(3, 3) = 0, damping(3, 3) = 0, speed = 0, gravity(2) = 0, &
+      & flywheel_inertia = 0
+    character(len=8) :: held_by = "motor"
     integer, allocatable :: free(:)
     type(support_type), allocatable :: supports(:)
   end type frame_data_type
@@ -39,10 +42,12 @@ contains
     call read_drive_and_frame(doc, units, data, error)
     if (allocated(error)) return
     call new_frame(frame, mechanism, data%mass, data%inertia, data%origin, data%stiffness, data%damping, data%speed, error, &
-      & data%free, data%supports, data%gravity)
+      & data%free, data%supports, data%gravity, trim(data%held_by))
+    frame%flywheel_inertia = data%flywheel_inertia
     if (.not. allocated(error)) return
     if (allocated(error%subject)) then
       if (error%subject == gravity_subject) call in_group(the_group(doc, "gravity"), error)
+      if (error%subject == held_subject) call in_group(the_group(doc, "drive"), error)
       call name_line(doc, error)
     else
       call in_group(the_group(doc, "frame"), error)
@@ -56,17 +61,9 @@ contains
     type(frame_data_type), intent(out) :: data
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
-    real(dp) :: speed_rpm
 
-    group = the_group(doc, "drive")
-    call get(group, "speed_rpm", speed_rpm, error, must=nonzero)
+    call read_drive(the_group(doc, "drive"), units, data, error)
     if (allocated(error)) return
-    if (abs(speed_rpm) < 1.0e-300_dp) then
-      call input_error(group, "speed_rpm", "is too small", error)
-      return
-    end if
-    data%speed = speed_rpm * 2 * pi / 60
-
     call read_supports(groups_named(doc, "support"), units, data%supports, error)
     if (allocated(error)) return
     call read_foundation(the_group(doc, "foundation"), units, data%stiffness, data%damping, error)
@@ -83,6 +80,31 @@ contains
     if (allocated(error)) return
     call read_freedoms(group, data%free, error)
   end subroutine read_drive_and_frame
+
+  !> The speed and who holds it.
+  subroutine read_drive(group, units, data, error)
+    type(group_type), intent(in) :: group
+    type(units_type), intent(in) :: units
+    type(frame_data_type), intent(inout) :: data
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: held_by
+    real(dp) :: speed_rpm
+
+    call get(group, "speed_rpm", speed_rpm, error, must=nonzero)
+    if (allocated(error)) return
+    if (abs(speed_rpm) < 1.0e-300_dp) then
+      call input_error(group, "speed_rpm", "is too small", error)
+      return
+    end if
+    data%speed = speed_rpm * 2 * pi / 60
+    call get(group, "held_by", held_by, error, default="motor", allowed=holders)
+    if (allocated(error)) return
+    data%held_by = held_by
+    if (count_values(group, "flywheel_inertia") == 0) return
+    call get(group, "flywheel_inertia", data%flywheel_inertia, error, must=positive, unit=units%inertia)
+    if (allocated(error)) return
+    if (held_by /= "flywheel") call input_error(group, "flywheel_inertia", "needs held_by='flywheel'", error)
+  end subroutine read_drive
 
   !> c_ij and b_ij of the foundation. Error: the stiffness is not symmetric, or negative in some direction.
   subroutine read_foundation(group, units, stiffness, damping, error)

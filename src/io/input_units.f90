@@ -23,7 +23,7 @@ contains
       unit = trim(units%angle%name)
     case ("link mass", "frame mass")
       unit = trim(units%mass%name)
-    case ("link inertia", "frame inertia")
+    case ("link inertia", "frame inertia", "drive flywheel_inertia")
       unit = trim(units%inertia%name)
     case ("support stiffness")
       unit = trim(units%stiffness%name)

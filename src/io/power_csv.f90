@@ -16,8 +16,17 @@ contains
     type(findings_type), intent(in) :: findings
     type(error_type), allocatable, intent(out) :: error
 
-    call write_turn(folder, "power.csv", preamble, ",torque_Nm,rigid_torque_Nm,drive_W,dampers_W,energy_J", &
-      & findings%speed, findings%period, transpose(findings%drive%history), error)
+    character(len=*), parameter :: columns = ",torque_Nm,rigid_torque_Nm,drive_W,dampers_W,energy_J"
+
+    associate (drive => findings%drive)
+      if (allocated(drive%fluctuation)) then
+        call write_turn(folder, "power.csv", preamble, columns // ",speed_fluctuation_rad_s", findings%speed, findings%period, &
+          & reshape([transpose(drive%history), drive%fluctuation%history], [size(drive%history, 2), size(drive%history, 1) + 1]), &
+          & error)
+      else
+        call write_turn(folder, "power.csv", preamble, columns, findings%speed, findings%period, transpose(drive%history), error)
+      end if
+    end associate
   end subroutine write_power
 
 end module gestell_io_power_csv

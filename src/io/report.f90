@@ -10,6 +10,7 @@ module gestell_io_report
   use gestell_io_configuration, only: configuration_type
   use gestell_io_text, only: counted, on_one_line, padded
   use gestell_io_plausibility, only: implausible_lines
+  use gestell_io_report_drive, only: holder_line
   use gestell_io_report_model, only: better_line, model_line, newton_line
   use gestell_io_report_multipliers, only: multiplier_lines, out_of_range, told
   use gestell_io_report_several, only: among, several_lines
@@ -68,8 +69,7 @@ contains
       report = report // newline // "  drive      " // concise(abs(frame%speed) * 30 / pi) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
         & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline &
-        & // "  motor      on the frame: it holds this speed whatever torque that takes, and the torque reacts on the frame" &
-        & // newline // gravity_line(frame) // implausible_lines(frame)
+        & // holder_line(frame%held_by) // newline // gravity_line(frame) // implausible_lines(frame)
       report = report // model_line(configuration%tasks)
     end associate
   end function report_machine

@@ -1,20 +1,36 @@
 !> The drive, for people.
 module gestell_io_report_drive
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed
   use gestell_io_text, only: padded
   use gestell_io_verdict, only: section
   use gestell_study_drive, only: drive_type, torque_type
+  use gestell_study_flywheel, only: fluctuation_type, uneven
   implicit none (type, external)
   private
 
-  public :: drive_lines
+  public :: drive_lines, holder_line
 
   character, parameter :: newline = new_line("a")
   !> What lies below this part of the greatest torque is what roundings leave of zero.
   real(dp), parameter :: rounding = 1.0e-13_dp
 
 contains
+
+  !> Who holds the speed, for the head.
+  pure function holder_line(held_by) result(line)
+    character(len=*), intent(in) :: held_by
+    character(len=:), allocatable :: line
+
+    select case (held_by)
+    case ("flywheel")
+      line = "  flywheel   holds this speed in space, whatever torque that takes; the frame feels the motor's mean torque alone"
+    case ("outside")
+      line = "  motor      beside the machine: it holds this speed in space, and its torque does not react on the frame"
+    case default
+      line = "  motor      on the frame: it holds this speed whatever torque that takes, and the torque reacts on the frame"
+    end select
+  end function holder_line
 
   !> Torque over the turn and the balance of power. `speed`: of the crank (rad/s).
   pure function drive_lines(drive, speed, verdict) result(lines)
@@ -36,7 +52,24 @@ contains
       & // "  mean power of the drive " // concise(drive%drive_mean, 5) // " W, of the dampers " // concise(drive%dampers_mean, 5) &
       & // " W, greatest of the drive " // concise(drive%greatest, 4) // " W; the balance is missed by " &
       & // concise(drive%defect(), 1) // " of that" // newline
+    if (allocated(drive%fluctuation)) lines = lines // fluctuation_lines(drive%fluctuation, speed)
   end function drive_lines
+
+  !> How evenly the flywheel holds the speed.
+  pure function fluctuation_lines(fluctuation, speed) result(lines)
+    type(fluctuation_type), intent(in) :: fluctuation
+    real(dp), intent(in) :: speed
+    character(len=:), allocatable :: lines
+    real(dp) :: ends(2)
+
+    ends = (abs(speed) + sign(1.0_dp, speed) * [fluctuation%least, fluctuation%greatest]) * 30 / pi
+    lines = "  speed by the flywheel " // concise(minval(ends), 6) // " to " // concise(maxval(ends), 6) &
+      & // " rpm, to first order: coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
+      & // concise(fluctuation%error, 1) // newline
+    if (fluctuation%irregularity > uneven) lines = lines // "  note: that is no constant speed; what is told here changes by up " &
+      & // "to about " // concise(200 * fluctuation%irregularity, 2) // " %. A flywheel of " &
+      & // concise(fluctuation%inertia * fluctuation%irregularity / uneven, 2) // " kg m^2 would hold it to 1 %" // newline
+  end function fluctuation_lines
 
   pure function torque_line(name, told, speed) result(line)
     character(len=*), intent(in) :: name

@@ -145,7 +145,7 @@ contains
     real(dp) :: amplitude, noise(3)
     integer :: k, i
 
-    call shaking(frame%mechanism, frame%speed, series, unprepared)
+    call shaking(frame%mechanism, frame%speed, series, unprepared, frame%even_in_space())
     lines = newline // "SHAKING FORCES of the mechanism on a frame at rest"
     if (.not. all([(ieee_is_finite(series(i)%rms()), i = 1, 3)])) then
       lines = lines // ": they lie beyond what double precision holds" // newline

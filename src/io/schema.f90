@@ -67,6 +67,8 @@ module gestell_io_schema
       key_rule("case", "title", text_key), &
       key_rule("case", "tasks", text_key, 1, 1, 20), &
       key_rule("drive", "speed_rpm", real_key, required=.true.), &
+      key_rule("drive", "held_by", text_key), &
+      key_rule("drive", "flywheel_inertia", real_key), &
       key_rule("units", "length", text_key), &
       key_rule("units", "mass", text_key), &
       key_rule("units", "inertia", text_key), &

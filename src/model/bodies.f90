@@ -6,7 +6,7 @@ module gestell_model_bodies
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_path, only: batch, find_direction, keep, path_type
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, &
-    & energy_d, energy_v, mass_functions_type, spin_v, table_columns
+    & a1_ddd, a2_ddd, energy_d, energy_dd, energy_v, mass_functions_type, spin_dd, spin_v, table_columns
   implicit none (type, external)
   private
 
@@ -75,26 +75,36 @@ contains
     type(point_type), intent(in) :: at(:)
     real(dp), intent(out) :: drive(drive_columns)
     type(point_type) :: center
-    real(dp) :: rate, turn
+    real(dp) :: rate, turn, change, magnitude
     integer :: i
 
     drive = 0
+    magnitude = 0
     do i = 1, size(links)
-      call body_motion(links(i), at, center, rate, turn)
+      call body_motion(links(i), at, center, rate, turn, change)
       associate (m => links(i)%mass, j => links(i)%inertia, x => center%x, y => center%y)
         drive(spin_v) = drive(spin_v) + m * (x%v * y%d - y%v * x%d) + j * rate
+        drive(spin_dd) = drive(spin_dd) + m * (x%d * y%dd - y%d * x%dd + x%v * y%ddd - y%v * x%ddd) + j * change
         drive(energy_v) = drive(energy_v) + m * (x%d**2 + y%d**2) + j * rate**2
         drive(energy_d) = drive(energy_d) + 2 * (m * (x%d * x%dd + y%d * y%dd) + j * rate * turn)
+        drive(energy_dd) = drive(energy_dd) + 2 * (m * (x%dd**2 + y%dd**2 + x%d * x%ddd + y%d * y%ddd) &
+          & + j * (turn**2 + rate * change))
+        drive(a1_ddd) = drive(a1_ddd) + m * x%ddd
+        drive(a2_ddd) = drive(a2_ddd) + m * y%ddd
+        magnitude = magnitude + 2 * (m * (abs(x%d * x%dd) + abs(y%d * y%dd)) + j * abs(rate * turn))
       end associate
     end do
+    if (abs(drive(energy_d)) <= noise * magnitude) drive(energy_d) = 0
   end subroutine sum_drive
 
-  !> The motion of a link's centre of mass, and its angular velocity and acceleration, d(phi_i) / dphi and d2(phi_i) / dphi2.
-  pure subroutine body_motion(link, at, center, rate, turn)
+  !> The motion of a link's centre of mass, and its angular velocity and acceleration, d(phi_i) / dphi and d2(phi_i) / dphi2, with
+  !> the `change` of that.
+  pure subroutine body_motion(link, at, center, rate, turn, change)
     type(link_type), intent(in) :: link
     type(point_type), intent(in) :: at(:)
     type(point_type), intent(out) :: center
     real(dp), intent(out) :: rate, turn
+    real(dp), intent(out), optional :: change
     type(point_type) :: u
 
     if (link%to == 0) then
@@ -102,6 +112,7 @@ contains
       center%y = at(link%from)%y + link%center(2)
       rate = 0
       turn = 0
+      if (present(change)) change = 0
       return
     end if
     u = direction(at(link%from), at(link%to))
@@ -110,6 +121,7 @@ contains
     ! u = (cos phi, sin phi): phi' = u x u', phi'' = u x u''.
     rate = u%x%v * u%y%d - u%y%v * u%x%d
     turn = u%x%v * u%y%dd - u%y%v * u%x%dd
+    if (present(change)) change = u%x%v * u%y%ddd - u%y%v * u%x%ddd + u%x%d * u%y%dd - u%y%d * u%x%dd
   end subroutine body_motion
 
   pure type(jet) function magnitude(factor, term)

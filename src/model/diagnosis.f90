@@ -12,7 +12,7 @@ module gestell_model_diagnosis
   use gestell_model_joints_lever, only: rigid_joint
   use gestell_model_joints_rrr, only: rrr_joint
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_mechanism, only: mass_functions_type, mechanism_type
+  use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, mechanism_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -247,14 +247,18 @@ contains
 
   !> Harmonics of the shaking forces along x and y (N) and of the shaking moment about O (N m) at a speed (rad/s). Errors: the
   !> mechanism is not made yet; the speed is not finite.
-  subroutine shaking(mechanism, speed, series, error)
+  subroutine shaking(mechanism, speed, series, error, even_in_space)
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: speed
     type(fourier_type), intent(out) :: series(3)
     type(error_type), allocatable, intent(out) :: error
+    !> Whether the crank turns evenly in space; without, against the frame.
+    logical, intent(in), optional :: even_in_space
     integer, parameter :: most = 8192
     real(dp), allocatable :: samples(:, :)
+    real(dp) :: drive(1, drive_columns)
     type(mass_functions_type) :: a
+    logical :: corrected
     integer :: i, n
 
     call mechanism%check(error)
@@ -263,6 +267,8 @@ contains
       call fatal_error(error, "the speed must be finite, and the mechanism's feature positive", invalid_input)
       return
     end if
+    corrected = .false.
+    if (present(even_in_space)) corrected = even_in_space
     ! Fewer samples than the mechanism's feature asks for could take a high order for a low one.
     n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%feature)))
     do
@@ -270,7 +276,9 @@ contains
       allocate(samples(n, 3))
       do i = 1, n
         call mechanism%mass_functions(2 * pi * (i - 1) / n, a)
-        samples(i, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4]
+        drive = 0
+        if (corrected) call mechanism%tabulate_drive([2 * pi * (i - 1) / n], drive, corrected)
+        samples(i, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - drive(1, energy_d) / 2]
       end do
       do i = 1, 3
         series(i) = fourier_series(samples(:, i))

@@ -4,10 +4,10 @@ module gestell_model_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: symmetric_pencil
   use gestell_base_text, only: concise
-  use gestell_model_inertia, only: mass_matrix
+  use gestell_model_held, only: check_held, tabulate_felt, tabulate_held
+  use gestell_model_inertia, only: mass_matrix, set_matrices
   use gestell_model_load, only: cancellation, set_load
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mass_functions_type, mechanism_type, &
-    & table_columns
+  use gestell_model_mechanism, only: a1_v, a2_v, a3_v, mass_functions_type, mechanism_type, table_columns
   use gestell_model_mounting, only: damping_matrix, load_matrix, load_rounding, stiffness_matrix, support_type, turned_loads
   use gestell_model_tabulated, only: new_tabulated, tabulated_type
   use gestell_model_weights, only: new_weights, weights_type
@@ -35,6 +35,11 @@ module gestell_model_frame
     type(support_type), allocatable :: supports(:)
     !> Crank speed Omega (rad/s), negative: clockwise.
     real(dp) :: speed = 0
+    !> Who holds it, one of `holders` of gestell_model_held; what a flywheel has beyond the links (kg m^2), 0: not known.
+    character(len=8) :: held_by = "motor"
+    real(dp) :: flywheel_inertia = 0
+    !> The motor's torque, the mean, where the frame feels that alone (N m); of the exact frame, about rest there is none.
+    real(dp) :: motor_torque = 0
     !> The degrees of freedom that are free, as places in `freedom_names`.
     integer, allocatable :: free(:)
     class(mechanism_type), allocatable :: mechanism
@@ -44,7 +49,7 @@ module gestell_model_frame
     procedure :: matrices
     procedure :: load
     procedure :: sample_second_order
-    procedure :: crank_angles
+    procedure :: crank_angles, even_in_space
     procedure :: remember
     procedure :: coupled
     procedure :: check
@@ -58,9 +63,11 @@ contains
 
   !> A frame on its mounting with its mechanism, which is turned once. `free` defaults to all three. `stiffness` and
   !> `damping` are the foundation's where `supports` are given, which are added to them, else those of the whole mounting. With
-  !> `gravity` (m/s^2, along xi and eta) all weigh, and q = 0 is where the machine rests under its weights.
-  !> Errors: a parameter that is not finite or out of its range; speed zero; the mechanism cannot turn; nothing carries the weights.
-  subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity)
+  !> `gravity` (m/s^2, along xi and eta) all weigh, and q = 0 is where the machine rests under its weights. `held_by`: who holds the
+  !> speed, "motor" where it is missing.
+  !> Errors: a parameter that is not finite or out of its range; speed zero; the mechanism cannot turn; nothing carries the weights;
+  !> as of `check_held`.
+  subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
@@ -68,6 +75,7 @@ contains
     integer, intent(in), optional :: free(:)
     type(support_type), intent(in), optional :: supports(:)
     real(dp), intent(in), optional :: gravity(2)
+    character(len=*), intent(in), optional :: held_by
     !> Roundings of each term of the load: of the joints' accelerations, and of the crank angle, up to 2 pi.
     real(dp), parameter :: share = 12
     integer :: i
@@ -119,9 +127,15 @@ contains
     end if
     frame%states = 2 * size(frame%free)
     frame%period = 2 * pi / abs(speed)
+    if (present(held_by)) then
+      call check_held(held_by, frame%mechanism, error)
+      if (allocated(error)) return
+      frame%held_by = held_by
+    end if
     ! Near a dead point lengths lose twice the digits of the feature, about the sine of the transmission angle there.
     frame%rounding = epsilon(1.0_dp) / frame%mechanism%feature**2
-    frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia))
+    frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia, &
+      & frame%even_in_space()))
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%feature))
     if (present(gravity)) call new_weights(frame%weights, gravity, frame%mechanism, mass, origin, frame%stiffness, &
       & frame%supports, frame%free, error)
@@ -179,11 +193,50 @@ contains
     real(dp), contiguous, intent(out), optional :: h(:, :)
     real(dp) :: table(size(phases), table_columns)
 
+    if (self%even_in_space()) then
+      call sample_held(self, phases, m, b, c, h)
+      return
+    end if
     call self%mechanism%tabulate(self%crank_angles(phases), table)
-    call set_matrices(self, table, m, b, c)
+    call add_mechanism(self, table, m, b, c)
     if (present(h)) call set_load(self%free, self%speed, self%origin, table, h)
-    if (self%weights%act) call self%weights%add(self%free, table, c, h)
+    if (self%weights%act) call self%weights%add(self%free, table, .false., c, h)
   end subroutine sample_second_order
+
+  !> The same with a crank that turns evenly in space.
+  subroutine sample_held(self, phases, m, b, c, h)
+    class(frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp), dimension(size(phases), table_columns) :: load, felt
+    real(dp) :: slope(size(phases))
+    integer :: psi
+
+    call tabulate_held(self%mechanism, self%origin, self%crank_angles(phases), load, felt, slope)
+    call add_mechanism(self, felt, m, b, c)
+    psi = findloc(self%free, 3, dim=1)
+    if (psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
+    if (present(h)) call set_load(self%free, self%speed, self%origin, load, h)
+    if (self%weights%act) call self%weights%add(self%free, felt, .true., c, h)
+  end subroutine sample_held
+
+  !> (9) to (11) from a table of the mass functions.
+  subroutine add_mechanism(self, table, m, b, c)
+    class(frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: table(:, :)
+    real(dp), contiguous, intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
+
+    call set_matrices(self%free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type()), &
+      & self%damping, self%stiffness + load_matrix(self%supports), self%speed, self%origin, table, m, b, c)
+  end subroutine add_mechanism
+
+  !> Whether the crank turns evenly in space, and not against the frame.
+  pure logical function even_in_space(self)
+    class(frame_type), intent(in) :: self
+
+    even_in_space = self%held_by /= "motor"
+  end function even_in_space
 
   !> Crank angles (rad) at these phases of the period.
   pure function crank_angles(self, phases) result(angles)
@@ -205,71 +258,27 @@ contains
     if (.not. allocated(self%mechanism)) return
     select type (mechanism => self%mechanism)
     type is (tabulated_type)
-      call mechanism%remember(self%crank_angles(phases))
+      call mechanism%remember(self%crank_angles(phases), self%even_in_space())
     class default
       call new_tabulated(tabulated, mechanism)
-      call tabulated%remember(self%crank_angles(phases))
+      call tabulated%remember(self%crank_angles(phases), self%even_in_space())
       allocate(plain, source=tabulated)
     end select
     if (allocated(plain)) call move_alloc(plain, self%mechanism)
   end subroutine remember
-
-  !> (9) to (11) from a table of the mass functions. These depend on the crank angle alone; the speed enters by
-  !> d/dt = Omega d/dphi.
-  pure subroutine set_matrices(self, table, m, b, c)
-    class(frame_type), intent(in) :: self
-    real(dp), contiguous, intent(in) :: table(:, :)
-    real(dp), contiguous, intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp), dimension(3, 3) :: constant, resting
-    integer :: i, j, x, y, psi
-
-    resting = self%stiffness + load_matrix(self%supports)
-    constant = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type())
-    do j = 1, size(self%free)
-      do i = 1, size(self%free)
-        m(:, i, j) = constant(self%free(i), self%free(j))                                                   ! (9)
-        b(:, i, j) = self%damping(self%free(i), self%free(j))                                               ! (10)
-        c(:, i, j) = resting(self%free(i), self%free(j))                                                    ! (11)
-      end do
-    end do
-
-    x = findloc(self%free, 1, dim=1)
-    y = findloc(self%free, 2, dim=1)
-    psi = findloc(self%free, 3, dim=1)
-    if (psi == 0) return
-    associate (omega => self%speed, xi0 => self%origin(1), eta0 => self%origin(2))
-      if (x > 0) then
-        m(:, x, psi) = m(:, x, psi) - table(:, a2_v)
-        m(:, psi, x) = m(:, x, psi)
-        b(:, x, psi) = b(:, x, psi) - 2 * omega * table(:, a2_d)
-        c(:, x, psi) = c(:, x, psi) - omega**2 * table(:, a2_dd)
-      end if
-      if (y > 0) then
-        m(:, y, psi) = m(:, y, psi) + table(:, a1_v)
-        m(:, psi, y) = m(:, y, psi)
-        b(:, y, psi) = b(:, y, psi) + 2 * omega * table(:, a1_d)
-        c(:, y, psi) = c(:, y, psi) + omega**2 * table(:, a1_dd)
-      end if
-      m(:, psi, psi) = m(:, psi, psi) + table(:, a3_v) + 2 * xi0 * table(:, a1_v) + 2 * eta0 * table(:, a2_v)
-      b(:, psi, psi) = b(:, psi, psi) + omega * (table(:, a3_d) + 2 * xi0 * table(:, a1_d) + 2 * eta0 * table(:, a2_d))
-    end associate
-  end subroutine set_matrices
 
   !> Which of the free degrees of freedom act on each other: by the mounting, and psi by the mechanism's masses too.
   function coupled(self)
     class(frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :)
     logical :: all(3, 3)
-    real(dp) :: m(3, 3)
-    type(mass_functions_type) :: a
+    real(dp) :: table(1, table_columns)
     integer :: k
 
     all = abs(self%stiffness + load_matrix(self%supports)) > 0 .or. abs(self%damping) > 0
     do k = 1, 4 * self%least_steps
-      call self%mechanism%mass_functions(2 * pi * k / (4 * self%least_steps), a)
-      m = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, a)
-      all(1, 3) = all(1, 3) .or. abs(m(1, 3)) > 0
-      all(2, 3) = all(2, 3) .or. abs(m(2, 3)) > 0
+      call tabulate_felt(self%mechanism, self%even_in_space(), [2 * pi * k / (4 * self%least_steps)], table)
+      all(:2, 3) = all(:2, 3) .or. abs(self%mechanism%mass * self%origin([2, 1]) + table(1, [a2_v, a1_v])) > 0
       if (all(1, 3) .and. all(2, 3)) exit
     end do
     coupled = all(self%free, self%free) .or. transpose(all(self%free, self%free))
@@ -318,7 +327,7 @@ contains
     if (allocated(error)) return
     allocate(angles(4 * self%least_steps), table(4 * self%least_steps, table_columns))
     angles = [(2 * pi * k / size(angles), k = 1, size(angles))]
-    call self%mechanism%tabulate(angles, table)
+    call tabulate_felt(self%mechanism, self%even_in_space(), angles, table)
     mean%a1%v = sum(table(:, a1_v)) / size(angles)
     mean%a2%v = sum(table(:, a2_v)) / size(angles)
     mean%a3%v = sum(table(:, a3_v)) / size(angles)

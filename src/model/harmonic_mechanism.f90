@@ -6,8 +6,8 @@ module gestell_model_harmonic_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
   use gestell_model_joints_path, only: batch, take_batch
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, energy_d, &
-    & energy_v, mass_functions_type, mechanism_type, spin_v, table_columns
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_ddd, a1_v, a2_d, a2_dd, a2_ddd, a2_v, a3_d, a3_dd, a3_v, a4_v, energy_d, &
+    & energy_dd, energy_v, mass_functions_type, mechanism_type, spin_dd, spin_v, table_columns
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -111,7 +111,8 @@ contains
     series = jet(coefficients(1))
     do k = 1, size(coefficients) / 2
       associate (c => cos(k * phi), s => sin(k * phi), n => real(k, dp))
-        series = series + coefficients(2 * k) * jet(c, -n * s, -n**2 * c) + coefficients(2 * k + 1) * jet(s, n * c, -n**2 * s)
+        series = series + coefficients(2 * k) * jet(c, -n * s, -n**2 * c, n**3 * s) &
+          & + coefficients(2 * k + 1) * jet(s, n * c, -n**2 * s, -n**3 * c)
       end associate
     end do
   end function series
@@ -150,7 +151,7 @@ contains
     real(dp), intent(in) :: angles(:)
     real(dp), intent(out) :: table(:, :)
     logical, intent(out) :: known
-    type(jet) :: spin, energy
+    type(jet) :: spin, energy, a1, a2
     integer :: k
 
     table = 0
@@ -159,7 +160,11 @@ contains
     do k = 1, size(angles)
       spin = series(self%moment, angles(k))
       energy = series(self%energy, angles(k))
-      table(k, [spin_v, energy_v, energy_d]) = [spin%v, energy%v, energy%d]
+      a1 = series(self%a1, angles(k))
+      a2 = series(self%a2, angles(k))
+      table(k, [spin_v, spin_dd]) = [spin%v, spin%dd]
+      table(k, [energy_v, energy_d, energy_dd]) = [energy%v, energy%d, energy%dd]
+      table(k, [a1_ddd, a2_ddd]) = [a1%ddd, a2%ddd]
     end do
   end subroutine tabulate_drive
 

@@ -1,6 +1,7 @@
 !> The load h of (12) that a mechanism exerts on its frame.
 module gestell_model_load
   use gestell_base_kinds, only: dp, pi
+  use gestell_model_held, only: tabulate_held
   use gestell_model_mechanism, only: a1_dd, a2_dd, a4_v, mechanism_type, table_columns
   implicit none (type, external)
   private
@@ -35,18 +36,24 @@ contains
   end subroutine set_load
 
   !> By how many times the absolute terms of the load exceed it, the greatest over the `free` of xi, eta, psi, weighted as in the
-  !> kinetic energy of `mass` (kg) and `inertia` (kg m^2); 0: nothing cancels.
-  real(dp) function cancellation(mechanism, free, origin, mass, inertia)
+  !> kinetic energy of `mass` (kg) and `inertia` (kg m^2); 0: nothing cancels. `even_in_space`: so the crank turns.
+  real(dp) function cancellation(mechanism, free, origin, mass, inertia, even_in_space)
     class(mechanism_type), intent(in) :: mechanism
     integer, intent(in) :: free(:)
     real(dp), intent(in) :: origin(2), mass, inertia
+    logical, intent(in) :: even_in_space
     integer, parameter :: angles = 16
-    real(dp) :: h(angles, size(free)), table(angles, table_columns), terms(3), weights(3), load
+    real(dp), dimension(angles, table_columns) :: table, felt
+    real(dp) :: h(angles, size(free)), slope(angles), terms(3), weights(3), load
     integer :: i
 
     cancellation = 0
     if (.not. any(mechanism%terms > 0)) return
-    call mechanism%tabulate([(2 * pi * i / angles, i = 1, angles)], table)
+    if (even_in_space) then
+      call tabulate_held(mechanism, origin, [(2 * pi * i / angles, i = 1, angles)], table, felt, slope)
+    else
+      call mechanism%tabulate([(2 * pi * i / angles, i = 1, angles)], table)
+    end if
     call set_load(free, 1.0_dp, origin, table, h)
     terms = mechanism%terms
     terms(3) = abs(origin(1)) * terms(2) + abs(origin(2)) * terms(1) + terms(3)

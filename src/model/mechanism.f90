@@ -19,8 +19,10 @@ module gestell_model_mechanism
     & a3_dd = 9, a4_v = 10, table_columns = 10
 
   !> Columns of a table of what the drive feels, shape (angles, drive_columns): H = sum [m (x y' - y x') + J phi'], so that
-  !> a4 = H', and twice the kinetic energy at unit speed, K = sum [m (x'^2 + y'^2) + J phi'^2], with its derivative (kg m^2).
-  integer, parameter, public :: spin_v = 1, energy_v = 2, energy_d = 3, drive_columns = 3
+  !> a4 = H', and twice the kinetic energy at unit speed, K = sum [m (x'^2 + y'^2) + J phi'^2], with its derivatives (kg m^2). The
+  !> last four, a1''' and a2''' among them, serve a crank that turns evenly in space (gestell_model_held).
+  integer, parameter, public :: spin_v = 1, energy_v = 2, energy_d = 3, spin_dd = 4, energy_dd = 5, a1_ddd = 6, a2_ddd = 7, &
+    & drive_columns = 7
 
   !> A mechanism that one crank drives. Extend it for what is no linkage.
   type, abstract, public :: mechanism_type

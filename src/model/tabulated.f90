@@ -3,15 +3,16 @@
 module gestell_model_tabulated
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_model_mechanism, only: mass_functions_type, mechanism_type, table_columns
+  use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type, table_columns
   implicit none (type, external)
   private
 
   public :: new_tabulated
 
   type :: table_type
-    !> Crank angles (rad) and the mass functions there, shape (angles, table_columns).
-    real(dp), allocatable :: angles(:), values(:, :)
+    !> Crank angles (rad) and the mass functions there, shape (angles, table_columns); what the drive feels, shape (angles,
+    !> drive_columns), where it is asked for and known.
+    real(dp), allocatable :: angles(:), values(:, :), drive(:, :)
   end type table_type
 
   !> Behaves as the mechanism that it was made from; what is asked for at exactly the angles of a table is looked up.
@@ -39,22 +40,30 @@ contains
     call take_over(tabulated)
   end subroutine new_tabulated
 
-  !> Tabulates the mass functions at these crank angles (rad), in their order.
-  subroutine remember(self, angles)
+  !> Tabulates the mass functions at these crank angles (rad), in their order, and what the drive feels if that is asked for.
+  subroutine remember(self, angles, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: angles(:)
+    logical, intent(in) :: drive
     type(table_type), allocatable :: longer(:)
+    logical :: known
     integer :: i
 
     allocate(longer(size(self%tables) + 1))
     do i = 1, size(self%tables)
       call move_alloc(self%tables(i)%angles, longer(i)%angles)
       call move_alloc(self%tables(i)%values, longer(i)%values)
+      call move_alloc(self%tables(i)%drive, longer(i)%drive)
     end do
     associate (new => longer(size(longer)))
       allocate(new%angles, source=angles)
       allocate(new%values(size(angles), table_columns))
       call self%source%tabulate(new%angles, new%values)
+      if (drive) then
+        allocate(new%drive(size(angles), drive_columns))
+        call self%source%tabulate_drive(new%angles, new%drive, known)
+        if (.not. known) deallocate(new%drive)
+      end if
     end associate
     call move_alloc(longer, self%tables)
   end subroutine remember
@@ -74,16 +83,25 @@ contains
     real(dp), contiguous, intent(out) :: table(:, :)
     integer :: i
 
-    do i = 1, size(self%tables)
-      associate (known => self%tables(i))
-        if (size(known%angles) /= size(angles)) cycle
-        if (any(abs(known%angles - angles) > 0)) cycle
-        table = known%values
-        return
-      end associate
-    end do
-    call self%source%tabulate(angles, table)
+    i = place_of(self, angles)
+    if (i > 0) then
+      table = self%tables(i)%values
+    else
+      call self%source%tabulate(angles, table)
+    end if
   end subroutine tabulate
+
+  !> The place of the table with these angles, 0: there is none.
+  pure integer function place_of(self, angles) result(i)
+    class(tabulated_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+
+    do i = 1, size(self%tables)
+      if (size(self%tables(i)%angles) /= size(angles)) cycle
+      if (all(abs(self%tables(i)%angles - angles) <= 0)) return
+    end do
+    i = 0
+  end function place_of
 
   subroutine prepare(self, error)
     class(tabulated_type), intent(inout) :: self
@@ -107,8 +125,16 @@ contains
     real(dp), intent(in) :: angles(:)
     real(dp), intent(out) :: table(:, :)
     logical, intent(out) :: known
+    integer :: i
 
-    call self%source%tabulate_drive(angles, table, known)
+    i = place_of(self, angles)
+    known = .false.
+    if (i > 0) known = allocated(self%tables(i)%drive)
+    if (known) then
+      table = self%tables(i)%drive
+    else
+      call self%source%tabulate_drive(angles, table, known)
+    end if
   end subroutine tabulate_drive
 
 end module gestell_model_tabulated

@@ -8,15 +8,25 @@
 !>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
 !>
 !> with the mounting's F_j, M_j (gestell_model_moved_mounting) and the weights' moment (gestell_model_weights). About the rest q = 0
-!> they are (8) to (12).
+!> they are (8) to (12). All are functions of the crank angle phi = Omega t, so ' is Omega d/dphi.
+!>
+!> Of a crank that turns evenly in space (gestell_model_held) phi = Omega t - psi. Then the moment of the masses Z = E S depends on
+!> t and psi with dZ/dpsi = i E S_1, where S_1 = S + i dS/dphi, and again S_2 = S_1 + i dS_1/dphi, S_3 = S_2 + i dS_2/dphi; else
+!> all of them are S. With ' the derivative at constant psi, Omega d/dphi, on all but u and psi, in both cases
+!>
+!>     m u'' + E [S'' + 2 i psi' S_1' + i psi'' S_1 - psi'^2 S_2]                 = sum of F_j
+!>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M
+!>
+!> with J_1 = J - 2 A + K, H_1' = Omega^2 d(A - K/2)/dphi and the motor's torque M, if it stands on a frame that bears a flywheel;
+!> else J_1 = J, which does not depend on psi, and H_1' = H'.
 module gestell_model_varied_frame
   use gestell_base_circle, only: circle
   use gestell_base_kinds, only: dp, pi
   use gestell_base_trigonometric, only: series_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, a4_v, table_columns
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix
   use gestell_model_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
+  use gestell_model_moving_masses, only: find_masses, masses_type
   implicit none (type, external)
   private
 
@@ -36,6 +46,7 @@ module gestell_model_varied_frame
     !> The foundation's part of the mounting.
     real(dp) :: foundation_stiffness(3, 3) = 0, foundation_damping(3, 3) = 0
   contains
+    procedure :: move_to
     procedure :: sample_second_order
     procedure :: coupled
     procedure :: ground_forces
@@ -66,12 +77,36 @@ contains
     varied%supports = frame%supports
     varied%weights = frame%weights
     varied%speed = frame%speed
+    varied%held_by = frame%held_by
+    varied%flywheel_inertia = frame%flywheel_inertia
     varied%free = frame%free
     allocate(varied%mechanism, source=frame%mechanism)
-    varied%motion = motion
     varied%foundation_stiffness = frame%stiffness - stiffness_matrix(frame%supports)
     varied%foundation_damping = frame%damping - damping_matrix(frame%supports)
+    call varied%move_to(motion)
   end function varied_frame
+
+  !> The frame varied about another motion; over its turn the motor on the frame delivers what the dampers take.
+  pure subroutine move_to(self, motion)
+    class(varied_frame_type), intent(inout) :: self
+    type(series_type), intent(in) :: motion
+    real(dp), allocatable :: q(:, :), v(:, :), a(:, :)
+    real(dp) :: place(3), rate(3)
+    integer :: k, points
+
+    self%motion = motion
+    self%motor_torque = 0
+    if (self%held_by /= "flywheel") return
+    ! Powers are of second order in the motion: these points sum them but for what is of tenth.
+    points = 8 * (ubound(motion%cosine, 1) + 1)
+    allocate(q(points, 3), v(points, 3), a(points, 3))
+    call motion%values([(real(k, dp) / points, k = 1, points)], q, v, a)
+    do k = 1, points
+      place = q(k, :)
+      rate = v(k, :) * (2 * pi / self%period)
+      self%motor_torque = self%motor_torque + self%dissipation(place, rate) / (points * self%speed)
+    end do
+  end subroutine move_to
 
   !> M, B, C, h at many phases of the turn.
   subroutine sample_second_order(self, phases, m, b, c, h)
@@ -90,7 +125,7 @@ contains
     a = a * (2 * pi / self%period)**2
     call circle(q(:, 3), cosine, sine)
     turn = cmplx(cosine, sine, dp)
-    call vary_inertia(self, phases, v, a, turn, r, all_m, all_b, all_c)
+    call vary_inertia(self, phases, q, v, a, turn, r, all_m, all_b, all_c)
     call add_foundation(self, q, v, r, all_b, all_c)
     call add_mounting(self%supports, q, v, turn, r, all_b, all_c)
     m = all_m(:, self%free, self%free)
@@ -107,36 +142,19 @@ contains
   end subroutine sample_second_order
 
   !> The left sides of the equations, shape (points, 3), and their derivatives with respect to q'', q' and q, where E is `turn`.
-  subroutine vary_inertia(frame, phases, v, a, turn, r, m, b, c)
+  subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
     type(varied_frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(in) :: v(:, :), a(:, :)
+    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :)
     complex(dp), intent(in) :: turn(:)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp) :: table(size(phases), table_columns), inertia(size(phases)), inertia_d(size(phases))
-    complex(dp), dimension(size(phases)) :: s, s_d, s_dd, load, spun, moving
-    complex(dp), parameter :: upright = 1
+    type(masses_type) :: at
+    complex(dp), dimension(size(phases)) :: spun, varied, moving
     real(dp) :: mass
 
-    call frame%mechanism%tabulate(frame%crank_angles(phases), table)
+    call find_masses(frame, frame%crank_angles(phases) - merge(q(:, 3), 0.0_dp, frame%even_in_space()), at)
     mass = frame%mass + frame%mechanism%mass
-    associate (omega => frame%speed, xi0 => frame%origin(1), eta0 => frame%origin(2), m_g => frame%mechanism%mass)
-      s = m_g * cmplx(xi0, eta0, dp) + cmplx(table(:, a1_v), table(:, a2_v), dp)
-      s_d = omega * cmplx(table(:, a1_d), table(:, a2_d), dp)
-      s_dd = omega**2 * cmplx(table(:, a1_dd), table(:, a2_dd), dp)
-      inertia = frame%inertia + frame%mechanism%inertia + m_g * (xi0**2 + eta0**2) &
-        & + table(:, a3_v) + 2 * xi0 * table(:, a1_v) + 2 * eta0 * table(:, a2_v)
-      inertia_d = omega * (table(:, a3_d) + 2 * xi0 * table(:, a1_d) + 2 * eta0 * table(:, a2_d))
-      r(:, 3) = omega**2 * (xi0 * table(:, a2_dd) - eta0 * table(:, a1_dd) + table(:, a4_v))
-    end associate
-    load = turn * (s_dd + 2 * i * v(:, 3) * s_d + (i * a(:, 3) - v(:, 3)**2) * s)
-    spun = turn * (2 * i * s_d - 2 * v(:, 3) * s)
-    moving = i * turn * s
-    r(:, 1) = mass * a(:, 1) + real(load) - (1 - frame%excitation) * real(s_dd)
-    r(:, 2) = mass * a(:, 2) + aimag(load) - (1 - frame%excitation) * aimag(s_dd)
-    r(:, 3) = frame%excitation * r(:, 3) + inertia * a(:, 3) + inertia_d * v(:, 3) + real(moving) * a(:, 1) &
-      & + aimag(moving) * a(:, 2)
-
+    moving = i * turn * at%s_1
     m = 0
     b = 0
     c = 0
@@ -145,19 +163,46 @@ contains
     m(:, 1, 3) = real(moving)
     m(:, 2, 3) = aimag(moving)
     m(:, 3, 1:2) = m(:, 1:2, 3)
-    m(:, 3, 3) = inertia
+    m(:, 3, 3) = at%inertia
+    associate (w => v(:, 3), w_d => a(:, 3))
+      spun = turn * (at%s_tt + 2 * i * w * at%s_1_t - w**2 * at%s_2) + moving * w_d
+      r(:, 1) = mass * a(:, 1) + real(spun)
+      r(:, 2) = mass * a(:, 2) + aimag(spun)
+      r(:, 3) = at%moment + at%inertia * w_d + at%inertia_t * w + at%inertia_psi * w**2 / 2 + real(moving) * a(:, 1) &
+        & + aimag(moving) * a(:, 2) + frame%motor_torque
+      spun = turn * (2 * i * at%s_1_t - 2 * w * at%s_2)
+      varied = turn * (i * at%s_1_tt - 2 * w * at%s_2_t - i * w**2 * at%s_3 - w_d * at%s_2)
+      b(:, 3, 3) = at%inertia_t + at%inertia_psi * w
+      c(:, 3, 3) = at%inertia_psi * w_d + at%inertia_tpsi * w + at%inertia_psipsi * w**2 / 2 + at%moment_psi &
+        & - real(turn * at%s_2) * a(:, 1) - aimag(turn * at%s_2) * a(:, 2)
+    end associate
     b(:, 1, 3) = real(spun)
     b(:, 2, 3) = aimag(spun)
-    b(:, 3, 3) = inertia_d
-    c(:, 1, 3) = -aimag(load)                                                  ! i load
-    c(:, 2, 3) = real(load)
-    c(:, 3, 3) = -aimag(moving) * a(:, 1) + real(moving) * a(:, 2)             ! Im(conj(i E S) u'')
-    if (.not. frame%weights%act) return
-    associate (weights => frame%weights, sums => cmplx(table(:, a1_v), table(:, a2_v), dp))
-      r(:, 3) = r(:, 3) - weights%moment(turn, sums) + (1 - frame%excitation) * weights%moment(upright, sums)
-      c(:, 3, 3) = c(:, 3, 3) + weights%stiffness(turn, sums)
-    end associate
+    c(:, 1, 3) = real(varied)
+    c(:, 2, 3) = aimag(varied)
+    if (frame%weights%act) then
+      r(:, 3) = r(:, 3) - frame%weights%moment(turn, at%sums_1)
+      c(:, 3, 3) = c(:, 3, 3) + frame%weights%stiffness(turn, at%sums_2)
+    end if
+    if (frame%excitation < 1 .or. frame%excitation > 1) call take_excitation(frame, phases, r)
   end subroutine vary_inertia
+
+  !> Takes away what of the excitation does not act: of the load where the frame rests.
+  subroutine take_excitation(frame, phases, r)
+    type(varied_frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(inout) :: r(:, :)
+    complex(dp), parameter :: upright = 1
+    type(masses_type) :: at
+
+    call find_masses(frame, frame%crank_angles(phases), at)
+    associate (part => 1 - frame%excitation)
+      r(:, 1) = r(:, 1) - part * real(at%s_tt)
+      r(:, 2) = r(:, 2) - part * aimag(at%s_tt)
+      r(:, 3) = r(:, 3) - part * at%moment
+      if (frame%weights%act) r(:, 3) = r(:, 3) + part * frame%weights%moment(upright, at%sums_1)
+    end associate
+  end subroutine take_excitation
 
   !> The foundation, whose potential is quadratic in xi, eta, psi.
   pure subroutine add_foundation(self, q, v, r, b, c)

@@ -11,7 +11,7 @@
 module gestell_model_weights
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_mechanism, only: a1_v, a2_v, mechanism_type, table_columns
+  use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mechanism_type, table_columns
   use gestell_model_mounting, only: stiffness_matrix, support_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -168,20 +168,26 @@ contains
   end subroutine find_sag
 
   !> What the weights add to C and h of the `free` degrees of freedom about rest, at the crank angles of a table of the mass
-  !> functions; shapes (angles, size(free), size(free)) and (angles, size(free)).
-  pure subroutine add(self, free, table, c, h)
+  !> functions that the frame feels; shapes (angles, size(free), size(free)) and (angles, size(free)). Of a crank that turns
+  !> `even_in_space` those are S + i S', and what changes with psi is the moment of S + 2 i S' - S'' (gestell_model_held).
+  pure subroutine add(self, free, table, even_in_space, c, h)
     class(weights_type), intent(in) :: self
     integer, intent(in) :: free(:)
     real(dp), intent(in) :: table(:, :)
+    logical, intent(in) :: even_in_space
     real(dp), intent(inout) :: c(:, :, :)
     real(dp), intent(inout), optional :: h(:, :)
-    complex(dp), parameter :: upright = 1
+    complex(dp), parameter :: upright = 1, i = (0.0_dp, 1.0_dp)
     integer :: psi
 
     psi = findloc(free, 3, dim=1)
     if (psi == 0) return
     associate (a => cmplx(table(:, a1_v), table(:, a2_v), dp))
-      c(:, psi, psi) = c(:, psi, psi) + self%stiffness(upright, a)
+      if (even_in_space) then
+        c(:, psi, psi) = c(:, psi, psi) + self%stiffness(upright, a + i * cmplx(table(:, a1_d), table(:, a2_d), dp))
+      else
+        c(:, psi, psi) = c(:, psi, psi) + self%stiffness(upright, a)
+      end if
       if (present(h)) h(:, psi) = h(:, psi) + self%moment(upright, a)
     end associate
   end subroutine add

@@ -6,6 +6,7 @@ module gestell_study_drive
   use gestell_model_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, torque
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: accelerations
+  use gestell_study_flywheel, only: find_fluctuation, fluctuation_type
   use gestell_study_statistics, only: top
   use gestell_study_vibration, only: check_rows, vibration_type
   implicit none (type, external)
@@ -28,6 +29,8 @@ module gestell_study_drive
     real(dp) :: drive_mean = 0, dampers_mean = 0, greatest = 0
     !> Whether links and frame weigh something.
     logical :: weighed = .false.
+    !> Where a flywheel's inertia is known.
+    type(fluctuation_type), allocatable :: fluctuation
   contains
     procedure :: defect
   end type drive_type
@@ -60,6 +63,10 @@ contains
       drive%drive_mean = sum(samples(drive_watts, :)) / n
       drive%dampers_mean = sum(samples(damper_watts, :)) / n
     end associate
+    if (known .and. frame%flywheel_inertia > 0) then
+      allocate(drive%fluctuation)
+      call find_fluctuation(frame, samples(torque, :), drive%peak_error, size(drive%history, 2) - 1, drive%fluctuation)
+    end if
     call take_torque(samples(torque, :), drive%actual)
     call take_torque(samples(rigid_torque, :), drive%rigid)
     drive%greatest = abs(drive%actual%peak * frame%speed)

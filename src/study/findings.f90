@@ -78,6 +78,8 @@ contains
     associate (drive => findings%drive)
       finite = finite .and. all(ieee_is_finite(drive%history)) .and. all(ieee_is_finite([drive%actual%rms, drive%rigid%rms, &
         & drive%peak_error, drive%drive_mean, drive%dampers_mean]))
+      if (allocated(drive%fluctuation)) finite = finite .and. ieee_is_finite(drive%fluctuation%irregularity) &
+        & .and. ieee_is_finite(drive%fluctuation%error)
     end associate
   end function finite
 

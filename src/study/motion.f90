@@ -108,6 +108,11 @@ contains
     allocate(free, source=frame)
     free%free = [1, 2, 3]
     free%states = 6
+    ! Also where the vibration is that of the equations about rest guides exert what the exact ones leave.
+    select type (free)
+    class is (varied_frame_type)
+      free%newton = .true.
+    end select
     select type (system)
     class is (averaged_system)
       allocate(model)

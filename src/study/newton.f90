@@ -84,8 +84,8 @@ contains
       if (allocated(error)) return
       step = next%step
       if (k > 0) steps = [steps, step]
-      varied%motion = next%series
-      call trim_motion(frame, next, part_left * accuracy%tolerance, varied%motion)
+      call trim_motion(frame, next, part_left * accuracy%tolerance)
+      call varied%move_to(next%series)
       ! Steps fall at least as the last two did: what is yet to come. A motion that is all error is not told better by another.
       left = step * min(1.0_dp, step / before)
       if ((k > 0 .or. linear) .and. (left <= max(part_left * accuracy%tolerance, next%error) .or. next%error >= all_error)) then
@@ -187,17 +187,16 @@ contains
     loosened%tolerance = max(accuracy%tolerance, tolerance)
   end function loosened
 
-  !> Leaves out of a motion what is rounding, or within its error, or of these parts of it.
-  subroutine trim_motion(frame, next, part, motion)
+  !> Leaves out of the series of a motion what is rounding, or within its error, or of this part of it.
+  subroutine trim_motion(frame, next, part)
     class(frame_type), intent(in) :: frame
-    type(next_type), intent(in) :: next
+    type(next_type), intent(inout) :: next
     real(dp), intent(in) :: part
-    type(series_type), intent(inout) :: motion
     real(dp) :: units(3)
 
     units = 0
     units(frame%free) = next%scale(:size(frame%free))
-    call motion%trim(units, max(noise, next%error / 100, part / 100) * next%size)
+    call next%series%trim(units, max(noise, next%error / 100, part / 100) * next%size)
   end subroutine trim_motion
 
   !> A motion at equidistant phases.

@@ -213,7 +213,7 @@ contains
 
       call family%member(at, about, error)
       if (allocated(error)) return
-      about%motion = motion_of(family, q)
+      call about%move_to(motion_of(family, q))
       if (family%multipliers) then
         call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error, floquet=family%floquet)
       else

@@ -170,7 +170,7 @@ contains
     if (allocated(error)) deallocate(error)
     call family%member(home, found, error)
     if (allocated(error)) return
-    found%motion = motion_of(family, middle_of(at, next, part))
+    call found%move_to(motion_of(family, middle_of(at, next, part)))
     ! A step further than ordered: the last one counts as the motion's error.
     fine = family%accuracy
     fine%tolerance = max(fine%tolerance / 100, min(fine%tolerance, least_tolerance))

@@ -149,7 +149,7 @@ contains
       if (.not. allocated(error) .and. next%lambda >= 1) then
         part = (1 - at%lambda) / (next%lambda - at%lambda)
         call family%member(1.0_dp, found, error)
-        found%motion = motion_of(family, middle_of(at, next, part))
+        call found%move_to(motion_of(family, middle_of(at, next, part)))
         call iterate(frame, family%accuracy, .false., found, steps, error)
         if (.not. allocated(error)) then
           varied = found

@@ -63,6 +63,7 @@ class Machine:
                 self.frame = keys
             elif name == "drive":
                 self.speed = keys["speed_rpm"][0] * math.pi / 30
+                self.held_by = keys.get("held_by", ["motor"])[0]
         free = self.frame.get("dof", ["xi", "eta", "psi"])
         self.free = [k for k, dof in enumerate(("xi", "eta", "psi")) if dof in free]
         self.origin = np.array(self.frame.get("origin", [0.0, 0.0]))
@@ -205,7 +206,7 @@ def turning(support):
 class Model:
     """The machine in Exudyn; `turn` maps the frame's state over one turn of the crank."""
 
-    def __init__(self, machine, recording=False):
+    def __init__(self, machine, recording=False, torque=0.0, free=False):
         self.machine = machine
         self.recording = recording
         self.period = 2 * math.pi / abs(machine.speed)
@@ -242,8 +243,19 @@ class Model:
         crank = next(name for name, joint in machine.joints.items() if joint["type"][0] == "crank")
         pivot = machine.joints[crank]["pivot"][0]
         driven = next(k for k, link in enumerate(machine.links, 1) if link["from"] == [pivot] and link.get("to") == [crank])
-        self.crank = mbs.AddObject(item.CoordinateConstraint(
-            markerNumbers=self.angles(0, driven), velocityLevel=True, offset=machine.speed))
+        # The drive holds the crank's speed against the frame, or in space; a motor on the frame acts on that by its mean torque. A `free`
+        # crank is held by nothing but its own inertia.
+        self.even = machine.held_by != "motor"
+        self.torque = torque
+        markers = self.angles(0, driven)
+        if self.even:
+            markers[0] = mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(item.NodePointGround()), coordinate=0))
+        self.loads = [mbs.AddLoad(item.LoadCoordinate(markerNumber=self.angles(0)[0], load=-torque))]
+        self.driven, self.initial = driven, machine.speed
+        if free:
+            self.loads.append(mbs.AddLoad(item.LoadCoordinate(markerNumber=self.angles(driven)[0], load=torque)))
+        else:
+            mbs.AddObject(item.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=machine.speed))
         if recording:
             kinds = exu.OutputVariableType
             self.sensors = [[mbs.AddSensor(item.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
@@ -252,8 +264,8 @@ class Model:
                             for spring in np.ravel(springs)] for springs in self.springs]
         mbs.Assemble()
 
-    def angles(self, one, other):
-        return [self.mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=self.nodes[k], coordinate=2)) for k in (one, other)]
+    def angles(self, *bodies):
+        return [self.mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=self.nodes[k], coordinate=2)) for k in bodies]
 
     def add_mounting(self):
         """Supports and foundation, with the static forces that carry the weights."""
@@ -337,17 +349,20 @@ class Model:
         """Coordinates and velocities of all bodies for xi, eta, psi and their velocities, the crank at its phase."""
         machine, step = self.machine, 1e-3
         u, psi, v, rate = np.array(state[:2]), state[2], np.array(state[3:5]), state[5]
-        stations = [[machine.pose(link, machine.points(j * step)) for link in machine.links] for j in (-3, -2, -1, 1, 2, 3)]
+        # The crank against the frame.
+        turned, turns = (-psi, self.initial - rate) if self.even else (0.0, self.initial)
+        poses, *stations = [[machine.pose(link, machine.points(turned + j * step)) for link in machine.links]
+                            for j in (0, -3, -2, -1, 1, 2, 3)]
         weights = np.array([-1, 9, -45, 45, -9, 1]) / (60 * step)
         c, s = math.cos(psi), math.sin(psi)
         turn = np.array([[c, -s], [s, c]])
         q, w = [*u, psi], [*v, rate]
-        for k, (center, angle) in enumerate(self.poses):
-            moving = sum(weight * station[k][0] for weight, station in zip(weights, stations)) * machine.speed
-            angles = np.unwrap([angle] + [station[k][1] for station in stations])[1:]
-            spin = float(weights @ angles) * machine.speed
+        for k, ((first, reference), (center, angle)) in enumerate(zip(self.poses, poses)):
+            moving = sum(weight * station[k][0] for weight, station in zip(weights, stations)) * turns
+            angles = np.unwrap([reference, angle] + [station[k][1] for station in stations])[1:]
+            spin = float(weights @ angles[1:]) * turns
             place = turn @ center
-            q += [*(u + place - center), psi]
+            q += [*(u + place - first), psi + angles[0] - reference]
             w += [*(v + rate * np.array([-place[1], place[0]]) + turn @ moving), rate + spin]
         for support, (axes, _, _) in zip(machine.supports, self.pads):
             if not turning(support):
@@ -465,7 +480,7 @@ class Model:
         orders = np.fft.rfft(energy[:-1]) * 2j * math.pi / self.period * np.arange(ROWS // 2 + 1)
         orders[ROWS // 4:] = 0.0
         gain = np.fft.irfft(orders, ROWS) + drift / self.period
-        torque = (np.append(gain, gain[0]) + lost) / self.machine.speed
+        torque = (np.append(gain, gain[0]) + lost + self.torque * v[:, 0, 2]) / self.machine.speed
         return [*forces, ground[:, :2], ground[:, 2], moment], torque, np.array(static).reshape(-1, 2)
 
 
@@ -517,10 +532,16 @@ def main():
         state, start = (values[machine.free + [3 + k for k in machine.free]] for values in (state, start))
         scale = STEP * np.repeat([1.0, abs(machine.speed)], len(machine.free))
         found, phi = model.periodic(start, scale)
+        mean = 0.0
+        for _ in range(3 if machine.held_by == "flywheel" else 0):
+            # What the dampers take is of second order in the vibration: its change by the motor's mean torque is small.
+            mean = np.mean(Model(machine, recording=True, torque=mean).history(found)[1][:-1])
+            model = Model(machine, torque=mean)
+            found, phi = model.periodic(found, scale)
         ours, theirs = (values[np.argsort(-abs(values) - 1e-9 * values.imag)] for values in (rho, np.linalg.eigvals(phi)))
         miss = max(np.min(abs(theirs - value)) for value in ours)
         moved = np.max(abs(found - state) / np.max(abs(state.reshape(2, -1)), axis=1).repeat(len(machine.free)))
-        recorder = Model(machine, recording=True)
+        recorder = Model(machine, recording=True, torque=mean)
         pulls, drive, load = recorder.history(found)
         if len(machine.free) < 3:
             # The moment of all has that of the frame's guides in it.
