@@ -102,16 +102,27 @@ contains
     call sort(borders, axis%to < axis%from)
   end subroutine find_branch_borders
 
-  !> Where the search of a branch begins: at its points too, for these lie where its vibration changes.
+  !> Where the search of a branch begins: also at points of it between which the vibration changes by a quarter of itself.
   pure function nodes_of(branch, line, count) result(nodes)
     type(branch_type), intent(in) :: branch
     type(line_type), intent(in) :: line
     integer, intent(in) :: count
     real(dp), allocatable :: nodes(:)
-    real(dp) :: t(size(branch%points))
+    real(dp), parameter :: notable = 0.25_dp
+    real(dp) :: t(size(branch%points)), changed
+    logical :: taken(size(branch%points))
+    integer :: i
 
     t = (branch%points%lambda - line%start(1)) / line%way(1)
-    nodes = merged(range_nodes(count), pack(t, t > 0 .and. t < 1))
+    taken = .false.
+    changed = 0
+    do i = 2, size(t)
+      changed = changed + branch%arcs(i - 1) * sqrt(max(1 - branch%points(i)%rise**2, 0.0_dp))
+      if (changed < notable) cycle
+      taken(i) = t(i) > 0 .and. t(i) < 1
+      changed = 0
+    end do
+    nodes = merged(range_nodes(count), pack(t, taken))
   end function nodes_of
 
   !> What no branch passes is open.
@@ -156,7 +167,7 @@ contains
     type(branch_type), intent(inout) :: pair(2)
     integer, intent(in) :: side
     integer, parameter :: levels = 6
-    real(dp), parameter :: first = 0.02_dp
+    real(dp), parameter :: first = 0.02_dp, path_error = 1.0e-4_dp
     real(dp) :: t(levels), square(levels), table(levels), ends(2, 2), before, distance
     type(error_type), allocatable :: error
     integer :: i, k, at(2)
@@ -167,6 +178,9 @@ contains
     at = [size(pair(1)%points), size(pair(2)%points)]
     if (side == 1) at = 1
     table = 0
+    ! What the path knows, unless more is found.
+    pair(1)%errors(side) = max(pair(1)%errors(side), path_error)
+    pair(2)%errors(side) = pair(1)%errors(side)
     do k = 1, levels
       t(k) = ends(side, 1) + distance / 2**(k - 1) * merge(1, -1, side == 1)
       call difference_at(family, pair, t(k), square(k), error)

@@ -200,8 +200,7 @@ contains
     end do
   end subroutine walk
 
-  !> Of the multipliers in the upper half plane the arguments, ascending, and the decays, shape (n, 2). Positive ones turn nowhere:
-  !> toward a turning point one goes to 1.
+  !> Arguments, ascending, and decays of the multipliers in the upper half plane, shape (n, 2).
   subroutine take_angles(family, angles)
     type(line_path_type), intent(in) :: family
     real(dp), allocatable, intent(out) :: angles(:, :)
@@ -278,10 +277,8 @@ contains
       end if
       if (abs(best%rise) < flat) exit
     end do
-    if (.not. best%rise < 1) then
-      best = to
-      place = arc
-    end if
+    if (.not. best%rise < 1) place = arc
+    if (.not. best%rise < 1) best = to
     x = abs(best%rise) * (high - low)
     best%rise = 0
     call trail%add(best, place, x)
@@ -344,10 +341,10 @@ contains
     do k = 1, up%count
       call whole%add(up%points(k), up%arcs(k), up%errors(k))
     end do
-    if (down%count > 1 .and. up%count > 0) whole%arcs(down%count) = down%arcs(2)
+    if (min(down%count - 1, up%count) > 0) whole%arcs(down%count) = down%arcs(2)
     first = 1
     do k = 2, whole%count
-      if (k < whole%count .and. abs(whole%points(k)%rise) > 0) cycle
+      if (k < whole%count .and. .not. turns_at(whole, k)) cycle
       allocate(longer(size(branches) + 1))
       do i = 1, size(branches)
         longer(i) = branches(i)
@@ -357,6 +354,24 @@ contains
       first = k
     end do
   end subroutine split
+
+  !> Whether lambda turns back at point `k` inside a path: at its turning point, next to which the points may turn, or else there.
+  pure logical function turns_at(whole, k)
+    type(trail_type), intent(in) :: whole
+    integer, intent(in) :: k
+    logical :: back(-1:1), flat(-1:1)
+    integer :: i
+
+    back = .false.
+    flat = .false.
+    do i = max(k - 1, 2), min(k + 1, whole%count - 1)
+      associate (lambda => whole%points(i - 1:i + 1)%lambda)
+        back(i - k) = (lambda(2) - lambda(1)) * (lambda(3) - lambda(2)) < 0
+      end associate
+      flat(i - k) = .not. abs(whole%points(i)%rise) > 0
+    end do
+    turns_at = (flat(0) .and. any(back)) .or. (back(0) .and. .not. any(flat))
+  end function turns_at
 
   !> The part of a path from one point to another, lambda ascending.
   pure function branch_of(family, whole, first, last) result(branch)
@@ -377,7 +392,8 @@ contains
       if (back) branch%points(i)%rise = -branch%points(i)%rise
       if (i < n) branch%arcs(i) = whole%arcs(merge(k, k + 1, back))
     end do
-    branch%turns = [.not. abs(branch%points(1)%rise) > 0, .not. abs(branch%points(n)%rise) > 0]
+    branch%turns = [first > 1, last < whole%count]
+    if (back) branch%turns = branch%turns([2, 1])
     branch%errors = merge(whole%errors([last, first]), whole%errors([first, last]), back)
     branch%units = family%units
   end function branch_of
