@@ -101,12 +101,12 @@ contains
     do k = 1, phases
       exact(k, :) = real(q * exp(cmplx(0, 2 * pi * (k - 1) / phases, dp)))
     end do
-    call solve_quickly(system, phases, motion, fits)
+    call solve_quickly(system, phases, 1.0e-3_dp, motion, fits)
     call check(error, fits, more="the first solution")
     if (allocated(error)) return
     found = transpose(motion%x(:2, :))
     off(1) = maxval(abs(found - exact)) / maxval(abs(exact))
-    call solve_quickly(corrected_system(system, series_through(found), [1, 2]), phases, motion, fits)
+    call solve_quickly(corrected_system(system, series_through(found), [1, 2]), phases, 1.0e-3_dp, motion, fits)
     call check(error, fits, more="the second solution")
     if (allocated(error)) return
     off(2) = maxval(abs(found + transpose(motion%x(:2, :)) - exact)) / maxval(abs(exact))
@@ -121,10 +121,10 @@ contains
     type(quick_motion_type) :: motion
     logical :: fits
 
-    call solve_quickly(oscillators(4.0_dp), 16, motion, fits)
+    call solve_quickly(oscillators(4.0_dp), 16, 1.0e-3_dp, motion, fits)
     call check(error, .not. fits, more="resonance must be refused")
     if (allocated(error)) return
-    call solve_quickly(oscillators(3.5_dp), 16, motion, fits)
+    call solve_quickly(oscillators(3.5_dp), 16, 1.0e-3_dp, motion, fits)
     call check(error, fits, more="beside it")
     if (allocated(error)) return
     ! q = 1 / (c - 1), and 1e-3 of it is aimed at

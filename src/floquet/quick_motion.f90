@@ -29,18 +29,20 @@ module gestell_floquet_quick_motion
 
   !> Where the fastest vibration turns further (rad) reduction is quicker.
   real(dp), parameter :: most_turns = 700
-  !> Error of the motion that is allowed, and the one of Phi(T) where no multiplier is near 1.
-  real(dp), parameter :: of_motion = 1.0e-3_dp, of_map = 1.0e-6_dp
+  !> Error of Phi(T) where no multiplier is near 1, by that of the motion which is allowed.
+  real(dp), parameter :: of_map = 1.0e-3_dp
   !> Steps between two phases.
   integer, parameter :: most_between = 8
 
 contains
 
-  !> `fits` is false where this is no way: the fastest vibration turns far, the coefficients jump, or a multiplier is so near 1 that
-  !> the motion would have no digits. `motion` is one of a system that differs little, or none: units and turns are kept.
-  subroutine solve_quickly(system, phases, motion, fits)
+  !> `of_motion`: the error of the motion that is allowed, relative to it. `fits` is false where this is no way: the fastest vibration
+  !> turns far, the coefficients jump, or a multiplier is so near 1 that the motion would have no digits. `motion` is one of a system
+  !> that differs little, or none: units and turns are kept.
+  subroutine solve_quickly(system, phases, of_motion, motion, fits)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: phases
+    real(dp), intent(in) :: of_motion
     type(quick_motion_type), intent(inout) :: motion
     logical, intent(out) :: fits
     class(method_type), allocatable :: method
@@ -57,7 +59,7 @@ contains
     end if
     if (motion%turns > most_turns) return
     n = system%states
-    tolerance = of_map
+    tolerance = of_map * of_motion
     do
       call choose(system, phases, motion%turns, tolerance, method, between)
       if (between == 0) return

@@ -29,6 +29,8 @@ module gestell_study_newton
   real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
   !> Part of the tolerance that may be left of the steps to come.
   real(dp), parameter :: part_left = 0.1_dp
+  !> Errors of a step and of a whole motion where they are told quickly, relative to them.
+  real(dp), parameter :: of_step = 1.0e-3_dp, of_motion = 1.0e-5_dp
   !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
   integer, parameter, public :: first_samples = 64
   integer, parameter :: most_samples = 2**12
@@ -62,6 +64,7 @@ contains
     type(varied_frame_type) :: lack
     real(dp) :: step, before, left
     integer :: first, k, samples
+    logical :: told
 
     allocate(steps(0))
     first = 1
@@ -86,9 +89,12 @@ contains
       if (k > 0) steps = [steps, step]
       call trim_motion(frame, next, part_left * accuracy%tolerance)
       call varied%move_to(next%series)
-      ! Steps fall at least as the last two did: what is yet to come. A motion that is all error is not told better by another.
+      ! Steps fall at least as the last two did: what is yet to come. A motion that is all error is not told better by another, nor
+      ! one whose steps no longer fall: then they are rounding.
       left = step * min(1.0_dp, step / before)
-      if ((k > 0 .or. linear) .and. (left <= max(part_left * accuracy%tolerance, next%error) .or. next%error >= all_error)) then
+      told = left <= max(part_left * accuracy%tolerance, next%error) .or. next%error >= all_error &
+        & .or. (step <= rough .and. step >= before / 2)
+      if (told .and. (k > 0 .or. linear)) then
         call add_rounding(frame, next%scale, next%error + 2 * merge(left, 0.0_dp, left < 1), varied)
         return
       end if
@@ -125,11 +131,11 @@ contains
       if (present(from) .and. present(lack)) then
         next%q = values_of(from, n)
         change = -next%q
-        call solve_quickly(lack, n, next%quick, fits)
+        call solve_quickly(lack, n, of_step, next%quick, fits)
       else
         change = next%q
         fits = .not. present(floquet)
-        if (fits) call solve_quickly(system, n, next%quick, fits)
+        if (fits) call solve_quickly(system, n, of_motion, next%quick, fits)
       end if
       if (fits) then
         next%q(:, frame%free) = next%q(:, frame%free) + transpose(next%quick%x(:size(frame%free), :))
@@ -152,8 +158,9 @@ contains
       next%step = size_of(frame, next%scale, next%q + change) / max(next%size, tiny(next%size))
       next%series = series_through(next%q)
       tail = next%series%tail()
-      if (maxval(tail(frame%free) / next%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100, next%error / 100) &
-        & * next%size .or. 2 * n > most_samples .or. next%error >= all_error) exit
+      if (maxval(tail(frame%free) / next%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
+        & merge(of_motion / 100, 0.0_dp, fits .and. .not. present(lack))) * next%size .or. 2 * n > most_samples &
+        & .or. next%error >= all_error) exit
       n = 2 * n
     end do
     if (present(floquet)) floquet = solved

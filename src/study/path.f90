@@ -195,7 +195,11 @@ contains
     ends = [lambda, lambda + family%difference]
     if (ends(2) > family%last_lambda) ends(2) = lambda - family%difference
     if (family%from_rest) ends = [0.0_dp, 1.0_dp]
-    call next_of(ends(1), size(q, 1), q_a)
+    if (family%from_rest .and. .not. any(abs(q) > 0)) then
+      q_a = q                                                      ! without excitation it rests
+    else
+      call next_of(ends(1), size(q, 1), q_a)
+    end if
     if (.not. allocated(error)) call next_of(ends(2), size(q_a, 1), q_b)
     if (allocated(error)) return
     q_a = resampled(q_a, size(q_b, 1))
