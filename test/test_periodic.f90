@@ -94,7 +94,7 @@ contains
     complex(dp) :: q(2)
     real(dp) :: found(phases, 2), exact(phases, 2), off(2)
     logical :: fits
-    integer :: i, k
+    integer :: k
 
     system = shaken()
     q = response(system)

@@ -36,9 +36,9 @@ module gestell_floquet_quick_motion
 
 contains
 
-  !> `of_motion`: the error of the motion that is allowed, relative to it. `fits` is false where this is no way: the fastest vibration
-  !> turns far, the coefficients jump, or a multiplier is so near 1 that the motion would have no digits. `motion` is one of a system
-  !> that differs little, or none: units and turns are kept.
+  !> `of_motion`: the error of the motion that is allowed, relative to it. `fits` is false where this is no way: the fastest
+  !> vibration turns far, the coefficients jump, or a multiplier is so near 1 that the motion would have no digits. `motion` is one
+  !> of a system that differs little, or none: units and turns are kept.
   subroutine solve_quickly(system, phases, of_motion, motion, fits)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: phases

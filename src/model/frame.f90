@@ -185,51 +185,33 @@ contains
     h = h1(1, :)
   end subroutine load
 
-  !> M, B, C, h at many phases of the turn.
+  !> M, B, C, h at many phases of the turn: (9) to (12) by the mass functions, or by what of a crank that turns evenly in space the
+  !> frame feels in their place (gestell_model_held).
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    real(dp) :: table(size(phases), table_columns)
-
-    if (self%even_in_space()) then
-      call sample_held(self, phases, m, b, c, h)
-      return
-    end if
-    call self%mechanism%tabulate(self%crank_angles(phases), table)
-    call add_mechanism(self, table, m, b, c)
-    if (present(h)) call set_load(self%free, self%speed, self%origin, table, h)
-    if (self%weights%act) call self%weights%add(self%free, table, .false., c, h)
-  end subroutine sample_second_order
-
-  !> The same with a crank that turns evenly in space.
-  subroutine sample_held(self, phases, m, b, c, h)
-    class(frame_type), intent(in) :: self
-    real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp), contiguous, intent(out), optional :: h(:, :)
-    real(dp), dimension(size(phases), table_columns) :: load, felt
+    real(dp), dimension(size(phases), table_columns) :: felt, load
     real(dp) :: slope(size(phases))
     integer :: psi
 
-    call tabulate_held(self%mechanism, self%origin, self%crank_angles(phases), load, felt, slope)
-    call add_mechanism(self, felt, m, b, c)
-    psi = findloc(self%free, 3, dim=1)
-    if (psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
-    if (present(h)) call set_load(self%free, self%speed, self%origin, load, h)
-    if (self%weights%act) call self%weights%add(self%free, felt, .true., c, h)
-  end subroutine sample_held
-
-  !> (9) to (11) from a table of the mass functions.
-  subroutine add_mechanism(self, table, m, b, c)
-    class(frame_type), intent(in) :: self
-    real(dp), contiguous, intent(in) :: table(:, :)
-    real(dp), contiguous, intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
-
+    if (self%even_in_space()) then
+      call tabulate_held(self%mechanism, self%origin, self%crank_angles(phases), load, felt, slope)
+    else
+      call self%mechanism%tabulate(self%crank_angles(phases), felt)
+    end if
     call set_matrices(self%free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type()), &
-      & self%damping, self%stiffness + load_matrix(self%supports), self%speed, self%origin, table, m, b, c)
-  end subroutine add_mechanism
+      & self%damping, self%stiffness + load_matrix(self%supports), self%speed, self%origin, felt, m, b, c)
+    if (self%even_in_space()) then
+      psi = findloc(self%free, 3, dim=1)
+      if (psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
+      if (present(h)) call set_load(self%free, self%speed, self%origin, load, h)
+    else if (present(h)) then
+      call set_load(self%free, self%speed, self%origin, felt, h)
+    end if
+    if (self%weights%act) call self%weights%add(self%free, felt, self%even_in_space(), c, h)
+  end subroutine sample_second_order
 
   !> Whether the crank turns evenly in space, and not against the frame.
   pure logical function even_in_space(self)

@@ -236,8 +236,7 @@ contains
     allowed = max(allowed, arc / 4)
   end function resonance_arc
 
-  !> Adds the turning point on the arc between two points; the secant of lambda's slope leads to it. `arc` becomes the rest
-  !> behind it.
+  !> Adds the turning point on the arc between two points, by the secant of lambda's slope. `arc` becomes the rest behind it.
   subroutine add_turn(family, from, to, arc, trail)
     type(line_path_type), intent(inout) :: family
     type(point_type), intent(in) :: from, to
