@@ -38,7 +38,11 @@ contains
     scale%speed = 9.5_dp * sqrt(scale%stiffness / (10 * scale%mass)) * source%dice%decades(-1.0_dp, 0.7_dp)
     if (source%dice%chance(0.05_dp)) scale%speed = 2.0e2_dp * source%dice%decades(-min(spread, 3.0_dp), min(spread, 3.0_dp))
     if (source%dice%chance(0.2_dp)) scale%speed = -scale%speed
-    words = "&drive speed_rpm=" // real_word(source, scale%speed) // " /" // newline
+    words = "&drive speed_rpm=" // real_word(source, scale%speed)
+    if (source%dice%chance(0.2_dp)) words = words // ", held_by=" // name_word(source, source%dice%pick(["flywheel", "outside ", &
+      & "motor   "]))
+    if (source%dice%chance(0.1_dp)) words = words // ", flywheel_inertia=" // real_word(source, scale%mass * scale%length**2)
+    words = words // " /" // newline
     scale%functions = source%dice%chance(0.15_dp)
     if (scale%functions) then
       words = words // mass_functions(source, scale)

@@ -68,6 +68,8 @@ contains
       else if (dice%chance(0.6_dp)) then
         words = words // "&model frame=" // name_word(source, dice%pick([character(len=11) :: "rest", "rest", "first_order", &
           & "exact"])) // " /" // newline
+      else if (dice%chance(0.05_dp)) then
+        words = words // "&model vibrations=" // name_word(source, "all") // " /" // newline
       end if
       if (dice%chance(0.15_dp)) words = words // "&gravity acceleration=" // real_word(source, 9.8_dp) // ", direction=" &
         & // real_word(source, -80.0_dp) // " /" // newline
