@@ -13,7 +13,7 @@ module fuzz_folder
   !> All tables that there can be (doc/output.md), each beside its script for gnuplot; `mechanism` has one too.
   character(len=*), parameter, public :: tables(*) = [character(len=18) :: "multipliers", "modes", "response", "harmonics", &
     & "supports", "supports_history", "supports_harmonics", "probes", "probes_history", "probes_harmonics", "power", "trade", &
-    & "sweep", "boundary", "campbell", "crossings", "critical", "resonance", "peaks", "sensitivity", "mechanism"]
+    & "sweep", "boundary", "campbell", "crossings", "critical", "resonance", "peaks", "sensitivity", "mechanism", "vibrations"]
 
 contains
 
