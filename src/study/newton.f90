@@ -46,6 +46,8 @@ module gestell_study_newton
     !> Its size in these units; its change from the motion it is told from, and an estimate of its error, relative to it.
     real(dp) :: size = 0, step = 0, error = 0
     type(quick_motion_type) :: quick
+    !> Whether the quick way did.
+    logical :: quickly = .false.
   end type next_type
 
 contains
@@ -54,13 +56,15 @@ contains
   !> vibration that is found, about that of `frame` itself, of the equations about rest, where `linear`. `steps`:
   !> |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration or from the motion that `varied` had.
   !> Errors: as of `solve_floquet` and `solve_periodic`; no convergence.
-  subroutine iterate(frame, accuracy, linear, varied, steps, error)
+  subroutine iterate(frame, accuracy, linear, varied, steps, error, quickly)
     class(frame_type), intent(in), target :: frame
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: linear
     type(varied_frame_type), intent(inout) :: varied
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Whether the last step was a quick solution.
+    logical, intent(out), optional :: quickly
     type(accuracy_type) :: order
     type(next_type) :: next
     type(varied_frame_type) :: lack
@@ -86,6 +90,7 @@ contains
         lack%lacking = .true.
         call next_motion(frame, varied, order, samples, next, error, varied%motion, lack)
       end if
+      if (present(quickly)) quickly = next%quickly
       if (allocated(error)) return
       step = next%step
       if (k > 0) steps = [steps, step]
@@ -140,6 +145,7 @@ contains
         fits = .not. present(floquet)
         if (fits) call solve_quickly(system, n, of_motion, next%quick, fits)
       end if
+      next%quickly = fits
       if (fits) then
         next%q(:, frame%free) = next%q(:, frame%free) + transpose(next%quick%x(:size(frame%free), :))
         next%scale = next%quick%scale

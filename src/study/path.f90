@@ -66,6 +66,8 @@ module gestell_study_path
   !> By what part of it a motion may be corrected, and the least cosine of the angle between tangents.
   real(dp), parameter :: greatest_change = 0.3_dp, least_cosine = 0.8_dp
   integer, parameter :: most_corrections = 6, most_samples = 512
+  !> For how many quick solutions one counts that is not quick.
+  integer, parameter, public :: slow = 50
 
 contains
 
@@ -222,6 +224,7 @@ contains
         call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error, floquet=family%floquet)
       else
         call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error)
+        if (.not. found%quickly) family%left = family%left - slow
       end if
       if (allocated(error)) return
       next = found%q / spread(family%units, 1, size(found%q, 1))

@@ -8,7 +8,7 @@ module gestell_study_vibration_path
   use gestell_model_varied_frame, only: varied_frame_type
   use gestell_study_newton, only: first_samples, furthest_turn, iterate, loosened, rough, values_of
   use gestell_study_path, only: advance, first_arc, first_point, greatest_arc, least_arc, middle_of, motion_of, path_family_type, &
-    & point_type, size_of, units_of
+    & point_type, size_of, slow, units_of
   implicit none (type, external)
   private
 
@@ -66,6 +66,7 @@ contains
     type(machine_path_type) :: family
     class(frame_type), allocatable :: other
     type(varied_frame_type) :: start
+    logical :: quickly
     integer :: k
 
     family = machine_path(varied, accuracy, frame%speed * [1, 1])
@@ -75,9 +76,11 @@ contains
       other = frame
       other%speed = start%speed
       other%period = start%period
-      call iterate(other, loosened(accuracy, rough), .false., start, steps, error)
+      call iterate(other, loosened(accuracy, rough), .false., start, steps, error, quickly)
+      if (.not. quickly) family%left = family%left - slow * size(steps)
       if (allocated(error)) then
         error%message = unfound
+        if (family%left < 0) return
         cycle
       end if
       call follow_path(family, frame, values_of(start%motion, first_samples) / spread(family%units, 1, first_samples), 1, &

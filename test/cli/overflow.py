@@ -38,6 +38,7 @@ def test_probe():
 def test_factors():
     """Factors of Phi(T) that overflow: no multipliers, so no verdict of none."""
     machine = """\
+&model frame='rest' /
 &accuracy tolerance=0.851758E-7, method='magnus6' /
 &drive speed_rpm=-0.816201E+10 /
 &joint name='J1', type='ground', position=0,0 /
