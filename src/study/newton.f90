@@ -27,8 +27,6 @@ module gestell_study_newton
   integer, parameter :: most_steps = 12
   !> A step greater than this part of the motion tells that the start was bad, an error that the motion is nothing but error.
   real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
-  !> A frame that turns further (rad) has left its mounts: no machine comes there from rest.
-  real(dp), parameter, public :: furthest_turn = 1
   !> Part of the tolerance that may be left of the steps to come.
   real(dp), parameter :: part_left = 0.1_dp
   !> Errors of a step and of a whole motion where they are told quickly, relative to them.
@@ -101,7 +99,6 @@ contains
       left = step * min(1.0_dp, step / before)
       told = left <= max(part_left * accuracy%tolerance, next%error) .or. next%error >= all_error &
         & .or. (step <= rough .and. step >= before / 2)
-      if (told .and. .not. linear .and. maxval(abs(next%q(:, 3))) > furthest_turn) exit
       if (told .and. (k > 0 .or. linear)) then
         call add_rounding(frame, next%scale, next%error + 2 * merge(left, 0.0_dp, left < 1), varied)
         return

@@ -6,7 +6,7 @@ module gestell_study_vibration_path
   use gestell_floquet_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame_type
-  use gestell_study_newton, only: first_samples, furthest_turn, iterate, loosened, rough, values_of
+  use gestell_study_newton, only: first_samples, iterate, loosened, rough, values_of
   use gestell_study_path, only: advance, first_arc, first_point, greatest_arc, least_arc, middle_of, motion_of, path_family_type, &
     & point_type, size_of, slow, units_of
   implicit none (type, external)
@@ -26,6 +26,8 @@ module gestell_study_vibration_path
   integer, parameter :: most_points = 50
   !> A lambda beyond this ends a path, and so does a motion that is this small beside the greatest: back at rest.
   real(dp), parameter :: furthest_back = -1.0_dp, back_at_rest = 1.0e-4_dp
+  !> A frame that turns further (rad) ends it too.
+  real(dp), parameter :: furthest_turn = 1.0_dp
   !> Speeds that a path may start from, relative to the ordered one: a machine comes there from slower ones, and beyond a jump its
   !> vibration is that of faster ones.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
