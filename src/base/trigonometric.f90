@@ -1,6 +1,7 @@
 !> Trigonometric polynomials of several functions at once, with their derivatives, at many phases.
 module gestell_base_trigonometric
   use gestell_base_circle, only: circle
+  use gestell_base_dft, only: dft
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
   private
@@ -23,23 +24,19 @@ contains
   pure function series_through(samples) result(series)
     real(dp), intent(in) :: samples(:, :)
     type(series_type) :: series
-    real(dp) :: c(0:size(samples, 1) - 1), s(0:size(samples, 1) - 1)
-    integer :: n, k, i, at, highest
+    complex(dp) :: y(size(samples, 1))
+    integer :: n, j, highest
 
     n = size(samples, 1)
     highest = (n - 1) / 2
-    allocate(series%cosine(0:highest, size(samples, 2)), series%sine(0:highest, size(samples, 2)), source=0.0_dp)
-    call circle([(2 * pi * i / n, i = 0, n - 1)], c, s)
-    do k = 0, highest
-      do i = 1, n
-        at = modulo(k * (i - 1), n)
-        series%cosine(k, :) = series%cosine(k, :) + samples(i, :) * c(at)
-        series%sine(k, :) = series%sine(k, :) + samples(i, :) * s(at)
-      end do
+    allocate(series%cosine(0:highest, size(samples, 2)), series%sine(0:highest, size(samples, 2)))
+    do j = 1, size(samples, 2)
+      y = dft(cmplx(samples(:, j), 0, dp))
+      series%cosine(:, j) = 2 * real(y(:highest + 1)) / n
+      series%sine(:, j) = -2 * aimag(y(:highest + 1)) / n
     end do
     series%cosine(0, :) = series%cosine(0, :) / 2
-    series%cosine = 2 * series%cosine / n
-    series%sine = 2 * series%sine / n
+    series%sine(0, :) = 0
   end function series_through
 
   !> f, df/dtheta and d2f/dtheta2 at theta = 2 pi `phases`, each of shape (phases, functions). cos(k theta) and sin(k theta)

@@ -13,7 +13,7 @@ module gestell_study_branches
   use gestell_study_frame_model, only: settle
   use gestell_study_grid, only: axis_type
   use gestell_study_newton, only: first_samples, values_of
-  use gestell_study_path, only: advance, first_point, path_family_type, point_type, units_of
+  use gestell_study_path, only: advance, first_point, furthest_turn, path_family_type, point_type, units_of
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -54,8 +54,6 @@ module gestell_study_branches
   !> The first arc, the greatest, the least; points of a path at the most, linear systems that it may take.
   real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, least_arc = 1.0e-9_dp
   integer, parameter :: most_points = 3000, most_systems = 20000
-  !> A frame that turns further (rad) ends a path.
-  real(dp), parameter :: furthest_turn = 3
 
 contains
 

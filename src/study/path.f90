@@ -63,6 +63,8 @@ module gestell_study_path
 
   !> The first arc, the least, the greatest.
   real(dp), parameter, public :: first_arc = 0.2_dp, least_arc = 1.0e-4_dp, greatest_arc = 0.5_dp
+  !> A frame that turns further (rad) ends a path.
+  real(dp), parameter, public :: furthest_turn = 3
   !> By what part of it a motion may be corrected, and the least cosine of the angle between tangents.
   real(dp), parameter :: greatest_change = 0.3_dp, least_cosine = 0.8_dp
   integer, parameter :: most_corrections = 6, most_samples = 512

@@ -13,8 +13,8 @@ module gestell_study_several
   use gestell_model_frame, only: frame_type
   use gestell_model_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_newton, only: first_samples, iterate, values_of
-  use gestell_study_path, only: advance, cubic, first_point, least_arc, middle_of, motion_of, path_family_type, &
-    & point_type, size_of, units_of
+  use gestell_study_path, only: advance, cubic, first_point, furthest_turn, least_arc, middle_of, motion_of, &
+    & path_family_type, point_type, size_of, units_of
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_study_vibration_path, only: machine_path
   implicit none (type, external)
@@ -35,8 +35,6 @@ module gestell_study_several
 
   !> How far from the machine's own speed a path may lead, relative to it; the excitation up to which one from rest does.
   real(dp), parameter :: furthest_speed = 0.1_dp, furthest_excitation = 3
-  !> A frame that turns further (rad) ends a path.
-  real(dp), parameter :: furthest_turn = 3
   !> The first arc and the greatest, short enough not to leap from one vibration to another.
   real(dp), parameter :: short_arc = 0.02_dp, long_arc = 0.2_dp
   integer, parameter :: most_points = 200, most_systems = 500
