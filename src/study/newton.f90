@@ -68,7 +68,6 @@ contains
     type(varied_frame_type) :: lack
     real(dp) :: step, before, left
     integer :: first, k, samples
-    logical :: told
 
     allocate(steps(0))
     first = 1
@@ -94,12 +93,9 @@ contains
       if (k > 0) steps = [steps, step]
       call trim_motion(frame, next, part_left * accuracy%tolerance)
       call varied%move_to(next%series)
-      ! Steps fall at least as the last two did: what is yet to come. A motion that is all error is not told better by another, nor
-      ! one whose steps no longer fall: then they are rounding.
+      ! Steps fall at least as the last two did: what is yet to come. A motion that is all error is not told better by another.
       left = step * min(1.0_dp, step / before)
-      told = left <= max(part_left * accuracy%tolerance, next%error) .or. next%error >= all_error &
-        & .or. (step <= rough .and. step >= before / 2)
-      if (told .and. (k > 0 .or. linear)) then
+      if ((k > 0 .or. linear) .and. (left <= max(part_left * accuracy%tolerance, next%error) .or. next%error >= all_error)) then
         call add_rounding(frame, next%scale, next%error + 2 * merge(left, 0.0_dp, left < 1), varied)
         return
       end if

@@ -259,15 +259,15 @@ def test_several_vibrations():
 
 def test_bounds():
     """Multipliers of coarse solutions against those to 1e-13: no bound is beaten. Without the part that the error of the motion has
-    in it that of the yoke at 1165.9534 rpm is, 37 times, and another."""
+    in it those to 1e-4 of the yoke at 1285.0914 and 1941.6358 rpm are (1.7 and 1.4 times)."""
     machines = ((DATA / "khang_four_bar.nml", (700, 2426)), (DATA / "compressor.nml", (500, 1450)), (DATA / "flying_press.nml", (150,)),
-                (DATA.parent / "validation" / "exudyn" / "scotch_yoke.nml", (610, 1165.9534, 1200, 2241)),
+                (DATA.parent / "validation" / "exudyn" / "scotch_yoke.nml", (610, 1285.0914, 1941.6358, 2241)),
                 (DATA.parent / "validation" / "sieve_on_springs.nml", (560, 610)))
     with Folder() as folder:
         for machine, speeds in machines:
             for speed in speeds:
                 found = []
-                for tolerance in ("1e-13", "1e-3", "1e-6"):
+                for tolerance in ("1e-13", "1e-4", "1e-6"):
                     one = Run(folder, "-q", "-s", "model.frame=exact", "-s", "case.tasks=stability", "-s", f"drive.speed_rpm={speed}",
                               "-s", f"accuracy.tolerance={tolerance}", "-o", "out", machine)
                     what = f"bounds, {machine.stem} at {speed} rpm to {tolerance}"
@@ -280,5 +280,7 @@ def test_bounds():
                     check(f"bounds, {machine.stem} at {speed} rpm", worst <= 0, "no multiplier beyond its bound", worst)
 
 
-MODEL_TESTS = [test_bounds, test_verdicts, test_default, test_several_vibrations, test_no_vibration, test_told, test_points_of_the_frame, test_over_parameters,
-               test_borders, test_borders_of_several_vibrations, test_trade, test_refused]
+MODEL_TESTS = [
+    test_bounds, test_verdicts, test_default, test_several_vibrations, test_no_vibration, test_told, test_points_of_the_frame,
+    test_over_parameters, test_borders, test_borders_of_several_vibrations, test_trade,
+    test_refused]
