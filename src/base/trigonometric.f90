@@ -40,30 +40,43 @@ contains
   end function series_through
 
   !> f, df/dtheta and d2f/dtheta2 at theta = 2 pi `phases`, each of shape (phases, functions). cos(k theta) and sin(k theta)
-  !> follow from those before.
+  !> follow from those before. Phases go in blocks that stay in the processor's first cache.
   pure subroutine values(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: f(:, :), f_d(:, :), f_dd(:, :)
-    real(dp), dimension(size(phases)) :: c1, s1, c, s, turned
-    integer :: k, j
+    integer, parameter :: block = 64
+    real(dp), dimension(block) :: c1, s1, c, s
+    real(dp) :: turned, along, across
+    integer :: first, n, k, j, p
 
-    call circle(2 * pi * phases, c1, s1)
-    c = 1
-    s = 0
-    f = spread(self%cosine(0, :), 1, size(phases))
-    f_d = 0
-    f_dd = 0
-    do k = 1, ubound(self%cosine, 1)
-      turned = c * c1 - s * s1
-      s = s * c1 + c * s1
-      c = turned
+    do first = 0, size(phases) - 1, block
+      n = min(block, size(phases) - first)
+      call circle(2 * pi * phases(first + 1:first + n), c1(:n), s1(:n))
+      c = 1
+      s = 0
       do j = 1, size(self%cosine, 2)
-        associate (a => self%cosine(k, j), b => self%sine(k, j))
-          f(:, j) = f(:, j) + (a * c + b * s)
-          f_d(:, j) = f_d(:, j) + k * (b * c - a * s)
-          f_dd(:, j) = f_dd(:, j) - real(k, dp)**2 * (a * c + b * s)
-        end associate
+        f(first + 1:first + n, j) = self%cosine(0, j)
+        f_d(first + 1:first + n, j) = 0
+        f_dd(first + 1:first + n, j) = 0
+      end do
+      do k = 1, ubound(self%cosine, 1)
+        do p = 1, n
+          turned = c(p) * c1(p) - s(p) * s1(p)
+          s(p) = s(p) * c1(p) + c(p) * s1(p)
+          c(p) = turned
+        end do
+        do j = 1, size(self%cosine, 2)
+          associate (a => self%cosine(k, j), b => self%sine(k, j))
+            do p = 1, n
+              along = a * c(p) + b * s(p)
+              across = b * c(p) - a * s(p)
+              f(first + p, j) = f(first + p, j) + along
+              f_d(first + p, j) = f_d(first + p, j) + k * across
+              f_dd(first + p, j) = f_dd(first + p, j) - real(k, dp)**2 * along
+            end do
+          end associate
+        end do
       end do
     end do
   end subroutine values

@@ -21,8 +21,8 @@ module gestell_floquet_quick_motion
   type, public :: quick_motion_type
     !> The states at the phases (k - 1)/phases, shape (n, phases), and units that make them comparable, shape (n).
     real(dp), allocatable :: x(:, :), scale(:)
-    !> An estimate of their error by rounding, relative to the motion.
-    real(dp) :: rounding = 0
+    !> Estimates of their errors by rounding and by the steps, relative to the motion.
+    real(dp) :: rounding = 0, truncation = 0
     !> Radians by which the fastest vibration turns within the period.
     real(dp) :: turns = 0
   end type quick_motion_type
@@ -30,7 +30,7 @@ module gestell_floquet_quick_motion
   !> Where the fastest vibration turns further (rad) reduction is quicker.
   real(dp), parameter :: most_turns = 700
   !> Error of Phi(T) where no multiplier is near 1, by that of the motion which is allowed.
-  real(dp), parameter :: of_map = 1.0e-3_dp
+  real(dp), parameter :: of_map = 1.0e-2_dp
   !> Steps between two phases.
   integer, parameter :: most_between = 8
 
@@ -71,6 +71,7 @@ contains
       ! Beside a resonance errors of Phi(T) show enlarged.
       tolerance = of_motion / (2 * amplification)
     end do
+    motion%truncation = amplification * tolerance
     motion%rounding = amplification * (1 + norm2(balanced(maps(:, :n, phases), motion%scale))) &
       & * relative_rounding(system, between * phases, motion%turns)
     if (.not. motion%rounding < of_motion) return

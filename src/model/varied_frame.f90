@@ -128,9 +128,13 @@ contains
     call vary_inertia(self, phases, q, v, a, turn, r, all_m, all_b, all_c)
     call add_foundation(self, q, v, r, all_b, all_c)
     call add_mounting(self%supports, q, v, turn, r, all_b, all_c)
-    m = all_m(:, self%free, self%free)
-    b = all_b(:, self%free, self%free)
-    c = all_c(:, self%free, self%free)
+    do k = 1, size(self%free)
+      do j = 1, size(self%free)
+        m(:, j, k) = all_m(:, self%free(j), self%free(k))
+        b(:, j, k) = all_b(:, self%free(j), self%free(k))
+        c(:, j, k) = all_c(:, self%free(j), self%free(k))
+      end do
+    end do
     if (.not. present(h)) return
     if (.not. self%newton) r = 0
     do k = 1, merge(0, 3, self%lacking)
@@ -138,7 +142,9 @@ contains
         r(:, j) = r(:, j) - all_m(:, j, k) * a(:, k) - all_b(:, j, k) * v(:, k) - all_c(:, j, k) * q(:, k)
       end do
     end do
-    h = -r(:, self%free)
+    do j = 1, size(self%free)
+      h(:, j) = -r(:, self%free(j))
+    end do
   end subroutine sample_second_order
 
   !> The left sides of the equations, shape (points, 3), and their derivatives with respect to q'', q' and q, where E is `turn`.

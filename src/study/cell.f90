@@ -3,7 +3,7 @@ module gestell_study_cell
   use gestell_base_kinds, only: dp
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
-  use gestell_study_pilot, only: count_points
+  use gestell_study_pilot, only: count_points, most_points
   use gestell_study_sampler, only: new_sampler, sampler_type
   use gestell_study_point, only: sweep_order_type
   use gestell_study_tile_results, only: psi_peak, xi_peak
@@ -19,6 +19,8 @@ module gestell_study_cell
   real(dp), parameter :: part_of_tolerance = 1 / 16.0_dp
   !> Points more than a line needs: the last terms of the cell's series are to tell what is missing.
   integer, parameter :: margin = 3
+  !> Points that an axis needs at least where there are two.
+  integer, parameter :: fewest = 5
   !> Points that an expansion needs are looked for in all variables where they are more than this.
   integer, parameter :: few_points = 20
 
@@ -42,8 +44,9 @@ contains
     type(variable_type), allocatable, intent(out) :: variables(:)
     integer, intent(out) :: points(2), plan
     logical :: fits
-    integer :: axis, side, needed, middle(2)
+    integer :: axis, side, needed, most, middle(2)
     real(dp) :: line(size(grid%axes)), tolerance
+    logical :: pays
 
     points = 1
     plan = widest(cell)
@@ -55,13 +58,18 @@ contains
     do axis = 1, size(variables)
       variables(axis) = variable_type(grid%axes(axis)%value(cell%first(axis)), grid%axes(axis)%value(cell%last(axis)), &
         & merge(logarithm, itself, grid%axes(axis)%logarithmic))
+    end do
+    call try_to_pay(sampler, family, grid%parameters(middle(1), middle(2)), tolerance, variables, order, cell, pays, fits)
+    if (.not. (pays .and. fits)) return
+    do axis = 1, size(variables)
       line = grid%parameters(middle(1), middle(2))
-      call best_variable(sampler, family, axis, line, tolerance, variables(axis), points(axis), fits)
+      most = most_useful(order, cell, merge(max(points(3 - axis), fewest), 1, size(variables) == 2))
+      call best_variable(sampler, family, axis, line, tolerance, most, variables(axis), points(axis), fits)
       if (size(variables) == 2) then
         do side = 1, 2
           if (points(axis) == 0 .or. .not. fits) exit
           line(3 - axis) = grid%axes(3 - axis)%value(merge(cell%first(3 - axis), cell%last(3 - axis), side == 1))
-          call count_points(sampler, family, axis, variables(axis), line, tolerance, needed, fits)
+          call count_points(sampler, family, axis, variables(axis), line, tolerance, most, needed, fits)
           points(axis) = merge(0, max(points(axis), needed), needed == 0)
         end do
       end if
@@ -77,26 +85,61 @@ contains
     if (order%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
   end subroutine plan_cell
 
+  !> Whether an expansion may be quicker than solutions of their own: of two axes one at least needs no more points than the root of
+  !> what pays.
+  subroutine try_to_pay(sampler, family, middle, tolerance, variables, order, cell, pays, fits)
+    type(sampler_type), intent(inout) :: sampler
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: middle(:), tolerance
+    type(variable_type), intent(in) :: variables(:)
+    type(sweep_order_type), intent(in) :: order
+    type(tile_type), intent(in) :: cell
+    logical, intent(out) :: pays, fits
+    integer :: axis, most, needed
+
+    fits = .true.
+    most = nint(sqrt(real(most_useful(order, cell, 1), dp)))
+    pays = order%engine /= "auto" .or. size(variables) == 1
+    do axis = 1, size(variables)
+      if (pays) return
+      call count_points(sampler, family, axis, variables(axis), middle, tolerance, most, needed, fits)
+      if (.not. fits) return
+      pays = needed > 0
+    end do
+  end subroutine try_to_pay
+
+  !> The most points of an expansion along an axis with which it is quicker than solutions of their own, with `others` points along
+  !> the other one: two of its points cost as much as a solution with its bounds.
+  pure integer function most_useful(order, cell, others) result(most)
+    type(sweep_order_type), intent(in) :: order
+    type(tile_type), intent(in) :: cell
+    integer, intent(in) :: others
+
+    most = most_points
+    if (order%engine == "auto") most = cell_points(cell) / (2 * others)
+  end function most_useful
+
   !> The variable that needs the fewest points along a line.
-  subroutine best_variable(sampler, family, axis, line, tolerance, variable, points, fits)
+  subroutine best_variable(sampler, family, axis, line, tolerance, most, variable, points, fits)
     type(sampler_type), intent(inout) :: sampler
     class(family_type), intent(in) :: family
     integer, intent(in) :: axis
     real(dp), intent(in) :: line(:), tolerance
+    integer, intent(in) :: most
     type(variable_type), intent(inout) :: variable
     integer, intent(out) :: points
     logical, intent(out) :: fits
     type(variable_type) :: other
     integer :: kind, needed
 
-    call count_points(sampler, family, axis, variable, line, tolerance, points, fits)
+    call count_points(sampler, family, axis, variable, line, tolerance, most, points, fits)
     if (.not. fits) return
     if (points > 0 .and. points <= few_points) return
     do kind = itself, logarithm
       other = variable
       other%kind = kind
       if (kind == variable%kind .or. .not. other%suits()) cycle
-      call count_points(sampler, family, axis, other, line, tolerance, needed, fits)
+      call count_points(sampler, family, axis, other, line, tolerance, most, needed, fits)
       if (.not. fits) return
       if (needed == 0 .or. (points > 0 .and. needed >= points)) cycle
       points = needed

@@ -29,8 +29,8 @@ module gestell_study_newton
   real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
   !> Part of the tolerance that may be left of the steps to come.
   real(dp), parameter :: part_left = 0.1_dp
-  !> Errors of a step and of a whole motion where they are told quickly, relative to them.
-  real(dp), parameter :: of_step = 1.0e-3_dp, of_motion = 1.0e-5_dp
+  !> Errors of a whole motion and of a step where they are told quickly, relative to them; those of a step that confirms.
+  real(dp), parameter :: of_motion = 1.0e-5_dp, of_step = 1.0e-3_dp, of_last_step = 0.1_dp
   !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
   integer, parameter, public :: first_samples = 64
   integer, parameter :: most_samples = 2**12
@@ -44,8 +44,9 @@ module gestell_study_newton
     !> Its size in these units; its change from the motion it is told from, and an estimate of its error, relative to it.
     real(dp) :: size = 0, step = 0, error = 0
     type(quick_motion_type) :: quick
-    !> Whether the quick way did.
+    !> Whether the quick way did; the error that is allowed of such a step, relative to it.
     logical :: quickly = .false.
+    real(dp) :: of_step = of_step
   end type next_type
 
 contains
@@ -66,7 +67,7 @@ contains
     type(accuracy_type) :: order
     type(next_type) :: next
     type(varied_frame_type) :: lack
-    real(dp) :: step, before, left
+    real(dp) :: step, before, left, missed
     integer :: first, k, samples
 
     allocate(steps(0))
@@ -91,10 +92,14 @@ contains
       if (allocated(error)) return
       step = next%step
       if (k > 0) steps = [steps, step]
-      call trim_motion(frame, next, part_left * accuracy%tolerance)
+      missed = merge(next%quick%truncation, 0.0_dp, next%quickly)
+      call trim_motion(frame, next, max(part_left * accuracy%tolerance, missed * step))
       call varied%move_to(next%series)
-      ! Steps fall at least as the last two did: what is yet to come. A motion that is all error is not told better by another.
-      left = step * min(1.0_dp, step / before)
+      ! Steps fall at least as the last two did, those of a linear system as quick solutions miss it: what is yet to come. A motion
+      ! that is all error is not told better by another.
+      left = step * min(1.0_dp, max(step / before, missed))
+      if (linear .and. next%quickly) left = step * missed
+      next%of_step = min(of_last_step, max(of_step, part_left * accuracy%tolerance / max(left, tiny(left))))
       if ((k > 0 .or. linear) .and. (left <= max(part_left * accuracy%tolerance, next%error) .or. next%error >= all_error)) then
         call add_rounding(frame, next%scale, next%error + 2 * merge(left, 0.0_dp, left < 1), varied)
         return
@@ -132,7 +137,7 @@ contains
       if (present(from) .and. present(lack)) then
         next%q = values_of(from, n)
         change = -next%q
-        call solve_quickly(lack, n, of_step, next%quick, fits)
+        call solve_quickly(lack, n, next%of_step, next%quick, fits)
       else
         change = next%q
         fits = .not. present(floquet)
@@ -174,7 +179,7 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: scale(:), part
     type(varied_frame_type), intent(inout) :: varied
-    integer, parameter :: points = 32
+    integer, parameter :: points = 16
     real(dp), dimension(varied%states, varied%states, points) :: p, p_rest
     real(dp), dimension(varied%states, varied%states) :: units
     real(dp) :: phases(points)

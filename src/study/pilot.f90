@@ -8,7 +8,7 @@ module gestell_study_pilot
   implicit none (type, external)
   private
 
-  public :: count_points, needed_points
+  public :: count_points, most_points, needed_points
 
   !> Points of the first trial, and the most: each trial has twice as many intervals, so that values serve again.
   integer, parameter :: first_trial = 9, most_points = 129
@@ -16,14 +16,15 @@ module gestell_study_pilot
 contains
 
   !> The points that a series needs whose terms beyond stay below `tolerance` times the least norm of Phi(T) on the line.
-  !> The line: parameter `axis` moves through `variable`, the others are `fixed`. Zero: more than `most_points`, or `fits` is
-  !> false and some member of the family has no solution.
-  subroutine count_points(sampler, family, axis, variable, fixed, tolerance, needed, fits)
+  !> The line: parameter `axis` moves through `variable`, the others are `fixed`. Zero: more than trials of up to `most` points
+  !> tell, or `fits` is false and some member of the family has no solution.
+  subroutine count_points(sampler, family, axis, variable, fixed, tolerance, most, needed, fits)
     type(sampler_type), intent(inout) :: sampler
     class(family_type), intent(in) :: family
     integer, intent(in) :: axis
     type(variable_type), intent(in) :: variable
     real(dp), intent(in) :: fixed(:), tolerance
+    integer, intent(in) :: most
     integer, intent(out) :: needed
     logical, intent(out) :: fits
     real(dp), allocatable :: values(:, :), finer(:, :), x(:)
@@ -39,7 +40,7 @@ contains
     n = first_trial
     parameters = fixed
     allocate(values(sampler%numbers(), 0))
-    do while (n <= most_points)
+    do while (n <= max(first_trial, min(most, most_points)))
       allocate(finer(sampler%numbers(), n))
       x = chebyshev_points(n)
       do j = 1, n
