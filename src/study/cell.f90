@@ -91,7 +91,7 @@ contains
     type(sampler_type), intent(inout) :: sampler
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: middle(:), tolerance
-    type(variable_type), intent(in) :: variables(:)
+    type(variable_type), intent(inout) :: variables(:)
     type(sweep_order_type), intent(in) :: order
     type(tile_type), intent(in) :: cell
     logical, intent(out) :: pays, fits
@@ -102,7 +102,7 @@ contains
     pays = order%engine /= "auto" .or. size(variables) == 1
     do axis = 1, size(variables)
       if (pays) return
-      call count_points(sampler, family, axis, variables(axis), middle, tolerance, most, needed, fits)
+      call best_variable(sampler, family, axis, middle, tolerance, most, variables(axis), needed, fits)
       if (.not. fits) return
       pays = needed > 0
     end do
@@ -138,7 +138,7 @@ contains
     do kind = itself, logarithm
       other = variable
       other%kind = kind
-      if (kind == variable%kind .or. .not. other%suits()) cycle
+      if (kind == variable%kind .or. .not. (other%suits() .and. differs(other))) cycle
       call count_points(sampler, family, axis, other, line, tolerance, most, needed, fits)
       if (.not. fits) return
       if (needed == 0 .or. (points > 0 .and. needed >= points)) cycle
@@ -146,6 +146,14 @@ contains
       variable = other
     end do
   end subroutine best_variable
+
+  !> Whether the range is so wide that its variables differ.
+  pure logical function differs(variable)
+    type(variable_type), intent(in) :: variable
+    real(dp), parameter :: wide = 1.5_dp
+
+    differs = max(abs(variable%from), abs(variable%to)) > wide * min(abs(variable%from), abs(variable%to))
+  end function differs
 
   !> The axis along which a cell has the most points.
   pure integer function widest(cell)
