@@ -11,6 +11,7 @@ module test_sweep
   use gestell_study_sampler, only: new_sampler, sampler_type
   use gestell_study_tile_results, only: impossible, log_rho_max, rho_error, rho_max, stable, sweep_columns, &
     & tile_results_type, undecided, unstable, verdict
+  use gestell_study_sweep, only: solve_tile
   use gestell_study_variable, only: inverse, itself, logarithm, variable_type
   use sweeps, only: new_family, ordered, solve_grid
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
@@ -35,7 +36,8 @@ contains
       & new_unittest("what is missing of a series", test_rest), &
       & new_unittest("a jump and a hole", test_jump_and_hole), &
       & new_unittest("a machine against single solutions", test_machine), &
-      & new_unittest("only what is ordered", test_columns)]
+      & new_unittest("only what is ordered", test_columns), &
+      & new_unittest("no plan where none can pay", test_plan)]
   end subroutine collect_sweep
 
   !> exp has the coefficients I_0(1) and 2 I_k(1), modified Bessel functions (Abramowitz and Stegun, table 9.8 and 9.9);
@@ -355,5 +357,25 @@ contains
     if (allocated(error)) return
     call check(error, size(one, 1) == 1 .and. maxval(abs(one(1, :, :) - all(rho_max, :, :))) < 1.0e-14_dp)
   end subroutine test_columns
+
+  !> A tile of 625 of the paper's machines, too rough for an expansion to pay: planning takes a tenth of their solutions at most. (17
+  !> points along each axis tell it, five solutions at the corners, three variables: 141 if none were spared.)
+  subroutine test_plan(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+    type(machine_family) :: family
+    type(grid_type) :: grid
+    type(tile_results_type) :: results
+    character(len=60) :: found
+
+    call new_family(family, error)
+    if (allocated(error)) return
+    call new_grid(grid, [axis_type(100.0_dp, 500.0_dp, 100), axis_type(0.25_dp, 2.0_dp, 100)], failure)
+    call solve_tile(family, grid, grid%tile(grid%tiles()), ordered("auto"), results, failure)
+    call check(error, .not. allocated(failure))
+    if (allocated(error)) return
+    write (found, "(2(i0, a))") size(results%values, 2) * size(results%values, 3), " points by ", results%solutions, " solutions"
+    call check(error, size(results%values(1, :, :)) >= 600 .and. results%solutions <= 1.1_dp * size(results%values(1, :, :)), found)
+  end subroutine test_plan
 
 end module test_sweep
