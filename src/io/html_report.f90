@@ -127,7 +127,7 @@ contains
     do while (first <= len(report))
       last = first + index(report(first:) // newline, newline) - 2
       if (any([index(report(first:last), "  UNSTABLE at "), index(report(first:last), "  UNDECIDED at "), &
-        & index(report(first:last), "  BEYOND SMALL MOTIONS")] == 1)) then
+        & index(report(first:last), "  BEYOND SMALL MOTIONS"), index(report(first:last), "  GREAT MOTIONS")] == 1)) then
         line = "undecided"
         if (index(report(first:last), "UNSTABLE") > 0) line = "unstable"
         line = "<p class=""verdict " // line // """>" // escaped(report(first + 2:last)) // "</p>" // newline

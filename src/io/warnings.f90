@@ -14,7 +14,8 @@ module gestell_io_warnings
 
 contains
 
-  !> A line where the greatest motion of all is not small; empty where it is, and of the exact model, whose motions may be great.
+  !> A line where the greatest motion of all is not small; empty where it is. Motions of the exact frame may be greater, but the
+  !> supports are linear in all models.
   pure function beyond_small(all, model) result(line)
     type(moved_type), intent(in) :: all(:)
     character(len=*), intent(in) :: model
@@ -22,10 +23,17 @@ contains
     integer :: turn, way
 
     line = ""
-    if (size(all) == 0 .or. model == "exact") return
-    if (.not. any(.not. all%small())) return
+    if (size(all) == 0) return
     turn = maxloc(all%turn, dim=1)
     way = maxloc(all%displacement, dim=1)
+    if (model == "exact") then
+      if (.not. any(all%is_great())) return
+      line = "  GREAT MOTIONS: psi reaches " // concise(all(turn)%turn, 3) // " rad"
+      if (all(way)%displacement > 0) line = line // ", F moves by " // concise(all(way)%displacement, 3) // " m"
+      line = line // newline // "    springs and dampers are taken as linear that far: are they?" // newline
+      return
+    end if
+    if (.not. any(.not. all%small())) return
     line = "  BEYOND SMALL MOTIONS:"
     if (all(turn)%turns_too_far()) line = line // " psi reaches " // concise(all(turn)%turn, 3) // " rad"
     if (all(turn)%turns_too_far() .and. all(way)%goes_too_far()) line = line // ","

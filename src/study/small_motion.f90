@@ -11,6 +11,8 @@ module gestell_study_small_motion
   real(dp), parameter, public :: small_turn = 0.1_dp
   !> A displacement of F beyond this part of the machine's size changes where its springs act, and what springs are linear there?
   real(dp), parameter, public :: small_part = 0.1_dp
+  !> Motions so many times as large are great even for the exact frame, whose springs and dampers are linear all the same.
+  real(dp), parameter :: great = 5
 
   !> How far a frame moves: the greatest of xi and eta (m), of psi (rad), and the machine's size (m), the greatest distance of a
   !> support or of O from F; 0: unknown, as of a foundation alone below O.
@@ -20,6 +22,7 @@ module gestell_study_small_motion
     procedure :: small
     procedure :: turns_too_far
     procedure :: goes_too_far
+    procedure :: is_great
   end type moved_type
 
 contains
@@ -55,5 +58,11 @@ contains
 
     goes_too_far = self%size > 0 .and. self%displacement > small_part * self%size
   end function goes_too_far
+
+  elemental logical function is_great(self)
+    class(moved_type), intent(in) :: self
+
+    is_great = self%turn > great * small_turn .or. (self%size > 0 .and. self%displacement > great * small_part * self%size)
+  end function is_great
 
 end module gestell_study_small_motion

@@ -141,6 +141,17 @@ def test_small():
             equal(f"small_motion at {row['speed_rpm']}", row["small_motion"], "10"[float(row["psi_peak_rad"]) > 0.1])
 
 
+def test_great():
+    """Springs and dampers are linear in the exact frame too: beyond half a radian that is asked."""
+    with Folder(input=SIEVE) as folder:
+        for speed, great in (("117", True), ("229", False)):
+            run = Run(folder, *tasks("response"), "-s", f"drive.speed_rpm={speed}", "input.nml")
+            run.done(f"great, {speed} rpm")
+            psi = float(re.search(r"^  psi +([0-9.]+) .* mrad", run.out, re.M)[1]) / 1000
+            check(f"great, {speed} rpm: psi = {psi} rad", (psi > 0.5) == great, great, psi)
+            check(f"great, {speed} rpm", ("GREAT MOTIONS: psi reaches 2.55 rad\n" in run.out) == great, great, run.out)
+
+
 def test_page():
     if not shutil.which("gnuplot"):
         print("skip  the verdict on a page: there is no gnuplot")
@@ -162,4 +173,4 @@ def test_page():
         check("resonance.gp: title", '"UNSTABLE IN PART: ' in (folder / "input/resonance.gp").read_text(), "UNSTABLE", "none")
 
 
-VERDICT_TESTS = (test_vibrations, test_limits, test_one_line, test_over_speeds, test_sweep, test_small, test_page)
+VERDICT_TESTS = (test_vibrations, test_limits, test_one_line, test_over_speeds, test_sweep, test_small, test_great, test_page)
