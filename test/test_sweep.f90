@@ -375,7 +375,9 @@ contains
     call check(error, .not. allocated(failure))
     if (allocated(error)) return
     write (found, "(2(i0, a))") size(results%values, 2) * size(results%values, 3), " points by ", results%solutions, " solutions"
-    call check(error, size(results%values(1, :, :)) >= 600 .and. results%solutions <= 1.1_dp * size(results%values(1, :, :)), found)
+    associate (points => size(results%values(1, :, :)))
+      call check(error, points >= 600 .and. results%solutions <= 1.1_dp * points, found)
+    end associate
   end subroutine test_plan
 
 end module test_sweep
