@@ -358,8 +358,8 @@ contains
     call check(error, size(one, 1) == 1 .and. maxval(abs(one(1, :, :) - all(rho_max, :, :))) < 1.0e-14_dp)
   end subroutine test_columns
 
-  !> A tile of 625 of the paper's machines, too rough for an expansion to pay: planning takes a tenth of their solutions at most. (17
-  !> points along each axis tell it, five solutions at the corners, three variables: 141 if none were spared.)
+  !> A tile of 625 of the paper's machines, too rough for an expansion to pay: planning takes a tenth of their solutions at most.
+  !> (Five are at its corners, 17 along each axis.)
   subroutine test_plan(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
