@@ -91,12 +91,13 @@ contains
           return
         end if
       else if (any(with_value == word)) then
-        if (i == size(words)) then
+        value = ""
+        if (i < size(words)) value = words(i + 1)%text
+        if (i == size(words) .or. any(long_names == value)) then
           call fatal_error(error, "option '" // word // "' needs a value", wrong_usage)
           return
         end if
         i = i + 1
-        value = words(i)%text
       end if
 
       select case (word)

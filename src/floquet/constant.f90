@@ -62,7 +62,8 @@ contains
     if (allocated(error)) return
     ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
     perturbation = error_of(system, p, constant%scale) + n * epsilon(1.0_dp) * norm2(balanced)
-    constant%error = perturbation / norm2(balanced)
+    constant%error = 1
+    if (perturbation < norm2(balanced)) constant%error = perturbation / norm2(balanced)
     constant%condition = [(1 / max(abs(dot_product(left(:, k), constant%vectors(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
     constant%radius = n * constant%condition * perturbation
     constant%liouville_defect = constant%period * (sum(real(constant%values)) - sum([(p(k, k), k = 1, n)]))

@@ -235,8 +235,9 @@ contains
     complex(dp) :: unit(size(v))
     complex(dp) :: largest
 
-    largest = v(maxloc(abs(v), dim=1))
-    unit = v * (abs(largest) / largest)
+    unit = v / maxval(abs(v))
+    largest = unit(maxloc(abs(unit), dim=1))
+    unit = unit * (abs(largest) / largest)
     unit = unit / norm2(abs(unit))
   end function normalised
 

@@ -66,7 +66,8 @@ contains
       call motions(system, method, [(real(k, dp) / (between * phases), k = 0, between * phases)], maps, error)
       if (.not. allocated(error)) call invert(maps(:, :n, phases), motion%scale, inverted, error)
       if (allocated(error)) return
-      amplification = norm2(inverted)
+      ! Where Phi is great (E - Phi)^-1 is small, and lost in rounding where other multipliers are not great.
+      amplification = max(norm2(inverted), 1.0_dp)
       if (amplification * tolerance <= of_motion) exit
       ! Beside a resonance errors of Phi(T) show enlarged.
       tolerance = of_motion / (2 * amplification)

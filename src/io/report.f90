@@ -225,8 +225,8 @@ contains
     call evidence(analysis%floquet, found)
     lines = ""
     if (found%methods == "averaged") then
-      lines = "  rests on            the AVERAGED model in closed form, nothing integrated; its matrix to " &
-        & // concise(found%error, 1) // " of its size," // newline // "                      " // text(found%evaluations) &
+      lines = "  rests on            the AVERAGED model in closed form, nothing integrated; its matrix " &
+        & // told_to(found%error) // "," // newline // "                      " // text(found%evaluations) &
         & // " evaluations in all; trace's defect " // concise(abs(found%liouville_defect), 1) // newline
       return
     end if
@@ -252,6 +252,15 @@ contains
       & "                      the tolerance lies below what double precision can give here"
     lines = lines // newline
   end function evidence_lines
+
+  !> How well a matrix is known.
+  pure function told_to(error) result(words)
+    real(dp), intent(in) :: error
+    character(len=:), allocatable :: words
+
+    words = "is lost"
+    if (error < 1) words = "to " // concise(error, 1) // " of its size"
+  end function told_to
 
   !> The methods with their effort.
   pure function ways_taken(found) result(words)

@@ -208,10 +208,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(floquet_type) :: floquet
     type(vibration_type) :: vibration
-    type(several_type) :: new
+    type(several_type) :: sorted(size(list)), new
     integer :: i, k
 
-    allocate(several(size(list)))
     do i = 1, size(list)
       call solve_floquet(list(i), accuracy, .true., floquet, error)
       if (.not. allocated(error)) call solve_multipliers(floquet, .false., new%multipliers, error)
@@ -223,12 +222,13 @@ contains
       new%rms = vibration%rms(:3)
       k = i
       do while (k > 1)
-        if (norm2(several(k - 1)%rms / units_of(list(1))) <= norm2(new%rms / units_of(list(1)))) exit
-        several(k) = several(k - 1)
+        if (norm2(sorted(k - 1)%rms / units_of(list(1))) <= norm2(new%rms / units_of(list(1)))) exit
+        sorted(k) = sorted(k - 1)
         k = k - 1
       end do
-      several(k) = new
+      sorted(k) = new
     end do
+    several = sorted
   end subroutine list_vibrations
 
   !> 1 or -1, the sign of det(E - Phi).

@@ -156,5 +156,109 @@ def test_balanced():
         check("a balanced crank, forces", force < 1e-13 * 30, "rounding of 30 N", force)
 
 
+# Two crank turns of a machine without damping: nothing is known of its multipliers to a tolerance of 3e-4.
+UNDAMPED = """\
+&case tasks='modes', title='A title' /
+&accuracy tolerance=0.299412E-4, method='gauss3', /
+&model vibrations='all' /
+&drive speed_rpm=3.8806E+002, held_by='motor' /
+&joint name='J1', type='ground', position=0.00000,0.0000E+000 /
+&joint name='J2', type='crank', pivot='J1', radius=0.270342E-1, phase=-136.835 /
+&joint name='J3', type='rigid', ends='J2','J1', offset=-0.210067E-1,0.810433E-1 /
+&joint name='J4', type='ground', position=6.9811E-002,2.7399928843642864E-002 /
+&joint name='J5', type='rigid', ends='J2','J4', offset=-4.7773E-002,-0.452481E-2 /
+&joint name='J6', type='ground', position=7.2334460905763731E-002,0.197535E-1 /
+&joint name='J7', type='rigid', ends='J2','J6', offset=0.175829E-1,3.7541E-002 /
+&link name='L1', from='J4', to='J2', mass=0.905813, inertia=0.288867E-2, center=4.0279142284537599E-002,1.8681E-002 /
+&link name='L2', from='J1', to='J6', mass=1.9549690771965245E-001, inertia=1.6311543557207006E-004, center=1.4110E-002,0.249288E-2 /
+&frame mass=12.2250, inertia=0.388022, origin=-0.154074,-0.537234E-1 /
+&support position=-0.333004E-1,0.288304, stiffness=1.2054879587439164E+006,34387.4 /
+"""
+
+# 30 m/s of damping on a frame of 0.2 mm: a free motion grows by e^467 in a turn.
+GROWING = """\
+&case tasks='modes','power','stability','stability' /
+&model frame='first_order' /
+&gravity acceleration=9.8000E+000, direction=-8.0000E+001 /
+&drive speed_rpm=23.2503 /
+&joint name='J1', type='ground', position=0.00000,0.0000000000000000E+000 /
+&joint name='J2', type='crank', pivot='J1', radius=0.708492E-4, phase=-141.192 /
+&joint name='J3', type='ground', position=0.254858E-3,-0.176849E-4 /
+&joint name='J4', type='RRP', ends='J2', lengths=0.246147E-3, guide='J1','J2', branch=1 /
+&link name='L1', from='J1', to='J3', mass=3.8182E+000, inertia=6.3922E-008 /
+&link name='L2', from='J1', to='J4', mass=1.3983935430243551E+002, inertia=0.436330E-7, center=0.104831E-3,0.223171E-4 /
+&link name='L3', from='J3', to='J4', mass=1.0295E+001, inertia=1.2030E-008 /
+&frame mass=218.538, inertia=0.301552E-4, origin=-0.211323E-3,2.0146835032828768E-004 /
+&support position=0.483675E-3,-0.375946E-3, stiffness=15799.1,3.4186E+004, damping=4.5561995573936002E+001,1995.30 /
+&support position=4.9137770331513398E-004,0.323144E-3, stiffness=1.4739E+004,5.4758783308132461E+003, axes='space' /
+&support position=6.8785E-005,2.1385096155038233E-004, stiffness=376536.,49728.8 /
+&support position=5.6546E-004,0.501836E-3, stiffness=45961.6,2.0534E+005, damping=965.679,33.3539, axes='frame' /
+"""
+
+# An inertia that weighs on no spring: its velocities are 1e-224 of their unit.
+HEAVY = """\
+&case tasks='stability','modes' /
+&model frame='rest' /
+&drive speed_rpm=1.0989E+017 /
+&joint name='J1', type='ground', position=0.0000000000000000E+000,0.00000 /
+&joint name='J2', type='crank', pivot='J1', radius=5.1097E-007 /
+&link name='L1', from='J1', mass=0.866279E-28, inertia=1.8282E-042, center=0.121620E-5,-2.1096635822637089E-007 /
+&frame mass=5.2063569970068355E-028, inertia=5.3480E+304, origin=-0.211591E-6,-0.111160E-5 /
+&support position=-0.354745E-5,-0.277793E-5, stiffness=6.9471E+005,32886.2, damping=1.3485E-013,0.907146E-12, axes='space' /
+"""
+
+AVERAGED = """\
+&case tasks='stability','drawing','forces','stability' /
+&model coefficients='averaged' /
+&drive speed_rpm=1913.79 /
+&joint name='J1', type='ground', position=0.00000,0.00000 /
+&joint name='J2', type='crank', pivot='J1', radius=1.07519, phase=-5.4932E+001 /
+&joint name='J3', type='ground', position=3.4630931944555980E+000,-1.5809444874802929E+000 /
+&joint name='J4', type='rigid', ends='J2','J3', offset=-5.7165E-001,-4.42720 /
+&joint name='J5', type='ground', position=3.5862344690141690E+000,-1.9982E-001 /
+&joint name='J6', type='RPR', ends='J4','J5', lengths=2.81270, branch=-1 /
+&link name='L1', from='J4', to='J5', mass=0.979802E-2, inertia=0.249814E-1, center=5.4830E-001,-0.280039 /
+&link name='L2', from='J1', to='J5', mass=7.4157334799523184E-004, inertia=0.340381E-2 /
+&link name='L3', from='J1', to='J2', mass=0.565771E-3, inertia=0.328225E-1, center=5.3766E-001,-2.8154E-001 /
+&link name='L4', from='J1', mass=1.7735E-002, inertia=0.327836E-2 /
+&link name='L5', from='J4', to='J3', mass=0.208923E-2, inertia=0.337132E-2, center=8.7538403922658525E-001,0.360328 /
+&frame mass=2.0397291818731990E-002, inertia=1.43785, origin=1.69618,-4.62303 /
+&support position=-1.63945,8.4717E+000, stiffness=35.4553,808.831 /
+&support position=13.4720,-8.43286, stiffness=1.1242381987172262E+003,37.2826 /
+&units length='cm', mass='g', stiffness='N/m', angle='rad' /
+"""
+
+
+def test_listed():
+    """One of all vibrations cannot be told: none is listed."""
+    with Folder(input=UNDAMPED) as folder:
+        run = Run(folder, "input.nml")
+        run.refused("vibrations that cannot be told", 4, re.compile(r"the periodic vibration cannot be told: .*"))
+        check("vibrations that cannot be told, report", "VERDICT" in run.out and "VIBRATIONS at" not in run.out, "no list", run.out[-900:])
+
+
+def test_growing():
+    """A quick solution beside a multiplier of e^467 is none."""
+    with Folder(input=GROWING) as folder:
+        for model in ("first_order", "exact"):
+            run = Run(folder, "-s", f"model.frame={model}", "input.nml")
+            run.done(f"a free motion that grows by e^467, {model}")
+            check(f"a free motion that grows by e^467, {model}", re.search(r"largest multiplier +.rho. = 9\.[0-9]+e202 ", run.out),
+                  "9.4e202 or 9.6e202", run.out[:1500])
+
+
+def test_vectors():
+    with Folder(input=HEAVY) as folder:
+        if Run(folder, "-o", "out", "input.nml").done("vectors of an inertia of 5e304"):
+            check("vectors of an inertia of 5e304", "NaN" not in (folder / "out" / "modes.csv").read_text(), "numbers", "NaN")
+
+
+def test_averaged():
+    with Folder(input=AVERAGED) as folder:
+        run = Run(folder, "-s", "link.mass=9.99e307", "input.nml")
+        check("averaged masses of 1e308 kg", run.code == 4 and "its matrix is lost," in run.out, "lost", run.out)
+
+
 OVERFLOW_TESTS = [
+    test_listed, test_growing, test_vectors, test_averaged,
     test_shaking, test_probe, test_balanced, test_multiplier, test_moduli, test_factors, test_places, test_implausible_motion]
