@@ -219,14 +219,16 @@ contains
   pure function evidence_lines(analysis, accuracy) result(lines)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, known
     type(evidence_type) :: found
 
     call evidence(analysis%floquet, found)
     lines = ""
     if (found%methods == "averaged") then
+      known = "to " // concise(found%error, 1) // " of its size"
+      if (found%error >= 1) known = "is lost"
       lines = "  rests on            the AVERAGED model in closed form, nothing integrated; its matrix " &
-        & // told_to(found%error) // "," // newline // "                      " // text(found%evaluations) &
+        & // known // "," // newline // "                      " // text(found%evaluations) &
         & // " evaluations in all; trace's defect " // concise(abs(found%liouville_defect), 1) // newline
       return
     end if
@@ -252,15 +254,6 @@ contains
       & "                      the tolerance lies below what double precision can give here"
     lines = lines // newline
   end function evidence_lines
-
-  !> How well a matrix is known.
-  pure function told_to(error) result(words)
-    real(dp), intent(in) :: error
-    character(len=:), allocatable :: words
-
-    words = "is lost"
-    if (error < 1) words = "to " // concise(error, 1) // " of its size"
-  end function told_to
 
   !> The methods with their effort.
   pure function ways_taken(found) result(words)
