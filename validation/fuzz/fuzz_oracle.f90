@@ -101,6 +101,7 @@ contains
     integer, intent(in) :: code
     character(len=*), intent(in) :: said
     character(len=:), allocatable :: fault
+    logical :: untold
 
     fault = ""
     if (said == "") return
@@ -110,8 +111,8 @@ contains
       fault = "report: control character"
     else if (input%option("--one-line") .and. .not. input%option("--help")) then
       ! With --fail-if-unstable 10 comes before 4, and a vibration that cannot be told has no numbers.
-      if (code /= 4 .and. .not. (code == 10 .and. index(said, ",undecided") > 0) .and. .not. input%option("--set")) &
-        & fault = check_table("one-line", said)
+      untold = code == 4 .or. (code == 10 .and. index(said, ",undecided") > 0)
+      if (.not. (untold .or. input%option("--set"))) fault = check_table("one-line", said)
       if (fault /= "") fault = "one-line: " // fault
     else if (index(said, "Gestell ") == 1 .and. .not. input%garbled .and. .not. has(in_lines(said), newline // "  input      " &
       & // printable(input%file) // newline)) then
