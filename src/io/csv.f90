@@ -42,9 +42,9 @@ contains
     call output%complete(error)
   end subroutine write_table
 
-  !> A text as a field of the file: in quotes if it has a comma, the end of a line or quotes itself, which are doubled then. A
-  !> text that a spreadsheet would take for a formula, as it begins with one of = + - @ and is no number, gets an apostrophe
-  !> before it.
+  !> A text as a field of the file: in quotes if it begins like a comment, or has a comma, the end of a line or quotes itself, which
+  !> are doubled then. A text that a spreadsheet would take for a formula, as it begins with one of = + - @ and is no number, gets
+  !> an apostrophe before it.
   pure function field(words) result(word)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: word
@@ -54,7 +54,7 @@ contains
     safe = words
     if (scan(words, "=+-@") == 1 .and. verify(words, "0123456789+-.,*eEdD ") > 0) safe = "'" // words
     word = safe
-    if (scan(safe, ",""" // achar(10) // achar(13)) == 0) return
+    if (scan(safe, ",""" // achar(10) // achar(13)) == 0 .and. index(safe, "#") /= 1) return
     word = """"
     do i = 1, len(safe)
       word = word // safe(i:i)

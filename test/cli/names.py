@@ -64,6 +64,14 @@ def test_carriage_return():
         Run(folder, "input.nml").refused("lines that end with CR LF", 2, "input.nml:16: unknown group &drve: did you mean &drive?")
 
 
+def test_remark():
+    """A row is no remark because its name begins as one."""
+    with Folder(input=SOUND + "&probe name='#1', position=0.1,0.2 /\n") as folder:
+        if Run(folder, "-q", "-o", "out", "input.nml").done("a probe named #1"):
+            lines = (folder / "out" / "probes.csv").read_text().splitlines()
+            equal("a probe named #1", [line[:5] for line in lines if line[0] != "#"][1:], ['"#1",'])
+
+
 def test_standstill():
     """Borders are sought everywhere in a range: of speeds it must not hold zero."""
     one, two = (f"&sweep parameter='{path}, count=3 /\n" for path in ("drive.speed_rpm', from=125.0, to=-125.0",
@@ -74,4 +82,4 @@ def test_standstill():
                                              "-125.0: the range goes through standstill: from and to need the same sign")
 
 
-NAME_TESTS = [test_names_of_files, test_long_references, test_controls_of_two_bytes, test_carriage_return, test_standstill]
+NAME_TESTS = [test_names_of_files, test_long_references, test_controls_of_two_bytes, test_carriage_return, test_remark, test_standstill]
