@@ -93,7 +93,7 @@ contains
       else if (any(with_value == word)) then
         value = ""
         if (i < size(words)) value = words(i + 1)%text
-        if (i == size(words) .or. any(long_names == value)) then
+        if (i == size(words) .or. index(value, "-") == 1) then
           call fatal_error(error, "option '" // word // "' needs a value", wrong_usage)
           return
         end if

@@ -62,7 +62,7 @@ contains
   elemental logical function is_great(self)
     class(moved_type), intent(in) :: self
 
-    is_great = self%turn > great * small_turn .or. (self%size > 0 .and. self%displacement > great * small_part * self%size)
+    is_great = .not. small(moved_type(self%displacement / great, self%turn / great, self%size))
   end function is_great
 
 end module gestell_study_small_motion

@@ -367,6 +367,8 @@ OPTIONS = [
      "option '-o' needs a value"),
     ("-o before an option", ["-o", "--one-line", "input.nml"], 1,
      "option '-o' needs a value"),
+    ("-o before a short option", ["-o", "-q", "input.nml"], 1,
+     "option '-o' needs a value"),
     ("empty output", ["input.nml", "--output="], 1,
      "option '--output' needs a folder's name"),
     ("value for a flag", ["input.nml", "--quiet=yes"], 1,

@@ -156,7 +156,7 @@ def test_balanced():
         check("a balanced crank, forces", force < 1e-13 * 30, "rounding of 30 N", force)
 
 
-# Two crank turns of a machine without damping: nothing is known of its multipliers to a tolerance of 3e-4.
+# No damping, and nothing holds the frame in one direction: its multipliers cannot be told by gauss3.
 UNDAMPED = """\
 &case tasks='modes', title='A title' /
 &accuracy tolerance=0.299412E-4, method='gauss3', /
@@ -175,7 +175,7 @@ UNDAMPED = """\
 &support position=-0.333004E-1,0.288304, stiffness=1.2054879587439164E+006,34387.4 /
 """
 
-# 30 m/s of damping on a frame of 0.2 mm: a free motion grows by e^467 in a turn.
+# Links of 154 kg on a frame of 0.5 mm: a free motion grows by e^467 in a turn.
 GROWING = """\
 &case tasks='modes','power','stability','stability' /
 &model frame='first_order' /
