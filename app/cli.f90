@@ -31,6 +31,7 @@ module cli
 
   character(len=*), parameter :: long_names(*) = [character(len=18) :: "--set", "--output", "--check", "--quiet", "--help", &
     & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line", "--plot", "--report"]
+  character(len=*), parameter :: short_names(*) = ["-s", "-o", "-q", "-h", "-V"]
   !> Those that take a value.
   character(len=*), parameter :: with_value(*) = [character(len=8) :: "-s", "--set", "-o", "--output", "--part"]
 
@@ -93,7 +94,7 @@ contains
       else if (any(with_value == word)) then
         value = ""
         if (i < size(words)) value = words(i + 1)%text
-        if (i == size(words) .or. index(value, "-") == 1) then
+        if (i == size(words) .or. any(long_names == value) .or. any(short_names == value)) then
           call fatal_error(error, "option '" // word // "' needs a value", wrong_usage)
           return
         end if
