@@ -45,6 +45,7 @@ program main
   use test_namelist, only: collect_namelist
   use test_namelist_errors, only: collect_namelist_errors
   use test_namelist_fuzz, only: collect_namelist_fuzz
+  use test_newton, only: collect_newton
   use test_orders, only: collect_orders
   use test_parts, only: collect_parts
   use test_periodic, only: collect_periodic
@@ -124,6 +125,7 @@ program main
     & new_testsuite("drive", collect_drive), &
     & new_testsuite("exact", collect_exact), &
     & new_testsuite("exact_paths", collect_exact_paths), &
+    & new_testsuite("newton", collect_newton), &
     & new_testsuite("axes", collect_axes), &
     & new_testsuite("held", collect_held), &
     & new_testsuite("trade", collect_trade), &

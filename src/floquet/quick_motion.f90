@@ -1,8 +1,14 @@
 !> The periodic motion at equidistant phases by one integration whose steps end there: a tenth of what a solution with its evidence
 !> takes. For corrections of a motion, whose own errors count for little.
+!>
+!> A periodic motion without high harmonics needs far fewer stages than Phi(T): what s stages of a step h leave is h^(s+1) times its
+!> derivative of that order, times (h |P|)^s, and a discrete (E - Phi)^-1 carries it round the turn. So the frequencies that the
+!> motion has count for s + 1 of the 2 s + 1 orders of the error and the fastest vibration for s only; its harmonics are known
+!> afterwards.
 module gestell_floquet_quick_motion
+  use gestell_base_dft, only: dft
   use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: inverse
   use gestell_base_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
@@ -23,22 +29,25 @@ module gestell_floquet_quick_motion
     real(dp), allocatable :: x(:, :), scale(:)
     !> Estimates of their errors by rounding and by the steps, relative to the motion.
     real(dp) :: rounding = 0, truncation = 0
-    !> Radians by which the fastest vibration turns within the period.
-    real(dp) :: turns = 0
+    !> Radians by which the fastest vibration turns within the period; how much greater errors of Phi(T) show in the motion, from 1
+    !> upward, zero where that is not known.
+    real(dp) :: turns = 0, amplification = 0
+    !> Sizes of its harmonics from order 0 upward in these units, relative to the whole.
+    real(dp), allocatable :: spectrum(:)
   end type quick_motion_type
 
   !> Where the fastest vibration turns further (rad) reduction is quicker.
   real(dp), parameter :: most_turns = 700
-  !> Error of Phi(T) where no multiplier is near 1, by that of the motion which is allowed.
-  real(dp), parameter :: of_map = 1.0e-2_dp
-  !> Steps between two phases.
-  integer, parameter :: most_between = 8
+  !> The amplification that is expected where none is known, by how much more than the last one, and the ratio of harmonics.
+  real(dp), parameter :: expected = 10, reserve = 1.5_dp, ratio = 0.5_dp, slack = 10
+  !> Steps between two phases; trials.
+  integer, parameter :: most_between = 8, most_trials = 4
 
 contains
 
   !> `of_motion`: the error of the motion that is allowed, relative to it. `fits` is false where this is no way: the fastest
   !> vibration turns far, the coefficients jump, or a multiplier is so near 1 that the motion would have no digits. `motion` is one
-  !> of a system that differs little, or none: units and turns are kept.
+  !> of a system that differs little, or none: units, turns, amplification and harmonics are kept.
   subroutine solve_quickly(system, phases, of_motion, motion, fits)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: phases
@@ -48,8 +57,7 @@ contains
     class(method_type), allocatable :: method
     type(error_type), allocatable :: error
     real(dp) :: maps(system%states, system%states + 1, phases), inverted(system%states, system%states)
-    real(dp) :: x0(system%states), tolerance, amplification
-    integer :: n, between, k
+    integer :: n, between, trial, k
 
     fits = .false.
     if (allocated(system%breaks)) return
@@ -59,32 +67,73 @@ contains
     end if
     if (motion%turns > most_turns) return
     n = system%states
-    tolerance = of_map * of_motion
-    do
-      call choose(system, phases, motion%turns, tolerance, method, between)
+    if (.not. allocated(motion%spectrum)) then
+      motion%spectrum = [(ratio**k, k = 0, phases / 2)]
+      motion%amplification = expected / reserve
+    end if
+    do trial = 1, most_trials
+      call choose(system, phases, motion, of_motion / (reserve * motion%amplification), method, between)
       if (between == 0) return
       call motions(system, method, [(real(k, dp) / (between * phases), k = 0, between * phases)], maps, error)
       if (.not. allocated(error)) call invert(maps(:, :n, phases), motion%scale, inverted, error)
       if (allocated(error)) return
       ! Where Phi is great (E - Phi)^-1 is small, and lost in rounding where other multipliers are not great.
-      amplification = max(norm2(inverted), 1.0_dp)
-      if (amplification * tolerance <= of_motion) exit
-      ! Beside a resonance errors of Phi(T) show enlarged.
-      tolerance = of_motion / (2 * amplification)
+      motion%amplification = max(norm2(inverted), 1.0_dp)
+      motion%rounding = motion%amplification * (1 + norm2(balanced(maps(:, :n, phases), motion%scale))) &
+        & * relative_rounding(system, between * phases, motion%turns)
+      if (.not. motion%rounding < of_motion) return
+      call move(maps, matmul(inverted, maps(:, n + 1, phases) / motion%scale), motion)
+      motion%truncation = motion%amplification * error_of(system, motion, method, between * phases)
+      fits = motion%truncation <= slack * of_motion
+      if (fits) return
     end do
-    motion%truncation = amplification * tolerance
-    motion%rounding = amplification * (1 + norm2(balanced(maps(:, :n, phases), motion%scale))) &
-      & * relative_rounding(system, between * phases, motion%turns)
-    if (.not. motion%rounding < of_motion) return
-    x0 = motion%scale * matmul(inverted, maps(:, n + 1, phases) / motion%scale)
-    if (allocated(motion%x)) deallocate(motion%x)
-    allocate(motion%x(n, phases))
-    motion%x(:, 1) = x0
-    do k = 1, phases - 1
-      motion%x(:, k + 1) = matmul(maps(:, :n, k), x0) + maps(:, n + 1, k)
-    end do
-    fits = .true.
   end subroutine solve_quickly
+
+  !> The motion by its start over the units, with its harmonics.
+  subroutine move(maps, start, motion)
+    real(dp), intent(in) :: maps(:, :, :), start(:)
+    type(quick_motion_type), intent(inout) :: motion
+    complex(dp) :: z(size(maps, 3))
+    real(dp) :: whole
+    integer :: n, j, k
+
+    n = size(start)
+    if (allocated(motion%x)) deallocate(motion%x)
+    allocate(motion%x(n, size(maps, 3)))
+    motion%x(:, 1) = motion%scale * start
+    do k = 1, size(maps, 3) - 1
+      motion%x(:, k + 1) = matmul(maps(:, :n, k), motion%x(:, 1)) + maps(:, n + 1, k)
+    end do
+    ! Two states at a time: of a and b the transform of a + i b has |A_k|^2 + |B_k|^2 in z_k and z_-k together.
+    deallocate(motion%spectrum)
+    allocate(motion%spectrum(size(z) / 2 + 1), source=0.0_dp)
+    do j = 1, n, 2
+      z = cmplx(motion%x(j, :) / motion%scale(j), motion%x(min(j + 1, n), :) / motion%scale(min(j + 1, n)), dp)
+      z = dft(z)
+      motion%spectrum(1) = motion%spectrum(1) + abs(z(1))**2
+      do k = 1, size(z) / 2
+        motion%spectrum(k + 1) = motion%spectrum(k + 1) + 2 * (abs(z(k + 1))**2 + abs(z(size(z) + 1 - k))**2)
+      end do
+    end do
+    motion%spectrum = sqrt(motion%spectrum)
+    whole = norm2(motion%spectrum)
+    if (whole > 0) motion%spectrum = motion%spectrum / whole
+  end subroutine move
+
+  !> The error of such a motion by so many steps of a method, relative to it, where nothing amplifies it.
+  real(dp) function error_of(system, motion, method, steps)
+    class(periodic_system), intent(in) :: system
+    type(quick_motion_type), intent(in) :: motion
+    class(method_type), intent(in) :: method
+    integer, intent(in) :: steps
+    real(dp) :: angle
+    integer :: stages, k
+
+    stages = method%order / 2
+    angle = (0.8_dp * motion%turns + method%order * system%least_steps / 8.0_dp) / steps
+    error_of = method%error_constant * steps * angle**stages &
+      & * sum([(motion%spectrum(k + 1) * (2 * pi * k / steps)**(stages + 1), k = 1, size(motion%spectrum) - 1)])
+  end function error_of
 
   !> (E - Phi)^-1 in balanced units.
   subroutine invert(phi, scale, inverted, error)
@@ -97,29 +146,30 @@ contains
     if (.not. allocated(error)) inverted = found
   end subroutine invert
 
-  !> The stages of Gauss collocation, and how many steps `between` two phases, with the least work for `tolerance` (as in
-  !> gestell_floquet_methods); zero: there are none.
-  subroutine choose(system, phases, turns, tolerance, method, between)
+  !> The stages of Gauss collocation, and how many steps `between` two phases, with the least work for `tolerance`; zero: there are
+  !> none.
+  subroutine choose(system, phases, motion, tolerance, method, between)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: phases
-    real(dp), intent(in) :: turns, tolerance
+    type(quick_motion_type), intent(in) :: motion
+    real(dp), intent(in) :: tolerance
     class(method_type), allocatable, intent(out) :: method
     integer, intent(out) :: between
     class(method_type), allocatable :: candidate
     type(error_type), allocatable :: error
-    real(dp) :: angle, work, least_work
+    real(dp) :: work, least_work
     integer :: stages, best, steps
 
     between = 0
     least_work = huge(least_work)
     best = 0
-    do stages = 3, 10
+    do stages = 2, 10
       candidate = gauss(stages)
       steps = 1
-      angle = 0.8_dp * turns + candidate%order * system%least_steps / 8.0_dp
       do while (steps <= most_between)
-        if (candidate%error_constant * max(turns, 1.0_dp) * (angle / (steps * phases))**candidate%order <= tolerance &
-          & .and. steps * phases >= system%least_steps) exit
+        if (steps * phases >= system%least_steps) then
+          if (error_of(system, motion, candidate, steps * phases) <= tolerance) exit
+        end if
         steps = 2 * steps
       end do
       if (steps > most_between) cycle

@@ -29,8 +29,8 @@ module gestell_study_newton
   real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
   !> Part of the tolerance that may be left of the steps to come.
   real(dp), parameter :: part_left = 0.1_dp
-  !> Errors of a whole motion and of a step where they are told quickly, relative to them; those of a step that confirms.
-  real(dp), parameter :: of_motion = 1.0e-5_dp, of_step = 1.0e-3_dp, of_last_step = 0.1_dp
+  !> Errors that are allowed of a start and of a step where they are told quickly, relative to them; those of a step that confirms.
+  real(dp), parameter :: of_step = 1.0e-3_dp, of_last_step = 0.1_dp
   !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
   integer, parameter, public :: first_samples = 64
   integer, parameter :: most_samples = 2**12
@@ -44,7 +44,7 @@ module gestell_study_newton
     !> Its size in these units; its change from the motion it is told from, and an estimate of its error, relative to it.
     real(dp) :: size = 0, step = 0, error = 0
     type(quick_motion_type) :: quick
-    !> Whether the quick way did; the error that is allowed of such a step, relative to it.
+    !> Whether the quick way did; the error that is allowed of such a motion or step, relative to it.
     logical :: quickly = .false.
     real(dp) :: of_step = of_step
   end type next_type
@@ -74,6 +74,8 @@ contains
     first = 1
     if (.not. any(abs(varied%motion%cosine) > 0 .or. abs(varied%motion%sine) > 0)) first = 0
     before = 1
+    ! A linear system has its motion at once.
+    if (linear) next%of_step = part_left * accuracy%tolerance
     do k = first, most_steps
       samples = 2 * ubound(varied%motion%cosine, 1) + 2
       order = accuracy
@@ -141,7 +143,7 @@ contains
       else
         change = next%q
         fits = .not. present(floquet)
-        if (fits) call solve_quickly(system, n, of_motion, next%quick, fits)
+        if (fits) call solve_quickly(system, n, next%of_step, next%quick, fits)
       end if
       next%quickly = fits
       if (fits) then
@@ -166,7 +168,7 @@ contains
       next%series = series_through(next%q)
       tail = next%series%tail()
       if (maxval(tail(frame%free) / next%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
-        & merge(of_motion / 100, 0.0_dp, fits .and. .not. present(lack))) * next%size .or. 2 * n > most_samples &
+        & merge(next%of_step / 100, 0.0_dp, fits .and. .not. present(lack))) * next%size .or. 2 * n > most_samples &
         & .or. next%error >= all_error) exit
       n = 2 * n
     end do

@@ -33,7 +33,7 @@ module gestell_study_path
     !> 1e-3 are good for 1e-5.
     real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
     !> A motion whose correction is less than this part of it is close enough; a greatest lambda that there are members for.
-    real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
+    real(dp) :: close = 1.0e-2_dp, last_lambda = huge(1.0_dp)
     !> Whether multipliers are told on the way, of the linear system that was solved last.
     logical :: multipliers = .false.
     type(floquet_type) :: floquet
@@ -68,6 +68,8 @@ module gestell_study_path
   !> By what part of it a motion may be corrected, and the least cosine of the angle between tangents.
   real(dp), parameter :: greatest_change = 0.3_dp, least_cosine = 0.8_dp
   integer, parameter :: most_corrections = 6, most_samples = 512
+  !> Error of an iterate that is told quickly, relative to it.
+  real(dp), parameter :: of_iterate = 1.0e-6_dp
   !> For how many quick solutions one counts that is not quick.
   integer, parameter, public :: slow = 50
 
@@ -222,6 +224,7 @@ contains
       call family%member(at, about, error)
       if (allocated(error)) return
       call about%move_to(motion_of(family, q))
+      found%of_step = of_iterate
       if (family%multipliers) then
         call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error, floquet=family%floquet)
       else

@@ -1,0 +1,133 @@
+!> Newton's method for the exact frame's vibration: what its quick solutions miss, and what is left where it stops.
+module test_newton
+  use exact_machines, only: scotch_yoke
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_quick_motion, only: quick_motion_type, solve_quickly
+  use gestell_model_frame, only: frame_type
+  use gestell_model_varied_frame, only: varied_frame_type
+  use gestell_study_frame_model, only: settle
+  use gestell_study_newton, only: values_of
+  use machines, only: frame_of_machine
+  use reference_machine, only: khang_machine, machine_data
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_newton
+
+  integer, parameter :: machines = 12
+
+contains
+
+  subroutine collect_newton(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("a quick solution errs by its truncation at most", test_truncation), &
+      & new_unittest("where Newton's method stops a tenth of the tolerance is left", test_left)]
+  end subroutine collect_newton
+
+  !> The paper's machine from slow to fast, and a Scotch yoke, weakly damped.
+  subroutine make(number, frame, error)
+    integer, intent(in) :: number
+    type(frame_type), intent(out) :: frame
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: speeds(machines) = [120.0_dp, 200.0_dp, 240.0_dp, 301.0_dp, 370.0_dp, 503.0_dp, 700.0_dp, 1100.0_dp, &
+      & 2426.0_dp, 590.0_dp, 905.0_dp, 1400.0_dp]
+    type(gestell_error), allocatable :: failure
+    type(machine_data) :: machine
+
+    if (number > machines - 3) then
+      machine = scotch_yoke(speeds(number))
+    else
+      machine = khang_machine(speeds(number))
+    end if
+    call frame_of_machine(machine, frame, failure)
+    if (allocated(failure)) call test_failed(error, failure%message)
+  end subroutine make
+
+  !> Against a quick solution of 1e-10; the model's rounding is below that.
+  subroutine test_truncation(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: phases = 64
+    real(dp), parameter :: finest = 1.0e-10_dp
+    type(frame_type) :: frame
+    type(quick_motion_type) :: motion, fine
+    real(dp) :: ordered, off, greatest
+    logical :: fits
+    integer :: number, k
+
+    greatest = 0
+    do number = 1, machines
+      call make(number, frame, error)
+      if (allocated(error)) return
+      fine = quick_motion_type()
+      motion = quick_motion_type()
+      call solve_quickly(frame, phases, finest, fine, fits)
+      call check(error, fits, more="the fine solution")
+      if (allocated(error)) return
+      do k = 1, 4
+        ordered = 10.0_dp**(-2 * k)
+        call solve_quickly(frame, phases, ordered, motion, fits)
+        call check(error, fits, more="a quick solution")
+        if (allocated(error)) return
+        off = maxval(norm2((motion%x - fine%x) / spread(fine%scale, 2, phases), dim=1)) &
+          & / maxval(norm2(fine%x / spread(fine%scale, 2, phases), dim=1))
+        greatest = max(greatest, off / motion%truncation)
+        call check(error, off <= motion%truncation + finest .and. motion%truncation <= ordered)
+        if (allocated(error)) then
+          print "(a, i0, 3es10.1)", "         machine, ordered, estimate, error: ", number, ordered, motion%truncation, off
+          return
+        end if
+      end do
+    end do
+    print "(a, es8.1)", "         greatest error over its estimate: ", greatest
+  end subroutine test_truncation
+
+  !> The motions that multipliers are told about, of a tolerance of 1e-7, against those of 1e-13.
+  subroutine test_left(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: phases = 64
+    real(dp), parameter :: tolerance = 1.0e-7_dp, part_left = 0.1_dp, finest = 1.0e-13_dp
+    class(frame_type), allocatable :: coarse, fine
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    real(dp), dimension(phases, 3) :: q, q_fine
+    real(dp) :: off
+    integer :: number
+
+    do number = 1, machines
+      call make(number, frame, error)
+      if (allocated(error)) return
+      call settle(frame, "exact", accuracy_type(tolerance=tolerance), coarse, failure)
+      if (.not. allocated(failure)) call settle(frame, "exact", accuracy_type(tolerance=finest), fine, failure)
+      if (allocated(failure)) then
+        call test_failed(error, failure%message)
+        return
+      end if
+      q = moved(coarse)
+      q_fine = moved(fine)
+      off = maxval(abs(q - q_fine)) / maxval(abs(q_fine))
+      print "(a, i0, es10.1)", "         machine, what is left: ", number, off
+      call check(error, off <= part_left * tolerance)
+      if (allocated(error)) return
+    end do
+
+  contains
+
+    function moved(system) result(q)
+      class(frame_type), intent(in) :: system
+      real(dp) :: q(phases, 3)
+
+      q = 0
+      select type (system)
+      class is (varied_frame_type)
+        q = values_of(system%motion, phases)
+      end select
+    end function moved
+
+  end subroutine test_left
+
+end module test_newton
