@@ -79,8 +79,8 @@ contains
   !> Error bounds: with eigenvectors x_j and left ones y_k, |y_k| = |x_j| = 1, the eigenvalues of Phi + E lie in the
   !> union of the discs |mu - rho_k| <= sum over j of f_kj, f_kj = |y_k* E x_j| / |y_k* x_k| (Gershgorin's theorem for
   !> X^-1 (Phi + E) X), where the part of E that is known in norm only gives |E| / |y_k* x_k| at most. Discs that touch
-  !> share their eigenvalues, so a bound then reaches across all of them: it holds for close and defective ones. The disc of one that
-  !> lies apart shrinks (`apart`).
+  !> share their eigenvalues, so a bound then reaches across all of them: it holds for close and defective ones. The disc of
+  !> one that lies apart shrinks (`apart`).
   pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
     complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
     real(dp), intent(in) :: perturbation
@@ -110,8 +110,9 @@ contains
   end subroutine set_multipliers
 
   !> The radius of the disc of the k-th eigenvalue where those of all others grow as far as they may without touching it: a
-  !> similarity that shrinks the off-diagonal elements f_kj of its row by alpha enlarges those of its column, f_ik, by 1/alpha (J. H.
-  !> Wilkinson, The Algebraic Eigenvalue Problem, 1965, 2.14), so that they count to second order only. Without such an alpha: huge.
+  !> similarity that shrinks the off-diagonal elements f_kj of its row by alpha enlarges those of its column, f_ik, by 1/alpha
+  !> (J. H. Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2), so that they count to second order only. Without such
+  !> an alpha: huge.
   pure real(dp) function apart(rho, f, k) result(radius)
     complex(dp), intent(in) :: rho(:)
     real(dp), intent(in) :: f(:, :)
