@@ -19,6 +19,7 @@ module gestell_floquet_quick_motion
   use gestell_floquet_gauss, only: gauss
   use gestell_floquet_turn_errors, only: relative_rounding
   use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -83,6 +84,7 @@ contains
         & * relative_rounding(system, between * phases, motion%turns)
       if (.not. motion%rounding < of_motion) return
       call move(maps, matmul(inverted, maps(:, n + 1, phases) / motion%scale), motion)
+      if (.not. all(ieee_is_finite(motion%x))) return
       motion%truncation = motion%amplification * error_of(system, motion, method, between * phases)
       fits = motion%truncation <= slack * of_motion
       if (fits) return
@@ -94,7 +96,7 @@ contains
     real(dp), intent(in) :: maps(:, :, :), start(:)
     type(quick_motion_type), intent(inout) :: motion
     complex(dp) :: z(size(maps, 3))
-    real(dp) :: whole
+    real(dp) :: greatest
     integer :: n, j, k
 
     n = size(start)
@@ -105,19 +107,20 @@ contains
       motion%x(:, k + 1) = matmul(maps(:, :n, k), motion%x(:, 1)) + maps(:, n + 1, k)
     end do
     ! Two states at a time: of a and b the transform of a + i b has |A_k|^2 + |B_k|^2 in z_k and z_-k together.
+    greatest = maxval(abs(motion%x / spread(motion%scale, 2, size(z))))
     deallocate(motion%spectrum)
     allocate(motion%spectrum(size(z) / 2 + 1), source=0.0_dp)
+    if (.not. greatest > 0) return
     do j = 1, n, 2
-      z = cmplx(motion%x(j, :) / motion%scale(j), motion%x(min(j + 1, n), :) / motion%scale(min(j + 1, n)), dp)
-      z = dft(z)
+      associate (a => motion%x(j, :) / motion%scale(j), b => motion%x(min(j + 1, n), :) / motion%scale(min(j + 1, n)))
+        z = dft(cmplx(a / greatest, b / greatest, dp))
+      end associate
       motion%spectrum(1) = motion%spectrum(1) + abs(z(1))**2
       do k = 1, size(z) / 2
         motion%spectrum(k + 1) = motion%spectrum(k + 1) + 2 * (abs(z(k + 1))**2 + abs(z(size(z) + 1 - k))**2)
       end do
     end do
-    motion%spectrum = sqrt(motion%spectrum)
-    whole = norm2(motion%spectrum)
-    if (whole > 0) motion%spectrum = motion%spectrum / whole
+    motion%spectrum = sqrt(motion%spectrum / sum(motion%spectrum))
   end subroutine move
 
   !> The error of such a motion by so many steps of a method, relative to it, where nothing amplifies it.
