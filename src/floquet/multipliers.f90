@@ -204,7 +204,6 @@ contains
   pure function by_modulus(log_abs, arg) result(order)
     real(dp), intent(in) :: log_abs(:), arg(:)
     integer :: order(size(log_abs))
-    integer, allocatable :: above(:), below(:)
     integer :: i, k
 
     do k = 1, size(order)
@@ -216,21 +215,6 @@ contains
       end do
       order(i) = k
     end do
-    i = 1
-    do while (i < size(order))
-      k = i
-      do while (k < size(order))
-        if (precedes(order(i), order(k + 1))) exit
-        k = k + 1
-      end do
-      above = pack(order(i:k), arg(order(i:k)) > 0)
-      below = pack(order(i:k), arg(order(i:k)) < 0)
-      if (size(above) == size(below) .and. 2 * size(above) == k - i + 1) then
-        order(i:k:2) = above
-        order(i + 1:k:2) = below
-      end if
-      i = k + 1
-    end do
 
   contains
 
@@ -240,7 +224,18 @@ contains
       precedes = log_abs(one) > log_abs(other)
       if (precedes .or. log_abs(one) < log_abs(other)) return
       precedes = abs(arg(one)) > abs(arg(other))
+      if (precedes .or. abs(arg(one)) < abs(arg(other))) return
+      precedes = twins_before(one) < twins_before(other)
+      if (precedes .or. twins_before(one) > twins_before(other)) return
+      precedes = arg(one) > arg(other)
     end function precedes
+
+    !> How many of the same value come before.
+    pure integer function twins_before(k)
+      integer, intent(in) :: k
+
+      twins_before = count(abs(log_abs(:k - 1) - log_abs(k)) <= 0 .and. abs(arg(:k - 1) - arg(k)) <= 0)
+    end function twins_before
 
   end function by_modulus
 

@@ -25,22 +25,25 @@ module gestell_floquet_quick_motion
 
   public :: solve_quickly
 
+  !> The amplification where none is known: multipliers are not near 1.
+  real(dp), parameter :: usual_amplification = 7
+
   type, public :: quick_motion_type
     !> The states at the phases (k - 1)/phases, shape (n, phases), and units that make them comparable, shape (n).
     real(dp), allocatable :: x(:, :), scale(:)
     !> Estimates of their errors by rounding and by the steps, relative to the motion.
     real(dp) :: rounding = 0, truncation = 0
-    !> Radians by which the fastest vibration turns within the period; how much greater errors of Phi(T) show in the motion, from 1
-    !> upward, zero where that is not known.
-    real(dp) :: turns = 0, amplification = 0
+    !> Radians by which the fastest vibration turns within the period; how much greater errors of the steps show in the motion.
+    real(dp) :: turns = 0, amplification = usual_amplification
     !> Sizes of its harmonics from order 0 upward in these units, relative to the whole.
     real(dp), allocatable :: spectrum(:)
   end type quick_motion_type
 
   !> Where the fastest vibration turns further (rad) reduction is quicker.
   real(dp), parameter :: most_turns = 700
-  !> The amplification that is expected where none is known, by how much more than the last one, and the ratio of harmonics.
-  real(dp), parameter :: expected = 10, reserve = 1.5_dp, ratio = 0.5_dp, slack = 10
+  !> Where none are known the harmonics are taken to fall in this ratio. The amplification may be so much greater than that of the
+  !> motion before, and the estimate of the error so much above what is allowed before a motion is solved again.
+  real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 10
   !> Steps between two phases; trials.
   integer, parameter :: most_between = 8, most_trials = 4
 
@@ -68,10 +71,7 @@ contains
     end if
     if (motion%turns > most_turns) return
     n = system%states
-    if (.not. allocated(motion%spectrum)) then
-      motion%spectrum = [(ratio**k, k = 0, phases / 2)]
-      motion%amplification = expected / reserve
-    end if
+    if (.not. allocated(motion%spectrum)) motion%spectrum = [(usual_ratio**k, k = 0, phases / 2)]
     do trial = 1, most_trials
       call choose(system, phases, motion, of_motion / (reserve * motion%amplification), method, between)
       if (between == 0) return
@@ -91,7 +91,7 @@ contains
     end do
   end subroutine solve_quickly
 
-  !> The motion by its start over the units, with its harmonics.
+  !> The motion from its start over the units, with its harmonics.
   subroutine move(maps, start, motion)
     real(dp), intent(in) :: maps(:, :, :), start(:)
     type(quick_motion_type), intent(inout) :: motion
@@ -123,7 +123,7 @@ contains
     motion%spectrum = sqrt(motion%spectrum / sum(motion%spectrum))
   end subroutine move
 
-  !> The error of such a motion by so many steps of a method, relative to it, where nothing amplifies it.
+  !> The error of such a motion by so many Gauss steps, relative to it, where nothing amplifies it (doc/theory.md, The vibration).
   real(dp) function error_of(system, motion, method, steps)
     class(periodic_system), intent(in) :: system
     type(quick_motion_type), intent(in) :: motion

@@ -33,7 +33,7 @@ module gestell_study_path
     !> 1e-3 are good for 1e-5.
     real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
     !> A motion whose correction is less than this part of it is close enough; a greatest lambda that there are members for.
-    real(dp) :: close = 1.0e-2_dp, last_lambda = huge(1.0_dp)
+    real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
     !> Whether multipliers are told on the way, of the linear system that was solved last.
     logical :: multipliers = .false.
     type(floquet_type) :: floquet
