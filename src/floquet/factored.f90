@@ -2,12 +2,10 @@
 module gestell_floquet_factored
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_cycle, only: accumulate, distance_from_one, frames_type, periodic_answer, solve_frames
   use gestell_floquet_factors, only: factors_type
   use gestell_floquet_flow, only: trajectory
   use gestell_floquet_multipliers, only: arrange, multiplier, multipliers_type
-  use gestell_floquet_periodic_bounds, only: periodic_bounds
-  use gestell_floquet_periodic_frames, only: periodic_frames
-  use gestell_floquet_periodic_schur, only: periodic_multipliers, periodic_schur
   use gestell_floquet_periodic_solution, only: periodic_solution_type, resonance
   use gestell_floquet_turn_errors, only: compare, comparison_type, relative_rounding, take_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
@@ -15,14 +13,6 @@ module gestell_floquet_factored
   private
 
   public :: factored_errors, factored_multipliers, factored_periodic, follow_factored
-
-  !> Periodic Schur form, eigenvectors at t = 0, logarithms of the multipliers, and their bounds.
-  type :: frames_type
-    complex(dp), allocatable :: q(:, :, :), r(:, :, :), vectors(:, :), z(:)
-    real(dp), allocatable :: bound(:), most(:), condition(:)
-    !> |1 - rho|, at the least, where the periodic motion is asked for.
-    real(dp), allocatable :: distance(:)
-  end type frames_type
 
 contains
 
@@ -43,7 +33,7 @@ contains
     multipliers%exponent = frames%z
     multipliers%error = frames%bound
     multipliers%condition = frames%condition
-    if (vectors) multipliers%vectors = frames%vectors * spread(factors%scale, 2, n)
+    if (vectors) multipliers%vectors = frames%x(:, :, 1) * spread(factors%scale, 2, n)
     do k = 1, n
       if (paired(k)) cycle
       partner = partner_of(frames, paired, k)
@@ -63,29 +53,6 @@ contains
     multipliers%exponent = multipliers%exponent / factors%period
     call arrange(multipliers)
   end subroutine factored_multipliers
-
-  subroutine solve_frames(factors, frames, error)
-    type(factors_type), intent(in) :: factors
-    type(frames_type), intent(out) :: frames
-    type(error_type), allocatable, intent(out) :: error
-    complex(dp), allocatable, dimension(:, :, :) :: a, x, y
-    complex(dp), allocatable :: lambda(:, :)
-    real(dp), allocatable :: log_abs(:), arg(:)
-    integer :: n
-
-    n = size(factors%scale)
-    allocate(a, source=cmplx(factors%a, 0, dp))
-    allocate(frames%q, frames%r, x, y, mold=a)
-    allocate(lambda(n, size(a, 3)), frames%z(n))
-    allocate(log_abs(n), arg(n), frames%bound(n), frames%most(n), frames%condition(n))
-    call periodic_schur(a, frames%q, frames%r, error)
-    if (allocated(error)) return
-    call periodic_multipliers(frames%r, log_abs, arg)
-    frames%z = cmplx(log_abs, arg, dp)
-    call periodic_frames(frames%q, frames%r, x, y, lambda)
-    frames%vectors = x(:, :, 1)
-    call periodic_bounds(a, log_abs, arg, x, y, lambda, factors%error, frames%bound, frames%most, frames%condition)
-  end subroutine solve_frames
 
   !> Of those that have no partner yet the multiplier that is nearest to the conjugate of the k-th: k itself for a real one.
   pure integer function partner_of(frames, paired, k) result(partner)
@@ -118,7 +85,7 @@ contains
       doubt(k) = factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
         & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
     end do
-    call accumulate(frames, doubt, at_starts)
+    call accumulate(factors, frames, doubt, at_starts)
     solution%x0 = x(:, 1) * factors%scale
     solution%error = at_starts(:, 1) * factors%scale
     solution%condition = maxval(frames%condition / frames%distance)
@@ -142,99 +109,6 @@ contains
     end if
     call periodic_answer(frames, factors%b, x)
   end subroutine periodic_states
-
-  !> The periodic solution of x_{k+1} = A_k x_k + b_k, shapes (n, K). In the coordinates z = Q^H x of the periodic Schur form
-  !>
-  !>     z_{k+1} = R_k z_k + Q_{k+1}^H b_k
-  !>
-  !> one component after the other, from the last, where |rho_i| <= 1 forward and where |rho_i| > 1 backward: nothing grows.
-  pure subroutine periodic_answer(frames, b, x)
-    type(frames_type), intent(in) :: frames
-    real(dp), intent(in) :: b(:, :)
-    real(dp), allocatable, intent(out) :: x(:, :)
-    complex(dp), dimension(size(b, 1), size(b, 2)) :: turned, z
-    integer :: k
-
-    do k = 1, size(b, 2)
-      turned(:, k) = matmul(conjg(transpose(frames%q(:, :, modulo(k, size(b, 2)) + 1))), b(:, k))
-    end do
-    call cycle_through(frames%z, frames%r, turned, z)
-    allocate(x(size(b, 1), size(b, 2)))
-    do k = 1, size(b, 2)
-      x(:, k) = real(matmul(frames%q(:, :, k), z(:, k)))
-    end do
-  end subroutine periodic_answer
-
-  !> The same by sizes: what errors of at most `doubt` in each of the segments, shape (K), come to at their starts, shape (n, K).
-  pure subroutine accumulate(frames, doubt, at_starts)
-    type(frames_type), intent(in) :: frames
-    real(dp), intent(in) :: doubt(:)
-    real(dp), allocatable, intent(out) :: at_starts(:, :)
-    complex(dp), dimension(size(frames%z), size(doubt)) :: z
-    complex(dp), allocatable :: sizes(:, :, :)
-    integer :: n, k
-
-    n = size(frames%z)
-    allocate(sizes, source=cmplx(abs(frames%r), 0, dp))
-    call cycle_through(cmplx(real(frames%z), 0, dp), sizes, cmplx(spread(doubt, 1, n), 0, dp), z, frames%distance)
-    allocate(at_starts(n, size(doubt)))
-    do k = 1, size(doubt)
-      at_starts(:, k) = 2 * matmul(abs(frames%q(:, :, k)), abs(z(:, k)))
-    end do
-  end subroutine accumulate
-
-  !> |1 - rho| over the greater one of 1 and |rho|, at the least: not positive where the bound reaches 1.
-  pure real(dp) function distance_from_one(frames, i)
-    type(frames_type), intent(in) :: frames
-    integer, intent(in) :: i
-
-    associate (z => frames%z(i), bound => frames%bound(i))
-      if (frames%most(i) < -0.5_dp) then
-        distance_from_one = 1 - exp(frames%most(i))
-      else
-        distance_from_one = (abs(1 - exp(merge(z, -z, real(z) <= 0))) - bound * exp(min(real(z), 0.0_dp))) / (1 + bound)
-      end if
-    end associate
-  end function distance_from_one
-
-  !> The periodic solution of z_{k+1} = R_k z_k + b_k, shapes (n, K), R_k triangular, prod R_k(i, i) = exp(logarithm(i)). Where
-  !> `distances` are given they stand for |1 - rho|, and for positive R and b: the greatest that z can be with such sizes.
-  pure subroutine cycle_through(logarithm, r, b, z, distances)
-    complex(dp), intent(in) :: logarithm(:), r(:, :, :), b(:, :)
-    complex(dp), intent(out) :: z(:, :)
-    real(dp), intent(in), optional :: distances(:)
-    complex(dp) :: g(size(b, 2)), particular, denominator
-    real(dp) :: sign
-    integer :: i, k, n, count
-
-    n = size(b, 1)
-    count = size(b, 2)
-    ! Sizes add up, whichever way they are followed.
-    sign = merge(1.0_dp, -1.0_dp, present(distances))
-    do i = n, 1, -1
-      g = [(b(i, k) + sum(r(i, i + 1:, k) * z(i + 1:, k)), k = 1, count)]
-      denominator = 1 - exp(merge(logarithm(i), -logarithm(i), real(logarithm(i)) <= 0))
-      if (present(distances)) denominator = distances(i)
-      particular = 0
-      if (real(logarithm(i)) <= 0) then
-        do k = 1, count
-          particular = r(i, i, k) * particular + g(k)
-        end do
-        z(i, 1) = particular / denominator
-        do k = 1, count - 1
-          z(i, k + 1) = r(i, i, k) * z(i, k) + g(k)
-        end do
-      else
-        do k = count, 1, -1
-          particular = (particular + sign * g(k)) / r(i, i, k)
-        end do
-        z(i, 1) = particular / denominator
-        do k = count, 2, -1
-          z(i, k) = (z(i, modulo(k, count) + 1) + sign * g(k)) / r(i, i, k)
-        end do
-      end if
-    end do
-  end subroutine cycle_through
 
   !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points): anew from its own start in each segment.
   subroutine follow_factored(system, factors, phases, x, error)
@@ -295,7 +169,7 @@ contains
     end associate
     own = (relative_rounding(system, comparison%steps, factors%turns) + system%load_rounding) * comparison%size / count
     if (present(disturbance)) own = own + disturbance / minval(factors%scale) / count
-    call accumulate(frames, own, at_starts)
+    call accumulate(factors, frames, own, at_starts)
     ! The motion is followed from each start.
     call take_differences(comparison, factors%scale, z, z, at_starts, own, errors)
   end subroutine factored_errors
