@@ -11,7 +11,7 @@ module test_spectra
   implicit none (type, external)
   private
 
-  public :: by_lapack, collect_spectra, compare, set_diagonal, turn
+  public :: by_lapack, collect_spectra, compare, disc_apart, set_diagonal, turn
 
   integer, parameter :: sizes(6) = [2, 3, 4, 6, 8, 12]
 
@@ -167,8 +167,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: c(5) = [0.0_dp, 0.1_dp, 1.0_dp, 10.0_dp, 1000.0_dp], perturbation = 1.0e-7_dp
     real(dp), allocatable :: a(:, :), phi(:, :)
-    real(dp), dimension(size(c)) :: radius, log_radius, bound
-    integer :: i, k, n, singly
+    real(dp), dimension(size(c)) :: radius, log_radius, bound, expected
+    real(dp) :: conditions(maxval(sizes))
+    integer :: i, k, l, n, singly
 
     do i = 1, size(sizes)
       n = sizes(i)
@@ -187,8 +188,12 @@ contains
       call check(error, all(abs(radius - 0.9_dp) < n**2 * epsilon(1.0_dp) * (1 + c) * sqrt(1 + (c / (0.9_dp - 0.05_dp * n))**2)), &
         & more="radius")
       if (allocated(error)) return
-      call check(error, all(abs(bound * 0.9_dp - n * perturbation * sqrt(1 + (c / (0.9_dp - 0.05_dp * n))**2)) &
-        & < 1.0e-4_dp * bound), more="bound") ! n epsilon norm against 1e-7
+      conditions = 1
+      do k = 1, size(c)
+        conditions([1, n]) = sqrt(1 + (c(k) / (0.9_dp - 0.05_dp * n))**2)
+        expected(k) = disc_apart(cmplx([0.9_dp, (0.05_dp * l, l = 2, n)], 0, dp), conditions(:n), perturbation, 1)
+      end do
+      call check(error, all(abs(bound * 0.9_dp - expected) < 1.0e-4_dp * bound), more="bound") ! n epsilon norm against 1e-7
       if (allocated(error)) return
       call check(error, singly, 0, more="singly")
       if (allocated(error)) return
@@ -203,6 +208,22 @@ contains
       deallocate(phi)
     end do
   end subroutine test_condition
+
+  !> The disc of the k-th of eigenvalues with these conditions that lie so far from each other that the others' may be enlarged
+  !> until one touches it, where the matrix is known to `perturbation`.
+  pure real(dp) function disc_apart(rho, condition, perturbation, k) result(radius)
+    complex(dp), intent(in) :: rho(:)
+    real(dp), intent(in) :: condition(:), perturbation
+    integer, intent(in) :: k
+    real(dp) :: enlarged(size(rho))
+    integer :: n
+
+    n = size(rho)
+    ! The reciprocals of the factors, 1 at most.
+    enlarged = perturbation * condition / (abs(rho - rho(k)) - perturbation * ((n - 1) * condition + n * condition(k)))
+    enlarged(k) = 0
+    radius = perturbation * condition(k) * (1 + (n - 1) * maxval(enlarged))
+  end function disc_apart
 
   !> step, 2 step, ... on the diagonal.
   subroutine set_diagonal(a, step)

@@ -12,7 +12,7 @@ contains
 
   !> The radii of the discs around the eigenvalues `z` of `h`, shapes (lanes, most_states), where the error of the matrix is at most
   !> `perturbation` in norm, shape (lanes), the eigenvalues' rounding included. `separate`, shape (lanes): 1, or 0 where discs touch
-  !> or an eigenvector is too inaccurate to tell.
+  !> or an eigenvector is too inaccurate to tell; then the radii are nothing.
   pure subroutine find_discs(h, z_re, z_im, perturbation, radius, separate)
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: z_re(lanes, most_states), z_im(lanes, most_states), perturbation(lanes)
@@ -42,7 +42,35 @@ contains
     do k = 1, h%n
       separate = merge(separate, 0.0_dp, impurity(:, k) * worst <= small * gap(:, k))
     end do
+    call shrink(h%n, z_re, z_im, radius)
   end subroutine find_discs
+
+  !> What couples an eigenvalue to others counts to second order: `apart` of gestell_floquet_multipliers, where every one of the n
+  !> elements of a row is known by the same bound.
+  pure subroutine shrink(n, z_re, z_im, radius)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: z_re(lanes, most_states), z_im(lanes, most_states)
+    real(dp), intent(inout) :: radius(lanes, most_states)
+    real(dp) :: alpha(lanes, most_states), part, distance, room
+    integer :: i, k, lane
+
+    part = 1.0_dp / n
+    alpha = 0
+    do k = 2, n
+      do i = 1, k - 1
+        !GCC$ ivdep
+        do lane = 1, lanes
+          distance = sqrt((z_re(lane, i) - z_re(lane, k))**2 + (z_im(lane, i) - z_im(lane, k))**2)
+          room = distance - radius(lane, i) - radius(lane, k)
+          alpha(lane, i) = max(alpha(lane, i), part * radius(lane, k) / max(room + part * radius(lane, k), tiny(1.0_dp)))
+          alpha(lane, k) = max(alpha(lane, k), part * radius(lane, i) / max(room + part * radius(lane, i), tiny(1.0_dp)))
+        end do
+      end do
+    end do
+    do k = 1, n
+      radius(:, k) = radius(:, k) * (part + (1 - part) * min(alpha(:, k), 1.0_dp))
+    end do
+  end subroutine shrink
 
   !> One eigenvalue's disc. With x_n = 1 all rows but the first of (H - z E) x = 0 give the eigenvector, with y_1 = 1 all columns
   !> but the last the left one; the condition is |x| |y| / |y' x|. `impurity`: the residuals of the two, which is what other
