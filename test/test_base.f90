@@ -6,6 +6,7 @@ module test_base
   use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
   use gestell_base_lapack, only: eigensystem, inverse, log_abs_determinant, symmetric_pencil
+  use gestell_base_trigonometric, only: series_through, series_type
   use reference_linear, only: qp
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -24,6 +25,7 @@ contains
       & new_unittest("Fourier series: orders below half the samples, even and odd", test_orders), &
       & new_unittest("Fourier series: derivatives", test_derivatives), &
       & new_unittest("Fourier series: tail", test_tail), &
+      & new_unittest("Fourier series: what lies beyond its orders", test_beyond), &
       & new_unittest("Fourier series: peaks of both signs", test_peaks), &
       & new_unittest("symmetric pencil", test_pencil), &
       & new_unittest("singular matrices", test_singular), &
@@ -158,6 +160,30 @@ contains
     series%amplitude = 0
     call check(error, series%tail(), 0.0_dp)
   end subroutine test_tail
+
+  !> 1/(1 - r e^it) = sum of r^k e^ikt: beyond the orders up to 23 the next one is r^24. It is estimated as the greatest of the last
+  !> three, r^21, times what these are of the four before, r^4, or a tenth.
+  subroutine test_beyond(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: samples = 48
+    real(dp), parameter :: ratios(3) = [0.5_dp, 0.6_dp, 0.7_dp], expected(3) = [0.1_dp * 0.5_dp**21, 0.6_dp**25, 0.7_dp**25]
+    complex(dp) :: f(samples)
+    type(series_type) :: series
+    real(dp) :: beyond(2)
+    integer :: i, k
+
+    do i = 1, size(ratios)
+      f = 1 / (1 - ratios(i) * exp([(cmplx(0, 2 * pi * k / samples, dp), k = 0, samples - 1)]))
+      series = series_through(reshape([real(f), aimag(f)], [samples, 2]))
+      beyond = series%beyond()
+      print "(a, 4es10.2)", "         next order, expected estimate, estimates: ", ratios(i)**24, expected(i), beyond
+      ! Orders 25 to 27 come back into 23 to 21: r^27 beside r^21, an eighth of it at most, in both ranges.
+      call check(error, all(abs(beyond / expected(i) - 1) < 0.6_dp), more="estimate")
+      if (allocated(error)) return
+      call check(error, all(beyond > 0.5_dp * ratios(i)**24), more="less than half of what is not there")
+      if (allocated(error)) return
+    end do
+  end subroutine test_beyond
 
   !> The greatest size of cos(t - shift) with a mean lies where the samples do not, above or below zero. A step function's
   !> series swings, but its peak stays one of a neighbour of the greatest sample.

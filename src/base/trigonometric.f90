@@ -14,6 +14,7 @@ module gestell_base_trigonometric
   contains
     procedure :: values
     procedure :: tail
+    procedure :: beyond
     procedure :: trim => trim_series
   end type series_type
 
@@ -92,6 +93,23 @@ contains
       tail = maxval(hypot(self%cosine(first:, :), self%sine(first:, :)), dim=1)
     end associate
   end function tail
+
+  !> An estimate of the greatest amplitude of the orders that are not there any more, of each function: amplitudes fall from the
+  !> last sixth of the orders to those that follow as they do from the sixth before to the last one, but to no less than a tenth.
+  pure function beyond(self)
+    class(series_type), intent(in) :: self
+    real(dp), parameter :: steepest = 0.1_dp
+    real(dp) :: beyond(size(self%cosine, 2))
+    real(dp), dimension(size(self%cosine, 2)) :: before, last
+    integer :: highest
+
+    highest = ubound(self%cosine, 1)
+    associate (middle => highest - max(1, highest / 6), first => highest - max(2, highest / 3) + 1)
+      before = maxval(hypot(self%cosine(first:middle, :), self%sine(first:middle, :)), dim=1)
+      last = maxval(hypot(self%cosine(middle + 1:, :), self%sine(middle + 1:, :)), dim=1)
+    end associate
+    beyond = last * min(1.0_dp, max(steepest, last / max(before, tiny(before))))
+  end function beyond
 
   !> Leaves out the highest orders, all of whose amplitudes, over `units` of the functions, are below `least`: what is noise in them
   !> would be enlarged by the derivatives.

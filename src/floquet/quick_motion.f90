@@ -43,7 +43,7 @@ module gestell_floquet_quick_motion
   real(dp), parameter :: most_turns = 700
   !> Where none are known the harmonics are taken to fall in this ratio. The amplification may be so much greater than that of the
   !> motion before, and the estimate of the error so much above what is allowed before a motion is solved again.
-  real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 10
+  real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 100
   !> Steps between two phases; trials.
   integer, parameter :: most_between = 8, most_trials = 4
 

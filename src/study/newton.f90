@@ -31,9 +31,10 @@ module gestell_study_newton
   real(dp), parameter :: part_left = 0.1_dp
   !> Errors that are allowed of a start and of a step where they are told quickly, relative to them; those of a step that confirms.
   real(dp), parameter :: of_step = 1.0e-3_dp, of_last_step = 0.1_dp
-  !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
+  !> Samples of a motion, of a start that is rough too; harmonics that count as resolved and those that are left out as rounding,
+  !> relative to the motion.
   integer, parameter, public :: first_samples = 64
-  integer, parameter :: most_samples = 2**12
+  integer, parameter :: fewest_samples = 48, fewest_of_start = 32, most_samples = 2**12
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
 
   !> A periodic motion as it is told by `next_motion`.
@@ -128,12 +129,14 @@ contains
     type(floquet_type) :: solved
     type(periodic_solution_type) :: start
     real(dp), allocatable :: x(:, :), change(:, :)
-    real(dp) :: tail(3)
+    real(dp) :: beyond(3), unseen
     logical :: fits
     integer :: n, k
 
-    n = max(first_samples, samples)
+    n = merge(fewest_samples, fewest_of_start, present(lack) .or. next%of_step < of_step)
     do
+      ! Multiples of 8 are quickly transformed.
+      n = 8 * ((max(n, samples) + 7) / 8)
       if (allocated(next%q)) deallocate(next%q)
       allocate(next%q(n, 3), source=0.0_dp)
       if (present(from) .and. present(lack)) then
@@ -161,17 +164,19 @@ contains
         next%q(:, frame%free) = transpose(x(:size(frame%free), :))
         next%scale = solved%scale
         next%error = max(frame%load_rounding, norm2(start%error / next%scale) &
-          & / max(maxval(norm2(x / spread(next%scale, 2, n), dim=1)), tiny(tail)))
+          & / max(maxval(norm2(x / spread(next%scale, 2, n), dim=1)), tiny(beyond)))
       end if
       next%size = size_of(frame, next%scale, next%q)
       next%step = size_of(frame, next%scale, next%q + change) / max(next%size, tiny(next%size))
       next%series = series_through(next%q)
-      tail = next%series%tail()
-      if (maxval(tail(frame%free) / next%scale(:size(frame%free))) <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
-        & merge(next%of_step / 100, 0.0_dp, fits .and. .not. present(lack))) * next%size .or. 2 * n > most_samples &
+      beyond = next%series%beyond()
+      unseen = maxval(beyond(frame%free) / next%scale(:size(frame%free))) / max(next%size, tiny(unseen))
+      if (unseen <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
+        & merge(next%of_step / 100, 0.0_dp, fits .and. .not. present(lack))) .or. 2 * n > most_samples &
         & .or. next%error >= all_error) exit
-      n = 2 * n
+      n = n + n / 4
     end do
+    next%error = max(next%error, unseen)
     if (present(floquet)) floquet = solved
   end subroutine next_motion
 
