@@ -17,7 +17,7 @@ module test_newton
 
   public :: collect_newton
 
-  integer, parameter :: machines = 12
+  integer, parameter :: machines = 14
 
 contains
 
@@ -34,8 +34,8 @@ contains
     integer, intent(in) :: number
     type(frame_type), intent(out) :: frame
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: speeds(machines) = [120.0_dp, 200.0_dp, 240.0_dp, 301.0_dp, 370.0_dp, 503.0_dp, 700.0_dp, 1100.0_dp, &
-      & 2426.0_dp, 590.0_dp, 905.0_dp, 1400.0_dp]
+    real(dp), parameter :: speeds(machines) = [120.0_dp, 200.0_dp, 210.0_dp, 240.0_dp, 301.0_dp, 370.0_dp, 503.0_dp, 700.0_dp, &
+      & 1100.0_dp, 1222.0_dp, 2426.0_dp, 590.0_dp, 905.0_dp, 1400.0_dp]
     type(gestell_error), allocatable :: failure
     type(machine_data) :: machine
 
@@ -86,7 +86,8 @@ contains
     print "(a, es8.1)", "         greatest error over its estimate: ", greatest
   end subroutine test_truncation
 
-  !> The motions that multipliers are told about, of a tolerance of 1e-7, against those of 1e-13.
+  !> The motions that multipliers are told about, of a tolerance of 1e-7, against those of 1e-13. At 210 rpm ten times as much would
+  !> be left if what a step's own solution misses did not count.
   subroutine test_left(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: phases = 64
