@@ -46,7 +46,7 @@ contains
   end subroutine find_discs
 
   !> What couples an eigenvalue to others counts to second order: `apart` of gestell_floquet_multipliers, where every one of the n
-  !> elements of a row is known by the same bound.
+  !> elements of a row is known by the same bound; where discs touch alpha is 1, which shrinks nothing.
   pure subroutine shrink(n, z_re, z_im, radius)
     integer, intent(in) :: n
     real(dp), intent(in) :: z_re(lanes, most_states), z_im(lanes, most_states)
@@ -61,14 +61,14 @@ contains
         !GCC$ ivdep
         do lane = 1, lanes
           distance = sqrt((z_re(lane, i) - z_re(lane, k))**2 + (z_im(lane, i) - z_im(lane, k))**2)
-          room = distance - radius(lane, i) - radius(lane, k)
-          alpha(lane, i) = max(alpha(lane, i), part * radius(lane, k) / max(room + part * radius(lane, k), tiny(1.0_dp)))
-          alpha(lane, k) = max(alpha(lane, k), part * radius(lane, i) / max(room + part * radius(lane, i), tiny(1.0_dp)))
+          room = max(distance - radius(lane, i) - radius(lane, k), tiny(1.0_dp))
+          alpha(lane, i) = max(alpha(lane, i), part * radius(lane, k) / (room + part * radius(lane, k)))
+          alpha(lane, k) = max(alpha(lane, k), part * radius(lane, i) / (room + part * radius(lane, i)))
         end do
       end do
     end do
     do k = 1, n
-      radius(:, k) = radius(:, k) * (part + (1 - part) * min(alpha(:, k), 1.0_dp))
+      radius(:, k) = radius(:, k) * (part + (1 - part) * alpha(:, k))
     end do
   end subroutine shrink
 
