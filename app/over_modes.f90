@@ -61,10 +61,10 @@ contains
       & campbell, crossings, order%orders, error)
     if (configuration%campbell) report = report_campbell(campbell, crossings)
     if (allocated(error) .or. .not. configuration%critical) return
-    verdict = critical_verdict(critical)
+    verdict = critical_verdict(critical, campbell)
     stable = stable .and. verdict == "stable"
     call tell_critical(folder, with_verdict(of_model(preamble), verdict), critical, [speeds(1), speeds(size(speeds))], error)
-    report = report // report_critical(critical, configuration%orders)
+    report = report // report_critical(critical, configuration%orders, verdict)
   end subroutine run_over_modes
 
   !> The preamble with the model.

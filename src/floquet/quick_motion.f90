@@ -161,26 +161,31 @@ contains
     class(method_type), allocatable :: candidate
     type(error_type), allocatable :: error
     real(dp) :: work, least_work
-    integer :: stages, best, steps
+    integer :: stages, best, steps, fewest
 
     between = 0
     least_work = huge(least_work)
     best = 0
+    fewest = 1
+    do while (fewest * phases < system%least_steps .and. fewest <= most_between)
+      fewest = 2 * fewest
+    end do
     do stages = 2, 10
       candidate = gauss(stages)
-      steps = 1
+      steps = fewest
       do while (steps <= most_between)
-        if (steps * phases >= system%least_steps) then
-          if (error_of(system, motion, candidate, steps * phases) <= tolerance) exit
-        end if
+        if (error_of(system, motion, candidate, steps * phases) <= tolerance) exit
         steps = 2 * steps
       end do
       if (steps > most_between) cycle
       work = candidate%work(system%states, .true.) * steps
-      if (work >= least_work) cycle
-      least_work = work
-      best = stages
-      between = steps
+      if (work < least_work) then
+        least_work = work
+        best = stages
+        between = steps
+      end if
+      ! More stages only cost more.
+      if (steps == fewest) exit
     end do
     if (between > 0) call new_method("gauss" // text(best), method, error)
   end subroutine choose

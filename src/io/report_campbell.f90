@@ -140,17 +140,18 @@ contains
     end associate
   end function noticeably_locked
 
-  !> The critical speeds that can be noticed, of orders 1 to `orders`.
-  pure function report_critical(critical, orders) result(report)
+  !> The critical speeds that can be noticed, of orders 1 to `orders`, under their `verdict`.
+  pure function report_critical(critical, orders, verdict) result(report)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: orders
+    character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: report
     character(len=:), allocatable :: force_column
     type(moved_type), allocatable :: moved(:)
     integer :: i, listed, quiet
 
     report = newline // "CRITICAL SPEEDS of the orders 1 to " // text(orders) // ", about rest" // newline
-    if (critical_verdict(critical) /= "stable") report = report // "  " // critical_verdict(critical) // newline
+    if (verdict /= "stable") report = report // "  " // verdict // newline
     allocate(moved, source=[(critical(i)%moved, i = 1, size(critical))])
     report = report // beyond_small(pack(moved, [(any(critical(i)%found), i = 1, size(critical))]), "rest")
     if (size(critical) == 0) then
@@ -213,9 +214,11 @@ contains
     if (words == "") words = "stable"
   end function campbell_verdict
 
-  !> What heads critical speeds and their files: "stable" where the machine keeps to all vibrations that are told.
-  pure function critical_verdict(critical) result(words)
+  !> What heads critical speeds and their files: "stable" where the machine keeps to all vibrations that are told and no free
+  !> vibration grows at any speed of the diagram on which they rest; else what is worse, of the vibrations first.
+  pure function critical_verdict(critical, campbell) result(words)
     type(critical_type), intent(in) :: critical(:)
+    type(campbell_type), intent(in) :: campbell
     character(len=:), allocatable :: words
     real(dp) :: speeds(size(critical))
     logical, dimension(size(critical)) :: unstable, undecided
@@ -226,7 +229,7 @@ contains
     undecided = [(critical(i)%verdict == "undecided", i = 1, size(critical))]
     words = left_at(speeds, unstable, undecided, "crossings", &
       & "the machine leaves these vibrations")
-    if (words == "") words = "stable"
+    if (words == "" .or. .not. (any(unstable) .or. campbell_verdict(campbell) == "stable")) words = campbell_verdict(campbell)
   end function critical_verdict
 
   !> Filled with blanks to a width.

@@ -39,6 +39,8 @@ CASES = {
     "over the speed": (with_tasks("'campbell', 'critical'", SPEEDS.format(200, 260, 3) + REST), ()),
     "resonance": (with_tasks("'resonance'", SPEEDS.format(235, 240, 2) + "&resonance quantities='f', orders=1 /\n"), ()),
     "sensitivity": (with_tasks("'sensitivity'", "&sensitivity parameters='frame.mass', quantities='f' /\n"), ()),
+    "vibrations": (with_tasks("'stability'", "&model vibrations='all' /\n"), ()),
+    "flywheel": (with_tasks("'power'", SMALL).replace("&drive ", "&drive held_by='flywheel', flywheel_inertia=3.0, ", 1), ()),
     "page": (with_tasks("'stability'"), ("--report",)),
 }
 # Whole pictures, or their begin, in place of gnuplot's.

@@ -93,6 +93,14 @@ def test_over_speeds():
         for name in ("resonance.csv", "peaks.csv"):
             check(f"{name}: head", head(out / name)[-1].startswith("# verdict: unstable at "), "the verdict",
                   head(out / name))
+        narrow = Run(folder, *tasks("critical"), "-s", "sweep(1).from=225", "-s", "sweep(1).to=235", "-o", "narrow", "input.nml")
+        check("critical speeds without a crossing: report", re.search(
+            r"CRITICAL SPEEDS .*\n  UNSTABLE at 19 of 19 speeds, 225 to 235 rpm: a free vibration grows\n +no crossing", narrow.out), "it", narrow.out)
+        check("critical speeds without a crossing: head", head(folder / "narrow/critical.csv")[-1].startswith("# verdict: unstable at "),
+              "the verdict", head(folder / "narrow/critical.csv"))
+        for name in ("critical", "campbell"):
+            Run(folder, "-q", *tasks(name), "-o", name, "input.nml").done(f"{name}: about rest")
+            check(f"{name}: model", "# model: rest" in head(folder / f"{name}/{name}.csv"), "rest", head(folder / f"{name}/{name}.csv"))
         check("modes: report", re.search(r"CAMPBELL DIAGRAM .*\n  UNSTABLE at .* a free vibration grows\n", run.out), "it", run.out)
         for name in ("resonance", "critical", "campbell"):
             Run(folder, "-q", "--fail-if-unstable", *tasks(name), "input.nml").done(f"{name}: exit code", 10)
