@@ -174,7 +174,7 @@ contains
       if (unseen <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
         & merge(next%of_step / 100, 0.0_dp, fits .and. .not. present(lack))) .or. 2 * n > most_samples &
         & .or. next%error >= all_error) exit
-      n = n + n / 4
+      n = merge(first_samples, 2 * n, n < first_samples)
     end do
     next%error = max(next%error, unseen)
     if (present(floquet)) floquet = solved
