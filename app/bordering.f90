@@ -2,13 +2,13 @@
 module bordering
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_io_borders_csv, only: write_borders
-  use gestell_io_configuration, only: configuration_type
-  use gestell_io_plot_borders, only: plot_borders
-  use gestell_io_sweep, only: sweep_plan_type
-  use gestell_study_boundary, only: border_accuracy
-  use gestell_study_boundary_map, only: border_line_type, border_lines
-  use gestell_study_boundary_task, only: border_results_type, search_line_of, solve_borders
+  use gestell_task_boundary_csv, only: write_borders
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_boundary_plot, only: plot_borders
+  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_boundary, only: border_accuracy
+  use gestell_task_boundary_map, only: border_line_type, border_lines
+  use gestell_task_boundary_task, only: border_results_type, search_line_of, solve_borders
   use locked_family, only: locked_family_type
   use terminal, only: show_part
   implicit none (type, external)

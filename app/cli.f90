@@ -1,8 +1,8 @@
 !> The command line: options and the input's name.
 module cli
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
-  use gestell_io_number, only: read_integer
-  use gestell_io_suggest, only: suggestion
+  use gestell_input_namelist_number, only: read_integer
+  use gestell_input_namelist_suggest, only: suggestion
   implicit none (type, external)
   private
 

@@ -2,8 +2,8 @@
 !> errors on standard error.
 module console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_io_files, only: last_reason, write_whole
-  use gestell_io_text, only: one_line_of, printable
+  use gestell_base_files, only: last_reason, write_whole
+  use gestell_base_wording, only: one_line_of, printable
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private

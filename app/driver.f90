@@ -6,23 +6,23 @@ module driver
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
   use gestell_base_version, only: version
-  use gestell_io_campaign, only: campaign_type
-  use gestell_io_check, only: check_document
-  use gestell_io_configuration, only: configuration_type, read_configuration
-  use gestell_io_document, only: document_type
-  use gestell_io_mechanism_csv, only: write_mechanism
-  use gestell_io_html_report, only: write_html
-  use gestell_io_namelist, only: read_document
-  use gestell_io_path, only: set_value
-  use gestell_io_plot_sweep, only: plot_sweep
-  use gestell_io_report, only: report_frequencies, report_machine
-  use gestell_io_report_borders, only: report_borders, report_search
-  use gestell_io_report_mechanism, only: report_mechanism
-  use gestell_io_report_sweep, only: report_grid, report_sweep
-  use gestell_io_schema, only: input_schema, schema_type
-  use gestell_io_staging, only: open_staging, staging_type
-  use gestell_io_sweep_summary, only: summary_type
-  use gestell_io_text, only: counted, on_one_line
+  use gestell_task_sweep_checkpoint, only: campaign_type
+  use gestell_input_schema_check, only: check_document
+  use gestell_task_configuration, only: configuration_type, read_configuration
+  use gestell_input_namelist_document, only: document_type
+  use gestell_task_drawing_csv, only: write_mechanism
+  use gestell_task_page, only: write_html
+  use gestell_input_namelist, only: read_document
+  use gestell_input_schema_path, only: set_value
+  use gestell_task_sweep_plot, only: plot_sweep
+  use gestell_task_report, only: report_frequencies, report_machine
+  use gestell_task_boundary_report, only: report_borders, report_search
+  use gestell_task_drawing_report, only: report_mechanism
+  use gestell_task_sweep_report, only: report_grid, report_sweep
+  use gestell_input_schema, only: input_schema, schema_type
+  use gestell_output_file_staging, only: open_staging, staging_type
+  use gestell_task_sweep_summary, only: summary_type
+  use gestell_base_wording, only: counted, on_one_line
   use one_line, only: print_sweep
   use over_modes, only: run_over_modes
   use plotting, only: draw_pictures
@@ -30,7 +30,7 @@ module driver
   use sensing, only: run_sensitivity
   use single_machine, only: run_single, single_results_type
   use sweeping, only: compute_tiles, open_sweep
-  use gestell_study_boundary_task, only: border_results_type
+  use gestell_task_boundary_task, only: border_results_type
   use gestell_study_tile_results, only: stable, verdict_column
   implicit none (type, external)
   private

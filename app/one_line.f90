@@ -5,12 +5,12 @@ module one_line
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_io_configuration, only: configuration_type
-  use gestell_io_sweep_csv, only: case_lines, header, rows
-  use gestell_io_sweep_summary, only: summary_type
-  use gestell_study_analysis, only: analysis_type
-  use gestell_study_findings, only: findings_type
-  use gestell_study_ground, only: whole_force
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_sweep_csv, only: case_lines, header, rows
+  use gestell_task_sweep_summary, only: summary_type
+  use gestell_study_vibration_analysis, only: analysis_type
+  use gestell_task_findings, only: findings_type
+  use gestell_task_forces_ground, only: whole_force
   use gestell_study_point, only: verdict_number
   use gestell_study_tile_results, only: eta_peak, log_rho_max, psi_peak, rho_error, rho_max, sweep_columns, verdict, xi_peak
   use sweeping, only: compute_all

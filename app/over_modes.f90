@@ -2,15 +2,15 @@
 module over_modes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_io_campbell_csv, only: write_campbell, write_critical, write_crossings
-  use gestell_io_configuration, only: configuration_type
-  use gestell_io_plot_campbell, only: plot_campbell, plot_critical, plot_crossings
-  use gestell_io_report_campbell, only: campbell_verdict, critical_verdict, report_campbell, &
+  use gestell_task_campbell_csv, only: write_campbell, write_critical, write_crossings
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_campbell_plot, only: plot_campbell, plot_critical, plot_crossings
+  use gestell_task_campbell_report, only: campbell_verdict, critical_verdict, report_campbell, &
     & report_critical
-  use gestell_io_verdict, only: with_verdict
-  use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
-  use gestell_study_campbell_crossings, only: crossing_type, find_crossings
-  use gestell_study_critical, only: critical_type, find_critical
+  use gestell_output_report_verdict, only: with_verdict
+  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell_crossings, only: crossing_type, find_crossings
+  use gestell_task_critical, only: critical_type, find_critical
   use locked_family, only: locked_family_type
   implicit none (type, external)
   private

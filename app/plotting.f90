@@ -2,8 +2,8 @@
 module plotting
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_text, only: text
-  use gestell_io_files, only: file_size, is_there, remove_file
-  use gestell_io_result_files, only: tables
+  use gestell_base_files, only: file_size, is_there, remove_file
+  use gestell_output_file_result_files, only: tables
   implicit none (type, external)
   private
 

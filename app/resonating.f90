@@ -2,11 +2,11 @@
 module resonating
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_io_configuration, only: configuration_type
-  use gestell_io_report_resonance, only: report_resonance, told_of
-  use gestell_io_resonance_csv, only: write_resonance
-  use gestell_io_verdict, only: with_verdict
-  use gestell_study_resonance_curve, only: resonance_curve_type, start_curve
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_resonance_report, only: report_resonance, told_of
+  use gestell_task_resonance_csv, only: write_resonance
+  use gestell_output_report_verdict, only: with_verdict
+  use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
   use gestell_study_speed_point, only: reached, solve_speed_point, speed_order_type, speed_point_type
   use locked_family, only: locked_family_type
   use terminal, only: progress_type

@@ -1,11 +1,11 @@
 !> The task `sensitivity`.
 module sensing
   use gestell_base_error, only: error_type
-  use gestell_io_configuration, only: configuration_type
-  use gestell_io_report_sensitivity, only: report_sensitivity
-  use gestell_io_sensitivity_csv, only: write_sensitivity
-  use gestell_io_verdict, only: with_verdict
-  use gestell_study_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_sensitivity_report, only: report_sensitivity
+  use gestell_task_sensitivity_csv, only: write_sensitivity
+  use gestell_output_report_verdict, only: with_verdict
+  use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter
   use gestell_study_speed_point, only: speed_order_type, state_names
   use locked_family, only: locked_family_type
   use terminal, only: progress_type

@@ -5,25 +5,25 @@ module single_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_io_configuration, only: configuration_type
-  use gestell_io_findings, only: report_findings, write_findings
-  use gestell_io_mechanism_csv, only: write_mechanism
-  use gestell_io_report, only: report_results
-  use gestell_io_report_mechanism, only: report_transmission
-  use gestell_io_report_model, only: report_frame_models
-  use gestell_io_report_probes, only: limits_told
-  use gestell_io_report_trade, only: report_model, report_trade
-  use gestell_io_results, only: write_results, write_trade
-  use gestell_io_verdict, only: with_verdict
-  use gestell_study_analysis, only: analyse, analysis_type
-  use gestell_study_findings, only: find, findings_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_findings_output, only: report_findings, write_findings
+  use gestell_task_drawing_csv, only: write_mechanism
+  use gestell_task_report, only: report_results
+  use gestell_task_drawing_report, only: report_transmission
+  use gestell_task_report_model, only: report_frame_models
+  use gestell_task_response_report_probes, only: limits_told
+  use gestell_task_trade_report, only: report_model, report_trade
+  use gestell_task_results, only: write_results, write_trade
+  use gestell_output_report_verdict, only: with_verdict
+  use gestell_study_vibration_analysis, only: analyse, analysis_type
+  use gestell_task_findings, only: find, findings_type
   use gestell_study_frame_model, only: frame_models
-  use gestell_study_frame_models, only: measure_frame_models, model_finding_type
+  use gestell_task_trade_frame_models, only: measure_frame_models, model_finding_type
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_type, only: mode_type
-  use gestell_study_model_check, only: check_model
-  use gestell_study_model_trade, only: measure_model, model_trade_type
-  use gestell_study_trade, only: measure_trade, trade_type
+  use gestell_study_frame_model_model_check, only: check_model
+  use gestell_task_trade_model_trade, only: measure_model, model_trade_type
+  use gestell_task_trade, only: measure_trade, trade_type
   use gestell_system_averaged, only: averaged_system
   use one_line, only: print_case
   use terminal, only: show_progress

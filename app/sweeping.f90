@@ -3,13 +3,13 @@ module sweeping
   use console, only: tell
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_io_campaign, only: campaign_type, open_campaign
-  use gestell_io_configuration, only: configuration_type
-  use gestell_io_sweep, only: sweep_plan_type
-  use gestell_io_sweep_summary, only: summary_type
-  use gestell_io_text, only: counted
+  use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_sweep_summary, only: summary_type
+  use gestell_base_wording, only: counted
   use gestell_study_grid, only: tile_type
-  use gestell_study_sweep, only: solve_tile
+  use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type
   use locked_family, only: locked_family_type
   use terminal, only: progress_type

@@ -2,7 +2,7 @@
 module terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_io_files, only: write_whole
+  use gestell_base_files, only: write_whole
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)

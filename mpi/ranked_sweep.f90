@@ -3,16 +3,16 @@ module ranked_sweep
   use cli, only: options_type
   use driver, only: folder_name, preamble, read_input
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
-  use gestell_io_campaign, only: campaign_type, open_campaign
-  use gestell_io_configuration, only: configuration_type
-  use gestell_io_files, only: file_size
-  use gestell_io_report, only: report_machine
-  use gestell_io_report_sweep, only: report_grid, report_sweep
-  use gestell_io_staging, only: open_staging, staging_type
-  use gestell_io_sweep, only: sweep_plan_type
-  use gestell_io_sweep_summary, only: summary_type
-  use gestell_io_text, only: counted, decimal
-  use gestell_study_sweep, only: solve_tile
+  use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
+  use gestell_task_configuration, only: configuration_type
+  use gestell_base_files, only: file_size
+  use gestell_task_report, only: report_machine
+  use gestell_task_sweep_report, only: report_grid, report_sweep
+  use gestell_output_file_staging, only: open_staging, staging_type
+  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_sweep_summary, only: summary_type
+  use gestell_base_wording, only: counted, decimal
+  use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type
   use locked_family, only: locked_family_type
   use queue, only: open_queue, queue_type

@@ -2,12 +2,12 @@
 module data_files
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_io_check, only: check_document
-  use gestell_io_document, only: document_type, group_names, group_type, groups_named, has, the_group, word_length
-  use gestell_io_get, only: get
-  use gestell_io_namelist, only: read_document
-  use gestell_io_schema, only: input_schema
-  use gestell_io_units, only: find_unit, unit_type
+  use gestell_input_schema_check, only: check_document
+  use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, the_group, word_length
+  use gestell_input_schema_get, only: get
+  use gestell_input_namelist, only: read_document
+  use gestell_input_schema, only: input_schema
+  use gestell_input_schema_units, only: find_unit, unit_type
   use reference_machine, only: joint_data, machine_data
   implicit none (type, external)
   private

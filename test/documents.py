@@ -132,7 +132,7 @@ def options(gestell):
 
 
 def keys():
-    schema = re.findall(r'key_rule\("(\w+)", "(\w+)"', text("src/io/schema.f90"))
+    schema = re.findall(r'key_rule\("(\w+)", "(\w+)"', text("src/input/schema/schema.f90"))
     check("schema was read", len(schema) > 30)
     document = text("doc/input.md")
     for group, key in schema:

@@ -2,9 +2,9 @@
 module factor_sequences
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_periodic_bounds, only: periodic_bounds
-  use gestell_floquet_periodic_frames, only: periodic_frames
-  use gestell_floquet_periodic_schur, only: periodic_multipliers, periodic_schur, schur_residuals
+  use gestell_floquet_factors_periodic_bounds, only: periodic_bounds
+  use gestell_floquet_factors_periodic_frames, only: periodic_frames
+  use gestell_floquet_factors_periodic_schur, only: periodic_multipliers, periodic_schur, schur_residuals
   use reference_random, only: random_type
   use testdrive, only: check, error_type, test_failed
   implicit none (type, external)

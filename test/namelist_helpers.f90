@@ -2,10 +2,10 @@
 module namelist_helpers
   use testdrive, only: check, test_failed, test_error => error_type
   use gestell_base_error, only: error_type
-  use gestell_io_check, only: check_document
-  use gestell_io_document, only: document_type
-  use gestell_io_namelist, only: parse_document
-  use gestell_io_schema, only: input_schema
+  use gestell_input_schema_check, only: check_document
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_namelist, only: parse_document
+  use gestell_input_schema, only: input_schema
   implicit none (type, external)
   private
 

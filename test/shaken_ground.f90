@@ -2,11 +2,11 @@
 module shaken_ground
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: guide_forces
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
-  use gestell_study_ground, only: find_places, place_type
+  use gestell_model_frame_quantity, only: guide_forces
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_task_forces_ground, only: find_places, place_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
   use testdrive, only: check, error_type, test_failed

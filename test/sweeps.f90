@@ -7,7 +7,7 @@ module sweeps
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_sweep, only: solve_tile
+  use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type, verdict
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data

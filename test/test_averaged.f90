@@ -2,9 +2,9 @@
 module test_averaged
   use gestell_base_error, only: failed_computation, gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_system_averaged, only: average, averaged_system

@@ -4,16 +4,16 @@ module test_axes
   use exact_machines, only: machine_on_supports, solve_multiplier
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_model_driving, only: damper_watts, drive_watts, stored_energy
+  use gestell_model_mechanism_driving, only: damper_watts, drive_watts, stored_energy
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_model_mounting, only: support_type
-  use gestell_model_quantity, only: guide_forces
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
-  use gestell_study_drive, only: drive_type, find_drive
-  use gestell_study_ground, only: along_x, along_y, find_places, moment, place_type
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_frame_quantity, only: guide_forces
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_task_power_drive, only: drive_type, find_drive
+  use gestell_task_forces_ground, only: along_x, along_y, find_places, moment, place_type
   use gestell_system_averaged, only: averaged_system
   use reference_exact, only: inertia_of, mass_of, place
   use reference_linear, only: qp

@@ -1,12 +1,12 @@
 !> Jets, cosines, Fourier series and the LAPACK gateway by closed forms.
 module test_base
-  use gestell_base_circle, only: circle
+  use gestell_math_circle, only: circle
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_base_fourier, only: fourier_series, fourier_type
-  use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
+  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_lapack, only: eigensystem, inverse, log_abs_determinant, symmetric_pencil
-  use gestell_base_trigonometric, only: series_through, series_type
+  use gestell_math_lapack, only: eigensystem, inverse, log_abs_determinant, symmetric_pencil
+  use gestell_math_trigonometric, only: series_through, series_type
   use reference_linear, only: qp
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)

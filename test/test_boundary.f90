@@ -4,8 +4,8 @@ module test_boundary
   use boundary_oracles, only: characteristic_values, mathieu_trace
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_study_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_task_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

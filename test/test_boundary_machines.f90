@@ -3,10 +3,10 @@ module test_boundary_machines
   use boundary_families, only: machine_family, new_machine_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
-  use gestell_study_boundary, only: border_accuracy, border_type, find_borders
+  use gestell_task_boundary, only: border_accuracy, border_type, find_borders
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_system_periodic, only: periodic_system

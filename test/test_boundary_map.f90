@@ -4,8 +4,8 @@ module test_boundary_map
   use boundary_oracles, only: characteristic_values, mathieu_trace
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_study_boundary_map, only: border_map_type, border_vertex_type, trace_borders
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_task_boundary_map, only: border_map_type, border_vertex_type, trace_borders
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type
   use slow_tests, only: new_slow

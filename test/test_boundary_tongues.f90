@@ -3,14 +3,14 @@ module test_boundary_tongues
   use boundary_families, only: machine_family, mathieu_family, new_machine_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_study_boundary, only: border_accuracy, border_rest_type, border_type, find_borders
-  use gestell_study_boundary_line, only: line_type
-  use gestell_study_boundary_search, only: range_nodes, search_line, search_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders
+  use gestell_task_boundary_line, only: line_type
+  use gestell_task_boundary_line_search, only: range_nodes, search_line, search_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, tile_type
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_sweep, only: solve_tile
+  use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: stable, tile_results_type, unstable, verdict
   use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

@@ -2,9 +2,9 @@
 module test_bounds
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: monodromy_type
+  use gestell_floquet_period_monodromy, only: monodromy_type
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
-  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use reference_linear, only: eigenvalues, qp, solve
   use systems, only: diagonal
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

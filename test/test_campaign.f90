@@ -2,17 +2,17 @@
 module test_campaign
   use gestell_base_error, only: failure_type => error_type, impossible_mechanism, invalid_input, wrong_usage
   use gestell_base_kinds, only: dp
-  use gestell_io_campaign, only: campaign_type, open_campaign
-  use gestell_io_check, only: check_document
-  use gestell_io_configuration, only: configuration_type, read_configuration
-  use gestell_io_document, only: document_type
-  use gestell_io_files, only: file_size, remove_file, remove_folder
-  use gestell_io_path, only: set_value
-  use gestell_io_namelist, only: parse_document
-  use gestell_io_schema, only: input_schema
-  use gestell_io_scientific, only: number_width, put_number
-  use gestell_io_sweep, only: sweep_plan_type
-  use gestell_io_sweep_summary, only: summary_type
+  use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
+  use gestell_input_schema_check, only: check_document
+  use gestell_task_configuration, only: configuration_type, read_configuration
+  use gestell_input_namelist_document, only: document_type
+  use gestell_base_files, only: file_size, remove_file, remove_folder
+  use gestell_input_schema_path, only: set_value
+  use gestell_input_namelist, only: parse_document
+  use gestell_input_schema, only: input_schema
+  use gestell_output_table_scientific, only: number_width, put_number
+  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_sweep_summary, only: summary_type
   use gestell_model_frame, only: frame_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, new_axis, new_grid, tile_type

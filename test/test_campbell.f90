@@ -4,8 +4,8 @@ module test_campbell
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
-  use gestell_study_campbell_crossings, only: crossing_type, find_crossings
+  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use machines, only: frame_of_machine
   use reference_flow, only: flow_map
   use reference_frame, only: frame_of

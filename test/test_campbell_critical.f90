@@ -4,12 +4,12 @@ module test_campbell_critical
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
-  use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
-  use gestell_study_campbell_crossings, only: crossing_type, find_crossings
-  use gestell_study_critical, only: amplitude, critical_type, find_critical, force, no_peak, peak, self_excited, unbounded
+  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell_crossings, only: crossing_type, find_crossings
+  use gestell_task_critical, only: amplitude, critical_type, find_critical, force, no_peak, peak, self_excited, unbounded
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine

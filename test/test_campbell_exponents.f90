@@ -3,7 +3,7 @@ module test_campbell_exponents
   use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_lapack, only: eigensystem
+  use gestell_math_lapack, only: eigensystem
   use gestell_study_mode_type, only: mode_type
   use reference_flow, only: flow_map
   use reference_frame, only: frame_of

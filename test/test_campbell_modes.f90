@@ -2,7 +2,7 @@
 module test_campbell_modes
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_type, only: mode_type

@@ -4,8 +4,8 @@ module test_campbell_tracking
   use gestell_base_error, only: gestell_error => error_type, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
-  use gestell_study_campbell, only: campbell_order_type, campbell_type, solve_campbell
-  use gestell_study_campbell_crossings, only: crossing_type, find_crossings
+  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_study_family, only: family_type
   use gestell_study_mode_type, only: assurance
   use gestell_system_periodic, only: periodic_system

@@ -2,9 +2,9 @@
 module test_cheapest
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_method, only: method_type, name_length
-  use gestell_floquet_methods, only: cheapest_method, method_names, new_method
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_integrator_method, only: method_type, name_length
+  use gestell_floquet_integrator_methods, only: cheapest_method, method_names, new_method
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_model_frame, only: frame_type
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine

@@ -1,16 +1,16 @@
 !> What results cost, in counted work: samples, evaluations, intervals, comparisons.
 module test_cost
-  use gestell_base_dft, only: dft
+  use gestell_math_dft, only: dft
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: evidence, evidence_type
-  use gestell_model_diagnosis, only: diagnose, diagnosis_type
+  use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type
   use gestell_model_frame, only: frame_type
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use machines, only: frame_of_machine, new_crank
   use reference_cases, only: random_machine
   use reference_linear, only: qp

@@ -3,15 +3,15 @@ module test_data
   use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
-  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
-  use gestell_io_check, only: check_document
-  use gestell_io_configuration, only: configuration_type, read_configuration
-  use gestell_io_document, only: document_type
-  use gestell_io_namelist, only: parse_document, read_document
-  use gestell_io_schema, only: input_schema
-  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_input_schema_check, only: check_document
+  use gestell_task_configuration, only: configuration_type, read_configuration
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_namelist, only: parse_document, read_document
+  use gestell_input_schema, only: input_schema
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_mechanism, only: mass_functions_type
   use reference_frame, only: frame_of, frame_period
   use reference_linear, only: eigenvalues, qp

@@ -2,9 +2,9 @@
 module test_equivalence
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
-  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mass_functions_type

@@ -3,13 +3,13 @@
 module test_exact
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_trigonometric, only: series_type
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_math_trigonometric, only: series_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_varied_frame, only: varied_frame, varied_frame_type
-  use gestell_model_quantity, only: guide_forces
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_frame_quantity, only: guide_forces
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_frame_model, only: frame_models, newton_type
   use machines, only: frame_of_machine
   use exact_machines, only: check_residual, machine_on_supports, solve, solve_multiplier

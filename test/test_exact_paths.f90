@@ -4,11 +4,11 @@ module test_exact_paths
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_varied_frame, only: varied_frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
-  use gestell_study_several, only: index_sum, list_vibrations, search_vibrations, several_type
+  use gestell_study_vibration_several, only: index_sum, list_vibrations, search_vibrations, several_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

@@ -3,9 +3,9 @@ module test_factors
   use boundary_oracles, only: mathieu_trace
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
     & solve_periodic
   use gestell_system_periodic, only: periodic_system

@@ -2,8 +2,8 @@
 module test_floquet
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_matrix, only: unit_matrix
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_math_matrix, only: unit_matrix
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: arrange, multipliers_type, set_multipliers, solve_multipliers
   use gestell_system_periodic, only: periodic_system
   use systems, only: constant_type, mathieu_type, meissner_type, plain_type, vinograd_type

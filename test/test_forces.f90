@@ -3,11 +3,11 @@ module test_forces
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_model_mounting, only: support_type
-  use gestell_model_quantity, only: find_quantity, probe_type, quantity_type
-  use gestell_study_analysis, only: analysis_type
-  use gestell_study_ground, only: along_x, along_y, moment, place_type, whole_force
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
+  use gestell_study_vibration_analysis, only: analysis_type
+  use gestell_task_forces_ground, only: along_x, along_y, moment, place_type, whole_force
   use reference_cases, only: random_linkage, random_machine
   use reference_machine, only: khang_machine, machine_data
   use reference_momentum, only: ground_forces

@@ -3,10 +3,10 @@ module test_forces_limits
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: accelerations, find_quantity, probe_type, quantity_type
-  use gestell_study_analysis, only: analysis_type
-  use gestell_study_ground, only: along_x, along_y, moment, place_type, whole_force
-  use gestell_study_statistics, only: band_rms, statistics_type, take_statistics
+  use gestell_model_frame_quantity, only: accelerations, find_quantity, probe_type, quantity_type
+  use gestell_study_vibration_analysis, only: analysis_type
+  use gestell_task_forces_ground, only: along_x, along_y, moment, place_type, whole_force
+  use gestell_study_vibration_statistics, only: band_rms, statistics_type, take_statistics
   use reference_cases, only: random_machine
   use reference_linear, only: qp
   use reference_linkage, only: mass_functions, mass_functions_type

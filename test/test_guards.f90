@@ -2,13 +2,13 @@
 module test_guards
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_lanes, only: lanes
-  use gestell_floquet_flow, only: end_of_block, period_map
-  use gestell_floquet_mesh, only: mesh
-  use gestell_floquet_method, only: method_type
-  use gestell_floquet_methods, only: new_method
-  use gestell_floquet_phasewise, only: inverses
-  use gestell_floquet_product, only: multiply_maps
+  use gestell_math_lanes, only: lanes
+  use gestell_floquet_period_period_map, only: end_of_block, period_map
+  use gestell_floquet_integrator_mesh, only: mesh
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_reduction_phasewise, only: inverses
+  use gestell_floquet_period_composition, only: multiply_maps
   use gestell_system_mass, only: solve_mass
   use gestell_system_second_order, only: sample_in_units, second_order_system
   use testdrive, only: check, error_type, new_unittest, unittest_type

@@ -3,18 +3,18 @@
 module test_held
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_model_driving, only: damper_watts, drive_power, drive_watts, power_rows, stored_energy, torque
+  use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, stored_energy, torque
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: drive_columns, energy_v
-  use gestell_model_quantity, only: guide_forces
-  use gestell_model_varied_frame, only: varied_frame_type
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
-  use gestell_study_drive, only: drive_type, find_drive
-  use gestell_study_flywheel, only: find_fluctuation, fluctuation_type
+  use gestell_model_frame_quantity, only: guide_forces
+  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_task_power_drive, only: drive_type, find_drive
+  use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type
   use gestell_system_averaged, only: averaged_system
   use exact_machines, only: machine_on_supports, solve, solve_multiplier
   use reference_cases, only: random_linkage

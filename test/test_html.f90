@@ -1,10 +1,10 @@
 !> The pieces of report.html.
 module test_html
   use gestell_base_base64, only: base64
-  use gestell_io_html, only: escaped
-  use gestell_io_html_table, only: html_table, label
-  use gestell_io_input_units, only: input_unit
-  use gestell_io_units, only: units_type
+  use gestell_output_page_html, only: escaped
+  use gestell_output_page_table, only: html_table, label
+  use gestell_input_schema_input_units, only: input_unit
+  use gestell_input_schema_units, only: units_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private

@@ -1,9 +1,9 @@
 !> All joints against closed forms, and random linkages of all joints against the reference.
 module test_joints
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_base_fourier, only: fourier_series, fourier_type
+  use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_diagnosis, only: diagnose, diagnosis_type
+  use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage, only: linkage_type

@@ -2,10 +2,10 @@
 module test_lanes
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_lanes, only: lanes, most_rows, padded, schur_complement
-  use gestell_floquet_method, only: method_type
-  use gestell_floquet_methods, only: new_method
-  use gestell_floquet_product, only: multiply_maps
+  use gestell_math_lanes, only: lanes, most_rows, padded, schur_complement
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_period_composition, only: multiply_maps
   use gestell_system_mass, only: solve_mass
   use gestell_system_second_order, only: second_order_system
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

@@ -2,12 +2,12 @@
 module test_lost
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_methods, only: method_names
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_integrator_methods, only: method_names
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
-  use gestell_floquet_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use machines, only: frame_of_machine
   use population_check, only: truth_of, truth_type
   use population_machines, only: specimen, specimen_type

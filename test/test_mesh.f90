@@ -1,7 +1,7 @@
 !> Steps over the period.
 module test_mesh
   use gestell_base_kinds, only: dp
-  use gestell_floquet_mesh, only: merged, mesh
+  use gestell_floquet_integrator_mesh, only: merged, mesh
   use systems, only: constant_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)

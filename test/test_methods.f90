@@ -2,13 +2,13 @@
 module test_methods
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_cooper_verner, only: cooper_verner_tableau
-  use gestell_floquet_expm, only: expm
-  use gestell_floquet_flow, only: period_map
-  use gestell_floquet_mesh, only: mesh
-  use gestell_floquet_method, only: method_type, name_length
-  use gestell_floquet_methods, only: method_names, new_method
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_integrator_cooper_verner, only: cooper_verner_tableau
+  use gestell_floquet_integrator_expm, only: expm
+  use gestell_floquet_period_period_map, only: period_map
+  use gestell_floquet_integrator_mesh, only: mesh
+  use gestell_floquet_integrator_method, only: method_type, name_length
+  use gestell_floquet_integrator_methods, only: method_names, new_method
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_system_periodic, only: periodic_system
   use systems, only: constant_type, diagonal
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

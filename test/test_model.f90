@@ -1,13 +1,13 @@
 !> Kinematics, assembly and the frame's matrices against the reference and against closed forms.
 module test_model
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
+  use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mass_functions_type
-  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
   use machines, only: frame_of_machine, linkage_of_machine
   use reference_cases, only: random_machine
   use reference_frame, only: frame_matrices, frame_of

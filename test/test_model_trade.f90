@@ -2,10 +2,10 @@
 module test_model_trade
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
-  use gestell_study_model_trade, only: measure_model, model_trade_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_task_trade_model_trade, only: measure_model, model_trade_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

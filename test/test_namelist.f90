@@ -3,9 +3,9 @@ module test_namelist
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_io_document, only: document_type, group_type, the_group, groups_named, group_names, has, word_length
-  use gestell_io_get, only: get, positive, nonnegative, nonzero, count_values
-  use gestell_io_namelist, only: read_document
+  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names, has, word_length
+  use gestell_input_schema_get, only: get, positive, nonnegative, nonzero, count_values
+  use gestell_input_namelist, only: read_document
   use namelist_helpers, only: read_checked, refused, check_message, check_passed, nl, file, rest, one_joint
   implicit none (type, external)
   private

@@ -3,10 +3,10 @@ module test_namelist_errors
   use testdrive, only: new_unittest, unittest_type, test_error => error_type
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_io_document, only: document_type, group_type, the_group, groups_named, group_names, word_length
-  use gestell_io_get, only: get, positive, nonnegative, nonzero, at_least
-  use gestell_io_message, only: input_error
-  use gestell_io_suggest, only: suggestion
+  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names, word_length
+  use gestell_input_schema_get, only: get, positive, nonnegative, nonzero, at_least
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_namelist_suggest, only: suggestion
   use namelist_helpers, only: read_checked, refused, check_message, check_passed, nl, rest, one_joint
   implicit none (type, external)
   private

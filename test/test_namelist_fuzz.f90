@@ -2,10 +2,10 @@
 module test_namelist_fuzz
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
   use gestell_base_error, only: error_type, invalid_input
-  use gestell_io_check, only: check_document
-  use gestell_io_document, only: document_type
-  use gestell_io_path, only: set_value
-  use gestell_io_schema, only: input_schema
+  use gestell_input_schema_check, only: check_document
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema_path, only: set_value
+  use gestell_input_schema, only: input_schema
   use namelist_helpers, only: read_checked, nl, file
   implicit none (type, external)
   private

@@ -3,12 +3,12 @@ module test_newton
   use exact_machines, only: scotch_yoke
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_floquet_quick_motion, only: quick_motion_type, solve_quickly
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_period_quick_motion, only: quick_motion_type, solve_quickly
   use gestell_model_frame, only: frame_type
-  use gestell_model_varied_frame, only: varied_frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: settle
-  use gestell_study_newton, only: values_of
+  use gestell_study_frame_model_newton, only: values_of
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

@@ -2,7 +2,7 @@
 module test_peaks
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_base_fourier, only: greatest
+  use gestell_math_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid

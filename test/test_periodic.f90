@@ -2,10 +2,10 @@
 module test_periodic
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_trigonometric, only: series_through
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
-  use gestell_floquet_quick_motion, only: quick_motion_type, solve_quickly
+  use gestell_math_trigonometric, only: series_through
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_floquet_period_quick_motion, only: quick_motion_type, solve_quickly
   use gestell_system_corrected, only: corrected_system
   use systems, only: constant_type, scalar_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

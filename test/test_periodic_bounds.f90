@@ -2,8 +2,8 @@
 module test_periodic_bounds
   use factor_sequences, only: distances, hidden, outcome_type, random_matrix, solve
   use gestell_base_kinds, only: dp
-  use gestell_floquet_periodic_bounds, only: periodic_bounds
-  use gestell_floquet_periodic_schur, only: periodic_multipliers
+  use gestell_floquet_factors_periodic_bounds, only: periodic_bounds
+  use gestell_floquet_factors_periodic_schur, only: periodic_multipliers
   use reference_random, only: random_type
   use systems, only: diagonal
   use testdrive, only: check, error_type, new_unittest, unittest_type

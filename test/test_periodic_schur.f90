@@ -3,11 +3,11 @@ module test_periodic_schur
   use factor_sequences, only: distances, hidden, outcome_type, random_matrix, reflected, solve
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_lapack, only: eigensystem, log_abs_determinant
-  use gestell_floquet_flow, only: period_map
-  use gestell_floquet_method, only: method_type
-  use gestell_floquet_methods, only: new_method
-  use gestell_floquet_periodic_schur, only: periodic_multipliers, periodic_schur
+  use gestell_math_lapack, only: eigensystem, log_abs_determinant
+  use gestell_floquet_period_period_map, only: period_map
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_factors_periodic_schur, only: periodic_multipliers, periodic_schur
   use gestell_system_periodic, only: periodic_system
   use reference_linear, only: eigenvalues, qp
   use reference_random, only: random_type

@@ -3,14 +3,14 @@
 module test_phasewise
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_conjugates, only: add_coordinate, add_entry, complex_columns, coordinate, counts, entry, real_columns, &
-    & weights
-  use gestell_floquet_decoupling, only: motion_type
-  use gestell_floquet_modes, only: modes_type
-  use gestell_floquet_phasewise, only: along_phases, inverses, multiply, solve
-  use gestell_floquet_residuals, only: measure, measure_forcing, residuals_type
-  use gestell_floquet_resolution, only: phases_needed
-  use gestell_floquet_trigonometric, only: differentiation, equidistant, interpolation, middle_differentiation, &
+  use gestell_floquet_reduction_conjugates, only: add_coordinate, add_entry, complex_columns, coordinate, counts, entry, &
+    & real_columns, weights
+  use gestell_floquet_reduction_decoupling, only: motion_type
+  use gestell_floquet_reduction_modes, only: modes_type
+  use gestell_floquet_reduction_phasewise, only: along_phases, inverses, multiply, solve
+  use gestell_floquet_reduction_residuals, only: measure, measure_forcing, residuals_type
+  use gestell_floquet_reduction_resolution, only: phases_needed
+  use gestell_floquet_reduction_trigonometric, only: differentiation, equidistant, interpolation, middle_differentiation, &
     & middle_interpolation
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value

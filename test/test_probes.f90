@@ -2,13 +2,13 @@
 module test_probes
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_model_quantity, only: accelerations, probe_type
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
-  use gestell_study_ground, only: along_x, along_y, find_places, place_type
-  use gestell_study_watched, only: probe_parts, velocity_part, watch, watched_type
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_frame_quantity, only: accelerations, probe_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_task_forces_ground, only: along_x, along_y, find_places, place_type
+  use gestell_task_response_probes, only: probe_parts, velocity_part, watch, watched_type
   use reference_cases, only: random_linkage, random_machine
   use reference_machine, only: khang_machine, machine_data
   use reference_momentum, only: derivative

@@ -1,6 +1,6 @@
 !> What joints claim of an interval of the crank angle holds in it, however their earlier joints move.
 module test_reach
-  use gestell_base_jet, only: jet
+  use gestell_math_jet, only: jet
   use gestell_base_kinds, only: dp
   use gestell_model_joints_driven, only: crank_joint
   use gestell_model_joints_guide, only: guide_type

@@ -2,9 +2,9 @@
 module test_resonance
   use gestell_base_error, only: gestell_error => error_type, failed_computation
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine
   use systems, only: diagonal

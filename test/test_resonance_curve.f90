@@ -3,12 +3,12 @@ module test_resonance_curve
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_linkage, only: linkage_type
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
-  use gestell_study_resonance_curve, only: resonance_curve_type, solve_curve
-  use gestell_study_resonance_maxima, only: maximum_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
+  use gestell_task_resonance_maxima, only: maximum_type
   use gestell_study_speed_point, only: in_resonance, marginal, reached, speed_order_type, unreached
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine

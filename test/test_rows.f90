@@ -3,10 +3,10 @@ module test_rows
   use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use systems, only: diagonal

@@ -3,9 +3,9 @@ module test_sensitivity
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_study_family, only: family_type
-  use gestell_study_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_sensitivity
+  use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_sensitivity
   use gestell_study_speed_point, only: speed_order_type
   use gestell_system_periodic, only: periodic_system
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

@@ -3,13 +3,13 @@ module test_set
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
   use gestell_base_error, only: error_type, invalid_input, wrong_usage
   use gestell_base_kinds, only: dp
-  use gestell_io_check, only: check_document
-  use gestell_io_document, only: document_type, group_type, the_group, groups_named, word_length
-  use gestell_io_get, only: get, positive, nonnegative
-  use gestell_io_namelist, only: parse_document
-  use gestell_io_path, only: set_value, get_path, set_path_real
-  use gestell_io_schema, only: input_schema
-  use gestell_io_suggest, only: suggestion
+  use gestell_input_schema_check, only: check_document
+  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, word_length
+  use gestell_input_schema_get, only: get, positive, nonnegative
+  use gestell_input_namelist, only: parse_document
+  use gestell_input_schema_path, only: set_value, get_path, set_path_real
+  use gestell_input_schema, only: input_schema
+  use gestell_input_namelist_suggest, only: suggestion
   use namelist_helpers, only: read_checked, check_message, check_passed, file, rest
   implicit none (type, external)
   private

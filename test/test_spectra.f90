@@ -2,9 +2,9 @@
 module test_spectra
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_lapack, only: eigensystem
+  use gestell_math_lapack, only: eigensystem
   use gestell_floquet_multipliers, only: arrange, multipliers_type, set_multipliers
-  use gestell_floquet_spectra, only: spectral_radii
+  use gestell_floquet_multipliers_spectra, only: spectral_radii
   use reference_linear, only: qp, solve
   use reference_random, only: random_type
   use testdrive, only: check, error_type, new_unittest, unittest_type

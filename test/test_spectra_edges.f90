@@ -1,11 +1,11 @@
 !> Greatest multipliers eight at a time where eigenvalues are close, far apart, on the border of a verdict, or none at all.
 module test_spectra_edges
-  use gestell_base_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_base_kinds, only: dp
-  use gestell_base_lanes, only: lanes
-  use gestell_base_roots, only: find_roots
-  use gestell_floquet_discs, only: find_discs
-  use gestell_floquet_spectra, only: spectral_radii
+  use gestell_math_lanes, only: lanes
+  use gestell_math_roots, only: find_roots
+  use gestell_floquet_multipliers_discs, only: find_discs
+  use gestell_floquet_multipliers_spectra, only: spectral_radii
   use reference_random, only: random_type
   use test_spectra, only: compare, disc_apart, set_diagonal, turn
   use testdrive, only: check, error_type, new_unittest, unittest_type

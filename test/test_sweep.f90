@@ -1,18 +1,18 @@
 !> Sweeps: grids, Chebyshev series, tiles by expansions against closed forms and single solutions.
 module test_sweep
   use families, only: greatest_of_oscillator, machine_family, oscillator_family
-  use gestell_base_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
+  use gestell_math_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_study_expansion, only: expand, expansion_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_task_sweep_expansion, only: expand, expansion_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
   use gestell_study_point, only: solve_point, sweep_order_type
-  use gestell_study_sampler, only: new_sampler, sampler_type
+  use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type
   use gestell_study_tile_results, only: impossible, log_rho_max, rho_error, rho_max, stable, sweep_columns, &
     & tile_results_type, undecided, unstable, verdict
-  use gestell_study_sweep, only: solve_tile
-  use gestell_study_variable, only: inverse, itself, logarithm, variable_type
+  use gestell_task_sweep, only: solve_tile
+  use gestell_task_sweep_expansion_variable, only: inverse, itself, logarithm, variable_type
   use sweeps, only: new_family, ordered, solve_grid
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan

@@ -5,7 +5,7 @@ module test_table
     & period_map, remember_mechanism, table_columns
   use gestell, only: gestell_error => error_type
   use gestell_base_error, only: fatal_error
-  use gestell_model_tabulated, only: new_tabulated, tabulated_type
+  use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

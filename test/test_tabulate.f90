@@ -2,7 +2,7 @@
 module test_tabulate
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_path, only: batch, path_type
   use gestell_model_linkage, only: linkage_type

@@ -2,13 +2,13 @@
 module test_trade
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_flow, only: period_map
-  use gestell_floquet_mesh, only: mesh
-  use gestell_floquet_method, only: method_type
-  use gestell_floquet_methods, only: new_method
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_period_map, only: period_map
+  use gestell_floquet_integrator_mesh, only: mesh
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_model_frame, only: frame_type
-  use gestell_study_trade, only: cheapest, measure_trade, trade_row_type, trade_type
+  use gestell_task_trade, only: cheapest, measure_trade, trade_row_type, trade_type
   use machines, only: frame_of_machine
   use reference_frame, only: frame_of, frame_period
   use reference_linear, only: qp

@@ -1,12 +1,12 @@
 !> The frame's vibration: closure, energy, harmonics, peaks.
 module test_vibration
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_base_fourier, only: fourier_series, fourier_type
+  use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_periodic_solution, only: follow, periodic_solution_type, solve_periodic
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_periodic_solution, only: follow, periodic_solution_type, solve_periodic
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use machines, only: frame_of_machine, solve3
   use reference_flow, only: flow_states
   use reference_frame, only: frame_of

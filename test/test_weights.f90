@@ -2,18 +2,18 @@
 module test_weights
   use gestell_base_error, only: gestell_error => error_type, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_trigonometric, only: series_type
-  use gestell_floquet_monodromy, only: accuracy_type
-  use gestell_model_driving, only: damper_watts, drive_watts, rigid_torque, stored_energy
+  use gestell_math_trigonometric, only: series_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_model_mechanism_driving, only: damper_watts, drive_watts, rigid_torque, stored_energy
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_model_mounting, only: support_type
-  use gestell_model_quantity, only: guide_forces
-  use gestell_model_varied_frame, only: varied_frame_type
-  use gestell_study_analysis, only: analyse, analysis_type, tasks_type
-  use gestell_study_drive, only: drive_type, find_drive
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_frame_quantity, only: guide_forces
+  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_study_frame_model, only: settle
-  use gestell_study_ground, only: find_places, place_type, static_force
+  use gestell_task_forces_ground, only: find_places, place_type, static_force
   use gestell_system_averaged, only: averaged_system
   use machines, only: frame_of_machine
   use reference_cases, only: random_linkage

@@ -1,6 +1,6 @@
 !> A joint and a mechanism as a user writes them: with what they must have, and nothing for speed.
 module user_mechanisms
-  use gestell_base_jet, only: cos, jet, operator(*), operator(+), sin
+  use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
   use gestell_base_kinds, only: dp
   use gestell_model_joints_joint, only: joint_type, point_type, reach_type
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type

@@ -1,12 +1,12 @@
 !> What the library says about the paper's machine, from the input file in data/.
 module library_values
   use gestell, only: analyse, analysis_type, dp, error_type
-  use gestell_io_check, only: check_document
-  use gestell_io_configuration, only: configuration_type, read_configuration
-  use gestell_io_document, only: document_type
-  use gestell_io_namelist, only: read_document
-  use gestell_io_path, only: set_path_real
-  use gestell_io_schema, only: input_schema
+  use gestell_input_schema_check, only: check_document
+  use gestell_task_configuration, only: configuration_type, read_configuration
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_namelist, only: read_document
+  use gestell_input_schema_path, only: set_path_real
+  use gestell_input_schema, only: input_schema
   implicit none (type, external)
   private
 

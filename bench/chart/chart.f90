@@ -11,18 +11,18 @@
 !> checking the file are not timed.
 program chart
   use gestell, only: dp, error_type
-  use gestell_floquet_monodromy, only: survey
-  use gestell_io_check, only: check_document
-  use gestell_io_configuration, only: configuration_type, read_configuration
-  use gestell_io_document, only: document_type
-  use gestell_io_namelist, only: read_document
-  use gestell_io_path, only: set_value
-  use gestell_io_schema, only: input_schema, schema_type
-  use gestell_io_sweep, only: sweep_plan_type
-  use gestell_study_cell, only: random_points
+  use gestell_floquet_period_monodromy, only: survey
+  use gestell_input_schema_check, only: check_document
+  use gestell_task_configuration, only: configuration_type, read_configuration
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_namelist, only: read_document
+  use gestell_input_schema_path, only: set_value
+  use gestell_input_schema, only: input_schema, schema_type
+  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_sweep_expansion_cell, only: random_points
   use gestell_study_grid, only: tile_type
   use gestell_study_point, only: solve_point, sweep_order_type
-  use gestell_study_sweep, only: solve_tile
+  use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: rho_max, sweep_columns, tile_results_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)

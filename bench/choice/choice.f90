@@ -6,12 +6,12 @@
 !> times the best are repeated, one after the other, and their medians count.
 program choice
   use gestell, only: accuracy_type, dp, error_type, frame_type, method_names, monodromy_type, solve_monodromy
-  use gestell_io_check, only: check_document
-  use gestell_io_configuration, only: configuration_type, read_configuration
-  use gestell_io_document, only: document_type
-  use gestell_io_namelist, only: read_document
-  use gestell_io_path, only: set_value
-  use gestell_io_schema, only: input_schema, schema_type
+  use gestell_input_schema_check, only: check_document
+  use gestell_task_configuration, only: configuration_type, read_configuration
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_namelist, only: read_document
+  use gestell_input_schema_path, only: set_value
+  use gestell_input_schema, only: input_schema, schema_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
 

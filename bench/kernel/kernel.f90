@@ -1,4 +1,4 @@
-!> The elimination alone, gestell_base_lanes, for the steps of Gauss' methods with three degrees of freedom:
+!> The elimination alone, gestell_math_lanes, for the steps of Gauss' methods with three degrees of freedom:
 !>
 !>     kernel PEAK       the core's peak in 1e9 operations/s (bench/peak.c)
 !>
@@ -6,7 +6,7 @@
 !> eight matrices, filled anew from a copy whose time is taken off, and the share of the peak.
 program kernel
   use gestell_base_kinds, only: dp
-  use gestell_base_lanes, only: block, lanes, most_rows, padded, schur_complement
+  use gestell_math_lanes, only: block, lanes, most_rows, padded, schur_complement
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
 

@@ -14,12 +14,12 @@ program costs
   use driver, only: folder_name, preamble, read_input
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_io_campaign, only: campaign_type, open_campaign
-  use gestell_io_configuration, only: configuration_type
-  use gestell_io_files, only: file_size
-  use gestell_io_sweep_summary, only: summary_type
+  use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
+  use gestell_task_configuration, only: configuration_type
+  use gestell_base_files, only: file_size
+  use gestell_task_sweep_summary, only: summary_type
   use gestell_study_grid, only: tile_type
-  use gestell_study_sweep, only: solve_tile
+  use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type
   use timed_family, only: seconds_now, tally_type, timed_family_type
   use, intrinsic :: iso_fortran_env, only: int64

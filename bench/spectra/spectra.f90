@@ -1,4 +1,4 @@
-!> Greatest multipliers of many small matrices, gestell_floquet_spectra, beside LAPACK's dgeev one by one:
+!> Greatest multipliers of many small matrices, gestell_floquet_multipliers_spectra, beside LAPACK's dgeev one by one:
 !>
 !>     fpm run --directory bench/spectra --profile release [--flag "-march=native -mprefer-vector-width=512"]
 !>
@@ -8,7 +8,7 @@
 !> multipliers of modulus 1. Damped: rotations times 0.99 coupled by a fixed matrix, a smooth family as in a chart.
 program spectra
   use gestell_base_kinds, only: dp
-  use gestell_floquet_spectra, only: spectral_radii
+  use gestell_floquet_multipliers_spectra, only: spectral_radii
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
 

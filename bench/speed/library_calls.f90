@@ -2,9 +2,9 @@
 module library_calls
   use gestell, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, frame_type, method_type, &
     & multipliers_type, periodic_solution_type, solve_floquet, solve_multipliers, solve_periodic
-  use gestell_base_lapack, only: factorise, solve_factored
-  use gestell_floquet_flow, only: period_map
-  use gestell_floquet_mesh, only: mesh
+  use gestell_math_lapack, only: factorise, solve_factored
+  use gestell_floquet_period_period_map, only: period_map
+  use gestell_floquet_integrator_mesh, only: mesh
   implicit none (type, external)
   private
 

@@ -12,12 +12,12 @@
 !> if that is negative. Reading the file and proving that the mechanism turns come before; all kinematics are timed.
 program speed
   use gestell, only: dp, error_type, frame_type, method_type, new_method
-  use gestell_io_check, only: check_document
-  use gestell_io_configuration, only: configuration_type, read_configuration
-  use gestell_io_document, only: document_type
-  use gestell_io_namelist, only: read_document
-  use gestell_io_path, only: set_value
-  use gestell_io_schema, only: input_schema, schema_type
+  use gestell_input_schema_check, only: check_document
+  use gestell_task_configuration, only: configuration_type, read_configuration
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_namelist, only: read_document
+  use gestell_input_schema_path, only: set_value
+  use gestell_input_schema, only: input_schema, schema_type
   use library_calls, only: map_with_steps, solve_to_tolerance
   use, intrinsic :: iso_fortran_env, only: int64, output_unit
   implicit none (type, external)

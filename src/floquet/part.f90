@@ -4,16 +4,16 @@ module gestell_floquet_part
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_floquet_constant, only: constant_type, solve_constant
-  use gestell_floquet_factored, only: factored_errors, follow_factored
+  use gestell_floquet_factors_factored, only: factored_errors, follow_factored
   use gestell_floquet_factors, only: factors_type, solve_factors
-  use gestell_floquet_method, only: name_length
-  use gestell_floquet_methods, only: method_names
-  use gestell_floquet_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
-  use gestell_floquet_periodic_solution, only: errors_of_monodromy => take_errors, follow_monodromy => follow, &
+  use gestell_floquet_integrator_method, only: name_length
+  use gestell_floquet_integrator_methods, only: method_names
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
+  use gestell_floquet_period_periodic_solution, only: errors_of_monodromy => take_errors, follow_monodromy => follow, &
     & periodic_solution_type
-  use gestell_floquet_reduced, only: follow_reduced, reduced_errors, reduced_periodic, reduced_type, solve_reduced
+  use gestell_floquet_reduction_reduced, only: follow_reduced, reduced_errors, reduced_periodic, reduced_type, solve_reduced
   use gestell_floquet_reduction, only: reduce, reduction_type
-  use gestell_floquet_turn_errors, only: turn_errors_type
+  use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)

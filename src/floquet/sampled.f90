@@ -2,7 +2,7 @@
 !> polynomials.
 module gestell_floquet_sampled
   use gestell_base_kinds, only: dp
-  use gestell_floquet_trigonometric, only: interpolation
+  use gestell_floquet_reduction_trigonometric, only: interpolation
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private

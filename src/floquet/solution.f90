@@ -4,16 +4,16 @@ module gestell_floquet_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_constant, only: constant_multipliers, constant_periodic
-  use gestell_floquet_factored, only: factored_multipliers, factored_periodic
-  use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
-  use gestell_floquet_flow, only: check_phases
+  use gestell_floquet_factors_factored, only: factored_multipliers, factored_periodic
+  use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
+  use gestell_floquet_period_period_map, only: check_phases
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
   use gestell_floquet_part, only: errors_of_part, follow_part, part_type, scale_of, solve_part
-  use gestell_floquet_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
-  use gestell_floquet_periodic_solution, only: periodic_of_monodromy => solve_periodic
-  use gestell_floquet_reduced, only: reduced_multipliers, reduced_periodic
-  use gestell_floquet_turn_errors, only: turn_errors_type
+  use gestell_floquet_period_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
+  use gestell_floquet_period_periodic_solution, only: periodic_of_monodromy => solve_periodic
+  use gestell_floquet_reduction_reduced, only: reduced_multipliers, reduced_periodic
+  use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_system_part, only: check_coupled, independent_parts, part_of
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite

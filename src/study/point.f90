@@ -2,7 +2,7 @@
 module gestell_study_point
   use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_floquet_monodromy, only: accuracy_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type

@@ -3,16 +3,16 @@
 module gestell_study_speed_point
   use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_monodromy, only: accuracy_type, check_accuracy
+  use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_periodic_solution, only: resonance_message => resonance
+  use gestell_floquet_period_periodic_solution, only: resonance_message => resonance
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: find_quantity, probe_type, quantity_type
+  use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
   use gestell_study_family, only: family_type, take_member
-  use gestell_study_small_motion, only: moved, moved_type
+  use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_study_speeds, only: check_orders
-  use gestell_study_statistics, only: statistics_type, take_statistics
+  use gestell_study_vibration_statistics, only: statistics_type, take_statistics
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
@@ -24,7 +24,7 @@ module gestell_study_speed_point
 
   !> What is wanted at every speed.
   type, public :: speed_order_type
-    !> Quantities by the user's names (gestell_model_quantity), and the probes that they may name.
+    !> Quantities by the user's names (gestell_model_frame_quantity), and the probes that they may name.
     character(len=80), allocatable :: names(:)
     type(probe_type), allocatable :: probes(:)
     !> Orders of the crank that are split off.

@@ -1,8 +1,8 @@
 !> One table of the mechanism for many cases.
 module gestell_study_table
   use gestell_base_kinds, only: dp
-  use gestell_floquet_flow, only: end_of_block
-  use gestell_floquet_method, only: method_type
+  use gestell_floquet_period_period_map, only: end_of_block
+  use gestell_floquet_integrator_method, only: method_type
   use gestell_model_frame, only: frame_type
   implicit none (type, external)
   private
@@ -11,8 +11,8 @@ module gestell_study_table
 
 contains
 
-  !> Tabulates the frame's mechanism where `method` samples it between `nodes` (gestell_floquet_mesh) in `period_map`. Then
-  !> the frame may be solved with these nodes for any speed of the same sign, mass, inertia, origin, stiffness and damping
+  !> Tabulates the frame's mechanism where `method` samples it between `nodes` (gestell_floquet_integrator_mesh) in `period_map`.
+  !> Then the frame may be solved with these nodes for any speed of the same sign, mass, inertia, origin, stiffness and damping
   !> without evaluating its mechanism again.
   subroutine remember_mechanism(frame, method, nodes)
     type(frame_type), intent(inout) :: frame

@@ -2,8 +2,8 @@
 module gestell_system_mass
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_lanes, only: lanes, most_rows, padded, safe_multiplier, schur_complement
-  use gestell_base_lapack, only: factorise, solve_factored
+  use gestell_math_lanes, only: lanes, most_rows, padded, safe_multiplier, schur_complement
+  use gestell_math_lapack, only: factorise, solve_factored
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private

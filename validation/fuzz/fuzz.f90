@@ -16,7 +16,7 @@ program fuzz
   use fuzz_trial, only: describe, minimise, try
   use gestell_base_error, only: error_type
   use gestell_base_text, only: text
-  use gestell_io_folder, only: make_folder
+  use gestell_output_file_folder, only: make_folder
   use omp_lib, only: omp_set_num_threads
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64, output_unit

@@ -2,8 +2,8 @@
 module fuzz_folder
   use fuzz_input, only: input_type
   use fuzz_text, only: content_of, save_text
-  use gestell_io_files, only: file_size, remove_file, remove_folder
-  use gestell_io_folder, only: make_folder
+  use gestell_base_files, only: file_size, remove_file, remove_folder
+  use gestell_output_file_folder, only: make_folder
   use gestell_base_error, only: error_type
   implicit none (type, external)
   private

@@ -1,6 +1,6 @@
 !> Files as texts, and what a text may hold.
 module fuzz_text
-  use gestell_io_files, only: file_size
+  use gestell_base_files, only: file_size
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private

@@ -1,7 +1,7 @@
 !> The joints that need no assembly: fixed to the frame, and carried by the crank.
 module gestell_model_joints_driven
-  use gestell_base_circle, only: circle
-  use gestell_base_jet, only: cos, jet, operator(*), operator(+), sin
+  use gestell_math_circle, only: circle
+  use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
   use gestell_base_kinds, only: dp
   use gestell_model_joints_joint, only: joint_type, point_type, reach_type
   use gestell_model_joints_path, only: batch, keep, path_type

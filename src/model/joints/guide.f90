@@ -1,6 +1,6 @@
 !> A directed line that a slider follows: fixed to the frame, or carried by the body between two joints.
 module gestell_model_joints_guide
-  use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
+  use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp
   use gestell_model_joints_joint, only: point_type, slack
   use gestell_model_joints_path, only: carry, find_direction, keep, path_type, turn

@@ -1,6 +1,6 @@
 !> A joint of a linkage: a point that earlier joints and the crank angle determine.
 module gestell_model_joints_joint
-  use gestell_base_jet, only: jet
+  use gestell_math_jet, only: jet
   use gestell_base_kinds, only: dp
   use gestell_model_joints_path, only: batch, path_type
   implicit none (type, external)

@@ -1,6 +1,6 @@
 !> Joints on a body whose direction two earlier joints give: the slotted lever and the rigid body's point.
 module gestell_model_joints_lever
-  use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), sqrt
+  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_base_kinds, only: dp
   use gestell_model_joints_guide, only: direction
   use gestell_model_joints_joint, only: fitness_type, joint_type, point_type, reach_type, slack

@@ -1,6 +1,6 @@
 !> The dyad of a rod and a slider: the joint at a given distance from an earlier one, on a guide.
 module gestell_model_joints_rrp
-  use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), sqrt
+  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type

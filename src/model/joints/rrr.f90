@@ -1,6 +1,6 @@
 !> The dyad of three turning pairs: the joint at given distances from two earlier ones.
 module gestell_model_joints_rrr
-  use gestell_base_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
+  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_model_joints_joint, only: fitness_type, greatest_change, joint_type, point_type, reach_type, slack, steady

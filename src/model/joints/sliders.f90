@@ -1,6 +1,6 @@
 !> The dyads with two sliding pairs: two sliders that turn against each other, and the yoke.
 module gestell_model_joints_sliders
-  use gestell_base_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin
+  use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
   use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type

@@ -1,0 +1,286 @@
+!> What POSIX can do with files and Fortran cannot. Names are those of the program, without blanks at the end. Where something
+!> fails, `last_reason` tells why, in the system's words, until the next call.
+module gestell_base_files
+  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: close_file, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, open_to_read, &
+    & read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
+
+  !> LOCK_EX and LOCK_NB of flock, the rights of a file and a folder that are made.
+  integer(c_int), parameter :: exclusive = 2, without_waiting = 4, rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
+  !> EEXIST; EINTR; EWOULDBLOCK of Linux and of BSD.
+  integer(c_int), parameter :: exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
+
+  interface
+    integer(c_int) function c_rename(old, new) bind(c, name="rename")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: old(*), new(*)
+    end function c_rename
+
+    integer(c_int) function c_link(old, new) bind(c, name="link")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: old(*), new(*)
+    end function c_link
+
+    integer(c_int) function c_unlink(path) bind(c, name="unlink")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_unlink
+
+    integer(c_int) function c_rmdir(path) bind(c, name="rmdir")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_rmdir
+
+    !> POSIX mkdir and creat; mode_t is passed as an int, as variables of its size are.
+    integer(c_int) function c_mkdir(path, mode) bind(c, name="mkdir")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: mode
+    end function c_mkdir
+
+    integer(c_int) function c_creat(path, mode) bind(c, name="creat")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: mode
+    end function c_creat
+
+    !> POSIX open of what is there: without a mode.
+    integer(c_int) function c_open(path, flags) bind(c, name="open")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: flags
+    end function c_open
+
+    integer(c_int) function c_access(path, mode) bind(c, name="access")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: mode
+    end function c_access
+
+    integer(c_intptr_t) function c_write(handle, bytes, length) bind(c, name="write")
+      import :: c_char, c_int, c_intptr_t, c_size_t
+      implicit none (type, external)
+      integer(c_int), value :: handle
+      character(kind=c_char), intent(in) :: bytes(*)
+      integer(c_size_t), value :: length
+    end function c_write
+
+    integer(c_intptr_t) function c_read(handle, bytes, length) bind(c, name="read")
+      import :: c_char, c_int, c_intptr_t, c_size_t
+      implicit none (type, external)
+      integer(c_int), value :: handle
+      ! allow(C072)
+      character(kind=c_char), intent(out) :: bytes(*)
+      integer(c_size_t), value :: length
+    end function c_read
+
+    integer(c_int) function c_flock(handle, operation) bind(c, name="flock")
+      import :: c_int
+      implicit none (type, external)
+      integer(c_int), value :: handle, operation
+    end function c_flock
+
+    integer(c_int) function c_close(handle) bind(c, name="close")
+      import :: c_int
+      implicit none (type, external)
+      integer(c_int), value :: handle
+    end function c_close
+
+    type(c_ptr) function c_strerror(number) bind(c, name="strerror")
+      import :: c_int, c_ptr
+      implicit none (type, external)
+      integer(c_int), value :: number
+    end function c_strerror
+
+    integer(c_size_t) function c_strlen(words) bind(c, name="strlen")
+      import :: c_ptr, c_size_t
+      implicit none (type, external)
+      type(c_ptr), value :: words
+    end function c_strlen
+
+    !> errno, which C has as a macro: the procedure of gfortran's library behind its ierrno.
+    integer(c_int) function errno() bind(c, name="_gfortran_ierrno_i4")
+      import :: c_int
+      implicit none (type, external)
+    end function errno
+  end interface
+
+contains
+
+  !> Why the last call failed.
+  function last_reason() result(words)
+    character(len=:), allocatable :: words
+    character(kind=c_char), pointer :: letters(:)
+    type(c_ptr) :: address
+    integer :: i
+
+    address = c_strerror(errno())
+    call c_f_pointer(address, letters, [c_strlen(address)])
+    allocate(character(len=size(letters)) :: words)
+    do i = 1, size(letters)
+      words(i:i) = letters(i)
+    end do
+  end function last_reason
+
+  !> Bytes of a file, -1 where there is none.
+  integer(int64) function file_size(name)
+    character(len=*), intent(in) :: name
+
+    inquire (file=name, size=file_size)
+  end function file_size
+
+  !> Whether there is a file or folder of this name.
+  logical function is_there(name)
+    character(len=*), intent(in) :: name
+
+    is_there = c_access(name // c_null_char, 0_c_int) == 0
+  end function is_there
+
+  !> Begins a file, empty; `handle` is negative where that fails.
+  subroutine create_file(name, handle)
+    character(len=*), intent(in) :: name
+    integer(c_int), intent(out) :: handle
+
+    handle = c_creat(name // c_null_char, rights)
+  end subroutine create_file
+
+  !> Opens a file or folder that is there; `handle` is negative where that fails.
+  subroutine open_to_read(name, handle)
+    character(len=*), intent(in) :: name
+    integer(c_int), intent(out) :: handle
+
+    handle = c_open(name // c_null_char, 0_c_int)
+  end subroutine open_to_read
+
+  !> The next bytes, `n` of them: 0 at the end, -1 where reading fails.
+  subroutine read_some(handle, bytes, n)
+    integer(c_int), intent(in) :: handle
+    ! allow(C072)
+    character(len=*), intent(out) :: bytes
+    integer, intent(out) :: n
+
+    do
+      n = int(c_read(handle, bytes, len(bytes, c_size_t)))
+      if (n >= 0) return
+      if (errno() /= interrupted) return
+    end do
+  end subroutine read_some
+
+  !> Writes all bytes behind what was written before.
+  subroutine write_whole(handle, bytes, done)
+    integer(c_int), intent(in) :: handle
+    character(len=*), intent(in) :: bytes
+    logical, intent(out) :: done
+    integer(c_intptr_t) :: written
+    integer(int64) :: n
+
+    n = 0
+    do while (n < len(bytes, int64))
+      written = c_write(handle, bytes(n + 1:), int(len(bytes, int64) - n, c_size_t))
+      done = written > 0
+      if (done) then
+        n = n + written
+      else
+        if (written == 0) return
+        if (errno() /= interrupted) return
+      end if
+    end do
+    done = .true.
+  end subroutine write_whole
+
+  !> Ends it: some systems tell only now that the disk is full.
+  subroutine close_file(handle, done)
+    integer(c_int), intent(in) :: handle
+    logical, intent(out) :: done
+
+    done = c_close(handle) == 0
+  end subroutine close_file
+
+  !> Puts a file in another's place at one stroke: at any moment there is the old one or the new one.
+  subroutine rename_file(old, new, done)
+    character(len=*), intent(in) :: old, new
+    logical, intent(out) :: done
+
+    done = c_rename(old // c_null_char, new // c_null_char) == 0
+  end subroutine rename_file
+
+  !> Gives a file a second name.
+  subroutine link_file(old, new, done)
+    character(len=*), intent(in) :: old, new
+    logical, intent(out) :: done
+
+    done = c_link(old // c_null_char, new // c_null_char) == 0
+  end subroutine link_file
+
+  !> Removes a file; one that is not there is no failure.
+  subroutine remove_file(name)
+    character(len=*), intent(in) :: name
+    integer(c_int) :: status
+
+    status = c_unlink(name // c_null_char)
+  end subroutine remove_file
+
+  !> Makes a folder. `made`: it was not there before; `there`: it is now, or something else of its name.
+  subroutine make_directory(name, made, there)
+    character(len=*), intent(in) :: name
+    logical, intent(out) :: made, there
+
+    made = c_mkdir(name // c_null_char, folder_rights) == 0
+    there = made
+    if (.not. made) there = errno() == exists_already
+  end subroutine make_directory
+
+  !> Removes a folder if it is empty.
+  subroutine remove_folder(name, done)
+    character(len=*), intent(in) :: name
+    logical, intent(out), optional :: done
+    integer(c_int) :: status
+
+    status = c_rmdir(name // c_null_char)
+    if (present(done)) done = status == 0
+  end subroutine remove_folder
+
+  !> Waits until no other process holds the empty file `name`, and holds it. The system lets go of it when the process
+  !> ends, however it does. Where there are no locks nothing is held.
+  subroutine lock_file(name, handle)
+    character(len=*), intent(in) :: name
+    integer(c_int), intent(out) :: handle
+    integer(c_int) :: status
+
+    handle = c_creat(name // c_null_char, rights)
+    if (handle >= 0) status = c_flock(handle, exclusive)
+  end subroutine lock_file
+
+  !> Holds what is open, with `wait` when nobody else does any more. `held`: it is; `busy`: another process holds it; neither:
+  !> there are no locks.
+  subroutine try_lock(handle, wait, held, busy)
+    integer(c_int), intent(in) :: handle
+    logical, intent(in) :: wait
+    logical, intent(out) :: held, busy
+
+    held = c_flock(handle, merge(exclusive, exclusive + without_waiting, wait)) == 0
+    busy = .false.
+    if (.not. held) busy = any(would_block == errno())
+  end subroutine try_lock
+
+  !> Lets go of it.
+  subroutine unlock_file(handle)
+    integer(c_int), intent(in) :: handle
+    integer(c_int) :: status
+
+    if (handle >= 0) status = c_close(handle)
+  end subroutine unlock_file
+
+end module gestell_base_files

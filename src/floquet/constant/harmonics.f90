@@ -1,0 +1,269 @@
+!> The periodic motion of M q'' + B q' + C q = h(t) with constant M, B, C and a load of period T = 2 pi / w, harmonic by
+!> harmonic:
+!>
+!>     h = sum Re(h_m exp(i m w t)),   Z_m q_m = h_m,   Z_m = C + i m w B - (m w)^2 M,   m = 0, 1, 2, ...
+module gestell_floquet_constant_harmonics
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lapack, only: inverse
+  use gestell_base_text, only: concise
+  use gestell_system_averaged, only: averaged_system
+  implicit none (type, external)
+  private
+
+  public :: solve_harmonics
+
+  type, public :: spectrum_type
+    !> x_m = (q_m, i m w q_m) for m = 0, 1, ..., shape (n, harmonics).
+    complex(dp), allocatable :: x(:, :)
+    !> Bound on the error of x(t) at any t, shape (n).
+    real(dp), allocatable :: error(:)
+    !> The most by which a relative error of M, B or C is amplified in a harmonic.
+    real(dp) :: condition = 0
+    !> Samples of the load.
+    integer :: evaluations = 0
+  contains
+    procedure :: motion
+  end type spectrum_type
+
+  !> M, B, C, bounds on their errors, in units that balance them, and the fundamental frequency.
+  type :: coefficients_type
+    real(dp), allocatable, dimension(:, :) :: m, b, c, dm, db, dc
+    real(dp) :: frequency = 0
+  end type coefficients_type
+
+  !> The estimate of an error, times this, is called a bound.
+  real(dp), parameter :: safety = 4
+  !> More samples than this are not taken.
+  integer, parameter :: most_points = 2**14
+
+contains
+
+  !> The motion of `system`; `scale`: units of its states, `values`: eigenvalues of P.
+  !>
+  !> The samples are doubled until that changes nothing but roundings. The error bound has four parts: what errors of M,
+  !> B, C and roundings of h do to the q_m, the last change of all harmonics together, the new ones included, and what
+  !> a load as weak as in the upper third of the orders does where a free vibration lies beyond the highest of them.
+  !> Error: Z_m is singular within the errors.
+  subroutine solve_harmonics(system, scale, values, spectrum, error)
+    type(averaged_system), intent(in) :: system
+    real(dp), intent(in) :: scale(:)
+    complex(dp), intent(in) :: values(:)
+    type(spectrum_type), intent(out) :: spectrum
+    type(error_type), allocatable, intent(out) :: error
+    type(coefficients_type) :: coefficients
+    complex(dp), allocatable :: h(:, :), x(:, :), before(:, :)
+    real(dp), allocatable :: rounding(:)
+    real(dp), dimension(size(scale)) :: change, greatest, units
+    real(dp) :: tail(size(scale) / 2)
+    integer :: points, n, f, last
+
+    n = size(scale)
+    f = n / 2
+    coefficients = in_units(system, scale(:f))
+    points = max(32, 2 * system%least_steps)
+    allocate(before(n, 0:0), source=(0.0_dp, 0.0_dp))
+    do
+      call load_harmonics(system, points, scale(:f), h, rounding)
+      spectrum%evaluations = spectrum%evaluations + points
+      call solve_all(coefficients, h, rounding, x, spectrum%error, spectrum%condition, error)
+      if (allocated(error)) return
+      change = sum(abs(x(:, ubound(before, 2) + 1:)), dim=2) + sum(abs(x(:, :ubound(before, 2)) - before), dim=2)
+      greatest = maxval(abs(x), dim=2)
+      if (all(change <= spectrum%error + 16 * epsilon(1.0_dp) * greatest) .or. 2 * points > most_points) exit
+      call move_alloc(x, before)
+      points = 2 * points
+    end do
+
+    tail = maxval(abs(h(:, ubound(h, 2) - ubound(h, 2) / 3:)), dim=2)
+    call solve_all(coefficients, h, rounding + 2 * tail, x, spectrum%error, spectrum%condition, error)
+    if (allocated(error)) return
+    spectrum%error = spectrum%error + safety * change + epsilon(1.0_dp) * sum(abs(x), dim=2)
+    call add_beyond(coefficients, abs(aimag(values)), ubound(x, 2), tail, spectrum%error, error)
+    if (allocated(error)) return
+    units = [scale(:f), scale(:f)]
+    spectrum%error = spectrum%error * units
+    last = needed(x, greatest)
+    allocate(spectrum%x(n, 0:last), source=x(:, :last) * spread(units, 2, last + 1))
+  end subroutine solve_harmonics
+
+  !> Positions in units of `scale`, forces in their reciprocals: symmetric matrices stay so. The arithmetic's own errors
+  !> count as errors of the coefficients.
+  pure function in_units(system, scale) result(coefficients)
+    type(averaged_system), intent(in) :: system
+    real(dp), intent(in) :: scale(:)
+    type(coefficients_type) :: coefficients
+    real(dp) :: units(size(scale), size(scale)), rounding
+    integer :: f
+
+    f = size(scale)
+    units = spread(scale, 1, f) * spread(scale, 2, f)
+    rounding = 4 * f * epsilon(1.0_dp)
+    coefficients%m = units * system%m
+    coefficients%b = units * system%b
+    coefficients%c = units * system%c
+    coefficients%dm = units * (system%m_error + rounding * abs(system%m))
+    coefficients%db = units * (system%b_error + rounding * abs(system%b))
+    coefficients%dc = units * (system%c_error + rounding * abs(system%c))
+    coefficients%frequency = 2 * pi / system%period
+  end function in_units
+
+  !> h_m, shape (f, 0:points / 2 - 1), from `points` samples, and a bound on the error of each by the samples' roundings,
+  !> shape (f); forces in units of 1 / `scale`.
+  subroutine load_harmonics(system, points, scale, h, rounding)
+    type(averaged_system), intent(in) :: system
+    integer, intent(in) :: points
+    real(dp), intent(in) :: scale(:)
+    complex(dp), allocatable, intent(out) :: h(:, :)
+    real(dp), allocatable, intent(out) :: rounding(:)
+    real(dp), allocatable :: samples(:, :)
+    real(dp), allocatable, dimension(:, :, :) :: m, b, c
+    complex(dp), allocatable :: turn(:)
+    integer, allocatable :: at(:), places(:)
+    integer :: f, k, i
+
+    f = size(scale)
+    allocate(samples(points, f), turn(0:points - 1))
+    allocate(m(points, f, f), b(points, f, f), c(points, f, f))
+    call system%sample_second_order([(real(i, dp) / points, i = 0, points - 1)], m, b, c, samples)
+    samples = transpose(samples * spread(scale, 1, points))
+    turn = [(exp(cmplx(0, -2 * pi * i / points, dp)), i = 0, points - 1)]
+    allocate(h(f, 0:points / 2 - 1))
+    places = [(i, i = 0, points - 1)]
+    allocate(at(points), source=0)
+    do k = 0, ubound(h, 2)
+      h(:, k) = 2 * matmul(samples, turn(at)) / points
+      at = modulo(at + places, points)
+    end do
+    h(:, 0) = h(:, 0) / 2
+    ! As much is claimed of every order: of what cancels in the load the orders together have no more.
+    allocate(rounding(f), source=2 * max(system%rounding + 4 * epsilon(1.0_dp), system%load_rounding / 4) &
+      & * maxval(norm2(samples, dim=1)))
+  end subroutine load_harmonics
+
+  !> All harmonics; `bound`: of the errors by those of the coefficients and by the `rounding` of h, all orders together.
+  subroutine solve_all(coefficients, h, rounding, x, bound, condition, error)
+    type(coefficients_type), intent(in) :: coefficients
+    complex(dp), intent(in) :: h(:, 0:)
+    real(dp), intent(in) :: rounding(:)
+    complex(dp), allocatable, intent(out) :: x(:, :)
+    real(dp), allocatable, intent(out) :: bound(:)
+    real(dp), intent(out) :: condition
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: inverted(:, :)
+    real(dp) :: dz(size(h, 1), size(h, 1)), size_z(size(h, 1), size(h, 1)), dq(size(h, 1)), rate, share
+    integer :: f, k
+
+    f = size(h, 1)
+    allocate(x(2 * f, 0:ubound(h, 2)))
+    allocate(bound(2 * f), source=0.0_dp)
+    condition = 0
+    do k = 0, ubound(h, 2)
+      call invert(coefficients, real(k, dp), inverted, dz, error)
+      if (allocated(error)) return
+      rate = k * coefficients%frequency
+      x(:f, k) = matmul(inverted, h(:, k))
+      x(f + 1:, k) = cmplx(0, rate, dp) * x(:f, k)
+      ! dq <= |Z^-1| (dh + dZ (|q| + dq)), row by row
+      share = norm(matmul(abs(inverted), dz))
+      dq = matmul(abs(inverted), rounding + matmul(dz, abs(x(:f, k))))
+      dq = dq + share / (1 - share) * maxval(dq)
+      bound = bound + [dq, rate * dq]
+      size_z = rate**2 * abs(coefficients%m) + rate * abs(coefficients%b) + abs(coefficients%c)
+      condition = max(condition, norm(matmul(abs(inverted), size_z)))
+    end do
+  end subroutine solve_all
+
+  !> Z_k^-1 and a bound on the error of the elements of Z_k. Error: with such an error Z_k may be singular.
+  subroutine invert(coefficients, k, inverted, dz, error)
+    type(coefficients_type), intent(in) :: coefficients
+    real(dp), intent(in) :: k
+    complex(dp), allocatable, intent(out) :: inverted(:, :)
+    real(dp), intent(out) :: dz(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: singular
+    real(dp) :: rate
+
+    rate = k * coefficients%frequency
+    dz = rate**2 * coefficients%dm + rate * coefficients%db + coefficients%dc
+    call inverse(cmplx(coefficients%c - rate**2 * coefficients%m, rate * coefficients%b, dp), inverted, singular)
+    if (.not. allocated(singular)) then
+      if (norm(matmul(abs(inverted), dz)) < 0.5_dp) return
+    end if
+    call singular_at(k, error)
+  end subroutine invert
+
+  !> Adds to `bound` what a load `tail` in the order of a free vibration beyond the order `highest` does.
+  subroutine add_beyond(coefficients, frequencies, highest, tail, bound, error)
+    type(coefficients_type), intent(in) :: coefficients
+    real(dp), intent(in) :: frequencies(:), tail(:)
+    integer, intent(in) :: highest
+    real(dp), intent(inout) :: bound(:)
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: inverted(:, :)
+    real(dp) :: order, dz(size(tail), size(tail)), dq(size(tail))
+    integer :: i
+
+    do i = 1, size(frequencies)
+      order = anint(frequencies(i) / coefficients%frequency)
+      if (.not. order > highest) cycle
+      call invert(coefficients, order, inverted, dz, error)
+      if (allocated(error)) return
+      dq = matmul(abs(inverted), tail)
+      bound = bound + [dq, order * coefficients%frequency * dq]
+    end do
+  end subroutine add_beyond
+
+  !> The highest order that is more than nothing beside the `greatest`.
+  pure integer function needed(x, greatest)
+    complex(dp), intent(in) :: x(:, 0:)
+    real(dp), intent(in) :: greatest(:)
+
+    do needed = ubound(x, 2), 1, -1
+      if (any(abs(x(:, needed)) > 1.0e-3_dp * epsilon(1.0_dp) * greatest)) return
+    end do
+  end function needed
+
+  !> Greatest sum of a row.
+  pure real(dp) function norm(a)
+    real(dp), intent(in) :: a(:, :)
+
+    norm = maxval(sum(a, dim=2))
+  end function norm
+
+  !> x(t) at `phases` t / T, shape (n, points).
+  pure subroutine motion(self, phases, x)
+    class(spectrum_type), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: x(:, :)
+    complex(dp) :: turn(0:ubound(self%x, 2))
+    integer :: i, k, half
+
+    turn(0) = 1
+    do i = 1, size(phases)
+      ! Powers by halves: roundings grow with the logarithm of the order.
+      if (size(turn) > 1) turn(1) = exp(cmplx(0, 2 * pi * phases(i), dp))
+      do k = 2, ubound(turn, 1)
+        half = k / 2
+        turn(k) = turn(half) * turn(k - half)
+      end do
+      x(:, i) = real(matmul(self%x, turn))
+    end do
+  end subroutine motion
+
+  !> The error that Z at this order is singular.
+  pure subroutine singular_at(order, error)
+    real(dp), intent(in) :: order
+    type(error_type), allocatable, intent(out) :: error
+
+    if (order < 0.5_dp) then
+      call fatal_error(error, "the averaged model has no periodic vibration: within rounding nothing holds it in some " // &
+        & "direction against the mean load (harmonic 0); a spring is missing there", failed_computation)
+    else
+      call fatal_error(error, "the averaged model has no periodic vibration: a free vibration that within rounding " // &
+        & "nothing damps meets harmonic " // concise(order, 15) // " of the period (resonance); more damping or another " // &
+        & "speed may help", failed_computation)
+    end if
+  end subroutine singular_at
+
+end module gestell_floquet_constant_harmonics

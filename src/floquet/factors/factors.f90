@@ -1,0 +1,268 @@
+!> The monodromy matrix as a product that is never formed,
+!>
+!>     Phi(T) = A_K ... A_1,
+!>
+!> over segments of the period so short that no mode is lost in rounding beside another within one of them.
+module gestell_floquet_factors
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: inverse, log_abs_determinant
+  use gestell_math_matrix, only: balanced, unit_matrix
+  use gestell_floquet_period_convergence, only: begin_type, most_steps, next_steps, remaining, safety, &
+    & too_many_steps, watch_rounding
+  use gestell_floquet_integrator_mesh, only: mesh
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_period_monodromy, only: accuracy_type, choose_method, survey
+  use gestell_floquet_period_liouville, only: trace_integral
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: solve_factors
+
+  !> All in balanced units, x / scale. Errors are bounds in Frobenius' norm.
+  type, public :: factors_type
+    real(dp) :: period = 0
+    !> Units, powers of two, that make the states comparable, shape (n).
+    real(dp), allocatable :: scale(:)
+    !> Ends of the segments as phases, shape (0:K).
+    real(dp), allocatable :: ends(:)
+    !> x(end of segment) = A x(start of segment) + b: shapes (n, n, K) and (n, K), bounds of their errors, shapes (K).
+    real(dp), allocatable :: a(:, :, :), b(:, :), error(:), b_error(:)
+    !> Sum of |error of A| / |A|.
+    real(dp) :: relative_error = 0
+    !> Sum of ln |det A| - integral of tr P, zero by Liouville's theorem.
+    real(dp) :: liouville_defect = 0
+    !> Radians by which the fastest motion turns within the period.
+    real(dp) :: turns = 0
+    !> Steps of the result, evaluations of the coefficients in all.
+    integer :: steps = 0, evaluations = 0
+    !> Ends of the steps, as phases.
+    real(dp), allocatable :: nodes(:)
+    class(method_type), allocatable :: method
+  end type factors_type
+
+  !> |A| |A^-1| of a segment, about.
+  real(dp), parameter :: most_spread = 30
+  !> ln |A| of a segment, at the most but for its last step: far from where squares under- or overflow.
+  real(dp), parameter :: most_growth = 100
+  !> Finer steps are not tried to get there.
+  integer, parameter :: most_segments = 2**14
+
+  !> The factors with a number of steps. `size_a` = |A|, `size_b`: the greatest that b grew on the way.
+  type :: level_type
+    real(dp), allocatable :: nodes(:), a(:, :, :), b(:, :), size_a(:), size_b(:)
+    integer :: steps = 0
+  end type level_type
+
+contains
+
+  !> The factors of `system`, and the b if `forced`, to `accuracy`: the sum of their relative errors, measured as
+  !> `solve_monodromy` measures it for one. Errors: singular equations, tolerance out of reach.
+  subroutine solve_factors(system, accuracy, forced, factors, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(factors_type), intent(out) :: factors
+    type(error_type), allocatable, intent(out) :: error
+    type(level_type) :: coarse, middle, fine
+    real(dp), allocatable :: d12(:, :), d23(:, :), left(:, :), floor(:)
+    type(begin_type) :: begin
+    real(dp) :: turns
+    integer :: steps
+    logical :: rounding
+
+    factors%period = system%period
+    call survey(system, factors%scale, turns, error)
+    if (allocated(error)) return
+    call choose_method(system, accuracy, turns, factors%method, error)
+    if (allocated(error)) return
+    associate (order => factors%method%order)
+      if (3 * turns / order > most_steps) then
+        call too_many_steps(error)
+        return
+      end if
+      steps = max(system%least_steps, ceiling(1.5_dp * turns / order))
+      call divide(system, steps, factors, error)
+      if (.not. allocated(error)) call solve_level(system, steps, forced, factors, coarse, error)
+      if (.not. allocated(error)) call solve_level(system, 2 * steps, forced, factors, middle, error)
+      if (allocated(error)) return
+      d12 = distances(coarse, middle, forced)
+      do
+        floor = roundoff(system, middle, turns)
+        steps = next_steps(coarse%steps, middle%steps, maxval(sum(d12, dim=1)), order, max(accuracy%tolerance, sum(floor)))
+        if (steps > most_steps) then
+          call too_many_steps(error)
+          return
+        end if
+        call solve_level(system, steps, forced, factors, fine, error)
+        if (allocated(error)) return
+        d23 = distances(middle, fine, forced)
+        left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, order)
+        if (all(sum(safety * left, dim=1) + sum(floor) <= accuracy%tolerance .or. &
+          & sum(d23, dim=1) <= sum(floor) + [0.0_dp, system%load_rounding])) exit
+        call watch_rounding(sum(d23, dim=1), fine%steps, max(accuracy%tolerance, sum(floor)), begin, rounding)
+        if (rounding) then
+          left(:, 2) = max(left(:, 2), d12(:, 2), d23(:, 2))
+          exit
+        end if
+        call move_level(middle, coarse)
+        call move_level(fine, middle)
+        d12 = d23
+      end do
+    end associate
+    floor = roundoff(system, fine, turns)
+    factors%relative_error = sum(safety * left(:, 1) + floor)
+    factors%error = (safety * left(:, 1) + floor) * fine%size_a
+    factors%b_error = (safety * left(:, 2) + floor + system%load_rounding) * fine%size_b
+    factors%steps = fine%steps
+    factors%turns = turns
+    call move_alloc(fine%nodes, factors%nodes)
+    call move_alloc(fine%a, factors%a)
+    call move_alloc(fine%b, factors%b)
+    call check_liouville(system, factors, error)
+  end subroutine solve_factors
+
+  !> Ends of the segments, from maps with `steps` steps or more: no step is to do more than a segment may.
+  subroutine divide(system, steps, factors, error)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: steps
+    type(factors_type), intent(inout) :: factors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: nodes(:), a(:, :, :), product(:, :)
+    logical :: too_long
+    integer :: number, k
+
+    allocate(a(system%states, system%states, 1))
+    number = steps
+    do
+      nodes = mesh(system, number)
+      factors%evaluations = factors%evaluations + (size(nodes) - 1) * factors%method%stages
+      factors%ends = [0.0_dp]
+      product = unit_matrix(system%states)
+      too_long = .false.
+      do k = lbound(nodes, 1), ubound(nodes, 1) - 1
+        call factors%method%maps(system, nodes(k:k), nodes(k + 1:k + 1), a, error)
+        if (allocated(error)) return
+        product = matmul(balanced(a(:, :, 1), factors%scale), product)
+        if (spread_of(product) < most_spread .and. abs(log(max(norm2(product), tiny(1.0_dp)))) < most_growth) cycle
+        if (spread_of(balanced(a(:, :, 1), factors%scale)) >= most_spread) too_long = .true.
+        if (nodes(k + 1) < 1) factors%ends = [factors%ends, nodes(k + 1)]
+        product = unit_matrix(system%states)
+      end do
+      if (.not. too_long .or. 2 * number > most_segments) exit
+      number = 2 * number
+    end do
+    factors%ends = [factors%ends, 1.0_dp]
+  end subroutine divide
+
+  !> |A| |A^-1|.
+  real(dp) function spread_of(a)
+    real(dp), intent(in) :: a(:, :)
+    real(dp), allocatable :: inverted(:, :)
+    type(error_type), allocatable :: singular
+
+    spread_of = huge(spread_of)
+    call inverse(a, inverted, singular)
+    if (.not. allocated(singular)) spread_of = norm2(a) * norm2(inverted)
+  end function spread_of
+
+  subroutine solve_level(system, steps, forced, factors, level, error)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: steps
+    logical, intent(in) :: forced
+    type(factors_type), intent(inout) :: factors
+    type(level_type), intent(out) :: level
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: block_length = 256
+    real(dp), allocatable :: a(:, :, :), b(:, :)
+    integer :: n, count, segment, first, last, k
+
+    n = system%states
+    count = size(factors%ends) - 1
+    level%nodes = mesh(system, steps, factors%ends(2:count))
+    level%steps = size(level%nodes) - 1
+    allocate(level%a(n, n, count), level%b(n, count), level%size_b(count), source=0.0_dp)
+    allocate(a(n, n, block_length), b(n, block_length))
+    level%a = spread(unit_matrix(n), 3, count)
+    segment = 1
+    do first = 1, level%steps, block_length
+      last = min(first + block_length - 1, level%steps)
+      associate (from => level%nodes(first:last), to => level%nodes(first + 1:last + 1))
+        if (forced) then
+          call factors%method%maps(system, from, to, a(:, :, :size(from)), error, b(:, :size(from)))
+        else
+          call factors%method%maps(system, from, to, a(:, :, :size(from)), error)
+          b = 0
+        end if
+        if (allocated(error)) return
+        do k = 1, size(from)
+          associate (map => balanced(a(:, :, k), factors%scale))
+            level%a(:, :, segment) = matmul(map, level%a(:, :, segment))
+            level%b(:, segment) = matmul(map, level%b(:, segment)) + b(:, k) / factors%scale
+          end associate
+          level%size_b(segment) = max(level%size_b(segment), norm2(level%b(:, segment)))
+          if (to(k) >= factors%ends(segment + 1)) segment = segment + 1
+        end do
+      end associate
+    end do
+    level%size_a = [(norm2(level%a(:, :, k)), k = 1, count)]
+    factors%evaluations = factors%evaluations + level%steps * factors%method%stages
+  end subroutine solve_level
+
+  pure subroutine move_level(from, to)
+    type(level_type), intent(inout) :: from
+    type(level_type), intent(out) :: to
+
+    call move_alloc(from%nodes, to%nodes)
+    call move_alloc(from%a, to%a)
+    call move_alloc(from%b, to%b)
+    call move_alloc(from%size_a, to%size_a)
+    call move_alloc(from%size_b, to%size_b)
+    to%steps = from%steps
+  end subroutine move_level
+
+  !> Differences of the A and of the b, relative to the `other`, shape (K, 2).
+  pure function distances(one, other, forced) result(d)
+    type(level_type), intent(in) :: one, other
+    logical, intent(in) :: forced
+    real(dp), allocatable :: d(:, :)
+    integer :: k
+
+    allocate(d(size(one%size_a), 2), source=0.0_dp)
+    do k = 1, size(d, 1)
+      d(k, 1) = norm2(one%a(:, :, k) - other%a(:, :, k)) / other%size_a(k)
+      if (forced .and. other%size_b(k) > 0) d(k, 2) = norm2(one%b(:, k) - other%b(:, k)) / other%size_b(k)
+    end do
+  end function distances
+
+  !> The same estimate as for a whole period, shared out to the segments.
+  pure function roundoff(system, level, turns) result(part)
+    class(periodic_system), intent(in) :: system
+    type(level_type), intent(in) :: level
+    real(dp), intent(in) :: turns
+    real(dp), allocatable :: part(:)
+    integer :: count
+
+    count = size(level%size_a)
+    allocate(part(count), source=(epsilon(1.0_dp) * (size(level%a, 1) * level%steps + 2 * turns) + system%rounding) / count)
+  end function roundoff
+
+  subroutine check_liouville(system, factors, error)
+    class(periodic_system), intent(in) :: system
+    type(factors_type), intent(inout) :: factors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: integral, log_det
+    integer :: k
+
+    call trace_integral(system, mesh(system, max(system%least_steps, factors%steps / 4)), integral, error)
+    if (allocated(error)) return
+    factors%liouville_defect = -integral
+    do k = 1, size(factors%a, 3)
+      call log_abs_determinant(factors%a(:, :, k), log_det, error)
+      if (allocated(error)) return
+      factors%liouville_defect = factors%liouville_defect + log_det
+    end do
+  end subroutine check_liouville
+
+end module gestell_floquet_factors

@@ -1,0 +1,191 @@
+!> Bounds on the errors of multipliers that come from factors with known errors.
+module gestell_floquet_factors_periodic_bounds
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_factors_periodic_frames, only: periodic_frames
+  use gestell_floquet_factors_periodic_schur, only: periodic_schur
+  use gestell_floquet_factors_rotations, only: norm
+  implicit none (type, external)
+  private
+
+  public :: periodic_bounds
+
+  !> Logarithm of a ratio that says no more than that it is large.
+  real(dp), parameter :: far = 300
+
+  !> Discs |mu - c_j| <= radius(j) |c_j| with the centres c_j, all shapes (n).
+  type :: discs_type
+    real(dp), allocatable :: log_abs(:), arg(:)
+    !> At most exp(far); and the greatest ln |mu| of the disc, whatever its radius.
+    real(dp), allocatable :: radius(:), most(:)
+    !> Discs that hang together have the same number.
+    integer, allocatable :: cluster(:)
+  end type discs_type
+
+contains
+
+  !> Of the multipliers rho_i = exp(log_abs(i) + i arg(i)) of factors with errors of at most `errors(k)` (Frobenius' norm,
+  !> absolute): bounds `bound` on |mu - rho_i| / |rho_i| (at most 1e300), and `most` on ln |mu|, which holds where rho is
+  !> lost too; `condition`, the greatest |y_i| |x_i| along the period, 1 at best. x, y, lambda are the periodic frames.
+  !>
+  !> Frames X_k, Y_k = X_k^-1, Lambda_k make of the true factors A_k + E_k the matrices Lambda_k + F_k with
+  !> F_k = Y_{k+1} (E_k X_k + S_k), S_k = A_k X_k - X_{k+1} Lambda_k. Scaled to |y_i| = 1, each entry of the column j of
+  !> F_k Lambda_k^-1 is at most eta_k(j) = (|E_k| + |S_k(:, j)|) |y_j| / |lambda_k(j)|, |x_j| = 1, and Gershgorin's theorem
+  !> for columns puts all multipliers into discs |mu - rho_j| <= |rho_j| r_j, as many into discs that hang together as
+  !> these are: there a bound reaches across all of them. 1 + r_j = prod_k (1 + n eta_k(j)) is proved for an error in one
+  !> factor, of any size, and for multipliers that do not couple (n = 1). With errors in several factors it leaves away
+  !> the products of two couplings between multipliers, and is of first order in these.
+  !>
+  !> That holds for any frames, S_k says how good they are. Those of close or defective multipliers are all but singular;
+  !> so if discs touch, frames of factors moved by about |E_k| are tried, in which a multiplier of multiplicity m splits
+  !> like |E|^(1/m), and so does the bound.
+  pure subroutine periodic_bounds(factors, log_abs, arg, x, y, lambda, errors, bound, most, condition)
+    complex(dp), intent(in) :: factors(:, :, :), x(:, :, :), y(:, :, :), lambda(:, :)
+    real(dp), intent(in) :: log_abs(:), arg(:), errors(:)
+    real(dp), intent(out) :: bound(:), most(:), condition(:)
+    type(discs_type) :: discs
+    type(error_type), allocatable :: failure
+    complex(dp), allocatable, dimension(:, :, :) :: moved, q, r, right, left
+    complex(dp), allocatable :: growth(:, :)
+    real(dp), dimension(size(bound)) :: other, other_most
+    integer :: k
+
+    condition = [(maxval(norm2(abs(y(k, :, :)), dim=1)), k = 1, size(x, 1))]
+    discs = discs_of(factors, x, y, lambda, errors)
+    call reach(discs, log_abs, arg, bound, most)
+    if (all(discs%cluster == [(k, k = 1, size(bound))])) return
+
+    allocate(moved, q, r, right, left, mold=factors)
+    allocate(growth, mold=lambda)
+    call move(factors, errors, moved)
+    call periodic_schur(moved, q, r, failure)
+    if (allocated(failure)) return
+    call periodic_frames(q, r, right, left, growth)
+    call reach(discs_of(factors, right, left, growth, errors), log_abs, arg, other, other_most)
+    if (sum(log(other)) < sum(log(bound))) then
+      bound = other
+      most = other_most
+    end if
+  end subroutine periodic_bounds
+
+  !> The factors with a perturbation of the size of their errors, in no particular direction.
+  pure subroutine move(factors, errors, moved)
+    complex(dp), intent(in) :: factors(:, :, :)
+    real(dp), intent(in) :: errors(:)
+    complex(dp), intent(out) :: moved(:, :, :)
+    real(dp), parameter :: golden = (sqrt(5.0_dp) - 1) / 2
+    real(dp) :: step, turns
+    integer :: n, i, j, k, count
+
+    n = size(factors, 1)
+    count = 0
+    do k = 1, size(factors, 3)
+      step = max(errors(k), rounding(factors(:, :, k))) / n
+      do j = 1, n
+        do i = 1, n
+          ! Squares times an irrational number, modulo 1, look random.
+          count = count + 1
+          turns = modulo(golden * count * count, 1.0_dp)
+          moved(i, j, k) = factors(i, j, k) + step * exp(cmplx(0, 2 * pi * turns, dp))
+        end do
+      end do
+    end do
+  end subroutine move
+
+  !> The error of a product of the matrix with unit vectors.
+  pure real(dp) function rounding(a)
+    complex(dp), intent(in) :: a(:, :)
+
+    rounding = size(a, 1) * epsilon(1.0_dp) * norm(a)
+  end function rounding
+
+  !> The discs of these frames.
+  pure function discs_of(factors, x, y, lambda, errors) result(discs)
+    complex(dp), intent(in) :: factors(:, :, :), x(:, :, :), y(:, :, :), lambda(:, :)
+    real(dp), intent(in) :: errors(:)
+    type(discs_type) :: discs
+    complex(dp) :: residual(size(x, 1), size(x, 1)), phase(size(x, 1)), ratio
+    real(dp) :: least, growth, error, eta
+    integer :: n, i, j, k, next
+
+    n = size(x, 1)
+    allocate(discs%log_abs(n), discs%radius(n), discs%most(n), source=0.0_dp)
+    phase = 1
+    do k = 1, size(x, 3)
+      next = modulo(k, size(x, 3)) + 1
+      residual = matmul(factors(:, :, k), x(:, :, k)) - x(:, :, next) * spread(lambda(:, k), 1, n)
+      ! A growth of zero is moved to `least`, which counts as an error.
+      least = max(rounding(factors(:, :, k)), epsilon(1.0_dp) * errors(k), tiny(1.0_dp))
+      do j = 1, n
+        growth = abs(lambda(j, k))
+        error = errors(k) + rounding(factors(:, :, k)) + norm(residual(:, j:j)) + max(0.0_dp, least - growth)
+        growth = max(growth, least)
+        eta = n * norm2(abs(y(j, :, next))) * error / growth
+        discs%radius(j) = min(discs%radius(j) + eta * (1 + discs%radius(j)), exp(far))
+        discs%most(j) = discs%most(j) + log(growth) + log(1 + eta)
+        discs%log_abs(j) = discs%log_abs(j) + log(growth)
+        if (abs(lambda(j, k)) > 0) phase(j) = phase(j) * lambda(j, k) / abs(lambda(j, k))
+      end do
+    end do
+    discs%arg = atan2(aimag(phase), real(phase))
+
+    discs%cluster = [(j, j = 1, n)]
+    do i = 1, n
+      do j = 1, n
+        if (discs%log_abs(j) > discs%log_abs(i)) cycle
+        ratio = quotient(discs%log_abs(j), discs%arg(j), discs%log_abs(i), discs%arg(i))
+        if (abs(1 - ratio) > discs%radius(i) + extent(discs, j, discs%log_abs(i))) cycle
+        where (discs%cluster == discs%cluster(i)) discs%cluster = discs%cluster(j)
+      end do
+    end do
+  end function discs_of
+
+  !> How far from rho_i, relative to it, the farthest point is of the discs that hang together with the one in which it
+  !> lies; and the greatest ln |mu| by that.
+  pure subroutine reach(discs, log_abs, arg, bound, most)
+    type(discs_type), intent(in) :: discs
+    real(dp), intent(in) :: log_abs(:), arg(:)
+    real(dp), intent(out) :: bound(:), most(:)
+    real(dp), parameter :: farthest = 690
+    real(dp) :: away(size(bound)), farther
+    integer :: i, j, home
+
+    do i = 1, size(bound)
+      away = [(abs(1 - quotient(log_abs(i), arg(i), discs%log_abs(j), discs%arg(j))) / discs%radius(j), j = 1, size(bound))]
+      home = minloc(away, dim=1)
+      most(i) = maxval(discs%most, mask=discs%cluster == discs%cluster(home))
+      farther = most(i) - log_abs(i)
+      if (farther <= far) then
+        farther = -farthest
+        do j = 1, size(bound)
+          if (discs%cluster(j) /= discs%cluster(home)) cycle
+          associate (ratio => quotient(discs%log_abs(j), discs%arg(j), log_abs(i), arg(i)))
+            farther = max(farther, log(abs(1 - ratio) + extent(discs, j, log_abs(i))))
+          end associate
+        end do
+      end if
+      bound(i) = exp(min(farther, farthest))
+    end do
+  end subroutine reach
+
+  !> The radius of a disc, relative to a multiplier.
+  pure real(dp) function extent(discs, j, log_abs)
+    type(discs_type), intent(in) :: discs
+    integer, intent(in) :: j
+    real(dp), intent(in) :: log_abs
+
+    if (discs%radius(j) < 1) then
+      extent = discs%radius(j) * exp(min(discs%log_abs(j) - log_abs, far))
+    else
+      extent = exp(min(discs%most(j) - log_abs, far))
+    end if
+  end function extent
+
+  !> The ratio of two multipliers, of at most exp(far).
+  pure complex(dp) function quotient(log_abs, arg, other_log_abs, other_arg)
+    real(dp), intent(in) :: log_abs, arg, other_log_abs, other_arg
+
+    quotient = exp(min(log_abs - other_log_abs, far)) * exp(cmplx(0, arg - other_arg, dp))
+  end function quotient
+
+end module gestell_floquet_factors_periodic_bounds

@@ -1,0 +1,69 @@
+!> The eigenvectors at all places along the period.
+module gestell_floquet_factors_periodic_frames
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_factors_rotations, only: norm, rotate, swapping
+  implicit none (type, external)
+  private
+
+  public :: periodic_frames
+
+contains
+
+  !> Right eigenvectors, the unit columns of X_k, and left ones, the rows of Y_k = X_k^-1, with
+  !>
+  !>     A_k X_k = X_{k+1} diag(lambda_k),   X_{K+1} = X_1,   prod_k lambda_k(i) = rho_i,
+  !>
+  !> from the periodic Schur form of the factors. Shapes: q, r, x, y (n, n, K), lambda (n, K).
+  !> Multiplier i is swapped to the first place of the form, where its Schur vectors are x, and to the last, where they
+  !> are conjg(y). Where multipliers are the same and share an eigenvector, X_k is singular: Y_k is then large, and
+  !> Y_k X_k = E holds on the diagonal only.
+  pure subroutine periodic_frames(q, r, x, y, lambda)
+    complex(dp), intent(in) :: q(:, :, :), r(:, :, :)
+    complex(dp), intent(out) :: x(:, :, :), y(:, :, :), lambda(:, :)
+    complex(dp), allocatable :: regular(:, :, :), q_moved(:, :, :), r_moved(:, :, :)
+    complex(dp) :: cosine
+    integer :: n, i, k
+
+    n = size(r, 1)
+    allocate(regular, source=r)
+    do k = 1, size(r, 3)
+      do i = 1, n
+        ! Zeros, moved by roundoff, have eigenvectors of their own.
+        if (abs(r(i, i, k)) < tiny(1.0_dp)) regular(i, i, k) = epsilon(1.0_dp) * norm(r(:, :, k))
+      end do
+    end do
+    do i = 1, n
+      call moved(i, 1, q, regular, q_moved, r_moved)
+      x(:, i, :) = q_moved(:, 1, :)
+      lambda(i, :) = r_moved(1, 1, :)
+      call moved(i, n, q, regular, q_moved, r_moved)
+      do k = 1, size(r, 3)
+        cosine = dot_product(q_moved(:, n, k), x(:, i, k))
+        if (abs(cosine) < epsilon(1.0_dp)**2) cosine = epsilon(1.0_dp)**2
+        y(i, :, k) = conjg(q_moved(:, n, k)) / cosine
+      end do
+    end do
+  end subroutine periodic_frames
+
+  !> The form with the multiplier at place `from` moved to place `to`, the others in order.
+  pure subroutine moved(from, to, q, r, q_moved, r_moved)
+    integer, intent(in) :: from, to
+    complex(dp), intent(in) :: q(:, :, :), r(:, :, :)
+    complex(dp), allocatable, intent(out) :: q_moved(:, :, :), r_moved(:, :, :)
+    complex(dp) :: v(2, size(r, 3))
+    real(dp) :: gap
+    integer :: place, i
+
+    allocate(q_moved, source=q)
+    allocate(r_moved, source=r)
+    place = from
+    do while (place /= to)
+      i = merge(place, place - 1, place < to)
+      call swapping(r_moved, i, v, gap)
+      call rotate(r_moved, q_moved, i, v, left=i, bottom=i + 1)
+      r_moved(i + 1, i, size(r, 3)) = 0
+      place = merge(place + 1, place - 1, place < to)
+    end do
+  end subroutine moved
+
+end module gestell_floquet_factors_periodic_frames

@@ -1,0 +1,279 @@
+!> The periodic Schur form: the multipliers of a product of matrices from its factors, without the product.
+module gestell_floquet_factors_periodic_schur
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_factors_rotations, only: cascade, norm, normalise, rotate, rotate_columns, rotate_rows, swapping, unit
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: periodic_schur, periodic_multipliers, schur_residuals
+
+contains
+
+  !> Unitary Q_1, ..., Q_K with Q_{k+1}^H A_k Q_k = R_k upper triangular, Q_{K+1} = Q_1, for the product A_K ... A_1.
+  !> All shapes (n, n, K). The multipliers prod_k R_k(i, i) descend in modulus, as far as roundoff tells them apart.
+  !>
+  !> The complex periodic QR algorithm (Bojanczyk, Golub and Van Dooren 1992; Kressner, BIT 41 (2001) 736): Hessenberg
+  !> form of A_K and triangular ones of the others, then sweeps with one implicit shift each. Each factor comes out with
+  !> an error of the order of roundoff times its norm, whatever the product's range. Zeros on the diagonals need no case
+  !> of their own: a sweep without shift moves them to the end, where the next one separates them.
+  !> Error: a factor is not finite, or no convergence.
+  pure subroutine periodic_schur(factors, q, r, error)
+    complex(dp), intent(in) :: factors(:, :, :)
+    complex(dp), intent(out) :: q(:, :, :), r(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp) :: flat(size(factors, 1)**2)
+    integer :: exponents(size(factors, 3)), n, k
+
+    if (.not. all(ieee_is_finite(real(factors)) .and. ieee_is_finite(aimag(factors)))) then
+      call fatal_error(error, "a factor of the monodromy matrix is not finite", failed_computation)
+      return
+    end if
+    n = size(factors, 1)
+    exponents = 0
+    do k = 1, size(factors, 3)
+      flat = reshape(factors(:, :, k), [n**2])
+      call normalise(flat, exponents(k))
+      r(:, :, k) = reshape(flat, [n, n])
+    end do
+    call reduce(r, q)
+    call iterate(r, q, error)
+    if (allocated(error)) return
+    call order(r, q)
+    do k = 1, size(factors, 3)
+      r(:, :, k) = r(:, :, k) * scale(1.0_dp, exponents(k) / 2) * scale(1.0_dp, exponents(k) - exponents(k) / 2)
+    end do
+  end subroutine periodic_schur
+
+  !> ln |rho_i| and arg rho_i in (-pi, pi], shape (n), of rho_i = prod_k R_k(i, i): no under- or overflow. Of a multiplier
+  !> that is zero, ln |rho| is that of the smallest number.
+  pure subroutine periodic_multipliers(r, log_abs, arg)
+    complex(dp), intent(in) :: r(:, :, :)
+    real(dp), intent(out) :: log_abs(:), arg(:)
+    complex(dp) :: rho(1)
+    integer :: i, k, exponents
+
+    do i = 1, size(r, 1)
+      rho = 1
+      exponents = 0
+      do k = 1, size(r, 3)
+        rho = rho * r(i, i, k)
+        call normalise(rho, exponents)
+      end do
+      log_abs(i) = log(max(abs(rho(1)), tiny(1.0_dp))) + exponents * log(2.0_dp)
+      arg(i) = atan2(aimag(rho(1)), real(rho(1)))
+    end do
+  end subroutine periodic_multipliers
+
+  !> The greatest |Q_{k+1}^H A_k Q_k - R_k| / |A_k| and the greatest |Q_k^H Q_k - E|, Frobenius' norms.
+  pure subroutine schur_residuals(factors, q, r, residual, departure)
+    complex(dp), intent(in) :: factors(:, :, :), q(:, :, :), r(:, :, :)
+    real(dp), intent(out) :: residual, departure
+    complex(dp) :: difference(size(r, 1), size(r, 1))
+    integer :: i, k, next
+
+    residual = 0
+    departure = 0
+    do k = 1, size(r, 3)
+      next = modulo(k, size(r, 3)) + 1
+      difference = matmul(adjoint(q(:, :, next)), matmul(factors(:, :, k), q(:, :, k))) - r(:, :, k)
+      residual = max(residual, norm(difference) / max(norm(factors(:, :, k)), tiny(1.0_dp)))
+      difference = matmul(adjoint(q(:, :, k)), q(:, :, k))
+      do i = 1, size(r, 1)
+        difference(i, i) = difference(i, i) - 1
+      end do
+      departure = max(departure, norm(difference))
+    end do
+  end subroutine schur_residuals
+
+  pure function adjoint(a)
+    complex(dp), intent(in) :: a(:, :)
+    complex(dp) :: adjoint(size(a, 2), size(a, 1))
+
+    adjoint = conjg(transpose(a))
+  end function adjoint
+
+  !> R_1, ..., R_{K-1} triangular and R_K upper Hessenberg, in place of the factors.
+  pure subroutine reduce(r, q)
+    complex(dp), intent(inout) :: r(:, :, :)
+    complex(dp), intent(out) :: q(:, :, :)
+    complex(dp) :: v(2, size(r, 3))
+    integer :: n, last, i, j, k
+
+    n = size(r, 1)
+    last = size(r, 3)
+    q = 0
+    do i = 1, n
+      q(i, i, :) = 1
+    end do
+    do k = 1, last
+      if (k > 1) r(:, :, k) = matmul(r(:, :, k), q(:, :, k))
+      if (k == last) exit
+      do j = 1, n - 1
+        do i = n - 1, j, -1
+          v(:, 1) = unit(r(i:i + 1, j, k))
+          call rotate_rows(r(i:i + 1, j:, k), v(:, 1))
+          r(i + 1, j, k) = 0
+          call rotate_columns(q(:, i:i + 1, k + 1), v(:, 1))
+        end do
+      end do
+    end do
+    do j = 1, n - 2
+      do i = n - 1, j + 1, -1
+        v(:, 1) = unit(r(i:i + 1, j, last))
+        call cascade(r, i, v)
+        call rotate(r, q, i, v, left=j, bottom=n)
+        r(i + 1, j, last) = 0
+      end do
+    end do
+  end subroutine reduce
+
+  !> Sweeps until R_K is triangular too.
+  pure subroutine iterate(r, q, error)
+    complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: most = 300, patience = 20
+    integer :: low, high, sweeps
+
+    high = size(r, 1)
+    sweeps = 0
+    do while (high > 1)
+      low = block_start(r(:, :, size(r, 3)), high)
+      if (low > 1) r(low, low - 1, size(r, 3)) = 0
+      if (low == high) then
+        high = high - 1
+        sweeps = 0
+        cycle
+      end if
+      if (sweeps == most) then
+        call fatal_error(error, "the multipliers did not converge", failed_computation)
+        return
+      end if
+      sweeps = sweeps + 1
+      if (modulo(sweeps, patience) == 0) call clear(r, low, high)
+      call sweep(r, q, low, high, first_direction(r, low, high, sweeps))
+    end do
+  end subroutine iterate
+
+  !> Makes zeros of what is zero to roundoff in the block of the triangular factors (of a norm of about 1).
+  pure subroutine clear(r, low, high)
+    complex(dp), intent(inout) :: r(:, :, :)
+    integer, intent(in) :: low, high
+
+    associate (block => r(low:high, low:high, :size(r, 3) - 1))
+      where (abs(block) < 10 * size(r, 1) * epsilon(1.0_dp)) block = 0
+    end associate
+  end subroutine clear
+
+  !> The row where the unreduced block of the Hessenberg matrix `h` starts that ends in the row `high`.
+  pure integer function block_start(h, high)
+    complex(dp), intent(in) :: h(:, :)
+    integer, intent(in) :: high
+
+    do block_start = high, 2, -1
+      associate (i => block_start)
+        if (abs(h(i, i - 1)) <= epsilon(1.0_dp) * (abs(h(i - 1, i - 1)) + abs(h(i, i)))) return
+      end associate
+    end do
+    block_start = 1
+  end function block_start
+
+  !> The direction of the first column of (product of the block) - shift E, with Wilkinson's shift from the end of the
+  !> product. Every tenth sweep has one of no meaning, which ends rare cycles.
+  pure function first_direction(r, low, high, sweeps) result(v)
+    complex(dp), intent(in) :: r(:, :, :)
+    integer, intent(in) :: low, high, sweeps
+    complex(dp) :: v(2)
+    complex(dp) :: t(max(low, high - 2):high, max(low, high - 2):high), flat(size(t)), corner(1), shift
+    integer :: i, k, first, last, exponents(2)
+
+    last = size(r, 3)
+    v = unit(r(low:low + 1, low, last))
+    if (modulo(sweeps, 10) == 0) v = [(0.6_dp, 0.0_dp), (0.48_dp, 0.64_dp)]
+    if (modulo(sweeps, 10) == 0 .or. singular(r(low:high, low:high, :last - 1))) return
+
+    first = max(low, high - 2)
+    t = 0
+    do i = first, high
+      t(i, i) = 1
+    end do
+    corner = 1
+    exponents = 0
+    do k = 1, last - 1
+      flat = reshape(matmul(r(first:high, first:high, k), t), [size(t)])
+      call normalise(flat, exponents(1))
+      t = reshape(flat, shape(t))
+      corner = corner * r(low, low, k)
+      call normalise(corner, exponents(2))
+    end do
+    shift = shift_of(matmul(r(high - 1:high, first:high, last), t(:, high - 1:high)))
+    v = r(low:low + 1, low, last)
+    v(1) = v(1) - shift * scale(1.0_dp, min(exponents(1) - exponents(2), 1000)) / corner(1)
+    v = unit(v)
+  end function first_direction
+
+  !> Whether a triangular factor (of a norm of about 1) is singular to roundoff: sweeps without shift separate zeros.
+  pure logical function singular(t)
+    complex(dp), intent(in) :: t(:, :, :)
+    integer :: i
+
+    singular = any([(any(abs(t(i, i, :)) < epsilon(1.0_dp)), i = 1, size(t, 1))])
+  end function singular
+
+  !> Wilkinson's shift, the eigenvalue of t (2, 2) that is nearer to t(2, 2), unless the other is much smaller: that one
+  !> settles at the end of a product of graded factors, where sweeps towards the larger one can turn in circles.
+  pure function shift_of(t) result(shift)
+    complex(dp), intent(in) :: t(2, 2)
+    complex(dp) :: shift, mean, root
+    real(dp), parameter :: much = 0.25_dp
+
+    mean = (t(1, 1) + t(2, 2)) / 2
+    root = sqrt(((t(1, 1) - t(2, 2)) / 2)**2 + t(1, 2) * t(2, 1))
+    if (abs(mean + root - t(2, 2)) < abs(mean - root - t(2, 2))) root = -root
+    shift = mean - root
+    if (abs(mean + root) < much * abs(shift)) shift = mean + root
+  end function shift_of
+
+  !> One sweep through the block, which starts in the direction `v`.
+  pure subroutine sweep(r, q, low, high, v)
+    complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
+    integer, intent(in) :: low, high
+    complex(dp), intent(in) :: v(2)
+    complex(dp) :: directions(2, size(r, 3))
+    integer :: i
+
+    do i = low, high - 1
+      if (i == low) then
+        directions(:, 1) = v
+      else
+        directions(:, 1) = unit(r(i:i + 1, i - 1, size(r, 3)))
+      end if
+      call cascade(r, i, directions)
+      call rotate(r, q, i, directions, left=max(i - 1, low), bottom=min(i + 2, high))
+      if (i > low) r(i + 1, i - 1, size(r, 3)) = 0
+    end do
+  end subroutine sweep
+
+  !> Swaps neighbours until the moduli descend, unless they are too close for a swap without error.
+  pure subroutine order(r, q)
+    complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
+    real(dp), parameter :: close = sqrt(epsilon(1.0_dp)), exact = 1.0e3_dp * epsilon(1.0_dp)
+    complex(dp) :: v(2, size(r, 3))
+    real(dp) :: log_abs(size(r, 1)), arg(size(r, 1)), gap
+    integer :: pass, i
+
+    call periodic_multipliers(r, log_abs, arg)
+    do pass = 1, size(r, 1)
+      do i = 1, size(r, 1) - pass
+        if (log_abs(i + 1) <= log_abs(i) + close) cycle
+        call swapping(r, i, v, gap)
+        if (gap > exact) cycle
+        call rotate(r, q, i, v, left=i, bottom=i + 1)
+        r(i + 1, i, size(r, 3)) = 0
+        log_abs(i:i + 1) = log_abs(i + 1:i:-1)
+      end do
+    end do
+  end subroutine order
+
+end module gestell_floquet_factors_periodic_schur

@@ -1,0 +1,183 @@
+!> Rotations of a periodic sequence of triangular factors in one plane, the step of every periodic algorithm here.
+!>
+!> The unit vector v_k is the first column of the rotation G_k = [p, -conj(q); q, conj(p)] of the plane (i, i + 1) before
+!> the factor R_k. Where R_k v_k is along v_{k+1}, G_{k+1}^H R_k G_k stays triangular.
+module gestell_floquet_factors_rotations
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  public :: unit, cascade, rotate, rotate_rows, rotate_columns, swapping, normalise, norm
+
+contains
+
+  !> w / |w|, with small components to their full precision; (1, 0) for zero.
+  pure function unit(w)
+    complex(dp), intent(in) :: w(2)
+    complex(dp) :: unit(2)
+    real(dp) :: largest
+
+    largest = max(abs(real(w(1))), abs(aimag(w(1))), abs(real(w(2))), abs(aimag(w(2))))
+    if (largest < tiny(1.0_dp)) then
+      unit = [(1.0_dp, 0.0_dp), (0.0_dp, 0.0_dp)]
+    else
+      unit = w / largest
+      unit = unit / sqrt(real(unit(1))**2 + aimag(unit(1))**2 + real(unit(2))**2 + aimag(unit(2))**2)
+    end if
+  end function unit
+
+  !> Divides `values` by a power of two that brings the largest to [1/2, 1), and adds it to `exponents`.
+  pure subroutine normalise(values, exponents)
+    complex(dp), intent(inout) :: values(:)
+    integer, intent(inout) :: exponents
+    real(dp) :: largest
+    integer :: e
+
+    largest = max(maxval(abs(real(values))), maxval(abs(aimag(values))))
+    if (largest < tiny(1.0_dp)) return
+    e = exponent(largest)
+    ! In two halves: 2^-e itself may lie outside the range.
+    values = values * scale(1.0_dp, -e / 2) * scale(1.0_dp, -(e - e / 2))
+    exponents = exponents + e
+  end subroutine normalise
+
+  !> Frobenius' norm, also of very small numbers.
+  pure real(dp) function norm(a)
+    complex(dp), intent(in) :: a(:, :)
+    real(dp) :: largest
+
+    largest = max(maxval(abs(a)), tiny(1.0_dp))
+    norm = largest * norm2(abs(a) / largest)
+  end function norm
+
+  !> v_2, ..., v_K from v_1 through the blocks (i, i + 1) of R_1, ..., R_{K-1}. Shapes: r (n, n, K), v (2, K).
+  pure subroutine cascade(r, i, v)
+    complex(dp), intent(in) :: r(:, :, :)
+    integer, intent(in) :: i
+    complex(dp), intent(inout) :: v(:, :)
+    integer :: k
+
+    do k = 1, size(r, 3) - 1
+      v(:, k + 1) = forward(r, i, k, v(:, k))
+    end do
+  end subroutine cascade
+
+  !> The direction of R_k v.
+  pure function forward(r, i, k, v) result(w)
+    complex(dp), intent(in) :: r(:, :, :), v(2)
+    integer, intent(in) :: i, k
+    complex(dp) :: w(2)
+
+    w = unit([r(i, i, k) * v(1) + r(i, i + 1, k) * v(2), r(i + 1, i + 1, k) * v(2)])
+  end function forward
+
+  !> The direction of R_k^-1 v.
+  pure function backward(r, i, k, v) result(w)
+    complex(dp), intent(in) :: r(:, :, :), v(2)
+    integer, intent(in) :: i, k
+    complex(dp) :: w(2)
+
+    w = unit([r(i + 1, i + 1, k) * v(1) - r(i, i + 1, k) * v(2), r(i, i, k) * v(2)])
+  end function backward
+
+  !> R_k <- G_{k+1}^H R_k G_k and Q_k <- Q_k G_k for all k, G_{K+1} = G_1. The entries (i + 1, i) of R_1, ..., R_{K-1}
+  !> become zero. R_K may have entries below its diagonal: down to the row `bottom` in the columns i and i + 1, and
+  !> from the column `left` on in the rows i and i + 1.
+  pure subroutine rotate(r, q, i, v, left, bottom)
+    complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
+    integer, intent(in) :: i, left, bottom
+    complex(dp), intent(in) :: v(:, :)
+    integer :: k, last
+
+    last = size(r, 3)
+    do k = 1, last - 1
+      call rotate_columns(r(:i + 1, i:i + 1, k), v(:, k))
+      call rotate_rows(r(i:i + 1, i:, k), v(:, k + 1))
+      r(i + 1, i, k) = 0
+      call rotate_columns(q(:, i:i + 1, k), v(:, k))
+    end do
+    call rotate_columns(r(:bottom, i:i + 1, last), v(:, last))
+    call rotate_rows(r(i:i + 1, left:, last), v(:, 1))
+    call rotate_columns(q(:, i:i + 1, last), v(:, last))
+  end subroutine rotate
+
+  !> m (:, 2) <- m G.
+  pure subroutine rotate_columns(m, v)
+    complex(dp), intent(inout) :: m(:, :)
+    complex(dp), intent(in) :: v(2)
+    complex(dp) :: kept
+    integer :: j
+
+    do j = 1, size(m, 1)
+      kept = m(j, 1)
+      m(j, 1) = kept * v(1) + m(j, 2) * v(2)
+      m(j, 2) = m(j, 2) * conjg(v(1)) - kept * conjg(v(2))
+    end do
+  end subroutine rotate_columns
+
+  !> m (2, :) <- G^H m.
+  pure subroutine rotate_rows(m, v)
+    complex(dp), intent(inout) :: m(:, :)
+    complex(dp), intent(in) :: v(2)
+    complex(dp) :: kept
+    integer :: j
+
+    do j = 1, size(m, 2)
+      kept = m(1, j)
+      m(1, j) = conjg(v(1)) * kept + conjg(v(2)) * m(2, j)
+      m(2, j) = v(1) * m(2, j) - v(2) * kept
+    end do
+  end subroutine rotate_rows
+
+  !> The rotations that swap the multipliers at (i, i) and (i + 1, i + 1): v is the sequence of eigenvectors of the
+  !> blocks for the second. With the product [A B; 0 D] of the blocks, v_1 is along (B, D - A); the rest follows forward
+  !> if |D| > |A|, else backward, where errors decay. `gap` is the error of R_K, relative to its block, by which
+  !> the sequence fails to close after a turn: roundoff, unless A and D are the same to roundoff.
+  pure subroutine swapping(r, i, v, gap)
+    complex(dp), intent(in) :: r(:, :, :)
+    integer, intent(in) :: i
+    complex(dp), intent(out) :: v(:, :)
+    real(dp), intent(out) :: gap
+    integer, parameter :: turns = 3
+    complex(dp) :: product(3), start(2)
+    integer :: k, turn, exponents
+
+    product = [(1.0_dp, 0.0_dp), (0.0_dp, 0.0_dp), (1.0_dp, 0.0_dp)]
+    exponents = 0
+    do k = 1, size(r, 3)
+      product = [r(i, i, k) * product(1), r(i, i, k) * product(2) + r(i, i + 1, k) * product(3), &
+        & r(i + 1, i + 1, k) * product(3)]
+      call normalise(product, exponents)
+    end do
+    associate (a => product(1), b => product(2), d => product(3))
+      start = [b, d - a]
+      if (abs(start(1)) + abs(start(2)) < tiny(1.0_dp)) start(2) = 1
+      start = unit(start)
+      do turn = 1, turns
+        if (abs(d) >= abs(a)) then
+          v(:, 1) = start
+          call cascade(r, i, v)
+          start = forward(r, i, size(r, 3), v(:, size(r, 3)))
+        else
+          v(:, size(r, 3)) = backward(r, i, size(r, 3), start)
+          do k = size(r, 3) - 1, 1, -1
+            v(:, k) = backward(r, i, k, v(:, k + 1))
+          end do
+          start = v(:, 1)
+        end if
+        gap = mismatch(r(i:i + 1, i:i + 1, size(r, 3)), v(:, size(r, 3)), v(:, 1))
+        if (gap < 8 * epsilon(1.0_dp)) exit
+      end do
+    end associate
+  end subroutine swapping
+
+  !> The part of R v across w, relative to R.
+  pure real(dp) function mismatch(r, v, w)
+    complex(dp), intent(in) :: r(:, :), v(:), w(:)
+
+    associate (image => matmul(r, v))
+      mismatch = abs(image(1) * w(2) - image(2) * w(1)) / max(maxval(abs(r)), tiny(1.0_dp))
+    end associate
+  end function mismatch
+
+end module gestell_floquet_factors_rotations

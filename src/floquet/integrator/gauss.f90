@@ -1,0 +1,97 @@
+!> Gauss-Legendre collocation: s stages, order 2 s, stable for every step, symmetric, and for undamped systems symplectic.
+module gestell_floquet_integrator_gauss
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_math_lanes, only: lanes
+  use gestell_floquet_integrator_gauss_steps, only: fits_lanes, gauss_steps
+  use gestell_floquet_integrator_method, only: evaluation_work, method_type
+  use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: gauss
+
+  type, extends(method_type), public :: gauss_method
+    private
+    type(tableau_type) :: tableau
+  contains
+    procedure :: prepare
+    procedure :: phases
+    procedure :: steps_at_once
+    procedure :: maps
+    procedure :: work
+  end type gauss_method
+
+contains
+
+  !> The method with 2 to 10 stages, named gauss2 to gauss10.
+  pure function gauss(stages) result(method)
+    integer, intent(in) :: stages
+    type(gauss_method) :: method
+    character(len=2), parameter :: numbers(*) = [character(len=2) :: "1", "2", "3", "4", "5", "6", "7", "8", "9", "10"]
+
+    method%name = "gauss" // trim(numbers(stages))
+    method%order = 2 * stages
+    method%stages = stages
+    ! (s!)^2 / ((2 s)! (2 s + 1)!), the first term by which the Pade approximation departs from exp
+    method%error_constant = gamma(stages + 1.0_dp)**2 / (gamma(2 * stages + 1.0_dp) * gamma(2 * stages + 2.0_dp))
+  end function gauss
+
+  pure subroutine prepare(self)
+    class(gauss_method), intent(inout) :: self
+
+    self%tableau = gauss_tableau(self%stages)
+  end subroutine prepare
+
+  !> The nodes, those of one stage together.
+  pure function phases(self, from, to)
+    class(gauss_method), intent(in) :: self
+    real(dp), intent(in) :: from(:), to(:)
+    real(dp), allocatable :: phases(:)
+    integer :: i
+
+    allocate(phases(self%stages * size(from)))
+    do i = 1, self%stages
+      phases(size(from) * (i - 1) + 1:size(from) * i) = from + self%tableau%c(i) * (to - from)
+    end do
+  end function phases
+
+  pure function work(self, states, second_order)
+    class(gauss_method), intent(in) :: self
+    integer, intent(in) :: states
+    logical, intent(in) :: second_order
+    real(dp) :: work
+
+    real(dp) :: operations, unknowns
+
+    unknowns = self%stages * merge(states / 2, states, second_order)
+    operations = unknowns**2 * (2 * unknowns / 3.0_dp + 2 * states + 1)
+    if (fits_lanes(self%stages, states, second_order)) then
+      work = 20 + 2.3_dp * states**2 + self%stages * (evaluation_work(second_order) + 0.3_dp * states**2) &
+        & + 0.03_dp * operations
+    else
+      work = self%stages * (evaluation_work(second_order) + 80 + 8 * states**2) + 0.2_dp * operations
+    end if
+  end function work
+
+  pure integer function steps_at_once(self, states, second_order)
+    class(gauss_method), intent(in) :: self
+    integer, intent(in) :: states
+    logical, intent(in) :: second_order
+
+    steps_at_once = merge(lanes, 1, fits_lanes(self%stages, states, second_order))
+  end function steps_at_once
+
+  subroutine maps(self, system, from, to, a, error, b)
+    class(gauss_method), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: from(:), to(:)
+    real(dp), intent(out) :: a(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(out), optional :: b(:, :)
+
+    call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, a, error, b)
+  end subroutine maps
+
+end module gestell_floquet_integrator_gauss

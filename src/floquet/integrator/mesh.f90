@@ -1,0 +1,72 @@
+!> Steps over one period, as phases t / T in [0, 1].
+module gestell_floquet_integrator_mesh
+  use gestell_base_kinds, only: dp
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: mesh, merged
+
+contains
+
+  !> The ends of about `steps` steps over the period of `system`: equal ones between two breaks of the coefficients,
+  !> each break the end of a step, and each phase of the ascending sequence `marks` too. Shape (0:number of steps), from 0
+  !> to 1.
+  pure function mesh(system, steps, marks) result(nodes)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: steps
+    real(dp), intent(in), optional :: marks(:)
+    real(dp), allocatable :: nodes(:)
+    real(dp), allocatable :: ends(:)
+    integer, allocatable :: first(:)
+    integer :: i, k
+
+    if (allocated(system%breaks)) then
+      allocate(ends, source=[0.0_dp, system%breaks / system%period, 1.0_dp])
+    else
+      allocate(ends, source=[0.0_dp, 1.0_dp])
+    end if
+
+    if (present(marks)) ends = merged(ends, marks)
+
+    ! The first step of every segment; a segment has one step at least.
+    allocate(first(size(ends)), source=0)
+    do k = 2, size(ends)
+      first(k) = first(k - 1) + max(1, ceiling(steps * (ends(k) - ends(k - 1)) - sqrt(epsilon(1.0_dp))))
+    end do
+
+    allocate(nodes(0:first(size(first))))
+    do k = 2, size(ends)
+      associate (count => first(k) - first(k - 1))
+        do i = 0, count
+          nodes(first(k - 1) + i) = ends(k - 1) + (ends(k) - ends(k - 1)) * i / count
+        end do
+      end associate
+      nodes(first(k)) = ends(k)
+    end do
+  end function mesh
+
+  !> The ascending sequence of all numbers of the ascending sequences `a` and `b`; what both hold, once.
+  pure function merged(a, b) result(c)
+    real(dp), intent(in) :: a(:), b(:)
+    real(dp), allocatable :: c(:)
+    real(dp) :: least
+    integer :: i, j, length
+
+    allocate(c(size(a) + size(b)))
+    i = 1
+    j = 1
+    length = 0
+    do while (i <= size(a) .or. j <= size(b))
+      least = huge(least)
+      if (i <= size(a)) least = a(i)
+      if (j <= size(b)) least = min(least, b(j))
+      length = length + 1
+      c(length) = least
+      if (i <= size(a)) i = i + merge(1, 0, a(i) <= least)
+      if (j <= size(b)) j = j + merge(1, 0, b(j) <= least)
+    end do
+    c = c(:length)
+  end function merged
+
+end module gestell_floquet_integrator_mesh

@@ -1,0 +1,149 @@
+!> The methods by name.
+module gestell_floquet_integrator_methods
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: balancing
+  use gestell_floquet_integrator_cooper_verner, only: cooper_verner
+  use gestell_floquet_integrator_gauss, only: gauss
+  use gestell_floquet_integrator_magnus, only: magnus
+  use gestell_floquet_integrator_method, only: method_type, name_length
+  use gestell_floquet_integrator_runge_kutta, only: runge_kutta
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: cheapest_method, method_names, new_method
+
+contains
+
+  !> All names that `new_method` knows.
+  pure function method_names() result(names)
+    character(len=name_length), allocatable :: names(:)
+
+    names = [character(len=name_length) :: "auto", "rk4", "explicit8", "magnus4", "magnus6", "gauss2", "gauss3", "gauss4", &
+      & "gauss5", "gauss6", "gauss7", "gauss8", "gauss9", "gauss10"]
+  end function method_names
+
+  !> The method of that name; `auto` is gauss6, a good one for most cases. Error: there is none of that name.
+  subroutine new_method(name, method, error)
+    character(len=*), intent(in) :: name
+    class(method_type), allocatable, intent(out) :: method
+    type(error_type), allocatable, intent(out) :: error
+
+    call find(name, method, error)
+    if (allocated(method)) call method%prepare()
+  end subroutine new_method
+
+  !> The method of that name, not prepared.
+  subroutine find(name, method, error)
+    character(len=*), intent(in) :: name
+    class(method_type), allocatable, intent(out) :: method
+    type(error_type), allocatable, intent(out) :: error
+
+    select case (name)
+    case ("auto")
+      method = gauss(6)
+    case ("rk4")
+      method = runge_kutta()
+    case ("explicit8")
+      method = cooper_verner()
+    case ("magnus4", "magnus6")
+      method = magnus(iachar(name(7:7)) - iachar("0"))
+    case ("gauss2", "gauss3", "gauss4", "gauss5", "gauss6", "gauss7", "gauss8", "gauss9")
+      method = gauss(iachar(name(6:6)) - iachar("0"))
+    case ("gauss10")
+      method = gauss(10)
+    case default
+      call fatal_error(error, "unknown method '" // name // "'", invalid_input)
+    end select
+  end subroutine find
+
+  !> The method that solves `system`, whose fastest motion turns by `turns` radians within the period, to `tolerance` with
+  !> the least work, by the orders, error constants and works that the methods tell of themselves.
+  subroutine cheapest_method(system, turns, tolerance, method)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: turns, tolerance
+    class(method_type), allocatable, intent(out) :: method
+    class(method_type), allocatable :: candidate
+    type(error_type), allocatable :: error
+    character(len=name_length), allocatable :: names(:)
+    real(dp) :: part, work, least_work
+    logical :: second_order
+    integer :: i
+
+    ! What changes of P is worth evaluating only where P itself is what all methods work with: for systems of second
+    ! order collocation takes half the equations.
+    second_order = .false.
+    part = 1
+    select type (system)
+    class is (second_order_system)
+      second_order = .true.
+    class default
+      part = changing_part(system)
+    end select
+
+    call find("auto", method, error)
+    least_work = huge(least_work)
+    allocate(names, source=method_names())
+    do i = 2, size(names)
+      call find(trim(names(i)), candidate, error)
+      work = candidate%work(system%states, second_order) * steps_in_all(candidate, system%least_steps, turns, tolerance, part, &
+        & candidate%steps_at_once(system%states, second_order))
+      if (work >= least_work) cycle
+      least_work = work
+      call move_alloc(candidate, method)
+    end do
+    call method%prepare()
+  end subroutine cheapest_method
+
+  !> Steps of all solutions that lead to the tolerance, each a whole number of times those that are done `at_once`: a coarse
+  !> one, one with twice as many, and the last, for which the method's error is known. There the fastest motion counts
+  !> four fifths of the norm `turns`, which is above the true angle, and the coefficients turn too: their harmonics fall
+  !> so that for a method of order p those matter that are about p times as fine as the finest feature.
+  pure real(dp) function steps_in_all(method, least_steps, turns, tolerance, changing, at_once) result(steps)
+    class(method_type), intent(in) :: method
+    integer, intent(in) :: least_steps, at_once
+    real(dp), intent(in) :: turns, tolerance, changing
+    real(dp) :: coarse, last, angle, constant, allowed
+
+    coarse = max(real(least_steps, dp), 1.5_dp * turns / method%order)
+    angle = 0.8_dp * turns + method%order * least_steps / 8.0_dp
+    constant = method%error_constant
+    if (method%exact_if_constant) constant = constant * changing * (least_steps / max(turns, real(least_steps, dp)))**3
+    ! The estimate of the error is four times the error, and half the tolerance is aimed at; rounding sets a floor.
+    allowed = max(tolerance, 4 * epsilon(1.0_dp) * turns) / 8
+    last = 1.1_dp * angle * (constant * max(turns, 1.0_dp) / allowed)**(1.0_dp / method%order)
+    steps = at_once * (whole(coarse / at_once) + whole(2 * coarse / at_once) + whole(max(2.5_dp * coarse, last) / at_once))
+  end function steps_in_all
+
+  !> The least whole number that is not below `x`, which may be beyond the range of integers.
+  pure real(dp) function whole(x)
+    real(dp), intent(in) :: x
+
+    whole = aint(x)
+    if (whole < x) whole = whole + 1
+  end function whole
+
+  !> The greatest part of P, in balanced units, that is not constant.
+  real(dp) function changing_part(system) result(part)
+    class(periodic_system), intent(in) :: system
+    integer, parameter :: points = 8
+    real(dp) :: p(system%states, system%states, points), mean(system%states, system%states), units(system%states)
+    real(dp) :: constant, changing
+    integer :: n, k
+
+    n = system%states
+    call system%sample([((k - 0.5_dp) / points, k = 1, points)], p)
+    part = 1
+    if (.not. all(ieee_is_finite(p))) return
+    units = balancing(maxval(abs(p), dim=3))
+    p = p * spread(spread(units, 1, n) / spread(units, 2, n), 3, points)
+    mean = sum(p, dim=3) / points
+    constant = norm2(mean)
+    changing = maxval([(norm2(p(:, :, k) - mean), k = 1, points)])
+    if (changing < constant) part = changing / constant
+  end function changing_part
+
+end module gestell_floquet_integrator_methods

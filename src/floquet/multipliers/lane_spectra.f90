@@ -1,0 +1,113 @@
+!> The greatest multipliers of eight small matrices side by side.
+module gestell_floquet_multipliers_lane_spectra
+  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_base_kinds, only: dp
+  use gestell_math_lanes, only: lanes
+  use gestell_math_roots, only: find_roots
+  use gestell_floquet_multipliers_discs, only: find_disc, find_discs
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: solve_lanes
+
+  !> What is found of eight matrices. `sound`: 1, or 0 where something is in doubt.
+  type, public :: found_type
+    real(dp), dimension(lanes) :: sound, radius, log_radius, bound
+    logical, dimension(lanes) :: stable, unstable
+  end type found_type
+
+contains
+
+  !> Eight matrices side by side. `a` is used up.
+  pure subroutine solve_lanes(a, n, perturbation, bounds, found)
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: perturbation
+    logical, intent(in) :: bounds
+    type(found_type), intent(out) :: found
+    type(hessenberg_type) :: h
+    real(dp), dimension(lanes) :: unit, converged, certain, relative, modulus, top_re, top_im
+    real(dp), dimension(lanes, most_states) :: z_re, z_im, disc
+    integer :: k
+
+    call set_units(a, n, unit, found%sound)
+    call new_hessenberg(a, n, h)
+    call find_roots(h, z_re, z_im, converged)
+    ! With a change as great as the greatest element all discs touch.
+    relative = min(perturbation, unit) / unit
+    disc = 0
+    if (bounds) call find_discs(h, z_re, z_im, relative + n * epsilon(1.0_dp) * h%norm, disc, certain)
+    top_re = 0
+    top_im = 0
+    found%radius = 0
+    found%bound = 0
+    found%stable = .true.
+    found%unstable = .false.
+    do k = 1, n
+      modulus = sqrt(z_re(:, k)**2 + z_im(:, k)**2)
+      found%stable = found%stable .and. (modulus + disc(:, k)) * unit < 1
+      found%unstable = found%unstable .or. (modulus - disc(:, k)) * unit > 1
+      found%bound = merge(disc(:, k), found%bound, modulus > found%radius)
+      top_re = merge(z_re(:, k), top_re, modulus > found%radius)
+      top_im = merge(z_im(:, k), top_im, modulus > found%radius)
+      found%radius = max(found%radius, modulus)
+    end do
+    if (.not. bounds) certain = certainty(h, top_re, top_im, relative)
+    found%sound = found%sound * h%sound * converged * certain
+    found%bound = found%bound / max(found%radius, tiny(1.0_dp))
+    found%radius = found%radius * unit
+    found%log_radius = log(max(found%radius, tiny(1.0_dp)))
+  end subroutine solve_lanes
+
+  !> 1, or 0 where roundoff in the eigenvalue z is too much, without an error bound to tell, and greater than `perturbation`.
+  pure function certainty(h, z_re, z_im, perturbation) result(certain)
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: z_re(lanes), z_im(lanes), perturbation(lanes)
+    real(dp) :: certain(lanes)
+    real(dp), parameter :: too_much = 1.0e-10_dp
+    real(dp) :: radius(lanes), impurity(lanes), worst(lanes)
+
+    worst = 1
+    call find_disc(h, z_re, z_im, h%n * epsilon(1.0_dp) * h%norm, radius, impurity, worst)
+    certain = merge(1.0_dp, 0.0_dp, radius <= max(too_much * sqrt(z_re**2 + z_im**2), h%n * perturbation * worst))
+  end function certainty
+
+  !> The matrices divided by powers of two `unit`, shape (lanes), to elements below 1. Those that are not finite or extreme are
+  !> not `sound`; a harmless matrix takes their places.
+  pure subroutine set_units(a, n, unit, sound)
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    integer, intent(in) :: n
+    real(dp), intent(out) :: unit(lanes), sound(lanes)
+    !> Greatest elements beyond which a matrix is extreme.
+    real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
+    real(dp) :: greatest(lanes), inverse(lanes)
+    integer :: i, j, lane
+
+    greatest = 0
+    do j = 1, n
+      do i = 1, n
+        greatest = max(greatest, merge(abs(a(:, i, j)), huge(1.0_dp), ieee_is_finite(a(:, i, j))))
+      end do
+    end do
+    sound = merge(1.0_dp, 0.0_dp, greatest > least .and. greatest < most)
+    unit = 1
+    do lane = 1, lanes
+      if (sound(lane) > 0) then
+        unit(lane) = scale(1.0_dp, exponent(greatest(lane)))
+      else
+        a(lane, :n, :n) = 0
+        do i = 1, n
+          a(lane, i, i) = real(i, dp) / n
+        end do
+      end if
+    end do
+    inverse = 1 / unit
+    do j = 1, n
+      do i = 1, n
+        a(:, i, j) = a(:, i, j) * inverse
+      end do
+    end do
+  end subroutine set_units
+
+end module gestell_floquet_multipliers_lane_spectra

@@ -1,0 +1,311 @@
+!> Multipliers and characteristic exponents with their error bounds, and the verdict on stability.
+module gestell_floquet_multipliers
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: eigensystem
+  use gestell_math_matrix, only: balanced
+  use gestell_floquet_period_monodromy, only: monodromy_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: append, arrange, disc_bounds, multiplier, no_multipliers, set_multipliers, solve_multipliers
+
+  !> Of all multipliers, largest modulus first, conjugate pairs adjacent, +im first. All shapes (n).
+  type, public :: multipliers_type
+    complex(dp), allocatable :: rho(:)
+    !> ln |rho|, also where rho over- or underflows.
+    real(dp), allocatable :: log_abs(:)
+    !> Argument in (-pi, pi].
+    real(dp), allocatable :: arg(:)
+    !> Characteristic exponents ln(rho) / T, imaginary parts up to multiples of 2 pi / T.
+    complex(dp), allocatable :: exponent(:)
+    !> Bound on the error of rho relative to |rho|; from 1 on rho is lost: no digit of it is sure. At most 1e300; `nothing_told`
+    !> where there is no bound at all.
+    real(dp), allocatable :: error(:)
+    !> Condition of the eigenvalue in balanced units: 1 at best.
+    real(dp), allocatable :: condition(:)
+    !> Eigenvectors y_k of (19), states at t = 0 in the model's units, unit columns; shape (n, n).
+    complex(dp), allocatable :: vectors(:, :)
+  contains
+    procedure :: verdict
+    procedure :: lost
+    procedure :: untold
+  end type multipliers_type
+
+  !> The error of a multiplier of which nothing is known: above every bound.
+  real(dp), parameter, public :: nothing_told = 1.0e308_dp
+
+  !> ln 1e300.
+  real(dp), parameter :: most = 300 * log(10.0_dp)
+
+contains
+
+  !> The multipliers of `monodromy`; with `vectors` the eigenvectors too.
+  !> Errors: `monodromy` was not solved; LAPACK found no eigenvalues.
+  subroutine solve_multipliers(monodromy, vectors, multipliers, error)
+    type(monodromy_type), intent(in) :: monodromy
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+    integer :: n
+
+    if (.not. allocated(monodromy%phi)) then
+      call fatal_error(error, "multipliers are those of a system that solve_monodromy has solved", invalid_input)
+      return
+    end if
+    n = size(monodromy%scale)
+    call eigensystem(balanced(monodromy%phi, monodromy%scale), rho, right, left, error)
+    if (allocated(error)) return
+    ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
+    associate (d => monodromy%scale, rounding => n * epsilon(1.0_dp) * monodromy%norm)
+      if (allocated(monodromy%phi_change)) then
+        call set_multipliers(rho, right, left, monodromy%roundoff + rounding, multipliers, &
+          & monodromy%phi_change * spread(spread(d, 1, n) / spread(d, 2, n), 3, 2))
+      else
+        call set_multipliers(rho, right, left, monodromy%error + rounding, multipliers)
+      end if
+    end associate
+    if (.not. monodromy%told) multipliers%error = nothing_told
+    multipliers%exponent = multipliers%exponent / monodromy%period
+    if (vectors) multipliers%vectors = right * spread(monodromy%scale, 2, n)
+    call arrange(multipliers)
+  end subroutine solve_multipliers
+
+  !> Multipliers, for the period 1, from the eigenvalues `rho` of a matrix whose error is at most `perturbation` in norm, plus
+  !> one of the matrices `changes`, and its right and left eigenvectors, unit columns.
+  !>
+  !> Error bounds: with eigenvectors x_j and left ones y_k, |y_k| = |x_j| = 1, the eigenvalues of Phi + E lie in the
+  !> union of the discs |mu - rho_k| <= sum over j of f_kj, f_kj = |y_k* E x_j| / |y_k* x_k| (Gershgorin's theorem for
+  !> X^-1 (Phi + E) X), where the part of E that is known in norm only gives |E| / |y_k* x_k| at most. Discs that touch
+  !> share their eigenvalues, so a bound then reaches across all of them: it holds for close and defective ones. The disc of
+  !> one that lies apart shrinks (`apart`).
+  pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
+    complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
+    real(dp), intent(in) :: perturbation
+    type(multipliers_type), intent(out) :: multipliers
+    real(dp), intent(in), optional :: changes(:, :, :)
+    !> What is left out of the changes' direction, which is that of their leading order, where nothing else makes a disc wider.
+    real(dp), parameter :: of_direction = 2
+    real(dp) :: radius(size(rho)), f(size(rho), size(rho)), doubted(size(rho), size(rho))
+    integer :: n, k
+
+    n = size(rho)
+    multipliers%rho = rho
+    multipliers%condition = [(1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
+    multipliers%log_abs = log(max(abs(rho), tiny(1.0_dp)))
+    multipliers%arg = atan2(aimag(rho), real(rho))
+    multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp)
+    f = 0
+    if (present(changes)) then
+      do k = 1, size(changes, 3)
+        f = max(f, abs(matmul(conjg(transpose(left)), matmul(changes(:, :, k), right))))
+      end do
+    end if
+    doubted = (of_direction * f + perturbation) * spread(multipliers%condition, 2, n)
+    f = (f + perturbation) * spread(multipliers%condition, 2, n)
+    radius = [(min(sum(f(k, :)), apart(rho, doubted, k)), k = 1, n)]
+    associate (modulus => max(abs(rho), tiny(1.0_dp)))
+      multipliers%error = disc_bounds(multipliers%exponent, &
+        & exp(min(log(max(radius, tiny(1.0_dp))) - log(modulus), most)))
+    end associate
+  end subroutine set_multipliers
+
+  !> The radius of the disc of the k-th eigenvalue where those of all others grow as far as they may without touching it: a
+  !> similarity that shrinks the off-diagonal elements f_kj of its row by alpha enlarges those of its column, f_ik, by 1/alpha
+  !> (J. H. Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2), so that they count to second order only. Without such
+  !> an alpha: huge.
+  pure real(dp) function apart(rho, f, k) result(radius)
+    complex(dp), intent(in) :: rho(:)
+    real(dp), intent(in) :: f(:, :)
+    integer, intent(in) :: k
+    real(dp) :: alpha, room
+    integer :: i
+
+    radius = huge(radius)
+    alpha = 0
+    do i = 1, size(rho)
+      if (i == k) cycle
+      room = abs(rho(i) - rho(k)) - (sum(f(i, :)) - f(i, k)) - sum(f(k, :))
+      if (.not. f(i, k) < room) return
+      alpha = max(alpha, f(i, k) / room)
+    end do
+    radius = f(k, k) + alpha * (sum(f(k, :)) - f(k, k))
+  end function apart
+
+  !> None at all, to begin with; with eigenvectors of n states if n > 0.
+  pure function no_multipliers(n) result(multipliers)
+    integer, intent(in) :: n
+    type(multipliers_type) :: multipliers
+
+    allocate(multipliers%rho(0), multipliers%exponent(0))
+    allocate(multipliers%log_abs(0), multipliers%arg(0), multipliers%error(0), multipliers%condition(0))
+    if (n > 0) allocate(multipliers%vectors(n, 0))
+  end function no_multipliers
+
+  !> Adds `more` at the end.
+  pure subroutine append(all, more)
+    type(multipliers_type), intent(inout) :: all
+    type(multipliers_type), intent(in) :: more
+
+    all%rho = [all%rho, more%rho]
+    all%log_abs = [all%log_abs, more%log_abs]
+    all%arg = [all%arg, more%arg]
+    all%exponent = [all%exponent, more%exponent]
+    all%error = [all%error, more%error]
+    all%condition = [all%condition, more%condition]
+    if (allocated(more%vectors)) all%vectors = reshape([all%vectors, more%vectors], &
+      & [size(more%vectors, 1), size(all%vectors, 2) + size(more%vectors, 2)])
+  end subroutine append
+
+  !> Largest modulus first, unit eigenvectors.
+  pure subroutine arrange(multipliers)
+    type(multipliers_type), intent(inout) :: multipliers
+    integer :: order(size(multipliers%rho)), k
+
+    order = by_modulus(multipliers%log_abs, multipliers%arg)
+    multipliers%rho = multipliers%rho(order)
+    multipliers%condition = multipliers%condition(order)
+    multipliers%log_abs = multipliers%log_abs(order)
+    multipliers%arg = multipliers%arg(order)
+    multipliers%exponent = multipliers%exponent(order)
+    multipliers%error = multipliers%error(order)
+    if (.not. allocated(multipliers%vectors)) return
+    multipliers%vectors = multipliers%vectors(:, order)
+    do k = 1, size(order)
+      multipliers%vectors(:, k) = normalised(multipliers%vectors(:, k))
+    end do
+  end subroutine arrange
+
+  !> How far from rho(k), relative to |rho(k)|, the eigenvalue can lie that it stands for: the radius of its disc, or where
+  !> discs touch, the reach of all discs that hang together with it. `z` = ln rho; radii relative to |rho|.
+  pure function disc_bounds(z, radius) result(bound)
+    complex(dp), intent(in) :: z(:)
+    real(dp), intent(in) :: radius(:)
+    real(dp) :: bound(size(z))
+    integer :: cluster(size(z)), i, k
+
+    cluster = [(k, k = 1, size(z))]
+    do i = 1, size(z)
+      do k = 1, size(z)
+        ! In units of the greater one of the two.
+        if (real(z(i)) > real(z(k)) .or. cluster(i) == cluster(k)) cycle
+        if (distance(z(i), z(k)) > radius(i) * exp(real(z(i) - z(k))) + radius(k)) cycle
+        where (cluster == cluster(i)) cluster = cluster(k)
+      end do
+    end do
+    bound = radius
+    do k = 1, size(z)
+      do i = 1, size(z)
+        if (i /= k .and. cluster(i) == cluster(k)) bound(k) = max(bound(k), distance(z(i), z(k)) &
+          & + radius(i) * exp(min(real(z(i) - z(k)), most - log(max(radius(i), 1.0_dp)))))
+      end do
+    end do
+    bound = min(bound, exp(most))
+  end function disc_bounds
+
+  !> |rho_1 - rho_2| / |rho_2| by the logarithms, at most 1e300.
+  pure real(dp) function distance(z1, z2)
+    complex(dp), intent(in) :: z1, z2
+
+    distance = exp(most)
+    if (real(z1 - z2) < most) distance = abs(exp(z1 - z2) - 1)
+  end function distance
+
+  !> exp(z), infinite where it overflows.
+  elemental complex(dp) function multiplier(z)
+    complex(dp), intent(in) :: z
+
+    if (real(z) < log(huge(1.0_dp))) then
+      multiplier = exp(z)
+    else
+      multiplier = ieee_value(1.0_dp, ieee_positive_inf)
+    end if
+  end function multiplier
+
+  !> Places of the values, largest modulus first; conjugate pairs adjacent, that above the real axis first, also where several are
+  !> equal.
+  pure function by_modulus(log_abs, arg) result(order)
+    real(dp), intent(in) :: log_abs(:), arg(:)
+    integer :: order(size(log_abs))
+    integer :: i, k
+
+    do k = 1, size(order)
+      i = k
+      do while (i > 1)
+        if (.not. precedes(k, order(i - 1))) exit
+        order(i) = order(i - 1)
+        i = i - 1
+      end do
+      order(i) = k
+    end do
+
+  contains
+
+    pure logical function precedes(one, other)
+      integer, intent(in) :: one, other
+
+      precedes = log_abs(one) > log_abs(other)
+      if (precedes .or. log_abs(one) < log_abs(other)) return
+      precedes = abs(arg(one)) > abs(arg(other))
+      if (precedes .or. abs(arg(one)) < abs(arg(other))) return
+      precedes = twins_before(one) < twins_before(other)
+      if (precedes .or. twins_before(one) > twins_before(other)) return
+      precedes = arg(one) > arg(other)
+    end function precedes
+
+    !> How many of the same value come before.
+    pure integer function twins_before(k)
+      integer, intent(in) :: k
+
+      twins_before = count(abs(log_abs(:k - 1) - log_abs(k)) <= 0 .and. abs(arg(:k - 1) - arg(k)) <= 0)
+    end function twins_before
+
+  end function by_modulus
+
+  !> The vector with unit norm whose largest component is real and positive.
+  pure function normalised(v) result(unit)
+    complex(dp), intent(in) :: v(:)
+    complex(dp) :: unit(size(v))
+    complex(dp) :: largest
+
+    unit = v / maxval(abs(v))
+    largest = unit(maxloc(abs(unit), dim=1))
+    unit = unit * (abs(largest) / largest)
+    unit = unit / norm2(abs(unit))
+  end function normalised
+
+  !> Which multipliers have no digit that is sure: the bound is as great as the number.
+  pure function lost(self)
+    class(multipliers_type), intent(in) :: self
+    logical :: lost(size(self%error))
+
+    lost = self%error >= 1
+  end function lost
+
+  !> Whether nothing at all is known of them, as with too few given steps.
+  pure logical function untold(self)
+    class(multipliers_type), intent(in) :: self
+
+    untold = any(self%error >= nothing_told)
+  end function untold
+
+  !> 'stable': all |rho| below 1 by more than their error; 'unstable': some |rho| above 1 by more than its error;
+  !> 'undecided': neither. By logarithms: |rho| may over- or underflow.
+  pure function verdict(self) result(word)
+    class(multipliers_type), intent(in) :: self
+    character(len=9) :: word
+
+    associate (e => self%error)
+      if (any(e < 1 .and. self%log_abs + min(log(max(1 - e, tiny(1.0_dp))), -e) > 0)) then
+        word = "unstable"
+      else if (all(e < nothing_told .and. self%log_abs + min(log(1 + e) + epsilon(1.0_dp), e) < 0)) then
+        word = "stable"
+      else
+        word = "undecided"
+      end if
+    end associate
+  end function verdict
+
+end module gestell_floquet_multipliers

@@ -1,0 +1,168 @@
+!> The product of the affine maps of many steps, x <- A_k x + b_k for k = 1 ... m.
+!>
+!> The maps are applied one after the other to all columns of Phi and to x_p at once, which lie side by side in lanes
+!> (gestell_math_lanes).
+module gestell_floquet_period_composition
+  use gestell_base_kinds, only: dp
+  use gestell_math_lanes, only: lanes
+  implicit none (type, external)
+  private
+
+  public :: multiply_maps
+
+  !> Beyond this the squares within a norm overflow.
+  real(dp), parameter :: greatest = 1.0e150_dp
+
+contains
+
+  !> Applies the maps `a`, shape (n, n, steps), and where forced `b`, shape (n, steps), to `phi`, shape (n, n), and to `xp`,
+  !> shape (n). `reach` becomes the greatest size that xp has on the way, in the norm of x / scale, if that is greater.
+  !> `fits`: whether all numbers do. `summit`, shape (n, n), and `height` become Phi where it was greatest on the way, in the
+  !> norm of D^-1 Phi D, D = diag(scale), and this norm, if that is greater. `halfway`, shape (n, n), becomes Phi after step
+  !> `middle`, if that is one of these.
+  pure subroutine multiply_maps(a, scale, phi, fits, b, xp, reach, summit, height, halfway, middle)
+    real(dp), contiguous, intent(in) :: a(:, :, :)
+    real(dp), contiguous, intent(in) :: scale(:)
+    real(dp), intent(inout) :: phi(:, :)
+    logical, intent(out) :: fits
+    real(dp), contiguous, intent(in), optional :: b(:, :)
+    real(dp), intent(inout), optional :: xp(:), reach, summit(:, :), height, halfway(:, :)
+    integer, intent(in), optional :: middle
+    ! [Phi x_p] before the first and after each step, its columns in lanes: column j in lane modulo(j - 1, lanes) + 1 of
+    ! a group, x_p in `lane` of the last one, where `forced` is 1.
+    real(dp) :: motion(lanes, size(scale), size(scale) / lanes + 1, 0:size(a, 3)), forced(lanes)
+    real(dp) :: norms(size(a, 3))
+    integer :: n, steps, j, k, lane, group
+
+    n = size(scale)
+    steps = size(a, 3)
+    lane = modulo(n, lanes) + 1
+    group = n / lanes + 1
+    forced = 0
+    forced(lane) = 1
+    motion(:, :, :, 0) = 0
+    do j = 1, n
+      motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1, 0) = phi(:, j)
+    end do
+    if (present(xp)) motion(lane, :, group, 0) = xp
+
+    fits = .true.
+    do k = 1, steps
+      do j = 1, group
+        call apply(n, a(:, :, k), motion(:, :, j, k - 1), motion(:, :, j, k))
+      end do
+      if (present(b)) call add(n, b(:, k), forced, motion(:, :, group, k))
+      fits = small(n * group, motion(:, :, :, k))
+      if (.not. fits) return
+    end do
+
+    call take_phi(motion(:, :, :, steps), phi)
+    if (present(xp)) xp = motion(lane, :, group, steps)
+    if (present(reach)) then
+      do k = 1, steps
+        reach = max(reach, norm2(motion(lane, :, group, k) / scale))
+      end do
+    end if
+    if (present(halfway)) then
+      if (middle >= 1 .and. middle <= steps) call take_phi(motion(:, :, :, middle), halfway)
+    end if
+    if (.not. present(height)) return
+    norms = norms_of(n, scale, motion)
+    k = maxloc(norms, dim=1)
+    if (norms(k) <= height) return
+    height = norms(k)
+    call take_phi(motion(:, :, :, k), summit)
+  end subroutine multiply_maps
+
+  !> Phi from its columns in lanes.
+  pure subroutine take_phi(motion, phi)
+    real(dp), contiguous, intent(in) :: motion(:, :, :)
+    real(dp), intent(inout) :: phi(:, :)
+    integer :: j
+
+    do j = 1, size(phi, 2)
+      phi(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1)
+    end do
+  end subroutine take_phi
+
+  !> The norms of D^-1 Phi D after every step, x_p left out; shape (steps).
+  pure function norms_of(n, scale, motion) result(norms)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: scale(n)
+    real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)
+    real(dp) :: norms(ubound(motion, 4))
+    real(dp) :: weights(lanes, n, size(motion, 3)), squares(lanes)
+    integer :: i, j, k, lane
+
+    weights = 0
+    do j = 1, n
+      weights(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1) = (scale(j) / scale)**2
+    end do
+    do k = 1, size(norms)
+      squares = 0
+      do j = 1, size(motion, 3)
+        do i = 1, n
+          !GCC$ unroll 1
+          do lane = 1, lanes
+            squares(lane) = squares(lane) + weights(lane, i, j) * motion(lane, i, j, k)**2
+          end do
+        end do
+      end do
+      norms(k) = sqrt(sum(squares))
+    end do
+  end function norms_of
+
+  !> Y = A X for a single A, shape (n, n), and the columns of X and Y in lanes.
+  pure subroutine apply(n, a, x, y)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: a(n, n), x(lanes, n)
+    real(dp), intent(out) :: y(lanes, n)
+    real(dp) :: total(lanes)
+    integer :: lane, i, k
+
+    do i = 1, n
+      total = 0
+      do k = 1, n
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          total(lane) = total(lane) + a(i, k) * x(lane, k)
+        end do
+      end do
+      y(:, i) = total
+    end do
+  end subroutine apply
+
+  !> Adds b where `forced` is 1.
+  pure subroutine add(n, b, forced, x)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: b(n), forced(lanes)
+    real(dp), intent(inout) :: x(lanes, n)
+    integer :: lane, i
+
+    do i = 1, n
+      !GCC$ unroll 1
+      do lane = 1, lanes
+        x(lane, i) = x(lane, i) + b(i) * forced(lane)
+      end do
+    end do
+  end subroutine add
+
+  !> Whether all of `count` times `lanes` numbers are well within their range, and are numbers: sums keep what is none,
+  !> maxima lose it.
+  pure logical function small(count, x)
+    integer, intent(in) :: count
+    real(dp), intent(in) :: x(lanes, count)
+    real(dp) :: sums(lanes)
+    integer :: lane, i
+
+    sums = 0
+    do i = 1, count
+      !GCC$ ivdep
+      do lane = 1, lanes
+        sums(lane) = sums(lane) + abs(x(lane, i))
+      end do
+    end do
+    small = all(sums < greatest)
+  end function small
+
+end module gestell_floquet_period_composition

@@ -1,0 +1,70 @@
+!> Liouville's side of the monodromy matrix: ln det Phi(T) is the integral of tr P over the period.
+module gestell_floquet_period_liouville
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: trace_integral
+
+  !> Steps whose points are sampled at a time.
+  integer, parameter :: block_length = 16
+
+contains
+
+  !> The integral of tr P over the period with 8 points for each of the steps between `nodes`: equidistant ones where the
+  !> coefficients do not jump, which for smooth periodic functions converges faster than any power, else Gauss' points.
+  !> Error: P is not finite somewhere.
+  subroutine trace_integral(system, nodes, integral, error)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: nodes(:)
+    real(dp), intent(out) :: integral
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 8
+    real(dp) :: c(points), b(points), phases(points * block_length), weights(points * block_length)
+    type(tableau_type) :: rule
+    integer :: first, count, k
+
+    c = [((k - 0.5_dp) / points, k = 1, points)]
+    b = 1.0_dp / points
+    if (allocated(system%breaks)) then
+      rule = gauss_tableau(points)
+      c = rule%c
+      b = rule%b
+    end if
+    integral = 0
+    do first = 1, size(nodes) - 1, block_length
+      count = 0
+      do k = first, min(first + block_length, size(nodes)) - 1
+        associate (h => nodes(k + 1) - nodes(k))
+          phases(count + 1:count + points) = nodes(k) + h * c
+          weights(count + 1:count + points) = h * system%period * b
+        end associate
+        count = count + points
+      end do
+      integral = integral + dot_product(weights(:count), traces(system, phases(:count)))
+    end do
+    if (ieee_is_finite(integral)) return
+    call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
+  end subroutine trace_integral
+
+  !> tr P at these phases.
+  function traces(system, phases)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:)
+    real(dp) :: traces(size(phases))
+    real(dp), allocatable :: p(:, :, :)
+    integer :: j
+
+    allocate(p(system%states, system%states, size(phases)))
+    call system%sample(phases, p)
+    traces = 0
+    do j = 1, system%states
+      traces = traces + p(j, j, :)
+    end do
+  end function traces
+
+end module gestell_floquet_period_liouville

@@ -1,0 +1,398 @@
+!> The monodromy matrix Phi(T) to an ordered accuracy, with the evidence for it.
+module gestell_floquet_period_monodromy
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: balancing, inverse, log_abs_determinant
+  use gestell_math_matrix, only: balanced
+  use gestell_base_text, only: text
+  use gestell_floquet_period_convergence, only: begin_type, most_steps, next_steps, promised, remaining, safety, &
+    & too_many_steps, watch_rounding
+  use gestell_floquet_period_period_map, only: period_map
+  use gestell_floquet_integrator_mesh, only: mesh
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_methods, only: cheapest_method, new_method
+  use gestell_floquet_period_liouville, only: trace_integral
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: check_accuracy, choose_method, solve_monodromy, survey
+
+  !> What the user orders.
+  type, public :: accuracy_type
+    !> Relative error allowed to Phi(T) and x_p(T).
+    real(dp) :: tolerance = 1.0e-9_dp
+    !> One of `method_names()`; unallocated: auto. `solve_floquet` knows `reduced` too.
+    character(len=:), allocatable :: method
+    !> Steps per period; 0: as many as the tolerance needs.
+    integer :: steps = 0
+  end type accuracy_type
+
+  !> Phi(T), x_p(T) and how far they can be trusted. Errors are in the norm of x / scale (Frobenius' for matrices).
+  type, public :: monodromy_type
+    !> Period T.
+    real(dp) :: period = 0
+    !> Phi(T), shape (n, n).
+    real(dp), allocatable :: phi(:, :)
+    !> x_p(T), shape (n), of the motion that starts from zero; unallocated unless asked for.
+    real(dp), allocatable :: xp(:)
+    !> Units, powers of two, that make the states comparable, shape (n).
+    real(dp), allocatable :: scale(:)
+    !> Norm of Phi(T), bound on the norm of its error, bound on the norm of the error of x_p(T).
+    real(dp) :: norm = 0, error = 0, xp_error = 0
+    !> The parts of `error` and `xp_error` that are the estimates for roundoff.
+    real(dp) :: roundoff = 0, xp_roundoff = 0
+    !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by two estimates; shapes (n, n, 2)
+    !> and (n, 2). Unallocated: the norms are all that is known.
+    real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
+    !> Whether the differences between the numbers of steps tell anything of the errors of Phi(T) and of x_p(T); where they do not,
+    !> `error` and `xp_error` are no bounds.
+    logical :: told = .true., xp_told = .true.
+    !> ln |det Phi(T)| - integral of tr P, zero by Liouville's theorem.
+    real(dp) :: liouville_defect = 0
+    !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
+    real(dp) :: detour = 1
+    !> Radians by which the fastest motion turns within the period.
+    real(dp) :: turns = 0
+    !> Steps of the result, evaluations of the coefficients in all.
+    integer :: steps = 0, evaluations = 0
+    !> Where there is no result: a step or the product failed, as by overflow.
+    logical :: broken = .false.
+    !> Ends of the steps, as phases.
+    real(dp), allocatable :: nodes(:)
+    class(method_type), allocatable :: method
+  contains
+    procedure :: loses_modes
+  end type monodromy_type
+
+  !> Steps that can be ordered.
+  integer, parameter :: most_given = 2**20
+
+  !> The period's map with a number of steps.
+  type :: level_type
+    real(dp), allocatable :: nodes(:), phi(:, :), xp(:)
+    real(dp) :: norm = 0, reach = 0, detour = 1
+    integer :: steps = 0
+  end type level_type
+
+contains
+
+  !> Phi(T) of `system`, and x_p(T) if `forced`, to `accuracy`.
+  !>
+  !> The error is measured on the case: solutions with three numbers of steps N1 < N2 < N3 are compared,
+  !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
+  !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
+  !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. Steps given
+  !> by the user are compared with half and twice as many; where that tells nothing, `monodromy%told` says so.
+  !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
+  !> tolerance out of reach.
+  subroutine solve_monodromy(system, accuracy, forced, monodromy, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(monodromy_type), intent(out) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: turns
+
+    call system%check(error)
+    if (.not. allocated(error)) call check_accuracy(accuracy, error)
+    if (allocated(error)) return
+    monodromy%period = system%period
+    call survey(system, monodromy%scale, turns, error)
+    if (.not. allocated(error)) call choose_method(system, accuracy, turns, monodromy%method, error)
+    if (allocated(error)) return
+    if (accuracy%steps > 0) then
+      call with_given_steps(system, accuracy%steps, forced, turns, monodromy, error)
+    else
+      call with_tolerance(system, accuracy%tolerance, forced, turns, monodromy, error)
+    end if
+    if (allocated(error)) return
+
+    call check_liouville(system, monodromy, error)
+  end subroutine solve_monodromy
+
+  !> Error: tolerance or steps are out of range.
+  pure subroutine check_accuracy(accuracy, error)
+    type(accuracy_type), intent(in) :: accuracy
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. (accuracy%tolerance > 0 .and. accuracy%tolerance < 1)) then
+      call fatal_error(error, "the tolerance must lie between 0 and 1", invalid_input)
+    else if (accuracy%steps < 0 .or. accuracy%steps > most_given) then
+      call fatal_error(error, "steps must lie between 0 and " // text(most_given), invalid_input)
+    end if
+  end subroutine check_accuracy
+
+  !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
+  !> name.
+  subroutine choose_method(system, accuracy, turns, method, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: turns
+    class(method_type), allocatable, intent(out) :: method
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: name
+
+    name = "auto"
+    if (allocated(accuracy%method)) name = accuracy%method
+    if (name == "auto" .and. accuracy%steps == 0) then
+      call cheapest_method(system, turns, accuracy%tolerance, method)
+    else
+      call new_method(name, method, error)
+    end if
+  end subroutine choose_method
+
+  !> The units that balance the states, from the size of P over the period, and how far the fastest motion turns
+  !> within the period, w_max T in radians.
+  subroutine survey(system, scale, turns, error)
+    class(periodic_system), intent(in) :: system
+    real(dp), allocatable, intent(out) :: scale(:)
+    real(dp), intent(out) :: turns
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 16
+    real(dp), allocatable :: p(:, :, :)
+    integer :: k
+
+    allocate(p(system%states, system%states, points))
+    call system%sample([((k - 0.5_dp) / points, k = 1, points)], p)
+    turns = 0
+    if (.not. all(ieee_is_finite(p))) then
+      call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
+        & failed_computation)
+      return
+    end if
+    scale = balancing(maxval(abs(p), dim=3))
+    do k = 1, points
+      turns = max(turns, scaled_norm(p(:, :, k), scale) * system%period / sqrt(2.0_dp))
+    end do
+  end subroutine survey
+
+  !> With N steps, measured by N/2 and 2 N. The method has not begun to converge, and nothing is told of the error, unless the
+  !> differences fall or are small already, and the bound that they give is below Phi(T) (below the greatest x_p(t)) itself:
+  !> differences of that size fall by chance, as those above a hundredth do where the fastest motion turns by more radians in a
+  !> step than the method has orders.
+  subroutine with_given_steps(system, steps, forced, turns, monodromy, error)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: steps
+    logical, intent(in) :: forced
+    real(dp), intent(in) :: turns
+    type(monodromy_type), intent(inout) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: small = 1.0e-6_dp, hundredth = 0.01_dp, whole = 1, nothing_known = 1 / epsilon(1.0_dp)
+    logical :: lost(2)
+    type(level_type) :: coarser, level, finer
+    real(dp) :: before(2), change(2)
+
+    call solve_level(system, max(1, steps / 2), forced, monodromy, coarser, error)
+    if (.not. allocated(error)) call solve_level(system, steps, forced, monodromy, level, error)
+    if (.not. allocated(error)) call solve_level(system, 2 * steps, forced, monodromy, finer, error)
+    if (allocated(error)) return
+    ! Relative to `level`, which becomes the result: the finer solution can be larger.
+    before = distance(coarser, level, monodromy%scale)
+    change = distance(finer, level, monodromy%scale)
+    lost = (change > small .and. 2 * change > before) .or. .not. safety * change < whole &
+      & .or. (change > hundredth .and. turns > real(monodromy%method%order, dp) * steps)
+    monodromy%told = .not. lost(1)
+    monodromy%xp_told = .not. lost(2)
+    where (lost) change = nothing_known
+    if (.not. any(lost)) call estimate_changes(monodromy, level, finer, safety, coarser, &
+      & safety * promised(coarser%steps, level%steps, monodromy%method%order))
+    call accept(system, level, safety * change, turns, monodromy)
+  end subroutine with_given_steps
+
+  subroutine with_tolerance(system, tolerance, forced, turns, monodromy, error)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: tolerance
+    logical, intent(in) :: forced
+    real(dp), intent(in) :: turns
+    type(monodromy_type), intent(inout) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    type(level_type) :: coarse, middle, fine
+    real(dp) :: d12(2), d23(2), left(2), floor
+    type(begin_type) :: begin
+    integer :: steps
+    logical :: rounding
+
+    ! A method of order p begins to converge where the fastest motion turns by about p / 3 radians in a step: the middle
+    ! solution stands there.
+    if (3 * turns / monodromy%method%order > most_steps) then
+      call too_many_steps(error)
+      return
+    end if
+    steps = max(system%least_steps, ceiling(1.5_dp * turns / monodromy%method%order))
+    call solve_level(system, steps, forced, monodromy, coarse, error)
+    if (allocated(error)) return
+    call solve_level(system, 2 * steps, forced, monodromy, middle, error)
+    if (allocated(error)) return
+    d12 = distance(coarse, middle, monodromy%scale)
+
+    do
+      floor = roundoff(system, middle, turns)
+      steps = next_steps(coarse%steps, middle%steps, maxval(d12), monodromy%method%order, max(tolerance, floor))
+      if (steps > most_steps) then
+        call too_many_steps(error)
+        return
+      end if
+      call solve_level(system, steps, forced, monodromy, fine, error)
+      if (allocated(error)) return
+      d23 = distance(middle, fine, monodromy%scale)
+      left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, monodromy%method%order)
+      if (all(safety * left + floor <= tolerance .or. d23 <= floor + [0.0_dp, system%load_rounding])) exit
+      call watch_rounding(d23, fine%steps, max(tolerance, floor), begin, rounding)
+      if (rounding) then
+        left(2) = max(left(2), d12(2), d23(2))
+        exit
+      end if
+      call move_level(middle, coarse)
+      call move_level(fine, middle)
+      d12 = d23
+    end do
+    call estimate_changes(monodromy, fine, middle, safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), coarse, &
+      & safety * promised(coarse%steps, fine%steps, monodromy%method%order))
+    call accept(system, fine, safety * left, turns, monodromy)
+  end subroutine with_tolerance
+
+  !> The errors of Phi(T) and x_p(T) at `level` from how two others differ from it, times a factor each. In which
+  !> directions they lie tells more than their norms: slow modes and the periodic motion are more exact than the fastest
+  !> mode.
+  pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
+    type(monodromy_type), intent(inout) :: monodromy
+    type(level_type), intent(in) :: level, first, second
+    real(dp), intent(in) :: first_factor, second_factor
+
+    allocate(monodromy%phi_change(size(level%phi, 1), size(level%phi, 2), 2))
+    monodromy%phi_change(:, :, 1) = max(first_factor, 0.0_dp) * (first%phi - level%phi)
+    monodromy%phi_change(:, :, 2) = second_factor * (second%phi - level%phi)
+    if (.not. allocated(level%xp)) return
+    allocate(monodromy%xp_change(size(level%xp), 2))
+    monodromy%xp_change(:, 1) = max(first_factor, 0.0_dp) * (first%xp - level%xp)
+    monodromy%xp_change(:, 2) = second_factor * (second%xp - level%xp)
+  end subroutine estimate_changes
+
+  subroutine solve_level(system, steps, forced, monodromy, level, error)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: steps
+    logical, intent(in) :: forced
+    type(monodromy_type), intent(inout) :: monodromy
+    type(level_type), intent(out) :: level
+    type(error_type), allocatable, intent(out) :: error
+
+    level%nodes = mesh(system, steps)
+    level%steps = size(level%nodes) - 1
+    allocate(level%phi(system%states, system%states))
+    if (forced) then
+      allocate(level%xp(system%states))
+      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, level%xp, level%reach, &
+        & level%detour)
+    else
+      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, detour=level%detour)
+    end if
+    monodromy%broken = allocated(error)
+    if (allocated(error)) return
+    level%norm = scaled_norm(level%phi, monodromy%scale)
+    monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
+  end subroutine solve_level
+
+  pure subroutine move_level(from, to)
+    type(level_type), intent(inout) :: from
+    type(level_type), intent(out) :: to
+
+    call move_alloc(from%nodes, to%nodes)
+    call move_alloc(from%phi, to%phi)
+    call move_alloc(from%xp, to%xp)
+    to%norm = from%norm
+    to%reach = from%reach
+    to%detour = from%detour
+    to%steps = from%steps
+  end subroutine move_level
+
+  !> Differences of Phi(T) and of x_p(T) between two solutions, relative to the `other`. Where all free vibrations die
+  !> out below the smallest number, Phi(T) is zero to within that.
+  pure function distance(one, other, scale) result(d)
+    type(level_type), intent(in) :: one, other
+    real(dp), intent(in) :: scale(:)
+    real(dp) :: d(2)
+
+    d(1) = scaled_norm(one%phi - other%phi, scale) / max(other%norm, tiny(1.0_dp))
+    d(2) = 0
+    if (allocated(other%xp)) then
+      if (other%reach > 0) d(2) = norm2((one%xp - other%xp) / scale) / other%reach
+    end if
+  end function distance
+
+  !> What the arithmetic leaves uncertain, relative to Phi(T): the roundings of n numbers in every step add up, for nearly
+  !> constant coefficients all with the same sign, those of the coefficients shift the phase of the fastest motion; the
+  !> model's own come on top. All count for more where Phi(t) was greater on the way.
+  pure real(dp) function roundoff(system, level, turns)
+    class(periodic_system), intent(in) :: system
+    type(level_type), intent(in) :: level
+    real(dp), intent(in) :: turns
+
+    roundoff = (epsilon(1.0_dp) * (size(level%phi, 1) * level%steps + 2 * turns) + system%rounding) * level%detour
+  end function roundoff
+
+  !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, the result.
+  subroutine accept(system, level, errors, turns, monodromy)
+    class(periodic_system), intent(in) :: system
+    type(level_type), intent(inout) :: level
+    real(dp), intent(in) :: errors(2), turns
+    type(monodromy_type), intent(inout) :: monodromy
+
+    ! The squares within a norm vanish below sqrt(tiny): so small a Phi(T) is known to that only.
+    monodromy%roundoff = roundoff(system, level, turns) * level%norm + sqrt(tiny(1.0_dp))
+    monodromy%norm = level%norm
+    monodromy%error = errors(1) * level%norm + monodromy%roundoff
+    monodromy%xp_roundoff = (roundoff(system, level, turns) + system%load_rounding) * level%reach
+    if (allocated(level%xp)) then
+      if (any(abs(level%xp) > 0)) monodromy%xp_roundoff = monodromy%xp_roundoff + sqrt(tiny(1.0_dp))
+    end if
+    monodromy%xp_error = errors(2) * level%reach + monodromy%xp_roundoff
+    monodromy%steps = level%steps
+    monodromy%turns = turns
+    monodromy%detour = level%detour
+    call move_alloc(level%nodes, monodromy%nodes)
+    call move_alloc(level%phi, monodromy%phi)
+    call move_alloc(level%xp, monodromy%xp)
+  end subroutine accept
+
+  !> By Liouville ln |det Phi(T)| equals the integral of tr P. Where the determinant underflows, the defect is that
+  !> integral, large as it should be where nothing is proved.
+  subroutine check_liouville(system, monodromy, error)
+    class(periodic_system), intent(in) :: system
+    type(monodromy_type), intent(inout) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: singular
+    real(dp) :: log_det, integral
+
+    call trace_integral(system, mesh(system, max(system%least_steps, monodromy%steps / 4)), integral, error)
+    if (allocated(error)) return
+    call log_abs_determinant(monodromy%phi, log_det, singular)
+    monodromy%liouville_defect = log_det - integral
+  end subroutine check_liouville
+
+  !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are
+  !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the detour.
+  logical function loses_modes(self)
+    class(monodromy_type), intent(in) :: self
+    real(dp), parameter :: most_spread = 1.0e4_dp
+    real(dp), allocatable :: inverted(:, :)
+    type(error_type), allocatable :: singular
+
+    loses_modes = .true.
+    if (self%detour >= most_spread) return
+    ! The squares within a norm vanish below sqrt(tiny).
+    if (self%norm < sqrt(tiny(1.0_dp)) / epsilon(1.0_dp)) return
+    call inverse(balanced(self%phi, self%scale), inverted, singular)
+    if (allocated(singular)) return
+    loses_modes = self%norm * norm2(inverted) >= most_spread
+  end function loses_modes
+
+  !> Frobenius' norm of D^-1 A D, D = diag(scale).
+  pure real(dp) function scaled_norm(a, scale)
+    real(dp), intent(in) :: a(:, :), scale(:)
+
+    scaled_norm = norm2(balanced(a, scale))
+  end function scaled_norm
+
+end module gestell_floquet_period_monodromy

@@ -1,0 +1,257 @@
+!> The affine map of a whole period from the maps of its steps, and the motion along it.
+module gestell_floquet_period_period_map
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_math_lanes, only: lanes
+  use gestell_math_lapack, only: inverse, log_abs_determinant
+  use gestell_math_matrix, only: balanced, unit_matrix
+  use gestell_base_text, only: text
+  use gestell_floquet_integrator_mesh, only: merged
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_period_composition, only: multiply_maps
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: check_phases, end_of_block, motions, period_map, trajectory
+
+  !> Steps whose maps are held at a time: memory does not grow with the number of steps, and stays in the cache.
+  integer, parameter, public :: block_length = 32
+
+contains
+
+  !> The last step of the block that begins with step `first` of so many. No block is left with fewer steps than are done
+  !> side by side, for these are expensive.
+  pure integer function end_of_block(first, steps) result(last)
+    integer, intent(in) :: first, steps
+
+    last = min(first + block_length - 1, steps)
+    if (steps - last > 0 .and. steps - last < lanes) last = last - lanes
+  end function end_of_block
+
+  !> Error: the phases are not ascending within [0, 1].
+  pure subroutine check_phases(phases, error)
+    real(dp), intent(in) :: phases(:)
+    type(error_type), allocatable, intent(out) :: error
+    logical :: sound
+
+    sound = all(phases >= 0 .and. phases <= 1)
+    if (sound .and. size(phases) > 1) sound = all(phases(2:) >= phases(:size(phases) - 1))
+    if (.not. sound) call fatal_error(error, "phases must be ascending, from 0 to 1", invalid_input)
+  end subroutine check_phases
+
+  !> Error: ends of steps, units and results do not fit together or to a system of n states.
+  pure subroutine check_shapes(n, nodes, sizes, error)
+    integer, intent(in) :: n, sizes(:)
+    real(dp), intent(in) :: nodes(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_phases(nodes, error)
+    if (allocated(error)) return
+    if (size(nodes) < 2) then
+      call fatal_error(error, "a motion needs one step at least", invalid_input)
+    else if (any(sizes /= n)) then
+      call fatal_error(error, "units and results have the system's number of states, " // text(n), invalid_input)
+    end if
+  end subroutine check_shapes
+
+  !> Phi(T) = A_m ... A_1, shape (n, n), (17), over the steps between `nodes`; where asked for also x_p(T), shape (n),
+  !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale; and how much
+  !> more than Phi(T) a rounding on the way is worth, |Phi(T, t)| |Phi(t)| / |Phi(T)| where Phi(t) is greatest and in mid-turn,
+  !> from 1 upward.
+  !> Errors: nodes or shapes that make no sense; a step failed or the numbers overflow.
+  subroutine period_map(system, method, nodes, scale, phi, error, xp, reach, detour)
+    class(periodic_system), intent(in) :: system
+    class(method_type), intent(in) :: method
+    real(dp), contiguous, intent(in) :: nodes(:), scale(:)
+    real(dp), intent(out) :: phi(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(out), optional :: xp(:), reach, detour
+    real(dp), allocatable :: a(:, :, :), b(:, :)
+    ! What is not allocated is absent where it is an argument.
+    real(dp), allocatable :: summit(:, :), height, halfway(:, :)
+    integer :: n, steps, first, last, middle
+    logical :: fits
+
+    n = system%states
+    call check_shapes(n, nodes, [size(scale), shape(phi)], error)
+    if (allocated(error)) return
+    allocate(a(n, n, min(block_length, size(nodes) - 1)), b(n, min(block_length, size(nodes) - 1)))
+    phi = unit_matrix(n)
+    if (present(xp)) xp = 0
+    if (present(reach)) reach = 0
+    if (present(detour)) then
+      summit = phi
+      height = sqrt(real(n, dp))
+      halfway = phi
+    end if
+    middle = (size(nodes) - 1) / 2
+
+    last = 0
+    do while (last < size(nodes) - 1)
+      first = last + 1
+      last = end_of_block(first, size(nodes) - 1)
+      steps = last - first + 1
+      if (present(xp)) then
+        call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error, b(:, :steps))
+        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, reach, &
+          & summit, height, halfway, middle - first + 1)
+      else
+        call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error)
+        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, summit=summit, height=height, &
+          & halfway=halfway, middle=middle - first + 1)
+      end if
+      if (allocated(error)) return
+      if (.not. fits) then
+        call overflow(error)
+        return
+      end if
+    end do
+    if (present(detour)) detour = max(detour_by(balanced(phi, scale), balanced(summit, scale), height), &
+      & detour_halfway(balanced(phi, scale), balanced(halfway, scale)))
+  end subroutine period_map
+
+  !> How much more than Phi(T) a rounding at the time of the greatest Phi(t), the summit, is worth. From there to the end the
+  !> motion is Phi(T) Phi(t)^-1; where it does not go down this is about 1, and is not looked at.
+  real(dp) function detour_by(phi, summit, height) result(detour)
+    real(dp), intent(in) :: phi(:, :), summit(:, :), height
+    real(dp), parameter :: much = 10
+    real(dp), allocatable :: back(:, :)
+    type(error_type), allocatable :: singular
+    real(dp) :: norm
+
+    norm = norm2(phi)
+    detour = 1
+    if (height < much * max(norm, sqrt(real(size(phi, 1), dp)))) return
+    call inverse(summit, back, singular)
+    if (allocated(singular)) then
+      detour = height / max(norm, tiny(norm))
+    else
+      detour = max(1.0_dp, norm2(matmul(phi, back)) * height / max(norm, tiny(norm)))
+    end if
+  end function detour_by
+
+  !> The same for a rounding in mid-turn, |Phi(T, t)| |Phi(t)| / |Phi(T)| over that of rotations: far above 1 where modes that
+  !> all but coincide decay, as at critical damping. Where Phi(t) has lost modes nothing is said.
+  real(dp) function detour_halfway(phi, halfway) result(detour)
+    real(dp), intent(in) :: phi(:, :), halfway(:, :)
+    real(dp), parameter :: most_spread = 1.0e12_dp
+    real(dp), allocatable :: back(:, :)
+    type(error_type), allocatable :: singular
+    real(dp) :: norm, log_det
+
+    detour = 1
+    norm = norm2(halfway) / sqrt(real(size(phi, 1), dp))
+    if (.not. norm > tiny(norm)) return
+    call log_abs_determinant(halfway / norm, log_det, singular)
+    if (allocated(singular)) return
+    ! The condition is 2 (|A| / sqrt(n))^n / |det A| at most (Guggenheimer, Edelman, Johnson, College Math. J. 26 (1995), 2-5).
+    if (-log_det > log(most_spread)) return
+    call inverse(halfway / norm, back, singular)
+    detour = max(1.0_dp, norm2(matmul(phi, back)) / max(norm2(phi), tiny(1.0_dp)))
+  end function detour_halfway
+
+  !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.
+  !> The phases become ends of steps beside `nodes`, so x has the accuracy of the method there.
+  !> Errors: as of `period_map`.
+  subroutine trajectory(system, method, nodes, x0, phases, x, error)
+    class(periodic_system), intent(in) :: system
+    class(method_type), intent(in) :: method
+    real(dp), intent(in) :: nodes(:), x0(:), phases(:)
+    real(dp), intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: a(:, :, :), b(:, :), all_nodes(:)
+    real(dp) :: now(size(x0))
+    integer :: k, first, last, next
+
+    call check_shapes(system%states, nodes, [size(x0), size(x, 1)], error)
+    if (.not. allocated(error)) call check_phases(phases, error)
+    if (allocated(error)) return
+    if (size(x, 2) /= size(phases)) then
+      call fatal_error(error, "a motion has a column for each phase", invalid_input)
+      return
+    end if
+    all_nodes = merged(nodes, phases)
+    allocate(a(size(x0), size(x0), block_length), b(size(x0), block_length))
+    now = x0
+    next = 1
+    call keep(all_nodes(1))
+    last = 0
+    do while (last < size(all_nodes) - 1)
+      first = last + 1
+      last = end_of_block(first, size(all_nodes) - 1)
+      associate (from => all_nodes(first:last), to => all_nodes(first + 1:last + 1))
+        call method%maps(system, from, to, a(:, :, :size(from)), error, b(:, :size(from)))
+        if (allocated(error)) return
+        do k = 1, size(from)
+          now = matmul(a(:, :, k), now) + b(:, k)
+          call keep(to(k))
+        end do
+      end associate
+    end do
+    call check_finite(x, error)
+
+  contains
+
+    subroutine keep(phase)
+      real(dp), intent(in) :: phase
+
+      do while (next <= size(phases))
+        if (phases(next) > phase) return
+        x(:, next) = now
+        next = next + 1
+      end do
+    end subroutine keep
+
+  end subroutine trajectory
+
+  !> [Phi(t) x_p(t)], shape (n, n + 1, count), at the phases k / count, k = 1 ... count, which are among the equal steps between
+  !> `nodes`: all that is needed of the periodic motion but its start.
+  subroutine motions(system, method, nodes, maps, error)
+    class(periodic_system), intent(in) :: system
+    class(method_type), intent(in) :: method
+    real(dp), contiguous, intent(in) :: nodes(:)
+    real(dp), intent(out) :: maps(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: a(:, :, :), b(:, :)
+    real(dp) :: now(size(maps, 1), size(maps, 2))
+    integer :: n, steps, every, first, last, k
+
+    n = system%states
+    steps = size(nodes) - 1
+    every = steps / size(maps, 3)
+    allocate(a(n, n, block_length), b(n, block_length))
+    now = 0
+    now(:, :n) = unit_matrix(n)
+    last = 0
+    do while (last < steps)
+      first = last + 1
+      last = end_of_block(first, steps)
+      associate (count => last - first + 1)
+        call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :count), error, b(:, :count))
+      end associate
+      if (allocated(error)) return
+      do k = first, last
+        now = matmul(a(:, :, k - first + 1), now)
+        now(:, n + 1) = now(:, n + 1) + b(:, k - first + 1)
+        if (mod(k, every) == 0) maps(:, :, k / every) = now
+      end do
+    end do
+    if (.not. all(ieee_is_finite(maps))) call overflow(error)
+  end subroutine motions
+
+  pure subroutine check_finite(values, error)
+    real(dp), intent(in) :: values(:, :)
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. all(ieee_is_finite(values))) call overflow(error)
+  end subroutine check_finite
+
+  pure subroutine overflow(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, "the free vibration leaves the range of the numbers within one period", failed_computation)
+  end subroutine overflow
+
+end module gestell_floquet_period_period_map

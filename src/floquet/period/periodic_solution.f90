@@ -1,0 +1,156 @@
+!> The one periodic solution of x' = P x + f: x0 = (E - Phi)^-1 x_p(T), and the motion that starts there.
+module gestell_floquet_period_periodic_solution
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: inverse
+  use gestell_math_matrix, only: balanced, unit_matrix
+  use gestell_floquet_period_period_map, only: trajectory
+  use gestell_floquet_period_monodromy, only: monodromy_type
+  use gestell_floquet_period_turn_errors, only: close_turn, compare, comparison_type, relative_rounding, rounding_errors, &
+    & take_differences, turn_errors_type
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: follow, resonance, solve_periodic, take_errors
+
+  !> What a failure means.
+  character(len=*), parameter :: resonance = "the periodic vibration cannot be told: within the error of the free ones a " &
+    & // "multiplier may equal 1 (resonance); more damping, another speed or a smaller tolerance may help"
+
+  !> Where the periodic motion starts, with the evidence.
+  type, public :: periodic_solution_type
+    !> State at t = 0, and a bound on the error of each component; shape (n).
+    real(dp), allocatable :: x0(:), error(:)
+    !> |(E - Phi)^-1| (1 + |Phi|) in balanced units; its decimal logarithm is what the solution costs in digits.
+    real(dp) :: condition = 0
+  end type periodic_solution_type
+
+contains
+
+  !> Solves (E - Phi) x0 = x_p(T) in balanced units. An error e of Phi and e_p of x_p(T) disturb x0 by at most
+  !>
+  !>     |(E - Phi)^-1| (e |x0| + e_p) / (1 - |(E - Phi)^-1| e).
+  !>
+  !> That holds for rounding. The errors of integration are known in direction too: they leave (E - Phi)^-1 (E x0 + e_p) with
+  !> the matrices E and vectors e_p that belong together, in which most of them cancels: the periodic motion is slower than
+  !> the free vibrations.
+  !> Errors: `monodromy` was not solved with forcing, or with so few steps that nothing is known; an
+  !> error of Phi as large as e can make E - Phi singular,
+  !> so that nothing is known of x0.
+  subroutine solve_periodic(monodromy, solution, error)
+    type(monodromy_type), intent(in) :: monodromy
+    type(periodic_solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: inverted(:, :)
+    real(dp), allocatable :: x(:), disturbance(:), change(:)
+    real(dp) :: phi_error, xp_error, amplification, lost
+    integer :: n, k
+
+    if (.not. (allocated(monodromy%phi) .and. allocated(monodromy%xp))) then
+      call fatal_error(error, "the periodic motion needs a system that was solved with forcing", invalid_input)
+      return
+    end if
+    if (.not. (monodromy%told .and. monodromy%xp_told)) then
+      call fatal_error(error, "the periodic vibration cannot be told: with so few steps nothing is known of its error (order " &
+        & // "more, or none, and the tolerance decides)", failed_computation)
+      return
+    end if
+    n = size(monodromy%scale)
+    allocate(change(n), source=0.0_dp)
+    phi_error = n * epsilon(1.0_dp) * (n + monodromy%norm)
+    associate (d => monodromy%scale, known => allocated(monodromy%phi_change) .and. allocated(monodromy%xp_change))
+      if (known) then
+        phi_error = phi_error + monodromy%roundoff
+        xp_error = monodromy%xp_roundoff
+      else
+        phi_error = phi_error + monodromy%error
+        xp_error = monodromy%xp_error
+      end if
+      call inverse(unit_matrix(n) - balanced(monodromy%phi, d), inverted, error)
+      if (allocated(error)) then
+        call fatal_error(error, resonance, failed_computation)
+        return
+      end if
+      amplification = norm2(inverted)
+      x = matmul(inverted, monodromy%xp / d)
+      lost = amplification * phi_error
+      if (known) then
+        do k = 1, size(monodromy%phi_change, 3)
+          associate (e => balanced(monodromy%phi_change(:, :, k), d))
+            lost = max(lost, amplification * phi_error + norm2(matmul(inverted, e)))
+            disturbance = matmul(inverted, matmul(e, x) + monodromy%xp_change(:, k) / d)
+          end associate
+          ! A component can be small by chance.
+          change = max(change, abs(disturbance), 0.5_dp * norm2(disturbance))
+        end do
+      end if
+      if (.not. lost < 1) then
+        call fatal_error(error, resonance, failed_computation)
+        return
+      end if
+      solution%condition = amplification * (1 + monodromy%norm)
+      solution%x0 = x * d
+      solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + change) / (1 - lost) * d
+    end associate
+  end subroutine solve_periodic
+
+  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Errors: there is no solution; as of
+  !> `trajectory`.
+  subroutine follow(system, monodromy, solution, phases, x, error)
+    class(periodic_system), intent(in) :: system
+    type(monodromy_type), intent(in) :: monodromy
+    type(periodic_solution_type), intent(in) :: solution
+    real(dp), intent(in) :: phases(:)
+    real(dp), allocatable, intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. (allocated(solution%x0) .and. allocated(monodromy%method))) then
+      call fatal_error(error, "a motion is followed from the start that solve_periodic found", invalid_input)
+      return
+    end if
+    allocate(x(system%states, size(phases)))
+    call trajectory(system, monodromy%method, monodromy%nodes, solution%x0, phases, x, error)
+  end subroutine follow
+
+  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1, or with them among
+  !> more.
+  !> `disturbance`: what is unknown of the load, integrated over the period. Errors: overflow; resonance within the roundings.
+  subroutine take_errors(system, monodromy, phases, x, errors, error, disturbance)
+    class(periodic_system), intent(in) :: system
+    type(monodromy_type), intent(in) :: monodromy
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: disturbance
+    integer, parameter :: most_segments = 8
+    real(dp), parameter :: ends(2) = [0.0_dp, 1.0_dp]
+    type(comparison_type) :: comparison, turn
+    real(dp), allocatable :: z(:, :), due(:, :), inverted(:, :), own(:)
+    integer, allocatable :: first(:)
+    real(dp) :: rounding, lost
+    integer :: count, k
+
+    count = min(most_segments, size(phases) - 1)
+    allocate(first, source=[(1 + (k * (size(phases) - 1)) / count, k = 0, count)])
+    call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, phases(first), x(:, first(:count)), phases, x, &
+      & comparison, error)
+    if (allocated(error)) return
+    call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, ends, x(:, :1), ends, x(:, [1, 1]), turn, error)
+    if (allocated(error)) return
+    allocate(z(size(x, 1), count), due(size(x, 1), count))
+    call close_turn(turn, comparison, monodromy%scale, z, due, inverted, error)
+    if (allocated(error)) return
+    rounding = relative_rounding(system, comparison%steps, monodromy%turns)
+    lost = norm2(inverted) * rounding * monodromy%norm
+    if (.not. lost < 1) then
+      call fatal_error(error, resonance, failed_computation)
+      return
+    end if
+    own = (rounding + system%load_rounding) / (1 - lost) * comparison%size / count
+    if (present(disturbance)) own = own + disturbance / minval(monodromy%scale) / count
+    call take_differences(comparison, monodromy%scale, z, due, rounding_errors(comparison, monodromy%scale, inverted, own), own, &
+      & errors)
+  end subroutine take_errors
+
+end module gestell_floquet_period_periodic_solution

@@ -1,0 +1,193 @@
+!> The periodic motion at equidistant phases by one integration whose steps end there: a tenth of what a solution with its evidence
+!> takes. For corrections of a motion, whose own errors count for little.
+!>
+!> A periodic motion without high harmonics needs far fewer stages than Phi(T): what s stages of a step h leave is h^(s+1) times its
+!> derivative of that order, times (h |P|)^s, and a discrete (E - Phi)^-1 carries it round the turn. So the frequencies that the
+!> motion has count for s + 1 of the 2 s + 1 orders of the error and the fastest vibration for s only; its harmonics are known
+!> afterwards.
+module gestell_floquet_period_quick_motion
+  use gestell_math_dft, only: dft
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lapack, only: inverse
+  use gestell_math_matrix, only: balanced, unit_matrix
+  use gestell_base_text, only: text
+  use gestell_floquet_period_period_map, only: motions
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_period_monodromy, only: survey
+  use gestell_floquet_integrator_gauss, only: gauss
+  use gestell_floquet_period_turn_errors, only: relative_rounding
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: solve_quickly
+
+  !> The amplification where none is known: multipliers are not near 1.
+  real(dp), parameter :: usual_amplification = 7
+
+  type, public :: quick_motion_type
+    !> The states at the phases (k - 1)/phases, shape (n, phases), and units that make them comparable, shape (n).
+    real(dp), allocatable :: x(:, :), scale(:)
+    !> Estimates of their errors by rounding and by the steps, relative to the motion.
+    real(dp) :: rounding = 0, truncation = 0
+    !> Radians by which the fastest vibration turns within the period; how much greater errors of the steps show in the motion.
+    real(dp) :: turns = 0, amplification = usual_amplification
+    !> Sizes of its harmonics from order 0 upward in these units, relative to the whole.
+    real(dp), allocatable :: spectrum(:)
+  end type quick_motion_type
+
+  !> Where the fastest vibration turns further (rad) reduction is quicker.
+  real(dp), parameter :: most_turns = 700
+  !> Where none are known the harmonics are taken to fall in this ratio. The amplification may be so much greater than that of the
+  !> motion before, and the estimate of the error so much above what is allowed before a motion is solved again.
+  real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 100
+  !> Steps between two phases; trials.
+  integer, parameter :: most_between = 8, most_trials = 4
+
+contains
+
+  !> `of_motion`: the error of the motion that is allowed, relative to it. `fits` is false where this is no way: the fastest
+  !> vibration turns far, the coefficients jump, or a multiplier is so near 1 that the motion would have no digits. `motion` is one
+  !> of a system that differs little, or none: units, turns, amplification and harmonics are kept.
+  subroutine solve_quickly(system, phases, of_motion, motion, fits)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: phases
+    real(dp), intent(in) :: of_motion
+    type(quick_motion_type), intent(inout) :: motion
+    logical, intent(out) :: fits
+    class(method_type), allocatable :: method
+    type(error_type), allocatable :: error
+    real(dp) :: maps(system%states, system%states + 1, phases), inverted(system%states, system%states)
+    integer :: n, between, trial, k
+
+    fits = .false.
+    if (allocated(system%breaks)) return
+    if (.not. allocated(motion%scale)) then
+      call survey(system, motion%scale, motion%turns, error)
+      if (allocated(error)) return
+    end if
+    if (motion%turns > most_turns) return
+    n = system%states
+    if (.not. allocated(motion%spectrum)) motion%spectrum = [(usual_ratio**k, k = 0, phases / 2)]
+    do trial = 1, most_trials
+      call choose(system, phases, motion, of_motion / (reserve * motion%amplification), method, between)
+      if (between == 0) return
+      call motions(system, method, [(real(k, dp) / (between * phases), k = 0, between * phases)], maps, error)
+      if (.not. allocated(error)) call invert(maps(:, :n, phases), motion%scale, inverted, error)
+      if (allocated(error)) return
+      ! Where Phi is great (E - Phi)^-1 is small, and lost in rounding where other multipliers are not great.
+      motion%amplification = max(norm2(inverted), 1.0_dp)
+      motion%rounding = motion%amplification * (1 + norm2(balanced(maps(:, :n, phases), motion%scale))) &
+        & * relative_rounding(system, between * phases, motion%turns)
+      if (.not. motion%rounding < of_motion) return
+      call move(maps, matmul(inverted, maps(:, n + 1, phases) / motion%scale), motion)
+      if (.not. all(ieee_is_finite(motion%x))) return
+      motion%truncation = motion%amplification * error_of(system, motion, method, between * phases)
+      fits = motion%truncation <= slack * of_motion
+      if (fits) return
+    end do
+  end subroutine solve_quickly
+
+  !> The motion from its start over the units, with its harmonics.
+  subroutine move(maps, start, motion)
+    real(dp), intent(in) :: maps(:, :, :), start(:)
+    type(quick_motion_type), intent(inout) :: motion
+    complex(dp) :: z(size(maps, 3))
+    real(dp) :: greatest
+    integer :: n, j, k
+
+    n = size(start)
+    if (allocated(motion%x)) deallocate(motion%x)
+    allocate(motion%x(n, size(maps, 3)))
+    motion%x(:, 1) = motion%scale * start
+    do k = 1, size(maps, 3) - 1
+      motion%x(:, k + 1) = matmul(maps(:, :n, k), motion%x(:, 1)) + maps(:, n + 1, k)
+    end do
+    ! Two states at a time: of a and b the transform of a + i b has |A_k|^2 + |B_k|^2 in z_k and z_-k together.
+    greatest = maxval(abs(motion%x / spread(motion%scale, 2, size(z))))
+    deallocate(motion%spectrum)
+    allocate(motion%spectrum(size(z) / 2 + 1), source=0.0_dp)
+    if (.not. greatest > 0) return
+    do j = 1, n, 2
+      associate (a => motion%x(j, :) / motion%scale(j), b => motion%x(min(j + 1, n), :) / motion%scale(min(j + 1, n)))
+        z = dft(cmplx(a / greatest, b / greatest, dp))
+      end associate
+      motion%spectrum(1) = motion%spectrum(1) + abs(z(1))**2
+      do k = 1, size(z) / 2
+        motion%spectrum(k + 1) = motion%spectrum(k + 1) + 2 * (abs(z(k + 1))**2 + abs(z(size(z) + 1 - k))**2)
+      end do
+    end do
+    motion%spectrum = sqrt(motion%spectrum / sum(motion%spectrum))
+  end subroutine move
+
+  !> The error of such a motion by so many Gauss steps, relative to it, where nothing amplifies it (doc/theory.md, The vibration).
+  real(dp) function error_of(system, motion, method, steps)
+    class(periodic_system), intent(in) :: system
+    type(quick_motion_type), intent(in) :: motion
+    class(method_type), intent(in) :: method
+    integer, intent(in) :: steps
+    real(dp) :: angle
+    integer :: stages, k
+
+    stages = method%order / 2
+    angle = (0.8_dp * motion%turns + method%order * system%least_steps / 8.0_dp) / steps
+    error_of = method%error_constant * steps * angle**stages &
+      & * sum([(motion%spectrum(k + 1) * (2 * pi * k / steps)**(stages + 1), k = 1, size(motion%spectrum) - 1)])
+  end function error_of
+
+  !> (E - Phi)^-1 in balanced units.
+  subroutine invert(phi, scale, inverted, error)
+    real(dp), intent(in) :: phi(:, :), scale(:)
+    real(dp), intent(out) :: inverted(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: found(:, :)
+
+    call inverse(unit_matrix(size(scale)) - balanced(phi, scale), found, error)
+    if (.not. allocated(error)) inverted = found
+  end subroutine invert
+
+  !> The stages of Gauss collocation, and how many steps `between` two phases, with the least work for `tolerance`; zero: there are
+  !> none.
+  subroutine choose(system, phases, motion, tolerance, method, between)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: phases
+    type(quick_motion_type), intent(in) :: motion
+    real(dp), intent(in) :: tolerance
+    class(method_type), allocatable, intent(out) :: method
+    integer, intent(out) :: between
+    class(method_type), allocatable :: candidate
+    type(error_type), allocatable :: error
+    real(dp) :: work, least_work
+    integer :: stages, best, steps, fewest
+
+    between = 0
+    least_work = huge(least_work)
+    best = 0
+    fewest = 1
+    do while (fewest * phases < system%least_steps .and. fewest <= most_between)
+      fewest = 2 * fewest
+    end do
+    do stages = 2, 10
+      candidate = gauss(stages)
+      steps = fewest
+      do while (steps <= most_between)
+        if (error_of(system, motion, candidate, steps * phases) <= tolerance) exit
+        steps = 2 * steps
+      end do
+      if (steps > most_between) cycle
+      work = candidate%work(system%states, .true.) * steps
+      if (work < least_work) then
+        least_work = work
+        best = stages
+        between = steps
+      end if
+      ! More stages only cost more.
+      if (steps == fewest) exit
+    end do
+    if (between > 0) call new_method("gauss" // text(best), method, error)
+  end subroutine choose
+
+end module gestell_floquet_period_quick_motion

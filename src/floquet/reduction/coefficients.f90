@@ -1,0 +1,62 @@
+!> The coefficients of a periodic system at many phases, as gestell_floquet_reduction works with them.
+module gestell_floquet_reduction_coefficients
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_reduction_phasewise, only: multiply
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: change_coordinates, sample
+
+  !> A and T f at some phases, shapes (phases, n, n) and (phases, n).
+  type, public :: coefficients_type
+    real(dp), allocatable :: a(:, :, :), f(:, :)
+  end type coefficients_type
+
+contains
+
+  !> A, shape (phases, n, n), and T f, shape (phases, n), in balanced units.
+  subroutine sample(system, scale, forced, phases, coefficients, error)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: scale(:), phases(:)
+    logical, intent(in) :: forced
+    type(coefficients_type), intent(out) :: coefficients
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: p(:, :, :), f(:, :)
+    integer :: n, i, j
+
+    n = system%states
+    allocate(p(n, n, size(phases)), f(n, size(phases)), source=0.0_dp)
+    if (forced) then
+      call system%sample(phases, p, f)
+    else
+      call system%sample(phases, p)
+    end if
+    allocate(coefficients%a(size(phases), n, n), coefficients%f(size(phases), n))
+    do j = 1, n
+      do i = 1, n
+        coefficients%a(:, i, j) = p(i, j, :) * (system%period * scale(j) / scale(i))
+      end do
+      coefficients%f(:, j) = f(j, :) * (system%period / scale(j))
+    end do
+    if (all(ieee_is_finite(coefficients%a)) .and. all(ieee_is_finite(coefficients%f))) return
+    call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
+  end subroutine sample
+
+  !> The coefficients in the coordinates of the columns `start`.
+  pure subroutine change_coordinates(coefficients, start, start_inverse, own)
+    type(coefficients_type), intent(in) :: coefficients
+    real(dp), contiguous, intent(in) :: start(:, :), start_inverse(:, :)
+    type(coefficients_type), intent(out) :: own
+    real(dp), allocatable :: product(:, :, :)
+
+    allocate(own%a, product, mold=coefficients%a)
+    allocate(own%f, mold=coefficients%f)
+    call multiply(coefficients%a, start, product)
+    call multiply(start_inverse, product, own%a)
+    call multiply(start_inverse, coefficients%f, own%f)
+  end subroutine change_coordinates
+
+end module gestell_floquet_reduction_coefficients

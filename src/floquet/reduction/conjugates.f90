@@ -1,0 +1,152 @@
+!> Modes of real systems in real numbers: of two conjugate columns u, conj(u) of S, the real form R has Re u and Im u,
+!>
+!>     S = R K,   D = K^-1 G K,   y = K^-1 w,
+!>
+!> G and w being the generator and the coordinates in the columns of R. What they say in complex numbers is asked for here,
+!> at all phases: `conjugate` is the number of each column's conjugate, its own for a real column; of a pair, the lower
+!> number is that of Re u. Shapes: g (phases, n, n), w (phases, n).
+module gestell_floquet_reduction_conjugates
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  public :: add_coordinate, add_entry, complex_columns, coordinate, counts, divide, entry, real_columns, weights
+
+contains
+
+  !> D(k, l).
+  pure subroutine entry(g, conjugate, k, l, re, im)
+    real(dp), contiguous, intent(in) :: g(:, :, :)
+    integer, intent(in) :: conjugate(:), k, l
+    real(dp), contiguous, intent(out) :: re(:), im(:)
+    real(dp) :: s, t
+
+    s = side(conjugate, k)
+    t = side(conjugate, l)
+    associate (k1 => min(k, conjugate(k)), k2 => max(k, conjugate(k)), l1 => min(l, conjugate(l)), l2 => max(l, conjugate(l)), &
+      & x => weight(conjugate, k))
+      re = x * (g(:, k1, l1) + s * t * g(:, k2, l2))
+      im = x * (t * g(:, k1, l2) - s * g(:, k2, l1))
+    end associate
+  end subroutine entry
+
+  !> Adds to G what re + i im at (k, l) and its conjugate at the conjugate place of D are there.
+  pure subroutine add_entry(re, im, conjugate, k, l, g)
+    real(dp), contiguous, intent(in) :: re(:), im(:)
+    integer, intent(in) :: conjugate(:), k, l
+    real(dp), contiguous, intent(inout) :: g(:, :, :)
+    real(dp) :: s, t, x
+
+    s = side(conjugate, k)
+    t = side(conjugate, l)
+    x = weight(conjugate, l)
+    if (conjugate(k) /= k .or. conjugate(l) /= l) x = 2 * x
+    associate (k1 => min(k, conjugate(k)), k2 => max(k, conjugate(k)), l1 => min(l, conjugate(l)), l2 => max(l, conjugate(l)))
+      g(:, k1, l1) = g(:, k1, l1) + x * re
+      if (l1 /= l2) g(:, k1, l2) = g(:, k1, l2) + x * t * im
+      if (k1 /= k2) g(:, k2, l1) = g(:, k2, l1) - x * s * im
+      if (k1 /= k2 .and. l1 /= l2) g(:, k2, l2) = g(:, k2, l2) + x * s * t * re
+    end associate
+  end subroutine add_entry
+
+  !> Of two entries that are conjugates of each other one counts.
+  pure logical function counts(conjugate, k, l)
+    integer, intent(in) :: conjugate(:), k, l
+
+    counts = k < conjugate(k) .or. (k == conjugate(k) .and. l <= conjugate(l))
+  end function counts
+
+  !> y(k).
+  pure subroutine coordinate(w, conjugate, k, re, im)
+    real(dp), contiguous, intent(in) :: w(:, :)
+    integer, intent(in) :: conjugate(:), k
+    real(dp), contiguous, intent(out) :: re(:), im(:)
+
+    re = weight(conjugate, k) * w(:, min(k, conjugate(k)))
+    im = -weight(conjugate, k) * side(conjugate, k) * w(:, max(k, conjugate(k)))
+  end subroutine coordinate
+
+  !> Adds to w what re + i im at k and its conjugate at the conjugate place of y are there.
+  pure subroutine add_coordinate(re, im, conjugate, k, w)
+    real(dp), contiguous, intent(in) :: re(:), im(:)
+    integer, intent(in) :: conjugate(:), k
+    real(dp), contiguous, intent(inout) :: w(:, :)
+
+    associate (k1 => min(k, conjugate(k)), k2 => max(k, conjugate(k)))
+      w(:, k1) = w(:, k1) + re / weight(conjugate, k)
+      if (k1 /= k2) w(:, k2) = w(:, k2) - 2 * side(conjugate, k) * im
+    end associate
+  end subroutine add_coordinate
+
+  !> (re + i im) / (a + i b), in place. Error: a + i b vanishes at some phase.
+  pure subroutine divide(a, b, re, im, error)
+    real(dp), contiguous, intent(in) :: a(:), b(:)
+    real(dp), contiguous, intent(inout) :: re(:), im(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: square, kept, least
+    integer :: i
+
+    least = huge(least)
+    do i = 1, size(a)
+      square = a(i)**2 + b(i)**2
+      least = min(least, square)
+      square = 1 / merge(square, 1.0_dp, square > tiny(1.0_dp))
+      kept = re(i)
+      re(i) = (kept * a(i) + im(i) * b(i)) * square
+      im(i) = (im(i) * a(i) - kept * b(i)) * square
+    end do
+    if (least <= tiny(1.0_dp)) call fatal_error(error, &
+      & "two groups of modes share an eigenvalue, or one turns away from itself", failed_computation)
+  end subroutine divide
+
+  !> S of the columns R, shape (n, n).
+  pure function complex_columns(r, conjugate) result(s)
+    real(dp), intent(in) :: r(:, :)
+    integer, intent(in) :: conjugate(:)
+    complex(dp) :: s(size(r, 1), size(r, 2))
+    integer :: k
+
+    do k = 1, size(conjugate)
+      s(:, k) = cmplx(r(:, min(k, conjugate(k))), side(conjugate, k) * r(:, max(k, conjugate(k))), dp)
+    end do
+  end function complex_columns
+
+  !> R of the columns S, shape (n, n).
+  pure function real_columns(s, conjugate) result(r)
+    complex(dp), intent(in) :: s(:, :)
+    integer, intent(in) :: conjugate(:)
+    real(dp) :: r(size(s, 1), size(s, 2))
+    integer :: k
+
+    do k = 1, size(conjugate)
+      r(:, k) = real(s(:, k))
+      if (k > conjugate(k)) r(:, k) = aimag(s(:, conjugate(k)))
+    end do
+  end function real_columns
+
+  !> |S|^2 is the sum of the squares of R's columns times these; |S^-1|^2 that of the squares of the rows of R^-1, divided by
+  !> these. Shape (n).
+  pure function weights(conjugate)
+    integer, intent(in) :: conjugate(:)
+    real(dp) :: weights(size(conjugate))
+    integer :: k
+
+    weights = [(1 / weight(conjugate, k), k = 1, size(conjugate))]
+  end function weights
+
+  !> The factor in K^-1: 1/2 for the columns of a pair.
+  pure real(dp) function weight(conjugate, k)
+    integer, intent(in) :: conjugate(:), k
+
+    weight = merge(1.0_dp, 0.5_dp, conjugate(k) == k)
+  end function weight
+
+  !> 1 for u, -1 for conj(u), 0 for a real column.
+  pure real(dp) function side(conjugate, k)
+    integer, intent(in) :: conjugate(:), k
+
+    side = sign(min(1, abs(conjugate(k) - k)), conjugate(k) - k)
+  end function side
+
+end module gestell_floquet_reduction_conjugates

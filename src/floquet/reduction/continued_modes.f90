@@ -1,0 +1,130 @@
+!> The groups of modes that stay apart along the whole period, and their bases, from the eigenvectors at every phase: slow,
+!> but it gets through where the modes change much.
+module gestell_floquet_reduction_continued_modes
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: eigensystem, inverse
+  use gestell_floquet_reduction_conjugates, only: real_columns
+  use gestell_floquet_reduction_modes, only: columns_of, find_clash, first_basis, modes_type, orthonormal, unite
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: follow_modes
+
+  !> A basis that has turned so far against the one at phase 0 is not continued.
+  real(dp), parameter :: most_turned = 1.0e3_dp
+
+contains
+
+  !> Groups the eigenvalues of `a`, shape (N, n, n), given at N equidistant phases: the finest groups that keep a
+  !> distance of `gap` from each other, and from zero but for group 0, at every phase; with each group goes its
+  !> conjugate. Bases are continued from phase to phase by their directions and made smooth and periodic by
+  !>
+  !>     L_g T_g = E,   L = T^-1 at phase 0.
+  !>
+  !> Error: a subspace turns so far that this fails.
+  subroutine follow_modes(a, gap, modes, error)
+    real(dp), intent(in) :: a(:, :, :), gap
+    type(modes_type), intent(out) :: modes
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: values(:, :), vectors(:, :, :), bases(:, :, :), w(:), right(:, :), left(:, :)
+    integer :: clash(2), n, k
+
+    n = size(a, 2)
+    allocate(values(n, size(a, 1)), vectors(n, n, size(a, 1)), bases(n, n, size(a, 1)))
+    do k = 1, size(a, 1)
+      call eigensystem(a(k, :, :), w, right, left, error)
+      if (allocated(error)) return
+      values(:, k) = w
+      vectors(:, :, k) = right
+    end do
+
+    allocate(modes%conjugate, source=[(k, k = 1, n)])
+    do k = 1, n
+      if (aimag(values(k, 1)) > 0) modes%conjugate(k:k + 1) = [k + 1, k]
+    end do
+    allocate(modes%group, source=[(k, k = 1, n)])
+    do
+      call find_clash(values(:, 1), modes%group, gap, clash)
+      if (clash(1) == clash(2)) then
+        call continue_bases(values, vectors, gap, modes, bases, clash, error)
+        if (allocated(error)) return
+        if (clash(1) == clash(2)) exit
+      end if
+      call unite(modes, clash)
+    end do
+    modes%conjugate = [(merge(k, modes%conjugate(k), modes%group(k) == modes%group(modes%conjugate(k))), k = 1, n)]
+    allocate(modes%basis(size(a, 1), n, n))
+    do k = 1, size(a, 1)
+      modes%basis(k, :, :) = real_columns(bases(:, :, k), modes%conjugate)
+    end do
+  end subroutine follow_modes
+
+  !> The bases of `modes%group` at all phases, or the `clash` that was met on the way.
+  subroutine continue_bases(values, vectors, gap, modes, bases, clash, error)
+    complex(dp), intent(in) :: values(:, :), vectors(:, :, :)
+    real(dp), intent(in) :: gap
+    type(modes_type), intent(in) :: modes
+    complex(dp), intent(out) :: bases(:, :, :)
+    integer, intent(out) :: clash(2)
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: dual(:, :), inverted(:, :), within(:, :), basis(:, :), coordinates(:, :)
+    integer :: group(size(values, 1)), j, g
+    integer, allocatable :: columns(:), own(:)
+
+    bases = 0
+    clash = 0
+    bases(:, :, 1) = first_basis(vectors(:, :, 1), modes)
+    call inverse(bases(:, :, 1), dual, error)
+    if (allocated(error)) return
+    inverted = dual
+    do j = 2, size(values, 2)
+      coordinates = matmul(inverted, vectors(:, :, j))
+      ! Else groups could clash for ever.
+      if (.not. all(ieee_is_finite(abs(coordinates)))) then
+        call fatal_error(error, "modes cannot be told from each other", failed_computation)
+        return
+      end if
+      call assign_groups(coordinates, modes%group, group, clash)
+      if (clash(1) == clash(2)) call find_clash(values(:, j), group, gap, clash)
+      if (clash(1) /= clash(2)) return
+      do g = 0, size(modes%group)
+        columns = columns_of(modes%group, g)
+        if (size(columns) == 0) cycle
+        own = columns_of(group, g)
+        basis = orthonormal(vectors(:, own, j))
+        call inverse(matmul(dual(columns, :), basis), within, error)
+        if (.not. allocated(error)) then
+          if (norm2(abs(within)) < most_turned) then
+            bases(:, columns, j) = matmul(basis, within)
+            cycle
+          end if
+        end if
+        call fatal_error(error, "a mode turns too far within the period", failed_computation)
+        return
+      end do
+      call inverse(bases(:, :, j), inverted, error)
+      if (allocated(error)) return
+    end do
+  end subroutine continue_bases
+
+  !> The group of each eigenvector, whose `coordinates` in the basis of the phase before are given: the one in which the
+  !> greatest part of it lies. Where the groups' sizes do not come out, two of them clash.
+  pure subroutine assign_groups(coordinates, before, group, clash)
+    complex(dp), intent(in) :: coordinates(:, :)
+    integer, intent(in) :: before(:)
+    integer, intent(out) :: group(:), clash(2)
+    real(dp) :: part(0:size(before))
+    integer :: i, g, surplus(0:size(before))
+
+    do i = 1, size(before)
+      part = [(norm2(abs(pack(coordinates(:, i), before == g))), g = 0, size(before))]
+      group(i) = maxloc(part, dim=1) - 1
+    end do
+    clash = 0
+    surplus = [(count(group == g) - count(before == g), g = 0, size(before))]
+    if (any(surplus /= 0)) clash = [maxloc(surplus, dim=1), minloc(surplus, dim=1)] - 1
+  end subroutine assign_groups
+
+end module gestell_floquet_reduction_continued_modes

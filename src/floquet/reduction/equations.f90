@@ -1,0 +1,98 @@
+!> Complex linear equations at all phases at once, in real numbers.
+module gestell_floquet_reduction_equations
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_reduction_conjugates, only: divide, entry
+  use gestell_floquet_reduction_phasewise, only: solve
+  implicit none (type, external)
+  private
+
+  public :: means
+
+  !> For n unknowns. Before they are filled in they are told by which numbers re + i im they are to be divided, which are about
+  !> those on their diagonal: elimination does without a choice of pivots then.
+  type, public :: equations_type
+    integer :: n = 0
+    !> Shape (phases).
+    real(dp), allocatable :: re(:), im(:)
+    !> Real parts first; shapes (phases, 2 n, 2 n) and (phases, 2 n).
+    real(dp), allocatable :: matrix(:, :, :), x(:, :)
+  contains
+    procedure :: start
+    procedure :: add
+    procedure :: set_right
+    procedure :: solve => solve_equations
+  end type equations_type
+
+contains
+
+  !> For `n` unknowns. Where its divisors vanish for what they have to divide, they are 1.
+  pure subroutine start(self, n)
+    class(equations_type), intent(inout) :: self
+    integer, intent(in) :: n
+    real(dp), parameter :: little = 1.0e-6_dp
+
+    self%n = n
+    allocate(self%matrix(size(self%re), 2 * n, 2 * n), self%x(size(self%re), 2 * n), source=0.0_dp)
+    if (all(self%re**2 + self%im**2 > little)) return
+    self%re = 1
+    self%im = 0
+  end subroutine start
+
+  !> Adds re + i im to the entry of the matrix.
+  subroutine add(self, re, im, row, column)
+    class(equations_type), intent(inout) :: self
+    real(dp), intent(in) :: re(:), im(:)
+    integer, intent(in) :: row, column
+    real(dp) :: a(size(re)), b(size(re))
+    type(error_type), allocatable :: unused
+
+    a = re
+    b = im
+    call divide(self%re, self%im, a, b, unused)
+    associate (n => self%n, matrix => self%matrix)
+      matrix(:, row, column) = matrix(:, row, column) + a
+      matrix(:, n + row, n + column) = matrix(:, n + row, n + column) + a
+      matrix(:, row, n + column) = matrix(:, row, n + column) - b
+      matrix(:, n + row, column) = matrix(:, n + row, column) + b
+    end associate
+  end subroutine add
+
+  !> Sets the right-hand side.
+  subroutine set_right(self, re, im, row)
+    class(equations_type), intent(inout) :: self
+    real(dp), intent(in) :: re(:), im(:)
+    integer, intent(in) :: row
+    type(error_type), allocatable :: unused
+
+    self%x(:, row) = re
+    self%x(:, self%n + row) = im
+    call divide(self%re, self%im, self%x(:, row), self%x(:, self%n + row), unused)
+  end subroutine set_right
+
+  !> The solution takes the place of the right-hand side. Error: the equations are singular at some phase.
+  subroutine solve_equations(self, error)
+    class(equations_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve(self%matrix, self%x, error)
+  end subroutine solve_equations
+
+  !> The mean eigenvalue of D in the columns `own`.
+  pure subroutine means(d, conjugate, own, re, im)
+    real(dp), contiguous, intent(in) :: d(:, :, :)
+    integer, intent(in) :: conjugate(:), own(:)
+    real(dp), intent(out) :: re(:), im(:)
+    real(dp), dimension(size(d, 1)) :: one_re, one_im
+    integer :: k
+
+    re = 0
+    im = 0
+    do k = 1, size(own)
+      call entry(d, conjugate, own(k), own(k), one_re, one_im)
+      re = re + one_re / size(own)
+      im = im + one_im / size(own)
+    end do
+  end subroutine means
+
+end module gestell_floquet_reduction_equations

@@ -1,0 +1,134 @@
+!> The forced motion of the fast groups of gestell_floquet_reduction, at all phases at once and in its real form.
+module gestell_floquet_reduction_fast_response
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_reduction_conjugates, only: add_coordinate, coordinate, divide, entry
+  use gestell_floquet_reduction_decoupling, only: most_rounds, motion_type
+  use gestell_floquet_reduction_equations, only: equations_type, means
+  use gestell_floquet_reduction_modes, only: columns_of, modes_type
+  use gestell_floquet_reduction_phasewise, only: multiply, times
+  use gestell_floquet_reduction_trigonometric, only: differentiation
+  implicit none (type, external)
+  private
+
+  public :: decouple_forcing, fast_sizes
+
+contains
+
+  !> The response p = S z of the fast groups and what it leaves of g, where the groups are decoupled already:
+  !>
+  !>     g = D z + S^-1 f - z',   improved by D_g z_g = -g_g.
+  !>
+  !> Ends where what is left of g, relative to the terms of which it consists, is `enough`, or no longer falls.
+  !> Errors: a group has the eigenvalue zero, overflow.
+  subroutine decouple_forcing(f, modes, enough, s, motion, p, g, error)
+    real(dp), contiguous, intent(in) :: f(:, :), s(:, :, :)
+    type(modes_type), intent(in) :: modes
+    real(dp), intent(in) :: enough
+    type(motion_type), intent(in) :: motion
+    real(dp), contiguous, intent(out) :: p(:, :), g(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), dimension(size(f, 1), size(f, 2)) :: load, z, change, best, slope, tried
+    real(dp) :: derivative(size(f, 1), size(f, 1)), size_d, size_f, rest, left
+    logical :: done
+    integer :: round
+
+    derivative = differentiation(size(f, 1))
+    call multiply(motion%inverted, f, load)
+    size_d = maxval(abs(motion%d))
+    size_f = maxval(abs(load))
+    z = 0
+    best = 0
+    left = huge(left)
+    do round = 1, most_rounds
+      call multiply(motion%d, z, tried)
+      call times(derivative, z, slope)
+      tried = tried + load - slope
+      rest = size_d * maxval(fast_sizes(tried, modes)) / max(size_f + size_d * maxval(abs(z)), tiny(1.0_dp))
+      if (.not. rest < left) exit
+      best = z
+      g = tried
+      done = rest <= enough .or. rest >= 0.5_dp * left
+      left = rest
+      if (done) exit
+      call response(motion%d, g, modes, change, error)
+      if (allocated(error)) return
+      z = z + change
+    end do
+    if (left >= huge(left)) then
+      call fatal_error(error, "the forcing leaves the range of the numbers", failed_computation)
+      return
+    end if
+    call multiply(s, best, p)
+  end subroutine decouple_forcing
+
+  !> z of D_g z_g = -g_g for all groups but the slow one, where it is zero. Error: a group has the eigenvalue zero.
+  subroutine response(d, g, modes, z, error)
+    real(dp), contiguous, intent(in) :: d(:, :, :), g(:, :)
+    type(modes_type), intent(in) :: modes
+    real(dp), contiguous, intent(out) :: z(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    z = 0
+    do number = 1, size(modes%group)
+      associate (own => columns_of(modes%group, number))
+        if (size(own) > 0) call respond(d, g, modes%conjugate, own, z, error)
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine response
+
+  subroutine respond(d, g, conjugate, own, z, error)
+    real(dp), contiguous, intent(in) :: d(:, :, :), g(:, :)
+    integer, intent(in) :: conjugate(:), own(:)
+    real(dp), contiguous, intent(inout) :: z(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(equations_type) :: equations
+    real(dp), dimension(size(d, 1)) :: re, im, a, b
+    integer :: m, i, k
+
+    if (all(own > conjugate(own))) return
+    m = size(own)
+    if (m == 1) then
+      call coordinate(g, conjugate, own(1), re, im)
+      call entry(d, conjugate, own(1), own(1), a, b)
+      call divide(a, b, re, im, error)
+      if (.not. allocated(error)) call add_coordinate(-re, -im, conjugate, own(1), z)
+      return
+    end if
+    allocate(equations%re(size(d, 1)), equations%im(size(d, 1)))
+    call means(d, conjugate, own, equations%re, equations%im)
+    call equations%start(m)
+    do i = 1, m
+      do k = 1, m
+        call entry(d, conjugate, own(i), own(k), re, im)
+        call equations%add(re, im, i, k)
+      end do
+      call coordinate(g, conjugate, own(i), re, im)
+      call equations%set_right(-re, -im, i)
+    end do
+    call equations%solve(error)
+    if (allocated(error)) return
+    do i = 1, m
+      if (own(i) > conjugate(own(i))) cycle
+      call add_coordinate(equations%x(:, i), equations%x(:, m + i), conjugate, own(i), z)
+    end do
+  end subroutine respond
+
+  !> Greatest entry outside of the slow group, at each phase.
+  pure function fast_sizes(g, modes) result(sizes)
+    real(dp), contiguous, intent(in) :: g(:, :)
+    type(modes_type), intent(in) :: modes
+    real(dp), dimension(size(g, 1)) :: sizes, re, im
+    integer :: k
+
+    sizes = 0
+    do k = 1, size(g, 2)
+      if (k > modes%conjugate(k) .or. modes%group(k) == 0) cycle
+      call coordinate(g, modes%conjugate, k, re, im)
+      sizes = max(sizes, sqrt(re**2 + im**2))
+    end do
+  end function fast_sizes
+
+end module gestell_floquet_reduction_fast_response

@@ -1,0 +1,141 @@
+!> The eigenvectors of a periodic matrix, in groups whose eigenvalues stay apart from those of all others.
+module gestell_floquet_reduction_modes
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: eigensystem
+  use gestell_floquet_reduction_conjugates, only: real_columns
+  implicit none (type, external)
+  private
+
+  public :: columns_of, find_clash, first_basis, first_modes, orthonormal, unite
+
+  type, public :: modes_type
+    !> Group of every column, shape (n); 0: the slow group, whose eigenvalues come near zero.
+    integer, allocatable :: group(:)
+    !> Column that is the complex conjugate of a column, itself for a real one; shape (n).
+    integer, allocatable :: conjugate(:)
+    !> Bases of the groups' invariant subspaces, in their real form (gestell_floquet_reduction_conjugates): smooth at the phases
+    !> (k - 1) / N, shape (N, n, n), or at phase 0 alone, shape (1, n, n).
+    real(dp), allocatable :: basis(:, :, :)
+  end type modes_type
+
+contains
+
+  !> Groups the eigenvalues of `a` at phase 0, shape (n, n): the finest groups that keep a distance of `gap` from each
+  !> other, and from zero but for group 0; with each group goes its conjugate.
+  subroutine first_modes(a, gap, modes, error)
+    real(dp), intent(in) :: a(:, :), gap
+    type(modes_type), intent(out) :: modes
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: values(:), right(:, :), left(:, :)
+    integer :: clash(2), n, k
+
+    n = size(a, 1)
+    call eigensystem(a, values, right, left, error)
+    if (allocated(error)) return
+    allocate(modes%group, source=[(k, k = 1, n)])
+    allocate(modes%conjugate, source=[(k, k = 1, n)])
+    do k = 1, n
+      if (aimag(values(k)) > 0) modes%conjugate(k:k + 1) = [k + 1, k]
+    end do
+    do
+      call find_clash(values, modes%group, gap, clash)
+      if (clash(1) == clash(2)) exit
+      call unite(modes, clash)
+    end do
+    right = first_basis(right, modes)
+    modes%conjugate = [(merge(k, modes%conjugate(k), modes%group(k) == modes%group(modes%conjugate(k))), k = 1, n)]
+    allocate(modes%basis(1, n, n))
+    modes%basis(1, :, :) = real_columns(right, modes%conjugate)
+  end subroutine first_modes
+
+  !> The columns of a group, ascending.
+  pure function columns_of(group, number) result(columns)
+    integer, intent(in) :: group(:), number
+    integer, allocatable :: columns(:)
+    integer :: k
+
+    allocate(columns, source=pack([(k, k = 1, size(group))], group == number))
+  end function columns_of
+
+  !> Two groups that come closer than `gap`; zero counts as an eigenvalue of group 0. Equal numbers: there are none.
+  pure subroutine find_clash(values, group, gap, clash)
+    complex(dp), intent(in) :: values(:)
+    integer, intent(in) :: group(:)
+    real(dp), intent(in) :: gap
+    integer, intent(out) :: clash(2)
+    integer :: i, k
+
+    clash = 0
+    do i = 1, size(values)
+      if (group(i) /= 0 .and. abs(values(i)) < gap) clash = [group(i), 0]
+      do k = 1, i - 1
+        if (group(i) /= group(k) .and. abs(values(i) - values(k)) < gap) clash = [group(i), group(k)]
+      end do
+    end do
+  end subroutine find_clash
+
+  !> One group of two, and one of their conjugates.
+  pure subroutine unite(modes, clash)
+    type(modes_type), intent(inout) :: modes
+    integer, intent(in) :: clash(2)
+    integer :: mirrored(2), k
+
+    mirrored = clash
+    do k = 1, size(modes%group)
+      where (clash == modes%group(k)) mirrored = modes%group(modes%conjugate(k))
+    end do
+    call join(modes%group, clash)
+    ! The first union may have renamed one of them.
+    where (mirrored == maxval(clash)) mirrored = minval(clash)
+    call join(modes%group, mirrored)
+  end subroutine unite
+
+  pure subroutine join(group, pair)
+    integer, intent(inout) :: group(:)
+    integer, intent(in) :: pair(2)
+
+    where (group == maxval(pair)) group = minval(pair)
+  end subroutine join
+
+  !> At phase 0: eigenvectors; in a group that is its own conjugate, an orthonormal basis of their real and imaginary
+  !> parts.
+  pure function first_basis(vectors, modes) result(basis)
+    complex(dp), intent(in) :: vectors(:, :)
+    type(modes_type), intent(in) :: modes
+    complex(dp) :: basis(size(vectors, 1), size(vectors, 2))
+    integer :: k, g
+
+    basis = vectors
+    do k = 1, size(vectors, 2)
+      if (modes%group(k) /= modes%group(modes%conjugate(k))) cycle
+      if (modes%conjugate(k) > k) basis(:, k) = real(vectors(:, k))
+      if (modes%conjugate(k) < k) basis(:, k) = aimag(vectors(:, modes%conjugate(k)))
+    end do
+    do g = 0, size(vectors, 2)
+      associate (columns => columns_of(modes%group, g))
+        basis(:, columns) = orthonormal(basis(:, columns))
+      end associate
+    end do
+  end function first_basis
+
+  !> An orthonormal basis of the space that independent columns span: Gram and Schmidt, twice for the sake of rounding.
+  pure function orthonormal(columns) result(basis)
+    complex(dp), intent(in) :: columns(:, :)
+    complex(dp) :: basis(size(columns, 1), size(columns, 2))
+    integer :: i, k, pass
+
+    basis = columns
+    do k = 1, size(columns, 2)
+      do pass = 1, 2
+        do i = 1, k - 1
+          basis(:, k) = basis(:, k) - dot_product(basis(:, i), basis(:, k)) * basis(:, i)
+        end do
+        ! What a defective eigenvalue leaves of its second vector can be so small that its square vanishes.
+        basis(:, k) = basis(:, k) / max(maxval(abs(basis(:, k))), tiny(1.0_dp))
+        basis(:, k) = basis(:, k) / max(norm2(abs(basis(:, k))), tiny(1.0_dp))
+      end do
+    end do
+  end function orthonormal
+
+end module gestell_floquet_reduction_modes

@@ -1,0 +1,296 @@
+!> A system whose free vibrations are fast against its period, taken apart into groups of modes that hardly couple:
+!> superadiabatic diagonalisation (M. V. Berry, Proc. R. Soc. A 414 (1987) 31, doi:10.1098/rspa.1987.0131, for matrices).
+!>
+!> With the phase t / T as the independent variable, A = T P and x = S y + p
+!>
+!>     y' = D y + g,   D = S^-1 (A S - S'),   g = S^-1 (A p + T f - p').
+!>
+!> Smooth periodic S and p are sought for which D has no entries between groups and g vanishes but in the slow group.
+!> They exist up to terms that are exponentially small in the distance of the groups, in periods; what is left is measured
+!> between the phases where it was made to vanish. The cost does not depend on how fast the vibrations are.
+!>
+!> All phases are worked at side by side (gestell_floquet_reduction_phasewise), conjugate modes in real numbers
+!> (gestell_floquet_reduction_conjugates), in the coordinates of the modes at phase 0, in which S is not far from E.
+module gestell_floquet_reduction
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lapack, only: inverse
+  use gestell_base_text, only: text
+  use gestell_floquet_reduction_coefficients, only: change_coordinates, coefficients_type, sample
+  use gestell_floquet_reduction_continued_modes, only: follow_modes
+  use gestell_floquet_reduction_decoupling, only: balance, decouple, examine, motion_type
+  use gestell_floquet_reduction_fast_response, only: decouple_forcing
+  use gestell_floquet_reduction_modes, only: first_modes, modes_type
+  use gestell_floquet_reduction_phasewise, only: along_phases, multiply, times
+  use gestell_floquet_reduction_residuals, only: measure, measure_forcing, residuals_type
+  use gestell_floquet_reduction_resolution, only: phases_needed
+  use gestell_floquet_reduction_separation, only: least_distance
+  use gestell_floquet_reduction_trigonometric, only: equidistant, interpolation
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: reduce
+
+  !> In balanced units and per period, in the real form of gestell_floquet_reduction_conjugates.
+  type, public, extends(residuals_type) :: reduction_type
+    !> Number N of phases, even.
+    integer :: angles = 0
+    !> Groups of the columns of S and which of these are conjugates of each other.
+    type(modes_type) :: modes
+    !> S and D at the phases, and D in the middle between them, shape (N, n, n).
+    real(dp), allocatable :: basis(:, :, :), generator(:, :, :), generator_between(:, :, :)
+    !> p and g at the phases, shape (N, n); unallocated unless asked for.
+    real(dp), allocatable :: response(:, :), forcing(:, :)
+    !> Integral of tr P over the period, by the phases and those in the middle between them.
+    real(dp) :: trace = 0
+    !> Evaluations of the coefficients.
+    integer :: evaluations = 0
+  end type reduction_type
+
+  !> The groups decoupled at the phases, in the coordinates of the columns `start`, shape (n, n): S, D and S^-1.
+  type :: decoupled_type
+    type(modes_type) :: modes
+    real(dp), allocatable :: start(:, :), start_inverse(:, :), s(:, :, :)
+    type(motion_type) :: motion
+    !> Where it was asked for p, and what it leaves of g.
+    real(dp), allocatable :: p(:, :), g(:, :)
+    type(coefficients_type) :: own
+    !> Greatest sum over a row of what D has between groups at the phases.
+    real(dp) :: left = 0
+    !> Whether more phases can begin with it, and where they can, the least distance of two groups, or of a fast one from zero.
+    logical :: settled = .false.
+    real(dp) :: distance = 0
+  end type decoupled_type
+
+  !> Phases that are tried. What is foretold beyond some number is not relied on: there they are doubled.
+  integer, parameter :: fewest = 32, most_foretold = 128, most = 1024
+  !> What counts as roundoff: this many times epsilon |S| |S^-1|, relative to the terms of a residual.
+  real(dp), parameter :: rounding = 32
+  !> More is aimed at than a greater tolerance asks for: it costs little.
+  real(dp), parameter :: least_aim = 1.0e-9_dp
+  !> A greater one says nothing about a multiplier.
+  real(dp), parameter :: most_residual = 0.1_dp
+
+contains
+
+  !> The reduction of `system` whose residual is `tolerance`, relative to p for the forced part, or roundoff. `scale`,
+  !> shape (n): units that balance the states. Error: there is none; the message says why.
+  subroutine reduce(system, scale, forced, tolerance, reduction, error)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: scale(:), tolerance
+    logical, intent(in) :: forced
+    type(reduction_type), intent(out) :: reduction
+    type(error_type), allocatable, intent(out) :: error
+    type(coefficients_type) :: nodes, middle
+    type(decoupled_type) :: decoupled
+    real(dp) :: before, turns, aim
+    integer :: n, needed, evaluations
+
+    if (allocated(system%breaks)) then
+      call fatal_error(error, "the coefficients jump", failed_computation)
+      return
+    end if
+    n = fewest
+    do while (2 * n <= system%least_steps)
+      n = 2 * n
+    end do
+    aim = min(tolerance, least_aim)
+    evaluations = 0
+    before = huge(before)
+    do while (n <= most)
+      call sample(system, scale, forced, equidistant(n), nodes, error)
+      if (allocated(error)) return
+      evaluations = evaluations + n
+      turns = maxval(abs(nodes%a))
+      if (least_residual(reduction) * turns > most_residual) then
+        call fatal_error(error, "the free vibrations turn so often within the period that rounding loses their phase", &
+          & failed_computation)
+        return
+      end if
+      ! What N phases resolve varies more slowly than groups vibrate against each other that are so far apart.
+      call decouple_groups(nodes, pi * n, 0.1_dp * aim, decoupled, error)
+      if (allocated(error)) return
+      needed = phases_for(decoupled, turns, max(aim, least_residual(reduction) * turns))
+      if (needed == n) then
+        call balance(decoupled%modes, decoupled%s, decoupled%motion)
+        if (forced) call respond(decoupled, 0.1_dp * aim, error)
+        if (allocated(error)) return
+        if (forced) needed = phases_for_response(decoupled, aim)
+      end if
+      if (needed > n) then
+        n = needed
+        cycle
+      end if
+      call sample(system, scale, forced, equidistant(n, 0.5_dp), middle, error)
+      if (allocated(error)) return
+      evaluations = evaluations + n
+      call assemble(nodes, middle, decoupled, forced, reduction, error)
+      if (allocated(error)) return
+      if (reduction%residual <= max(tolerance, least_residual(reduction) * turns) &
+        & .and. reduction%forcing_residual <= max(tolerance, least_residual(reduction)) * reduction%effort &
+        & .and. reduction%slow_residual <= max(tolerance * reduction%slow_effort, &
+        & least_residual(reduction) * reduction%effort)) then
+        reduction%evaluations = evaluations
+        return
+      end if
+      if (reduction%residual > 0.5_dp * before) exit
+      before = reduction%residual
+      n = 2 * n
+    end do
+    call fatal_error(error, "the modes couple too much, or change too suddenly, for " // text(n) // " phases", &
+      & failed_computation)
+  end subroutine reduce
+
+  !> The number of phases that resolves what D and A S consist of to `allowed`, unless the groups are too close for so many.
+  pure integer function phases_for(decoupled, turns, allowed) result(phases)
+    type(decoupled_type), intent(in) :: decoupled
+    real(dp), intent(in) :: turns, allowed
+
+    phases = size(decoupled%s, 1)
+    if (.not. decoupled%settled) return
+    associate (needed => max(phases_needed(decoupled%motion%d, allowed, most_foretold), &
+      & phases_needed(decoupled%s, allowed / turns, most_foretold)))
+      if (pi * needed <= decoupled%distance) phases = needed
+    end associate
+  end function phases_for
+
+  !> The same for p. Where velocities are small against displacements times the frequencies, in whose units p is measured, its
+  !> bound needs more digits than were ordered; the nearer the phases come to resolving the slowest fast vibration, the wider
+  !> is the bound.
+  pure integer function phases_for_response(decoupled, allowed) result(phases)
+    type(decoupled_type), intent(in) :: decoupled
+    real(dp), intent(in) :: allowed
+    real(dp), parameter :: more_digits = 1.0e-3_dp
+    real(dp) :: p(size(decoupled%p, 1), size(decoupled%p, 2), 1)
+
+    phases = size(p, 1)
+    if (.not. decoupled%settled) return
+    p(:, :, 1) = decoupled%p
+    associate (needed => phases_needed(p, max(more_digits * allowed, rounding * epsilon(1.0_dp)) * maxval(abs(p)), most_foretold))
+      if (2 * pi * needed <= decoupled%distance) phases = needed
+    end associate
+  end function phases_for_response
+
+  !> What roundoff makes of a residual at the least, relative to the terms of which it consists.
+  pure real(dp) function least_residual(reduction)
+    type(reduction_type), intent(in) :: reduction
+
+    least_residual = rounding * epsilon(1.0_dp) * reduction%condition
+  end function least_residual
+
+  !> Decouples the groups of modes that stay apart by `gap`: beginning with what fewer phases gave, or with the groups of
+  !> phase 0, taken for all phases; where that does not end in groups that are as far apart, with eigenvectors that are
+  !> followed from phase to phase. Error: all modes are slow; they cannot be followed.
+  subroutine decouple_groups(nodes, gap, enough, decoupled, error)
+    type(coefficients_type), intent(in) :: nodes
+    real(dp), intent(in) :: gap, enough
+    type(decoupled_type), intent(inout) :: decoupled
+    type(error_type), allocatable, intent(out) :: error
+    !> What D may still have between groups, against their distance.
+    real(dp), parameter :: little = 1.0e-3_dp
+
+    if (.not. decoupled%settled) then
+      call first_modes(nodes%a(1, :, :), gap, decoupled%modes, error)
+      if (.not. allocated(error)) call refuse_slow(decoupled%modes, error)
+      if (allocated(error)) return
+    end if
+    call decouple_from_modes(nodes, enough, decoupled, error)
+    decoupled%settled = .not. allocated(error)
+    if (decoupled%settled) decoupled%settled = decoupled%left <= little * gap
+    if (decoupled%settled) decoupled%distance = least_distance(decoupled%motion%d, decoupled%modes)
+    decoupled%settled = decoupled%settled .and. decoupled%distance >= gap
+    if (decoupled%settled) return
+    call follow_modes(nodes%a, gap, decoupled%modes, error)
+    if (.not. allocated(error)) call refuse_slow(decoupled%modes, error)
+    if (.not. allocated(error)) call decouple_from_modes(nodes, enough, decoupled, error)
+  end subroutine decouple_groups
+
+  pure subroutine refuse_slow(modes, error)
+    type(modes_type), intent(in) :: modes
+    type(error_type), allocatable, intent(out) :: error
+
+    if (any(modes%group /= 0)) return
+    call fatal_error(error, "the free vibrations are too slow against the crank", failed_computation)
+  end subroutine refuse_slow
+
+  !> Decouples `decoupled%modes`, beginning with their bases, or where it is settled with what it holds.
+  subroutine decouple_from_modes(nodes, enough, decoupled, error)
+    type(coefficients_type), intent(in) :: nodes
+    real(dp), intent(in) :: enough
+    type(decoupled_type), intent(inout) :: decoupled
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: s(:, :, :), between(:, :)
+    integer :: k
+
+    allocate(s, source=0 * nodes%a)
+    if (decoupled%settled) then
+      allocate(between, source=interpolation(size(decoupled%s, 1), equidistant(size(s, 1))))
+      call along_phases(between, decoupled%s, s)
+    else
+      decoupled%start = decoupled%modes%basis(1, :, :)
+      call inverse(decoupled%start, decoupled%start_inverse, error)
+      if (allocated(error)) return
+      if (size(decoupled%modes%basis, 1) > 1) then
+        call multiply(decoupled%start_inverse, decoupled%modes%basis, s)
+      else
+        do k = 1, size(s, 2)
+          s(:, k, k) = 1
+        end do
+      end if
+    end if
+    call move_alloc(s, decoupled%s)
+    call change_coordinates(nodes, decoupled%start, decoupled%start_inverse, decoupled%own)
+    if (allocated(decoupled%motion%d)) deallocate(decoupled%motion%d, decoupled%motion%inverted)
+    call examine(decoupled%own%a, decoupled%modes, decoupled%s, decoupled%motion, decoupled%left, error)
+    if (allocated(error)) return
+    call decouple(decoupled%own%a, decoupled%modes, enough, decoupled%s, decoupled%motion, decoupled%left, error)
+  end subroutine decouple_from_modes
+
+  !> p and g. Errors: those of `decouple_forcing`.
+  subroutine respond(decoupled, enough, error)
+    type(decoupled_type), intent(inout) :: decoupled
+    real(dp), intent(in) :: enough
+    type(error_type), allocatable, intent(out) :: error
+
+    if (allocated(decoupled%p)) deallocate(decoupled%p, decoupled%g)
+    allocate(decoupled%p, decoupled%g, mold=decoupled%own%f)
+    call decouple_forcing(decoupled%own%f, decoupled%modes, enough, decoupled%s, decoupled%motion, decoupled%p, decoupled%g, error)
+  end subroutine respond
+
+  !> The result, with its residuals. Error: S becomes singular between the phases.
+  subroutine assemble(nodes, middle, decoupled, forced, reduction, error)
+    type(coefficients_type), intent(in) :: nodes, middle
+    type(decoupled_type), intent(in) :: decoupled
+    logical, intent(in) :: forced
+    type(reduction_type), intent(inout) :: reduction
+    type(error_type), allocatable, intent(out) :: error
+    type(coefficients_type) :: own
+    type(motion_type) :: between
+    integer :: k
+
+    associate (residuals => reduction%residuals_type)
+      call change_coordinates(middle, decoupled%start, decoupled%start_inverse, own)
+      call measure(own%a, decoupled%s, decoupled%motion%d, decoupled%modes, decoupled%start, decoupled%start_inverse, &
+        & residuals, between, error)
+      if (allocated(error)) return
+      reduction%angles = size(nodes%a, 1)
+      reduction%modes = decoupled%modes
+      reduction%generator = decoupled%motion%d
+      reduction%basis = decoupled%s
+      call multiply(decoupled%start, decoupled%s, reduction%basis)
+      call move_alloc(between%d, reduction%generator_between)
+      reduction%trace = 0
+      do k = 1, size(nodes%f, 2)
+        reduction%trace = reduction%trace + (sum(nodes%a(:, k, k)) + sum(middle%a(:, k, k))) / (2 * reduction%angles)
+      end do
+      if (.not. forced) return
+      reduction%forcing = decoupled%g
+      call measure_forcing(own%a, own%f, decoupled%p, decoupled%g, between, decoupled%modes, decoupled%start, &
+        & maxval(abs(middle%a)), residuals)
+      reduction%response = decoupled%p
+      call multiply(decoupled%start, decoupled%p, reduction%response)
+    end associate
+  end subroutine assemble
+
+end module gestell_floquet_reduction

@@ -1,0 +1,150 @@
+!> What a reduction leaves: the proof of gestell_floquet_reduction, between the phases at which the groups were decoupled.
+module gestell_floquet_reduction_residuals
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_reduction_conjugates, only: entry, weights
+  use gestell_floquet_reduction_decoupling, only: motion_type, transform, uncoupled_sizes
+  use gestell_floquet_reduction_fast_response, only: fast_sizes
+  use gestell_floquet_reduction_modes, only: modes_type
+  use gestell_floquet_reduction_phasewise, only: along_phases, multiply, times
+  use gestell_floquet_reduction_trigonometric, only: middle_differentiation, middle_interpolation
+  implicit none (type, external)
+  private
+
+  public :: measure, measure_forcing
+
+  type, public :: residuals_type
+    !> What D has between groups and how far it is from its interpolation: the greatest sum over a row, integrated over
+    !> the period by the phases and those in the middle between them; and what roundings do to D alike at all phases, which
+    !> does not show in differences. The same of g, without roundings.
+    real(dp) :: residual = 0, forcing_residual = 0
+    !> The same at the phase where it is greatest.
+    real(dp) :: residual_peak = 0, forcing_peak = 0
+    !> How far the slow group's g is from its interpolation, in the same way, and its greatest size.
+    real(dp) :: slow_residual = 0, slow_effort = 0
+    !> Greatest |S| |S^-1|, and greatest size of the terms of which g consists.
+    real(dp) :: condition = 1, effort = 0
+  end type residuals_type
+
+contains
+
+  !> `a`: A in the middle between the phases of S and D, in the coordinates of the columns `start`, shape (n, n), whose
+  !> inverse is `start_inverse`. With the residuals `between`: S, and D and S^-1 in the middle.
+  subroutine measure(a, s, d, modes, start, start_inverse, residuals, between, error)
+    real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), d(:, :, :), start(:, :), start_inverse(:, :)
+    type(modes_type), intent(in) :: modes
+    type(residuals_type), intent(out) :: residuals
+    type(motion_type), intent(out) :: between
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), dimension(size(s, 1), size(s, 1)) :: operator
+    real(dp), dimension(size(s, 1), size(s, 2), size(s, 3)) :: middle, slope, interpolated
+    real(dp) :: sizes(size(s, 1)), rounding
+
+    operator = middle_differentiation(size(s, 1))
+    call along_phases(operator, s, slope)
+    operator = middle_interpolation(size(s, 1))
+    call along_phases(operator, s, middle)
+    call along_phases(operator, d, interpolated)
+    call transform(a, middle, slope, between, error)
+    if (allocated(error)) return
+    residuals%condition = max(1.0_dp, condition(middle, between%inverted, modes, start, start_inverse))
+    sizes = uncoupled_sizes(d, modes) + unlike_sizes(between%d, interpolated, modes)
+    rounding = size(d, 2) * epsilon(1.0_dp) * maxval(abs(d))
+    residuals%residual = mean(sizes) + rounding
+    residuals%residual_peak = maxval(sizes) + rounding
+  end subroutine measure
+
+  !> The same of p and g: `a` and `f` in the middle, in the coordinates of `start`.
+  subroutine measure_forcing(a, f, p, g, between, modes, start, size_a, residuals)
+    real(dp), contiguous, intent(in) :: a(:, :, :), f(:, :), p(:, :), g(:, :), start(:, :)
+    type(motion_type), intent(in) :: between
+    type(modes_type), intent(in) :: modes
+    real(dp), intent(in) :: size_a
+    type(residuals_type), intent(inout) :: residuals
+    real(dp), dimension(size(p, 1), size(p, 1)) :: operator
+    real(dp), dimension(size(p, 1), size(p, 2)) :: middle, slope, rate, found, slow
+    real(dp), dimension(size(p, 1)) :: unlike
+    integer :: k
+
+    operator = middle_differentiation(size(p, 1))
+    call times(operator, p, slope)
+    operator = middle_interpolation(size(p, 1))
+    call times(operator, p, middle)
+    call times(operator, g, slow)
+    call multiply(a, middle, rate)
+    rate = rate + f - slope
+    call multiply(between%inverted, rate, found)
+    unlike = 0
+    do k = 1, size(g, 2)
+      if (modes%group(k) /= 0) cycle
+      unlike = max(unlike, abs(found(:, k) - slow(:, k)))
+      residuals%slow_effort = max(residuals%slow_effort, maxval(abs(slow(:, k))))
+    end do
+    residuals%slow_residual = mean(unlike)
+    unlike = fast_sizes(g, modes) + max(unlike, fast_sizes(found, modes))
+    residuals%forcing_residual = mean(unlike)
+    residuals%forcing_peak = maxval(unlike)
+    call multiply(start, middle, rate)
+    call multiply(start, f, slope)
+    residuals%effort = maxval(norm2(slope, dim=2) + size_a * norm2(rate, dim=2))
+  end subroutine measure_forcing
+
+  !> Greatest sum over a row of what D has between groups, and of how far it is from the `interpolated` within.
+  pure function unlike_sizes(d, interpolated, modes) result(sizes)
+    real(dp), contiguous, intent(in) :: d(:, :, :), interpolated(:, :, :)
+    type(modes_type), intent(in) :: modes
+    real(dp), dimension(size(d, 1)) :: sizes, row, re, im
+    real(dp), dimension(size(d, 1), size(d, 2), size(d, 3)) :: difference
+    integer :: k, l
+
+    difference = d - interpolated
+    sizes = 0
+    do k = 1, size(d, 2)
+      if (k > modes%conjugate(k)) cycle
+      row = 0
+      do l = 1, size(d, 2)
+        if (modes%group(k) == modes%group(l)) then
+          call entry(difference, modes%conjugate, k, l, re, im)
+        else
+          call entry(d, modes%conjugate, k, l, re, im)
+        end if
+        row = row + sqrt(re**2 + im**2)
+      end do
+      sizes = max(sizes, row)
+    end do
+  end function unlike_sizes
+
+  !> Greatest |S| |S^-1|, Frobenius' norm.
+  pure real(dp) function condition(s, inverted, modes, start, start_inverse)
+    real(dp), contiguous, intent(in) :: s(:, :, :), inverted(:, :, :), start(:, :), start_inverse(:, :)
+    type(modes_type), intent(in) :: modes
+    real(dp), dimension(size(s, 1), size(s, 2), size(s, 3)) :: full
+    real(dp), dimension(size(s, 1)) :: squares, inverse_squares
+    real(dp) :: weight(size(s, 2))
+    integer :: i, k
+
+    weight = weights(modes%conjugate)
+    squares = 0
+    inverse_squares = 0
+    call multiply(start, s, full)
+    do k = 1, size(s, 3)
+      do i = 1, size(s, 2)
+        squares = squares + weight(k) * full(:, i, k)**2
+      end do
+    end do
+    call multiply(inverted, start_inverse, full)
+    do k = 1, size(s, 3)
+      do i = 1, size(s, 2)
+        inverse_squares = inverse_squares + full(:, i, k)**2 / weight(i)
+      end do
+    end do
+    condition = sqrt(maxval(squares * inverse_squares))
+  end function condition
+
+  pure real(dp) function mean(values)
+    real(dp), intent(in) :: values(:)
+
+    mean = sum(values) / size(values)
+  end function mean
+
+end module gestell_floquet_reduction_residuals

@@ -1,0 +1,265 @@
+!> The machines that an input file describes when some of its values run.
+module gestell_input_machine_family
+  use gestell_base_error, only: error_type, impossible_mechanism
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_input_namelist_document, only: document_type, find_entry
+  use gestell_input_machine_frame, only: frame_data_type, read_drive_and_frame, read_frame
+  use gestell_input_schema_locate, only: find_target, target_type
+  use gestell_input_machine_mechanism, only: read_mechanism
+  use gestell_input_schema_path, only: set_path_real
+  use gestell_input_schema, only: schema_type
+  use gestell_base_wording, only: lower
+  use gestell_input_schema_units, only: units_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_mechanism, only: mechanism_type
+  use gestell_study_family, only: family_type
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: moves_mechanism, new_document_family, new_relative_family
+
+  !> A number of the document that a parameter stands for.
+  type :: place_type
+    integer :: parameter = 0, group = 0, entry = 0, element = 0
+    character(len=:), allocatable :: path
+  end type place_type
+
+  !> Frames of a document, some of whose numbers are parameters. For one thread at a time, as all that reads documents.
+  type, extends(family_type), public :: document_family_type
+    private
+    !> The groups that have to be read again for every member.
+    type(document_type) :: doc
+    type(units_type) :: units
+    type(place_type), allocatable :: places(:)
+    !> Whether the parameters are changes of the numbers in their places, relative to what the document says.
+    logical :: relative = .false.
+    !> Where no parameter touches the mechanism: it, turned once, and why it cannot turn.
+    class(mechanism_type), allocatable :: mechanism
+    type(error_type), allocatable :: impossible
+  contains
+    procedure :: member
+    procedure :: check
+  end type document_family_type
+
+  character(len=*), parameter :: frame_groups(*) = [character(len=10) :: "drive", "frame", "support", "foundation", &
+    & "gravity"]
+  character(len=*), parameter :: mechanism_groups(*) = [character(len=14) :: "joint", "link", "mass_functions"]
+
+contains
+
+  !> The family of a checked document in which `paths`, known to be sound, become parameters; `start` is any sound value of
+  !> each. Errors: a path that takes more than one number; a mechanism that makes no sense.
+  subroutine new_document_family(family, doc, schema, units, paths, start, error)
+    type(document_family_type), intent(out) :: family
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(units_type), intent(in) :: units
+    character(len=*), intent(in) :: paths(:)
+    real(dp), intent(in) :: start(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+
+    call begin(family, doc, units, paths, error)
+    if (allocated(error)) return
+    do k = 1, size(paths)
+      call set_path_real(family%doc, schema, trim(paths(k)), start(k), error)
+      if (allocated(error)) return
+    end do
+    do k = 1, size(paths)
+      call add_places(family, schema, k, trim(paths(k)), error)
+      if (allocated(error)) return
+    end do
+  end subroutine new_document_family
+
+  !> The family in which each parameter is the relative change of all numbers that its path names: 0 is the document's own
+  !> machine. Numbers that the document does not give stay as they are. Errors: a path that names nothing; a mechanism that
+  !> makes no sense.
+  subroutine new_relative_family(family, doc, schema, units, paths, error)
+    type(document_family_type), intent(out) :: family
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(units_type), intent(in) :: units
+    character(len=*), intent(in) :: paths(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+
+    call begin(family, doc, units, paths, error)
+    family%relative = .true.
+    do k = 1, size(paths)
+      if (.not. allocated(error)) call add_places(family, schema, k, trim(paths(k)), error)
+    end do
+  end subroutine new_relative_family
+
+  !> What is the same in both: the groups that are read again, and the mechanism where it stays.
+  subroutine begin(family, doc, units, paths, error)
+    type(document_family_type), intent(inout) :: family
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    character(len=*), intent(in) :: paths(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+    logical :: moves
+
+    family%units = units
+    allocate(family%places(0))
+    moves = any([(moves_mechanism(paths(k)), k = 1, size(paths))])
+    if (.not. moves) then
+      call read_mechanism(doc, units, family%mechanism, error)
+      if (allocated(error)) return
+      call family%mechanism%prepare(family%impossible)
+      if (allocated(family%impossible)) then
+        if (family%impossible%code /= impossible_mechanism) call move_alloc(family%impossible, error)
+        if (allocated(error)) return
+      end if
+    end if
+    call select_groups(doc, moves, family%doc)
+  end subroutine begin
+
+  !> Whether a path names a key of the mechanism.
+  pure logical function moves_mechanism(path)
+    character(len=*), intent(in) :: path
+
+    moves_mechanism = any(mechanism_groups == lower(path(:scan(path // ".", "(.") - 1)))
+  end function moves_mechanism
+
+  !> The groups of `doc` from which a member is read.
+  pure subroutine select_groups(doc, mechanism, selected)
+    type(document_type), intent(in) :: doc
+    logical, intent(in) :: mechanism
+    type(document_type), intent(out) :: selected
+    integer :: i, n
+    logical :: wanted(size(doc%groups))
+
+    do i = 1, size(doc%groups)
+      wanted(i) = any(frame_groups == doc%groups(i)%name) .or. (mechanism .and. any(mechanism_groups == doc%groups(i)%name))
+    end do
+    selected%file = doc%file
+    selected%normalised = doc%normalised
+    allocate(selected%groups(count(wanted)))
+    n = 0
+    do i = 1, size(doc%groups)
+      if (.not. wanted(i)) cycle
+      n = n + 1
+      selected%groups(n) = doc%groups(i)
+    end do
+  end subroutine select_groups
+
+  !> The places of the numbers that path `k` names; they are all there.
+  pure subroutine add_places(family, schema, k, path, error)
+    type(document_family_type), intent(inout) :: family
+    type(schema_type), intent(in) :: schema
+    integer, intent(in) :: k
+    character(len=*), intent(in) :: path
+    type(error_type), allocatable, intent(out) :: error
+    type(target_type) :: target
+    integer :: i, e, v
+
+    call find_target(family%doc, schema, path, "", target, error)
+    if (allocated(error)) return
+    do i = 1, size(target%groups)
+      e = find_entry(family%doc%groups(target%groups(i)), target%key)
+      if (e == 0) cycle
+      do v = 1, size(family%doc%groups(target%groups(i))%entries(e)%values)
+        if (target%element > 0 .and. v /= target%element) cycle
+        family%places = [family%places, place_type(k, target%groups(i), e, v, path)]
+      end do
+    end do
+  end subroutine add_places
+
+  subroutine member(self, parameters, system, error)
+    class(document_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type), allocatable :: frame
+    class(mechanism_type), allocatable :: mechanism
+    type(document_type) :: doc
+
+    if (allocated(self%impossible)) then
+      allocate(error, source=self%impossible)
+      return
+    end if
+    call set_numbers(self, parameters, doc)
+    allocate(frame)
+    if (allocated(self%mechanism)) then
+      call read_frame(doc, self%units, self%mechanism, frame, error)
+    else
+      call read_mechanism(doc, self%units, mechanism, error)
+      if (.not. allocated(error)) call read_frame(doc, self%units, mechanism, frame, error)
+    end if
+    if (.not. allocated(error)) then
+      call move_alloc(frame, system)
+    else if (error%code /= impossible_mechanism) then
+      call explain(self, parameters, error)
+    end if
+  end subroutine member
+
+  !> Whether the parameters make sense; the mechanism is not turned. Error: they do not.
+  subroutine check(self, parameters, error)
+    class(document_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: doc
+
+    call set_numbers(self, parameters, doc)
+    call read_all(self, doc, error)
+    if (allocated(error)) call explain(self, parameters, error)
+  end subroutine check
+
+  subroutine read_all(self, doc, error)
+    class(document_family_type), intent(in) :: self
+    type(document_type), intent(in) :: doc
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_data_type) :: data
+    class(mechanism_type), allocatable :: mechanism
+
+    if (.not. allocated(self%mechanism)) call read_mechanism(doc, self%units, mechanism, error)
+    if (.not. allocated(error)) call read_drive_and_frame(doc, self%units, data, error)
+  end subroutine read_all
+
+  !> The document with these numbers in their places.
+  subroutine set_numbers(self, parameters, doc)
+    class(document_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    type(document_type), intent(out) :: doc
+    integer :: i
+
+    doc = self%doc
+    do i = 1, size(self%places)
+      associate (p => self%places(i))
+        associate (number => doc%groups(p%group)%entries(p%entry)%values(p%element)%number)
+          if (self%relative) then
+            number = number * (1 + parameters(p%parameter))
+          else
+            number = parameters(p%parameter)
+          end if
+        end associate
+      end associate
+    end do
+  end subroutine set_numbers
+
+  !> Words an error anew, with the parameters' values in place of those of the file.
+  subroutine explain(self, parameters, error)
+    class(document_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    type(error_type), allocatable, intent(inout) :: error
+    type(error_type), allocatable :: again
+    type(document_type) :: doc
+    integer :: i
+
+    call set_numbers(self, parameters, doc)
+    do i = 1, size(self%places)
+      associate (p => self%places(i))
+        associate (value => doc%groups(p%group)%entries(p%entry)%values(p%element))
+          value%text = concise(value%number)
+          value%origin = p%path // " = " // value%text
+        end associate
+      end associate
+    end do
+    call read_all(self, doc, again)
+    if (allocated(again)) call move_alloc(again, error)
+  end subroutine explain
+
+end module gestell_input_machine_family

@@ -1,0 +1,212 @@
+!> The mechanism of an input file: its joints and links together.
+module gestell_input_machine_mechanism
+  use gestell_base_dictionary, only: dictionary_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group
+  use gestell_input_schema_get, only: count_values, get, nonnegative
+  use gestell_input_machine_joints, only: check_known, joint_types, read_joint
+  use gestell_input_namelist_message, only: in_group, input_error, place
+  use gestell_input_schema_units, only: units_type
+  use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_mechanism, only: mechanism_type
+  implicit none (type, external)
+  private
+
+  public :: name_line, read_mechanism
+
+contains
+
+  !> The mechanism of a checked document: by its mass functions where the document gives them, else a linkage.
+  subroutine read_mechanism(doc, units, mechanism, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    class(mechanism_type), allocatable, intent(out) :: mechanism
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(harmonic_mechanism_type) :: harmonic
+
+    if (size(groups_named(doc, "mass_functions")) > 0) then
+      call read_harmonics(doc, harmonic, error)
+      if (.not. allocated(error)) allocate(mechanism, source=harmonic)
+    else
+      call read_linkage(doc, units, linkage, error)
+      if (.not. allocated(error)) allocate(mechanism, source=linkage)
+    end if
+  end subroutine read_mechanism
+
+  !> Mass functions by harmonics, in SI. Error: joints or links beside them.
+  subroutine read_harmonics(doc, harmonic, error)
+    type(document_type), intent(in) :: doc
+    type(harmonic_mechanism_type), intent(out) :: harmonic
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type) :: group
+    real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:), energy(:)
+    real(dp) :: mass, inertia
+
+    group = the_group(doc, "mass_functions")
+    if (size(groups_named(doc, "joint")) + size(groups_named(doc, "link")) > 0) then
+      call input_error(group, "", "stands in place of joints and links: give either", error)
+      return
+    end if
+    call get(group, "mass", mass, error, must=nonnegative)
+    if (.not. allocated(error)) call get(group, "inertia", inertia, error, must=nonnegative)
+    if (.not. allocated(error)) call get_harmonics(group, "a1", a1, error)
+    if (.not. allocated(error)) call get_harmonics(group, "a2", a2, error)
+    if (.not. allocated(error)) call get_harmonics(group, "a3", a3, error)
+    if (.not. allocated(error)) call get_harmonics(group, "moment", moment, error)
+    if (allocated(error)) return
+    if (has(group, "energy")) call get_harmonics(group, "energy", energy, error)
+    if (allocated(error)) return
+    call new_harmonic_mechanism(harmonic, mass, inertia, a1, a2, a3, moment, error, energy)
+    if (allocated(error)) call in_group(group, error)
+  end subroutine read_harmonics
+
+  !> A mean and pairs of cosine and sine; zero where the key is missing.
+  subroutine get_harmonics(group, key, values, error)
+    type(group_type), intent(in) :: group
+    character(len=*), intent(in) :: key
+    real(dp), allocatable, intent(out) :: values(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    allocate(values(max(1, count_values(group, key))))
+    call get(group, key, values, error, default=0.0_dp)
+    if (allocated(error)) return
+    if (modulo(size(values), 2) == 0) call input_error(group, key, &
+      & "is a mean and then pairs of cosine and sine: needs an odd number of values", error)
+  end subroutine get_harmonics
+
+  !> The linkage of a checked document. Errors: keys that do not fit the joint's type, joints that are not there (yet),
+  !> names given twice, values out of range.
+  subroutine read_linkage(doc, units, linkage, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    type(linkage_type), intent(out) :: linkage
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: joints(:), links(:)
+    type(dictionary_type) :: names, link_names
+    integer :: i
+
+    joints = groups_named(doc, "joint")
+    if (size(joints) == 0) then
+      call fatal_error(error, doc%file // ": the mechanism is missing: groups &joint and &link (or &mass_functions) are " // &
+        & "required", invalid_input)
+      return
+    end if
+    links = groups_named(doc, "link")
+    call take_names(joints, names, error)
+    if (allocated(error)) return
+    call take_names(links, link_names, error)
+    if (allocated(error)) return
+    call check_crank(joints, error)
+    if (allocated(error)) return
+    do i = 1, size(joints)
+      call read_joint(joints, names, i, units, linkage, error)
+      if (allocated(error)) return
+    end do
+    if (size(links) == 0) then
+      call fatal_error(error, doc%file // ": the mechanism has no mass: a group &link is required", &
+        & invalid_input)
+      return
+    end if
+    do i = 1, size(links)
+      call read_link(links(i), joints, names, units, linkage, error)
+      if (allocated(error)) return
+    end do
+  end subroutine read_linkage
+
+  !> The names of joints or links, in their order. Errors: an empty name; one that is taken.
+  subroutine take_names(groups, names, error)
+    type(group_type), intent(in) :: groups(:)
+    type(dictionary_type), intent(out) :: names
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: name
+    integer :: i
+
+    do i = 1, size(groups)
+      name = name_of(groups(i))
+      if (name == "") then
+        call input_error(groups(i), "name", "must not be empty", error)
+      else if (names%place(name) > 0) then
+        call input_error(groups(i), "name", "is taken already", error)
+      end if
+      if (allocated(error)) return
+      call names%add(name)
+    end do
+  end subroutine take_names
+
+  !> A mechanism has one crank.
+  subroutine check_crank(joints, error)
+    type(group_type), intent(in) :: joints(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: type
+    logical :: found
+    integer :: i
+
+    found = .false.
+    do i = 1, size(joints)
+      call get(joints(i), "type", type, error, allowed=joint_types)
+      if (allocated(error)) return
+      if (type /= "crank") cycle
+      if (found) then
+        call input_error(joints(i), "type", "a mechanism has only one crank", error)
+        return
+      end if
+      found = .true.
+    end do
+    if (.not. found) call fatal_error(error, joints(1)%file // ": no joint has type = 'crank', one must", invalid_input)
+  end subroutine check_crank
+
+  !> A link on any of the joints.
+  subroutine read_link(group, joints, names, units, linkage, error)
+    type(group_type), intent(in) :: group, joints(:)
+    type(dictionary_type), intent(in) :: names
+    type(units_type), intent(in) :: units
+    type(linkage_type), intent(inout) :: linkage
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: from, to
+    real(dp) :: mass, inertia, center(2)
+
+    call get(group, "from", from, error)
+    if (allocated(error)) return
+    call check_known(group, "from", [from], joints, names, size(joints), error)
+    if (allocated(error)) return
+    to = ""
+    if (has(group, "to")) then
+      call get(group, "to", to, error)
+      if (allocated(error)) return
+      call check_known(group, "to", [to], joints, names, size(joints), error)
+      if (allocated(error)) return
+      if (to == from) then
+        call input_error(group, "to", "is the joint of from, needs another one", error)
+        return
+      end if
+    end if
+    call get(group, "mass", mass, error, must=nonnegative, unit=units%mass)
+    if (allocated(error)) return
+    call get(group, "inertia", inertia, error, must=nonnegative, unit=units%inertia)
+    if (allocated(error)) return
+    call get(group, "center", center, error, default=0.0_dp, unit=units%length)
+    if (allocated(error)) return
+    call linkage%link(name_of(group), from, to, mass, inertia, center, error)
+    if (allocated(error)) call in_group(group, error)
+  end subroutine read_link
+
+  !> Puts file and line of the joint or link that the error is about in front of its message.
+  subroutine name_line(doc, error)
+    type(document_type), intent(in) :: doc
+    type(error_type), allocatable, intent(inout) :: error
+    integer :: i
+
+    if (.not. allocated(error%subject)) return
+    do i = 1, size(doc%groups)
+      associate (group => doc%groups(i))
+        if (group%name // " '" // name_of(group) // "'" /= error%subject) cycle
+        error%message = place(group%file, group%line) // error%message
+        return
+      end associate
+    end do
+  end subroutine name_line
+
+end module gestell_input_machine_mechanism

@@ -1,0 +1,111 @@
+!> Probes, and quantities by their names, of an input file.
+module gestell_input_machine_quantities
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group, word_length
+  use gestell_input_schema_get, only: get, nonnegative, positive
+  use gestell_input_namelist_message, only: input_error, label
+  use gestell_input_schema_units, only: units_type
+  use gestell_model_frame, only: frame_type, freedom_names
+  use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
+  implicit none (type, external)
+  private
+
+  public :: read_probes, read_quantities
+
+contains
+
+  !> The groups &probe. Errors: a name that is empty, given twice, or has a parenthesis; an empty band.
+  subroutine read_probes(doc, units, probes, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    type(probe_type), allocatable, intent(out) :: probes(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:)
+    integer :: i, k
+
+    groups = groups_named(doc, "probe")
+    allocate(probes(size(groups)))
+    do i = 1, size(groups)
+      associate (probe => probes(i), group => groups(i))
+        probe%name = name_of(group)
+        if (len_trim(name_of(group)) == 0 .or. scan(name_of(group), "()") > 0 .or. len(name_of(group)) > len(probe%name)) then
+          call input_error(group, "name", "a name has 1 to 64 characters and no parentheses", error)
+          return
+        end if
+        do k = 1, i - 1
+          if (probes(k)%name /= probe%name) cycle
+          call input_error(group, "name", "is the name of " // label(groups(k)) // " already", error)
+          return
+        end do
+        call get(group, "position", probe%position, error, unit=units%length)
+        if (allocated(error)) return
+        if (has(group, "limit_mm_s")) then
+          call get(group, "limit_mm_s", probe%limit, error, must=positive)
+          if (allocated(error)) return
+          probe%limit = probe%limit / 1000
+        end if
+        call read_band(group, probe%band, error)
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine read_probes
+
+  subroutine read_band(group, band, error)
+    type(group_type), intent(in) :: group
+    real(dp), intent(inout) :: band(2)
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. has(group, "band_hz")) return
+    call get(group, "band_hz", band, error, must=nonnegative)
+    if (allocated(error)) return
+    if (.not. band(2) > band(1)) call input_error(group, "band_hz", "the band is empty: its upper end must be the greater one", &
+      & error)
+  end subroutine read_band
+
+  !> The key `quantities` of a group, or those that are usual: the force on the ground, with `coordinates` the free ones before
+  !> it, else the velocity of probes with a limit. Error: no such quantity, or one that is named twice.
+  subroutine read_quantities(doc, name, frame, probes, coordinates, quantities, error)
+    type(document_type), intent(in) :: doc
+    character(len=*), intent(in) :: name
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    logical, intent(in) :: coordinates
+    type(quantity_type), allocatable, intent(out) :: quantities(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+    type(group_type) :: group
+    character(len=word_length), allocatable :: given(:)
+    character(len=80), allocatable :: names(:)
+    integer :: i, n
+
+    group = the_group(doc, name)
+    if (has(group, "quantities")) then
+      call get(group, "quantities", given, error)
+      if (allocated(error)) return
+      names = given
+    else if (coordinates) then
+      names = [character(len=80) :: freedom_names(frame%free), "f"]
+    else
+      allocate(names(1 + count(probes%limit > 0)))
+      names(1) = "f"
+      n = 1
+      do i = 1, size(probes)
+        if (.not. probes(i)%limit > 0) cycle
+        n = n + 1
+        names(n) = "probe(" // trim(probes(i)%name) // ").v"
+      end do
+    end if
+    allocate(quantities(size(names)))
+    do i = 1, size(names)
+      call find_quantity(frame, probes, trim(adjustl(names(i))), quantities(i), reason)
+      if (allocated(reason)) then
+        call input_error(group, "quantities", reason%message, error)
+      else if (any(names(:i - 1) == names(i))) then
+        call input_error(group, "quantities", "names '" // trim(names(i)) // "' twice", error)
+      end if
+      if (allocated(error)) return
+    end do
+  end subroutine read_quantities
+
+end module gestell_input_machine_quantities

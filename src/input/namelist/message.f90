@@ -1,0 +1,158 @@
+!> One-line messages that point into the user's file.
+module gestell_input_namelist_message
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_input_namelist_document, only: value_type, entry_type, group_type, find_entry, name_of
+  use gestell_base_wording, only: shown, decimal, longest_shown
+  implicit none (type, external)
+  private
+
+  public :: in_group, input_error, refuse_entry, place, label, typed
+
+contains
+
+  !> Refuses a key's value: "file:line: &group 'name': key = value: message", or "--set path=value: message".
+  !> An empty key speaks of the whole group, `element` of one element of a vector.
+  pure subroutine input_error(group, key, message, error, element)
+    type(group_type), intent(in) :: group
+    character(len=*), intent(in) :: key, message
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: element
+    integer :: i
+
+    i = find_entry(group, key)
+    if (i > 0) then
+      call refuse_entry(group, group%entries(i), message, error, element)
+    else if (key == "") then
+      call fatal_error(error, place(group%file, group%line) // label(group) // ": " // message, invalid_input)
+    else
+      call fatal_error(error, place(group%file, group%line) // label(group) // ": " // key // ": " // message, &
+        invalid_input)
+    end if
+  end subroutine input_error
+
+  !> Puts file, line and group in front of an error's message, in place of the group's name where that leads it already.
+  subroutine in_group(group, error)
+    type(group_type), intent(in) :: group
+    type(error_type), allocatable, intent(inout) :: error
+    character(len=:), allocatable :: own
+
+    own = label(group) // ": "
+    if (index("&" // error%message, own) == 1) error%message = error%message(len(own):)
+    error%message = place(group%file, group%line) // own // error%message
+  end subroutine in_group
+
+  !> Refuses an entry of a group, in the same words.
+  pure subroutine refuse_entry(group, entry, message, error, element)
+    type(group_type), intent(in) :: group
+    type(entry_type), intent(in) :: entry
+    character(len=*), intent(in) :: message
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: element
+
+    associate (value => entry%values(telling_value(entry, element)))
+      if (allocated(value%origin)) then
+        call fatal_error(error, value%origin // ": " // message, invalid_input)
+      else
+        call fatal_error(error, place(group%file, value%line) // label(group) // ": " // typed(entry, element) &
+          // ": " // message, invalid_input)
+      end if
+    end associate
+  end subroutine refuse_entry
+
+  !> The value that names the place of an entry: the asked element if it is given, else the first one given.
+  pure integer function telling_value(entry, element) result(i)
+    type(entry_type), intent(in) :: entry
+    integer, intent(in), optional :: element
+
+    if (present(element)) then
+      i = element
+      if (i >= 1 .and. i <= size(entry%values)) then
+        if (allocated(entry%values(i)%text)) return
+      end if
+    end if
+    do i = 1, size(entry%values) - 1
+      if (allocated(entry%values(i)%text)) return
+    end do
+  end function telling_value
+
+  !> "key = values" as the user typed them, or "key(2) = value".
+  pure function typed(entry, element) result(text)
+    type(entry_type), intent(in) :: entry
+    integer, intent(in), optional :: element
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = entry%key // subscripts(entry, element)
+    if (present(element)) then
+      if (element < 1 .or. element > size(entry%values)) return
+      if (allocated(entry%values(element)%text)) text = text // " = " // typed_value(entry%values(element))
+      return
+    end if
+    text = text // " ="
+    do i = 1, size(entry%values)
+      if (i > 1) text = text // ","
+      text = text // " " // typed_value(entry%values(i))
+      if (len(text) <= 2 * longest_shown .or. i == size(entry%values)) cycle
+      text = text // ", ..."
+      return
+    end do
+  end function typed
+
+  !> The subscripts as typed, or those of one element.
+  pure function subscripts(entry, element) result(text)
+    type(entry_type), intent(in) :: entry
+    integer, intent(in), optional :: element
+    character(len=:), allocatable :: text
+    integer, allocatable :: at(:)
+
+    allocate(at(0))
+    if (allocated(entry%subscript)) at = entry%subscript
+    if (present(element)) then
+      if (entry%rank == 1) at = [element]
+      if (entry%rank == 2) at = [1 + mod(element - 1, entry%rows), 1 + (element - 1) / entry%rows]
+    end if
+    select case (size(at))
+    case (0)
+      text = ""
+    case (1)
+      text = "(" // decimal(at(1)) // ")"
+    case default
+      text = "(" // decimal(at(1)) // "," // decimal(at(2)) // ")"
+    end select
+  end function subscripts
+
+  pure function typed_value(value) result(text)
+    type(value_type), intent(in) :: value
+    character(len=:), allocatable :: text
+
+    text = ""
+    if (.not. allocated(value%text)) return
+    text = shown(value%text)
+    if (value%quoted) text = "'" // text // "'"
+    if (value%count /= 1) text = decimal(value%count) // "*" // text
+  end function typed_value
+
+  !> "file:line: "; without the line where it is zero.
+  pure function place(file, line) result(text)
+    character(len=*), intent(in) :: file
+    integer, intent(in) :: line
+    character(len=:), allocatable :: text
+
+    text = file // ": "
+    if (line > 0) text = file // ":" // decimal(line) // ": "
+  end function place
+
+  !> What messages call a group: "&joint 'B'", "&support 2", "&drive".
+  pure function label(group) result(text)
+    type(group_type), intent(in) :: group
+    character(len=:), allocatable :: text
+
+    text = "&" // shown(group%name)
+    if (name_of(group) /= "") then
+      text = text // " '" // shown(name_of(group)) // "'"
+    else if (group%number > 0) then
+      text = text // " " // decimal(group%number)
+    end if
+  end function label
+
+end module gestell_input_namelist_message

@@ -1,0 +1,200 @@
+!> Namelist files: text to groups, keys and values, each with its line.
+module gestell_input_namelist
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_input_namelist_document, only: document_type, group_type, entry_type
+  use gestell_input_namelist_entry, only: parse_entry, is_name
+  use gestell_input_namelist_message, only: label, place
+  use gestell_input_namelist_scanner, only: scanner_type, token_type, next_token, skip_blanks, bare, mark, end_of_text
+  use gestell_input_namelist_source, only: read_text
+  use gestell_base_wording, only: shown, lower, decimal
+  implicit none (type, external)
+  private
+
+  public :: read_document, parse_document
+
+contains
+
+  !> Reads a namelist file.
+  subroutine read_document(file, doc, error)
+    character(len=*), intent(in) :: file
+    type(document_type), intent(out) :: doc
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
+
+    call read_text(file, text, error)
+    if (allocated(error)) return
+    call parse_document(text, file, doc, error)
+  end subroutine read_document
+
+  !> Reads a namelist file's content, its lines divided by new_line('a'); `file` is its name in messages.
+  pure subroutine parse_document(text, file, doc, error)
+    character(len=*), intent(in) :: text, file
+    type(document_type), intent(out) :: doc
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:), longer(:)
+    type(scanner_type) :: scanner
+    integer :: n
+
+    doc%file = file
+    call refuse_rubbish(text, file, error)
+    if (allocated(error)) return
+    scanner%text = text
+    if (index(text, byte_order_mark()) == 1) scanner%position = 4
+
+    allocate(groups(16))
+    n = 0
+    do
+      call skip_outside(scanner, file, groups(:n), error)
+      if (allocated(error)) return
+      if (scanner%position > len(text)) exit
+      if (n == size(groups)) then
+        allocate(longer(2 * n))
+        longer(:n) = groups
+        call move_alloc(longer, groups)
+      end if
+      n = n + 1
+      call parse_group(scanner, file, groups(n), error)
+      if (allocated(error)) return
+    end do
+    if (n == 0) then
+      call fatal_error(error, file // ": has no group &name ... /", invalid_input)
+      return
+    end if
+    doc%groups = groups(:n)
+  end subroutine parse_document
+
+  !> Goes to the & of the next group or to the end; anything else is refused.
+  pure subroutine skip_outside(scanner, file, groups, error)
+    type(scanner_type), intent(inout) :: scanner
+    character(len=*), intent(in) :: file
+    type(group_type), intent(in) :: groups(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(scanner_type) :: ahead
+    type(token_type) :: token
+    character(len=:), allocatable :: message
+    integer :: behind
+
+    behind = scanner%position
+    call skip_blanks(scanner)
+    if (scanner%position > len(scanner%text)) return
+    if (scanner%text(scanner%position:scanner%position) == "&") return
+    ahead = scanner
+    call next_token(ahead, token)
+    message = "'" // shown(token%text) // "' stands outside of the groups"
+    if (token%text(1:min(1, len(token%text))) == "$") then
+      message = "write &" // shown(token%text(2:)) // " ... / in place of " // shown(token%text)
+    else if (size(groups) > 0) then
+      message = message // ": the / before it ended " // label(groups(size(groups)))
+      if (scanner%position == behind) message = message // " (a fraction? write a decimal number)"
+    end if
+    call fatal_error(error, place(file, token%line) // message, invalid_input)
+  end subroutine skip_outside
+
+  !> Takes one group from its & to its /.
+  pure subroutine parse_group(scanner, file, group, error)
+    type(scanner_type), intent(inout) :: scanner
+    character(len=*), intent(in) :: file
+    type(group_type), intent(out) :: group
+    type(error_type), allocatable, intent(out) :: error
+    type(entry_type), allocatable :: entries(:), longer(:)
+    type(token_type) :: token
+    integer :: n
+
+    call next_token(scanner, token)
+    group%line = token%line
+    group%file = file
+    call next_token(scanner, token)
+    if (token%kind /= bare .or. .not. is_name(token%text)) then
+      call fatal_error(error, place(file, group%line) // "a group's name must follow the &", invalid_input)
+      return
+    end if
+    group%name = lower(token%text)
+    allocate(group%entries(0))
+    if (group%name == "end") then
+      call fatal_error(error, place(file, group%line) // "&end without a group before it", invalid_input)
+      return
+    end if
+
+    allocate(entries(8))
+    n = 0
+    call next_token(scanner, token)
+    do while (token%kind == bare)
+      if (n == size(entries)) then
+        allocate(longer(2 * n))
+        longer(:n) = entries
+        call move_alloc(longer, entries)
+      end if
+      n = n + 1
+      call parse_entry(scanner, group, token, entries(n), error)
+      if (allocated(error)) return
+      ! from here on messages call the group by its name
+      if (entries(n)%key == "name" .and. size(group%entries) == 0) group%entries = entries(n:n)
+    end do
+    if (token%kind /= mark .or. token%text /= "/") then
+      call refuse_end(scanner, group, token, error)
+      return
+    end if
+    group%entries = entries(:n)
+  end subroutine parse_group
+
+  !> Says why a group does not end with a /.
+  pure subroutine refuse_end(scanner, group, token, error)
+    type(scanner_type), intent(inout) :: scanner
+    type(group_type), intent(in) :: group
+    type(token_type), intent(in) :: token
+    type(error_type), allocatable, intent(out) :: error
+    type(token_type) :: next
+    character(len=:), allocatable :: message
+    integer :: line
+
+    line = group%line
+    if (token%kind == end_of_text) then
+      message = "has no closing / (the file ends)"
+    else if (token%text == "&") then
+      call next_token(scanner, next)
+      message = "has no closing / (the next group begins in line " // decimal(token%line) // ")"
+      if (lower(next%text) == "end") then
+        message = "close the group with / in place of &end"
+        line = token%line
+      end if
+    else
+      message = "'" // shown(token%text) // "' where a key or the closing / is expected"
+      line = token%line
+    end if
+    call fatal_error(error, place(group%file, line) // label(group) // ": " // message, invalid_input)
+  end subroutine refuse_end
+
+  !> Refuses an empty text and one with control characters other than tabs and ends of lines.
+  pure subroutine refuse_rubbish(text, file, error)
+    character(len=*), intent(in) :: text, file
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, line, code
+
+    if (len(text) == 0) call fatal_error(error, file // ": the file is empty", invalid_input)
+    line = 1
+    do i = 1, len(text)
+      code = ichar(text(i:i))
+      if (code >= 32 .and. code /= 127) cycle
+      select case (code)
+      case (9)
+      case (10)
+        line = line + 1
+      case (13)
+        if (i == len(text)) cycle
+        if (text(i+1:i+1) == new_line("a")) cycle
+        call fatal_error(error, place(file, line) // "a carriage return within a line", invalid_input)
+        return
+      case default
+        call fatal_error(error, place(file, line) // "not a text file (character code " // decimal(code) &
+          // "); save it as UTF-8 text", invalid_input)
+        return
+      end select
+    end do
+  end subroutine refuse_rubbish
+
+  !> The three bytes some editors put before UTF-8 text.
+  pure character(len=3) function byte_order_mark()
+    byte_order_mark = char(239) // char(187) // char(191)
+  end function byte_order_mark
+
+end module gestell_input_namelist

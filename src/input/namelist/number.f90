@@ -1,0 +1,131 @@
+!> Numbers as a careful user writes them: nothing is guessed.
+module gestell_input_namelist_number
+  use gestell_base_kinds, only: dp
+  use gestell_base_wording, only: lower
+  implicit none (type, external)
+  private
+
+  public :: read_real, read_integer, is_digits
+
+  !> Numbers of this decimal exponent and above are refused: the last decade before overflow.
+  integer, parameter :: exponent_limit = 308
+
+contains
+
+  !> The real number that `text` spells; `reason` says why it is none and is empty where it is one.
+  pure subroutine read_real(text, value, reason)
+    character(len=*), intent(in) :: text
+    real(dp), intent(out) :: value
+    character(len=:), allocatable, intent(out) :: reason
+    character(len=:), allocatable :: digits
+    integer :: split, point, first, exponent, status
+    logical :: ok
+
+    value = 0
+    reason = not_a_number(text)
+    digits = lower(unsigned(text))
+    split = scan(digits, "ed")
+    exponent = 0
+    if (split > 0) then
+      call read_exponent(digits(split+1:), exponent, ok)
+      if (.not. ok) return
+      digits = digits(:split-1)
+    end if
+    point = index(digits, ".")
+    if (point == 0) point = len(digits) + 1
+    if (.not. is_digits(digits(:point-1) // digits(point+1:))) return
+
+    first = verify(digits, "0.")
+    reason = ""
+    if (first == 0) return
+    ! decimal exponent of the first digit that counts
+    if (first < point) first = first + 1
+    if (exponent + point - first >= exponent_limit) then
+      reason = "is too large"
+      return
+    end if
+    digits = digits(:point-1) // "." // digits(point+1:) // "e"
+    if (exponent + point - first < -2 * exponent_limit) return
+    digits = digits // signed_decimal(exponent)
+    if (text(1:1) == "-") digits = "-" // digits
+    read(digits, *, iostat=status) value
+    if (status /= 0) reason = not_a_number(text)
+  end subroutine read_real
+
+  !> The integer that `text` spells; `reason` as in `read_real`.
+  pure subroutine read_integer(text, value, reason)
+    character(len=*), intent(in) :: text
+    integer, intent(out) :: value
+    character(len=:), allocatable, intent(out) :: reason
+    real(dp) :: whole
+
+    value = 0
+    call read_real(text, whole, reason)
+    if (reason /= "") return
+    if (.not. is_digits(unsigned(text))) then
+      reason = "must be a whole number, written without a point or exponent"
+    else if (abs(whole) > huge(value)) then
+      reason = "is too large"
+    else
+      value = nint(whole)
+    end if
+  end subroutine read_integer
+
+  !> Whether a text has digits and nothing else.
+  pure logical function is_digits(text)
+    character(len=*), intent(in) :: text
+
+    is_digits = len(text) > 0 .and. verify(text, "0123456789") == 0
+  end function is_digits
+
+  pure function unsigned(text) result(rest)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: rest
+
+    rest = text
+    if (len(text) == 0) return
+    if (text(1:1) == "+" .or. text(1:1) == "-") rest = text(2:)
+  end function unsigned
+
+  pure subroutine read_exponent(text, exponent, ok)
+    character(len=*), intent(in) :: text
+    integer, intent(out) :: exponent
+    logical, intent(out) :: ok
+    !> Large enough for every verdict, small enough for the sums it enters.
+    integer, parameter :: enough = 10000000
+    character(len=:), allocatable :: digits
+    integer :: i
+
+    exponent = 0
+    digits = unsigned(text)
+    ok = is_digits(digits)
+    if (.not. ok) return
+    do i = 1, len(digits)
+      exponent = min(10 * exponent + iachar(digits(i:i)) - iachar("0"), enough)
+    end do
+    if (text(1:1) == "-") exponent = -exponent
+  end subroutine read_exponent
+
+  pure function signed_decimal(number) result(text)
+    integer, intent(in) :: number
+    character(len=:), allocatable :: text
+    character(len=12) :: buffer
+
+    write(buffer, "(sp, i0)") number
+    text = trim(buffer)
+  end function signed_decimal
+
+  pure function not_a_number(text) result(reason)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: reason
+    character(len=:), allocatable :: word
+
+    word = lower(unsigned(text))
+    if (word == "inf" .or. word == "infinity" .or. word == "nan" .or. index(word, "nan(") == 1) then
+      reason = "must be finite"
+    else
+      reason = "must be a number"
+    end if
+  end function not_a_number
+
+end module gestell_input_namelist_number

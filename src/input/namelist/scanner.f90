@@ -1,0 +1,158 @@
+!> Cuts the text of an input file into the pieces that a namelist is made of.
+module gestell_input_namelist_scanner
+  use gestell_base_wording, only: lower
+  implicit none (type, external)
+  private
+
+  public :: scanner_type, token_type, next_token, skip_blanks, next_character
+
+  !> A place in a text.
+  type :: scanner_type
+    character(len=:), allocatable :: text
+    integer :: position = 1
+    integer :: line = 1
+  end type scanner_type
+
+  integer, parameter, public :: end_of_text = 0
+  integer, parameter, public :: mark = 1
+  integer, parameter, public :: bare = 2
+  integer, parameter, public :: quoted = 3
+  integer, parameter, public :: unclosed_quote = 4
+
+  !> A piece: one of the marks & / = , ( ), a bare word, or a text in quotes (without them).
+  type :: token_type
+    integer :: kind = end_of_text
+    character(len=:), allocatable :: text
+    integer :: line = 0
+  end type token_type
+
+  character(len=*), parameter :: marks = "&/=,()"
+  character(len=*), parameter :: quotes = "'"""
+  character(len=*), parameter :: blanks = " " // achar(9) // achar(13) // achar(10)
+  character(len=*), parameter :: line_ends = achar(13) // achar(10)
+  !> Characters between the parentheses of nan(...).
+  integer, parameter :: longest_payload = 20
+  character(len=*), parameter :: word_ends = marks // quotes // blanks // "!"
+
+contains
+
+  !> Takes the next piece.
+  pure subroutine next_token(scanner, token)
+    type(scanner_type), intent(inout) :: scanner
+    type(token_type), intent(out) :: token
+    character(len=1) :: c
+
+    call skip_blanks(scanner)
+    token%line = scanner%line
+    c = next_character(scanner)
+    if (c == " ") then
+      token%text = ""
+    else if (index(marks, c) > 0) then
+      token%kind = mark
+      token%text = c
+      scanner%position = scanner%position + 1
+    else if (index(quotes, c) > 0) then
+      call take_quoted(scanner, token)
+    else
+      call take_word(scanner, token)
+    end if
+  end subroutine next_token
+
+  !> The character at the scanner's place, a blank at the end of the text.
+  pure character(len=1) function next_character(scanner) result(c)
+    type(scanner_type), intent(in) :: scanner
+
+    c = " "
+    if (scanner%position <= len(scanner%text)) c = scanner%text(scanner%position:scanner%position)
+  end function next_character
+
+  !> Goes on to the next piece, over blanks, ends of lines and comments.
+  pure subroutine skip_blanks(scanner)
+    type(scanner_type), intent(inout) :: scanner
+    logical :: comment
+
+    comment = .false.
+    do while (scanner%position <= len(scanner%text))
+      associate (c => scanner%text(scanner%position:scanner%position))
+        if (c == new_line("a")) then
+          scanner%line = scanner%line + 1
+          comment = .false.
+        else if (c == "!") then
+          comment = .true.
+        else if (.not. comment .and. index(blanks, c) == 0) then
+          return
+        end if
+      end associate
+      scanner%position = scanner%position + 1
+    end do
+  end subroutine skip_blanks
+
+  !> A text between quotes on one line; a doubled quote stands for one.
+  pure subroutine take_quoted(scanner, token)
+    type(scanner_type), intent(inout) :: scanner
+    type(token_type), intent(inout) :: token
+    character(len=1) :: quote
+    integer :: start, last, step
+
+    quote = next_character(scanner)
+    start = scanner%position + 1
+    last = scanner%position
+    token%kind = unclosed_quote
+    do
+      step = scan(scanner%text(last+1:), quote // line_ends)
+      if (step == 0) step = len(scanner%text) - last + 1
+      last = last + step
+      scanner%position = last
+      if (next_character(scanner) /= quote) exit
+      scanner%position = last + 1
+      if (next_character(scanner) /= quote) then
+        token%kind = quoted
+        exit
+      end if
+      last = last + 1
+    end do
+    token%text = undoubled(scanner%text(start:last-1), quote)
+  end subroutine take_quoted
+
+  !> A text with one quote for each two.
+  pure function undoubled(text, quote) result(single)
+    character(len=*), intent(in) :: text
+    character(len=1), intent(in) :: quote
+    character(len=:), allocatable :: single
+    integer :: i, n
+
+    allocate(character(len=len(text)) :: single)
+    n = 0
+    i = 1
+    do while (i <= len(text))
+      n = n + 1
+      single(n:n) = text(i:i)
+      i = i + merge(2, 1, text(i:i) == quote)
+    end do
+    single = single(:n)
+  end function undoubled
+
+  !> A word up to the next blank, quote or mark; nan(...) is one word.
+  pure subroutine take_word(scanner, token)
+    type(scanner_type), intent(inout) :: scanner
+    type(token_type), intent(inout) :: token
+    integer :: start, n
+
+    start = scanner%position
+    n = scan(scanner%text(start:), word_ends) - 1
+    if (n < 0) n = len(scanner%text) - start + 1
+    scanner%position = start + n
+    token%kind = bare
+    token%text = scanner%text(start:start+n-1)
+    if (next_character(scanner) /= "(" .or. n < 3) return
+    if (lower(token%text(n-2:)) /= "nan" .or. verify(token%text(:n-3), "+-*0123456789") > 0) return
+    associate (rest => scanner%text(start:min(len(scanner%text), start + n + longest_payload)))
+      n = scan(rest, ")" // blanks)
+      if (n == 0) return
+      if (rest(n:n) /= ")") return
+      token%text = rest(:n)
+    end associate
+    scanner%position = start + n
+  end subroutine take_word
+
+end module gestell_input_namelist_scanner

@@ -1,0 +1,87 @@
+!> Suggestions for misspelt words.
+module gestell_input_namelist_suggest
+  use gestell_base_wording, only: lower
+  implicit none (type, external)
+  private
+
+  public :: suggestion, nearest_of, listed
+
+  !> Longer words get no suggestion.
+  integer, parameter :: longest_word = 64
+
+contains
+
+  !> "; did you mean 'x'?", or where nothing is near "; known: 'a', 'b'".
+  pure function suggestion(word, candidates) result(text)
+    character(len=*), intent(in) :: word
+    character(len=*), intent(in) :: candidates(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    i = nearest_of(word, candidates)
+    if (i > 0) then
+      text = "; did you mean '" // trim(candidates(i)) // "'?"
+    else if (size(candidates) > 0) then
+      text = "; known: " // listed(candidates, "'", "'")
+    else
+      text = "; none is known"
+    end if
+  end function suggestion
+
+  !> The candidates in one line, each between `before` and `after`; at most 20 of them.
+  pure function listed(candidates, before, after) result(text)
+    character(len=*), intent(in) :: candidates(:), before, after
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ""
+    do i = 1, min(20, size(candidates))
+      if (i > 1) text = text // ", "
+      text = text // before // trim(candidates(i)) // after
+    end do
+    if (size(candidates) > 20) text = text // ", ..."
+  end function listed
+
+  !> Index of the candidate that a misspelt word most likely means, zero where none is near or two are equally near.
+  pure integer function nearest_of(word, candidates) result(best)
+    character(len=*), intent(in) :: word
+    character(len=*), intent(in) :: candidates(:)
+    integer :: i, d, smallest, longest
+
+    best = 0
+    smallest = longest_word
+    if (len_trim(word) > longest_word) return
+    do i = 1, size(candidates)
+      longest = max(len_trim(word), len_trim(candidates(i)))
+      if (longest > longest_word) cycle
+      d = distance(trim(lower(word)), trim(lower(candidates(i))))
+      if (d > smallest .or. d >= longest .or. d > max(1, longest / 3)) cycle
+      best = merge(i, 0, d < smallest)
+      smallest = d
+    end do
+  end function nearest_of
+
+  !> Damerau-Levenshtein distance: insertions, deletions, substitutions and swaps of neighbours between a and b.
+  pure integer function distance(a, b)
+    character(len=*), intent(in) :: a, b
+    ! d(i, j): distance of the first i and j letters; row and column -1 are never the least
+    integer :: d(-1:len(a), -1:len(b))
+    integer :: i, j, change, swap
+
+    d = len(a) + len(b)
+    d(0:, 0) = [(i, i = 0, len(a))]
+    d(0, 0:) = [(j, j = 0, len(b))]
+    do j = 1, len(b)
+      do i = 1, len(a)
+        change = merge(0, 1, a(i:i) == b(j:j))
+        swap = 1
+        if (i > 1 .and. j > 1) then
+          if (a(i-1:i) /= b(j:j) // b(j-1:j-1)) swap = len(a) + len(b)
+        end if
+        d(i, j) = min(d(i-1, j) + 1, d(i, j-1) + 1, d(i-1, j-1) + change, d(i-2, j-2) + swap)
+      end do
+    end do
+    distance = d(len(a), len(b))
+  end function distance
+
+end module gestell_input_namelist_suggest

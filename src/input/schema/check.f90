@@ -1,0 +1,133 @@
+!> A document against the schema.
+module gestell_input_schema_check
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_input_namelist_document, only: document_type, group_type, has
+  use gestell_input_namelist_merge, only: merge_entries
+  use gestell_input_namelist_message, only: input_error, place, label
+  use gestell_input_schema, only: schema_type, find_group_rule, allowed_groups
+  use gestell_input_namelist_suggest, only: nearest_of, listed
+  use gestell_base_wording, only: shown, decimal
+  implicit none (type, external)
+  private
+
+  public :: check_document, normalise, unknown_group
+
+contains
+
+  !> Refuses everything that the schema does not allow, and what it requires and is missing.
+  !> Afterwards each key has one entry, its values as many as it has elements.
+  pure subroutine check_document(doc, schema, error)
+    type(document_type), intent(inout) :: doc
+    type(schema_type), intent(in) :: schema
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    call normalise(doc, schema, error)
+    if (allocated(error)) return
+    do i = 1, size(schema%groups)
+      if (schema%groups(i)%required .and. count_groups(doc, schema%groups(i)%name) == 0) then
+        call fatal_error(error, doc%file // ": the group &" // trim(schema%groups(i)%name) // " is missing", &
+          invalid_input)
+        return
+      end if
+    end do
+    do i = 1, size(doc%groups)
+      call check_required(doc%groups(i), schema, error)
+      if (allocated(error)) return
+    end do
+  end subroutine check_document
+
+  !> Brings a document into the schema's form: known groups and keys only, subscripts and repeat counts resolved,
+  !> values of the right kind. Nothing is asked about what is missing.
+  pure subroutine normalise(doc, schema, error)
+    type(document_type), intent(inout) :: doc
+    type(schema_type), intent(in) :: schema
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    if (doc%normalised) return
+    call number_groups(doc, schema, error)
+    if (allocated(error)) return
+    do i = 1, size(doc%groups)
+      call merge_entries(doc%groups(i), schema, error)
+      if (allocated(error)) return
+    end do
+    doc%normalised = .true.
+  end subroutine normalise
+
+  !> Counts the groups of each name; unknown ones and forbidden repetitions are refused.
+  pure subroutine number_groups(doc, schema, error)
+    type(document_type), intent(inout) :: doc
+    type(schema_type), intent(in) :: schema
+    type(error_type), allocatable, intent(out) :: error
+    integer :: found(size(schema%groups)), first(size(schema%groups))
+    integer :: i, rule
+
+    found = 0
+    first = 0
+    do i = 1, size(doc%groups)
+      associate (group => doc%groups(i))
+        rule = find_group_rule(schema, group%name)
+        if (rule == 0) then
+          call fatal_error(error, place(doc%file, group%line) // unknown_group(group%name, schema), invalid_input)
+          return
+        end if
+        found(rule) = found(rule) + 1
+        if (found(rule) == 1) first(rule) = i
+        if (found(rule) > 1 .and. .not. schema%groups(rule)%repeatable) then
+          call input_error(group, "", "may stand only once (first in line " &
+            // decimal(doc%groups(first(rule))%line) // ")", error)
+          return
+        end if
+        group%number = found(rule)
+      end associate
+    end do
+    do rule = 1, size(found)
+      if (found(rule) == 1) doc%groups(first(rule))%number = 0
+    end do
+  end subroutine number_groups
+
+  !> Message for a group that the schema does not know.
+  pure function unknown_group(name, schema) result(message)
+    character(len=*), intent(in) :: name
+    type(schema_type), intent(in) :: schema
+    character(len=:), allocatable :: message
+    integer :: i
+
+    message = "unknown group &" // shown(name)
+    i = nearest_of(name, allowed_groups(schema))
+    if (i > 0) then
+      message = message // ": did you mean &" // trim(schema%groups(i)%name) // "?"
+    else
+      message = message // ": allowed are " // listed(allowed_groups(schema), "&", "")
+    end if
+  end function unknown_group
+
+  pure subroutine check_required(group, schema, error)
+    type(group_type), intent(in) :: group
+    type(schema_type), intent(in) :: schema
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(schema%keys)
+      associate (rule => schema%keys(i))
+        if (rule%group /= group%name .or. .not. rule%required) cycle
+        if (has(group, trim(rule%name))) cycle
+        call input_error(group, trim(rule%name), "must be given", error)
+        return
+      end associate
+    end do
+  end subroutine check_required
+
+  pure integer function count_groups(doc, name) result(n)
+    type(document_type), intent(in) :: doc
+    character(len=*), intent(in) :: name
+    integer :: i
+
+    n = 0
+    do i = 1, size(doc%groups)
+      if (doc%groups(i)%name == name) n = n + 1
+    end do
+  end function count_groups
+
+end module gestell_input_schema_check

@@ -1,0 +1,56 @@
+!> What an input says, as one number: the same for the same groups, keys and values, whatever the layout.
+module gestell_input_schema_fingerprint
+  use gestell_base_hash, only: hash_start, mix, mix_text
+  use gestell_input_namelist_document, only: document_type, find_entry, group_type
+  use gestell_input_schema, only: schema_type, text_key
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: content_of
+
+contains
+
+  !> Hash of a checked document's groups, keys and values, those of --set among them. The order of groups counts only
+  !> within one name, that of keys not at all, numbers by their value.
+  pure integer(int64) function content_of(doc, schema) result(hash)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    integer :: i, k
+
+    hash = hash_start
+    do k = 1, size(schema%groups)
+      do i = 1, size(doc%groups)
+        if (doc%groups(i)%name /= schema%groups(k)%name) cycle
+        call mix_text(hash, doc%groups(i)%name)
+        call mix_group(hash, doc%groups(i), schema)
+      end do
+    end do
+  end function content_of
+
+  pure subroutine mix_group(hash, group, schema)
+    integer(int64), intent(inout) :: hash
+    type(group_type), intent(in) :: group
+    type(schema_type), intent(in) :: schema
+    integer :: k, e, v
+
+    do k = 1, size(schema%keys)
+      if (schema%keys(k)%group /= group%name) cycle
+      e = find_entry(group, trim(schema%keys(k)%name))
+      if (e == 0) cycle
+      call mix_text(hash, group%entries(e)%key)
+      do v = 1, size(group%entries(e)%values)
+        associate (value => group%entries(e)%values(v))
+          if (.not. allocated(value%text)) then
+            call mix_text(hash, "")
+          else if (schema%keys(k)%kind == text_key) then
+            call mix_text(hash, value%text)
+          else
+            call mix(hash, [transfer(value%number, hash)])
+          end if
+        end associate
+      end do
+    end do
+  end subroutine mix_group
+
+end module gestell_input_schema_fingerprint

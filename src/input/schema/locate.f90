@@ -1,0 +1,161 @@
+!> Which groups, key and element of a document a path such as support(2).stiffness(1) means.
+module gestell_input_schema_locate
+  use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
+  use gestell_input_schema_check, only: unknown_group
+  use gestell_input_namelist_document, only: document_type, name_of, has, word_length
+  use gestell_input_namelist_number, only: is_digits, read_integer
+  use gestell_input_schema_rule, only: element_of, subscript_words, extent_words, unknown_key
+  use gestell_input_schema, only: schema_type, find_group_rule, find_key_rule
+  use gestell_input_namelist_suggest, only: suggestion
+  use gestell_base_wording, only: shown, lower, decimal, without_quotes
+  implicit none (type, external)
+  private
+
+  public :: find_target
+
+  !> What a path means.
+  type, public :: target_type
+    !> Indices of the document's groups; of size zero for a group still to be added.
+    integer, allocatable :: groups(:)
+    character(len=:), allocatable :: key
+    !> The key's rule in the schema.
+    integer :: rule = 0
+    !> One element of a vector or matrix in Fortran's order; zero: all of them.
+    integer :: element = 0
+  end type target_type
+
+  !> A path's parts as written.
+  type :: path_type
+    character(len=:), allocatable :: group
+    !> What stands in parentheses behind the group.
+    character(len=:), allocatable :: which
+    character(len=:), allocatable :: key
+    integer, allocatable :: subscript(:)
+  end type path_type
+
+contains
+
+  !> Finds what a path means in a document in the schema's form. Messages begin with `origin`.
+  pure subroutine find_target(doc, schema, text, origin, target, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: text, origin
+    type(target_type), intent(out) :: target
+    type(error_type), allocatable, intent(out) :: error
+    type(path_type) :: path
+    character(len=:), allocatable :: reason
+    integer :: group
+
+    call read_path(trim(adjustl(text)), path, reason)
+    if (reason /= "") then
+      call fatal_error(error, origin // ": " // reason, wrong_usage)
+      return
+    end if
+    target%key = path%key
+    group = find_group_rule(schema, path%group)
+    if (group == 0) then
+      call fatal_error(error, origin // ": " // unknown_group(path%group, schema), invalid_input)
+      return
+    end if
+    target%rule = find_key_rule(schema, path%group, path%key)
+    if (target%rule == 0) then
+      call fatal_error(error, origin // ": " // unknown_key(path%key, schema, path%group), invalid_input)
+      return
+    end if
+    if (size(path%subscript) > 0) then
+      associate (rule => schema%keys(target%rule))
+        target%element = element_of(path%subscript, rule)
+        if (size(path%subscript) /= rule%rank) reason = path%key // " " // subscript_words(rule)
+        if (reason == "" .and. target%element == 0) reason = path%key // ": " // extent_words(rule)
+      end associate
+    end if
+    if (reason == "") call choose_groups(doc, path, schema%groups(group)%repeatable, target%groups, reason)
+    if (reason /= "") call fatal_error(error, origin // ": " // reason, invalid_input)
+  end subroutine find_target
+
+  !> The groups that a path names: by name, by number, or all of them.
+  pure subroutine choose_groups(doc, path, repeatable, chosen, reason)
+    type(document_type), intent(in) :: doc
+    type(path_type), intent(in) :: path
+    logical, intent(in) :: repeatable
+    integer, allocatable, intent(out) :: chosen(:)
+    character(len=:), allocatable, intent(out) :: reason
+    character(len=word_length) :: names(size(doc%groups))
+    integer :: i, number
+
+    reason = ""
+    chosen = pack([(i, i = 1, size(doc%groups))], [(doc%groups(i)%name == path%group, i = 1, size(doc%groups))])
+    if (.not. repeatable) then
+      if (allocated(path%which)) reason = "there is only one &" // path%group // ": write " // path%group &
+        // "." // path%key
+      return
+    end if
+    if (size(chosen) == 0) then
+      reason = "the input has no &" // path%group
+      return
+    end if
+    if (.not. allocated(path%which)) return
+
+    do i = 1, size(chosen)
+      names(i) = name_of(doc%groups(chosen(i)))
+      if (path%which /= "" .and. names(i) == path%which) then
+        chosen = chosen(i:i)
+        return
+      end if
+    end do
+    if (is_digits(path%which)) then
+      call read_integer(path%which, number, reason)
+      if (reason == "" .and. number >= 1 .and. number <= size(chosen)) then
+        chosen = chosen(number:number)
+        return
+      end if
+    end if
+    if (has(doc%groups(chosen(1)), "name") .and. .not. is_digits(path%which)) then
+      reason = "unknown " // path%group // " '" // shown(path%which) // "'" &
+        // suggestion(path%which, names(:size(chosen)))
+    else
+      reason = "there is no &" // path%group // " " // shown(path%which) // ": they are numbered from 1 to " &
+        // decimal(size(chosen))
+    end if
+  end subroutine choose_groups
+
+  !> Takes a path apart; `reason` says what is wrong with its form.
+  pure subroutine read_path(text, path, reason)
+    character(len=*), intent(in) :: text
+    type(path_type), intent(out) :: path
+    character(len=:), allocatable, intent(out) :: reason
+    character(len=:), allocatable :: rest, number_reason
+    integer :: i, comma, number
+
+    reason = "a path is GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), as in drive.speed_rpm"
+    allocate(path%subscript(0))
+    i = scan(text, "(.")
+    if (i <= 1) return
+    path%group = lower(trim(text(:i-1)))
+    rest = text(i:)
+    if (rest(1:1) == "(") then
+      i = index(rest, ").")
+      if (i == 0) return
+      path%which = without_quotes(trim(adjustl(rest(2:i-1))))
+      rest = rest(i+1:)
+    end if
+    rest = rest(2:)
+    i = index(rest, "(")
+    if (i == 0) i = len(rest) + 1
+    path%key = lower(trim(adjustl(rest(:i-1))))
+    if (path%key == "") return
+    rest = rest(i:)
+    do while (rest /= "")
+      comma = scan(rest(2:), ",)") + 1
+      if (comma == 1) return
+      call read_integer(trim(adjustl(rest(2:comma-1))), number, number_reason)
+      if (number_reason /= "" .or. size(path%subscript) == 2) return
+      path%subscript = [path%subscript, number]
+      rest = rest(comma:)
+      if (rest == ")") exit
+      if (rest(1:1) == ")") return
+    end do
+    reason = ""
+  end subroutine read_path
+
+end module gestell_input_schema_locate

@@ -1,0 +1,227 @@
+!> Paths such as joint(B).lengths(1): values set from outside the file.
+module gestell_input_schema_path
+  use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
+  use gestell_base_kinds, only: dp
+  use gestell_input_schema_check, only: normalise
+  use gestell_input_namelist_document, only: document_type, group_type, entry_type, find_entry
+  use gestell_input_schema_locate, only: target_type, find_target
+  use gestell_input_namelist_merge, only: expand, start
+  use gestell_input_schema_rule, only: check_values
+  use gestell_input_schema, only: schema_type, key_rule, text_key
+  use gestell_base_wording, only: shown, without_quotes
+  implicit none (type, external)
+  private
+
+  public :: set_value, get_path, position_of_equals, set_path_real
+
+contains
+
+  !> Carries out "PATH=VALUE" of the command line's --set.
+  pure subroutine set_value(doc, schema, assignment, error)
+    type(document_type), intent(inout) :: doc
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: assignment
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: origin
+    integer :: equals
+
+    origin = "--set " // shown(trim(assignment))
+    equals = position_of_equals(assignment)
+    if (equals == 0) then
+      call fatal_error(error, origin // ": must be PATH=VALUE, as in drive.speed_rpm=240", wrong_usage)
+      return
+    end if
+    call assign(doc, schema, assignment(:equals-1), assignment(equals+1:), origin, error)
+  end subroutine set_value
+
+  !> Sets a path to a number, to all its digits.
+  pure subroutine set_path_real(doc, schema, path, value, error)
+    type(document_type), intent(inout) :: doc
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: path
+    real(dp), intent(in) :: value
+    type(error_type), allocatable, intent(out) :: error
+    character(len=24) :: digits
+
+    write(digits, "(es24.16e3)") value
+    call assign(doc, schema, path, digits, "at " // shown(path) // "=" // trim(adjustl(digits)), error)
+  end subroutine set_path_real
+
+  !> The numbers that a path names, in the order of groups and elements.
+  pure subroutine get_path(doc, schema, path, values, error)
+    type(document_type), intent(inout) :: doc
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: path
+    real(dp), allocatable, intent(out) :: values(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(target_type) :: target
+    integer :: i, j, k
+
+    allocate(values(0))
+    call normalise(doc, schema, error)
+    if (allocated(error)) return
+    call find_target(doc, schema, path, shown(path), target, error)
+    if (allocated(error)) return
+    if (schema%keys(target%rule)%kind == text_key) then
+      call fatal_error(error, shown(path) // ": is a text, not a number", invalid_input)
+      return
+    end if
+    do i = 1, size(target%groups)
+      associate (group => doc%groups(target%groups(i)))
+        j = find_entry(group, target%key)
+        if (j == 0) cycle
+        do k = 1, size(group%entries(j)%values)
+          if (target%element > 0 .and. k /= target%element) cycle
+          if (.not. allocated(group%entries(j)%values(k)%text)) cycle
+          values = [values, group%entries(j)%values(k)%number]
+        end do
+      end associate
+    end do
+    if (size(values) == 0) call fatal_error(error, shown(path) // ": has no value in the input", invalid_input)
+  end subroutine get_path
+
+  !> Gives a path a value; `origin` stands in messages about it in place of file and line.
+  pure subroutine assign(doc, schema, path, text, origin, error)
+    type(document_type), intent(inout) :: doc
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: path, text, origin
+    type(error_type), allocatable, intent(out) :: error
+    type(target_type) :: target
+    type(group_type) :: group
+    type(key_rule) :: rule
+    type(entry_type) :: given, entry
+    integer :: i
+
+    call normalise(doc, schema, error)
+    if (allocated(error)) return
+    call find_target(doc, schema, path, origin, target, error)
+    if (allocated(error)) return
+    rule = schema%keys(target%rule)
+    if (size(target%groups) == 0) call add_group(doc, trim(rule%group), target)
+
+    group%name = trim(rule%group)
+    group%file = doc%file
+    allocate(group%entries(0))
+    if (target%element > 0) then
+      rule%least = 1
+      rule%most = 1
+    end if
+    call split(text, rule, target%key, origin, given, error)
+    if (allocated(error)) return
+    call expand(group, given, rule, entry, error)
+    if (allocated(error)) return
+    call check_values(group, rule, entry, error)
+    if (allocated(error)) return
+    do i = 1, size(target%groups)
+      call put(doc%groups(target%groups(i)), entry, schema%keys(target%rule), target%element, error)
+      if (allocated(error)) return
+    end do
+  end subroutine assign
+
+  !> Puts an entry, or its one value as an element, into a group.
+  pure subroutine put(group, entry, rule, element, error)
+    type(group_type), intent(inout) :: group
+    type(entry_type), intent(in) :: entry
+    type(key_rule), intent(in) :: rule
+    integer, intent(in) :: element
+    type(error_type), allocatable, intent(out) :: error
+    type(entry_type), allocatable :: entries(:)
+    type(entry_type) :: longer
+    integer :: i, k, n
+
+    i = find_entry(group, entry%key)
+    if (i == 0) then
+      n = size(group%entries)
+      allocate(entries(n + 1))
+      entries(:n) = group%entries
+      call move_alloc(entries, group%entries)
+      i = n + 1
+      n = rule%most
+      if (rule%least < rule%most) n = 0
+      call start(entry, rule, n, group%entries(i))
+    end if
+    if (element == 0) then
+      group%entries(i) = entry
+      return
+    end if
+    n = size(group%entries(i)%values)
+    if (element > n + 1) then
+      call fatal_error(error, entry%values(1)%origin // ": needs the element before it too", invalid_input)
+      return
+    else if (element > n) then
+      call start(entry, rule, n + 1, longer)
+      do k = 1, n
+        longer%values(k) = group%entries(i)%values(k)
+      end do
+      group%entries(i) = longer
+    end if
+    group%entries(i)%values(element) = entry%values(1)
+  end subroutine put
+
+  !> Adds an empty group to the document.
+  pure subroutine add_group(doc, name, target)
+    type(document_type), intent(inout) :: doc
+    character(len=*), intent(in) :: name
+    type(target_type), intent(inout) :: target
+    type(group_type), allocatable :: groups(:)
+    integer :: n
+
+    n = size(doc%groups)
+    allocate(groups(n + 1))
+    groups(:n) = doc%groups
+    groups(n+1)%name = name
+    groups(n+1)%file = doc%file
+    allocate(groups(n+1)%entries(0))
+    call move_alloc(groups, doc%groups)
+    target%groups = [n + 1]
+  end subroutine add_group
+
+  !> The values of a text between commas; a key that takes one text takes it whole.
+  pure subroutine split(text, rule, key, origin, entry, error)
+    character(len=*), intent(in) :: text, key, origin
+    type(key_rule), intent(in) :: rule
+    type(entry_type), intent(out) :: entry
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, n, start_of, next
+
+    n = 1
+    if (rule%kind /= text_key .or. rule%most > 1) n = 1 + count([(text(i:i) == ",", i = 1, len(text))])
+    entry%key = key
+    allocate(entry%subscript(0))
+    allocate(entry%values(n))
+    start_of = 1
+    do i = 1, n
+      next = index(text(start_of:), ",")
+      if (n == 1 .or. next == 0) next = len(text) - start_of + 2
+      associate (value => entry%values(i))
+        value%text = trim(adjustl(text(start_of:start_of+next-2)))
+        value%origin = origin
+        if (value%text == "" .and. .not. (rule%kind == text_key .and. n == 1)) then
+          call fatal_error(error, origin // ": a value is missing", invalid_input)
+          return
+        end if
+        if (rule%kind == text_key) then
+          value%quoted = .true.
+          value%text = without_quotes(value%text)
+        end if
+      end associate
+      start_of = start_of + next
+    end do
+    if (rule%alike .and. n == 1) entry%values%count = rule%most
+  end subroutine split
+
+  !> Position of the = that ends a path; one between parentheses belongs to a name.
+  pure integer function position_of_equals(text) result(i)
+    character(len=*), intent(in) :: text
+    integer :: depth
+
+    depth = 0
+    do i = 1, len(text)
+      if (text(i:i) == "=" .and. depth <= 0) return
+      if (text(i:i) == "(") depth = depth + 1
+      if (text(i:i) == ")") depth = depth - 1
+    end do
+    i = 0
+  end function position_of_equals
+
+end module gestell_input_schema_path

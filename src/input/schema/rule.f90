@@ -1,0 +1,166 @@
+!> What the schema says about one key's values, and the words for it.
+module gestell_input_schema_rule
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_input_namelist_document, only: group_type, entry_type, value_type, word_length
+  use gestell_input_namelist_message, only: refuse_entry
+  use gestell_input_namelist_number, only: read_real, read_integer, is_digits
+  use gestell_input_schema, only: schema_type, key_rule, allowed_keys, count_keys, real_key, integer_key, text_key
+  use gestell_input_namelist_suggest, only: nearest_of, listed
+  use gestell_base_wording, only: decimal, has_control, shown
+  implicit none (type, external)
+  private
+
+  public :: check_values, element_of, values_words, subscript_words, extent_words, comma_hint, unknown_key
+
+  !> Keys of one name.
+  character(len=*), parameter :: names(*) = [character(len=5) :: "name", "pivot", "from", "to"]
+
+contains
+
+  !> Refuses values that are not of the key's kind; numbers are read.
+  pure subroutine check_values(group, rule, merged, error)
+    type(group_type), intent(in) :: group
+    type(key_rule), intent(in) :: rule
+    type(entry_type), intent(inout) :: merged
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: reason
+    integer :: i
+
+    do i = 1, size(merged%values)
+      if (.not. allocated(merged%values(i)%text)) cycle
+      call check_kind(rule, merged%values(i), reason)
+      if (reason == "") cycle
+      if (rule%rank == 0) then
+        call refuse_entry(group, merged, reason, error)
+      else
+        call refuse_entry(group, merged, reason, error, i)
+      end if
+      return
+    end do
+  end subroutine check_values
+
+  !> `reason`: why a value is not of the key's kind, empty where it is.
+  pure subroutine check_kind(rule, value, reason)
+    type(key_rule), intent(in) :: rule
+    type(value_type), intent(inout) :: value
+    character(len=:), allocatable, intent(out) :: reason
+    integer :: n
+
+    reason = ""
+    if (rule%kind == text_key) then
+      if (.not. value%quoted) reason = "must stand in quotes: '" // shown(value%text) // "'"
+      if (rule%name == "name" .and. value%text == "") reason = "must not be blank"
+      if ((any(rule%name == names) .or. rule%rank > 0) .and. len_trim(value%text) > word_length) then
+        reason = "must not be longer than " // decimal(word_length) // " characters"
+      end if
+      if (rule%name == "name" .and. has_control(value%text)) reason = "must have no control characters, as the end of a line"
+    else if (value%quoted) then
+      reason = "must be a number, without quotes"
+    else if (rule%kind == integer_key) then
+      call read_integer(value%text, n, reason)
+      value%number = n
+    else if (rule%kind == real_key) then
+      call read_real(value%text, value%number, reason)
+    end if
+  end subroutine check_kind
+
+  !> Position of an element in Fortran's order, zero where there is no such element.
+  pure integer function element_of(subscript, rule)
+    integer, intent(in) :: subscript(:)
+    type(key_rule), intent(in) :: rule
+
+    element_of = 0
+    if (size(subscript) /= rule%rank .or. any(subscript < 1) .or. any(subscript > rule%most)) return
+    element_of = subscript(1)
+    if (rule%rank == 1) return
+    element_of = 0
+    if (subscript(1) > rule%rows .or. subscript(2) > rule%most / rule%rows) return
+    element_of = subscript(1) + rule%rows * (subscript(2) - 1)
+  end function element_of
+
+  !> "takes 2 values, has 3".
+  pure function values_words(rule, total) result(words)
+    type(key_rule), intent(in) :: rule
+    real(dp), intent(in) :: total
+    character(len=:), allocatable :: words
+    integer, parameter :: many = 1000000
+
+    words = "takes " // decimal(rule%most) // " value"
+    if (rule%least < rule%most) words = "takes at most " // decimal(rule%most) // " value"
+    if (rule%most > 1) words = words // "s"
+    if (total > many) then
+      words = words // ", has more than " // decimal(many)
+    else
+      words = words // ", has " // decimal(nint(total))
+    end if
+  end function values_words
+
+  !> "takes one subscript".
+  pure function subscript_words(rule) result(words)
+    type(key_rule), intent(in) :: rule
+    character(len=:), allocatable :: words
+
+    select case (rule%rank)
+    case (0)
+      words = "takes no subscript"
+    case (1)
+      words = "takes one subscript"
+    case default
+      words = "takes two subscripts"
+    end select
+  end function subscript_words
+
+  !> "the subscript runs from 1 to 2".
+  pure function extent_words(rule) result(words)
+    type(key_rule), intent(in) :: rule
+    character(len=:), allocatable :: words
+
+    if (rule%rank == 2) then
+      words = "the subscripts run from 1 to " // decimal(rule%rows) // " and 1 to " // decimal(rule%most / rule%rows)
+    else
+      words = "the subscript runs from 1 to " // decimal(rule%most)
+    end if
+  end function extent_words
+
+  !> A hint where too many values look like one number with a decimal comma.
+  pure function comma_hint(entry, rule) result(hint)
+    type(entry_type), intent(in) :: entry
+    type(key_rule), intent(in) :: rule
+    character(len=:), allocatable :: hint
+    integer :: i, first
+
+    hint = ""
+    if (rule%kind == text_key) return
+    do i = 1, size(entry%values) - 1
+      associate (whole => entry%values(i), decimals => entry%values(i+1))
+        if (whole%quoted .or. decimals%quoted .or. whole%count > 1 .or. decimals%count > 1) cycle
+        first = 1
+        if (scan(whole%text, "+-") == 1) first = 2
+        if (.not. is_digits(whole%text(first:))) cycle
+        if (verify(decimals%text(:1), "0123456789") > 0 .or. index(decimals%text, ".") > 0) cycle
+        hint = " (a decimal comma? use a point)"
+        return
+      end associate
+    end do
+  end function comma_hint
+
+  !> Message for a key that the schema does not know.
+  pure function unknown_key(key, schema, group) result(message)
+    character(len=*), intent(in) :: key, group
+    type(schema_type), intent(in) :: schema
+    character(len=:), allocatable :: message
+    character(len=16) :: names(count_keys(schema, group))
+    integer :: i
+
+    message = "unknown key '" // shown(key) // "': "
+    names = allowed_keys(schema, group)
+    i = nearest_of(key, names)
+    if (i > 0) then
+      message = message // "did you mean '" // trim(names(i)) // "'?"
+    else
+      message = message // "allowed are " // listed(names, "", "")
+    end if
+  end function unknown_key
+
+end module gestell_input_schema_rule

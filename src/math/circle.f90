@@ -1,0 +1,55 @@
+!> Cosines and sines of many angles at once, in a loop that the compiler vectorises on every system. (Of run-time libraries
+!> only the GNU one has vectorised functions, and those err by up to four units in the last place.)
+module gestell_math_circle
+  use gestell_base_kinds, only: dp, pi
+  implicit none (type, external)
+  private
+
+  public :: circle
+
+  !> A quarter turn in two parts. The first has 33 bits, so that its multiples up to `farthest` / (pi / 2) are exact.
+  real(dp), parameter :: quarter_head = anint(pi / 2 * 2.0_dp**32) / 2.0_dp**32
+  real(dp), parameter :: quarter_tail = 6.077100506506192e-11_dp
+
+  !> Larger angles (rad) are left to the run-time library.
+  real(dp), parameter :: farthest = 1.0e6_dp
+
+  !> Added and taken away again, it rounds to the nearest whole number.
+  real(dp), parameter :: rounder = 1.5_dp / epsilon(1.0_dp)
+
+contains
+
+  !> c = cos(angles), s = sin(angles), all of one shape, to within 0.8 epsilon.
+  !>
+  !> What is left of an angle after whole quarter turns, |x| <= pi / 4, goes into the Taylor series up to x^16 / 16! and
+  !> x^17 / 17!; the next terms are below 2e-18. Each quarter turn makes (c, s) into (-s, c).
+  pure subroutine circle(angles, c, s)
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: c(:), s(:)
+    real(dp) :: quarters, x, x2, cosine, sine, across, along
+    integer :: k, turned
+
+    if (.not. all(abs(angles) <= farthest)) then
+      c = cos(angles)
+      s = sin(angles)
+      return
+    end if
+    do k = 1, size(angles)
+      quarters = (angles(k) * (2 / pi) + rounder) - rounder
+      x = (angles(k) - quarters * quarter_head) - quarters * quarter_tail
+      x2 = x * x
+      cosine = 1 - x2 * (1 / 2.0_dp - x2 * (1 / 24.0_dp - x2 * (1 / 720.0_dp - x2 * (1 / 40320.0_dp &
+        & - x2 * (1 / 3628800.0_dp - x2 * (1 / 479001600.0_dp - x2 * (1 / 87178291200.0_dp &
+        & - x2 * (1 / 20922789888000.0_dp))))))))
+      sine = x - x * x2 * (1 / 6.0_dp - x2 * (1 / 120.0_dp - x2 * (1 / 5040.0_dp - x2 * (1 / 362880.0_dp &
+        & - x2 * (1 / 39916800.0_dp - x2 * (1 / 6227020800.0_dp - x2 * (1 / 1307674368000.0_dp &
+        & - x2 * (1 / 355687428096000.0_dp))))))))
+      turned = iand(int(quarters), 3)
+      along = merge(cosine, sine, iand(turned, 1) == 0)
+      across = merge(sine, cosine, iand(turned, 1) == 0)
+      c(k) = merge(along, -along, iand(turned + 1, 2) == 0)
+      s(k) = merge(across, -across, iand(turned, 2) == 0)
+    end do
+  end subroutine circle
+
+end module gestell_math_circle

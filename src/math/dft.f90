@@ -1,0 +1,68 @@
+!> The discrete Fourier transform of any number of samples.
+module gestell_math_dft
+  use gestell_math_circle, only: circle
+  use gestell_base_kinds, only: dp, pi
+  implicit none (type, external)
+  private
+
+  public :: dft
+
+contains
+
+  !> y_k = sum over j of x_j exp(-2 pi i j k / n), j and k from 0 to n - 1, by n (p1 + p2 + ...) multiplications, n = p1 p2 ... .
+  !>
+  !> With n = l m there are l transforms of length l known, one of each m-th part: X(a, j), of x_a, x_a+m, x_a+2m, ... (D. A.
+  !> Bailey, Int. J. Supercomput. Appl. 2, 1988, 82: Stockham's order, in which nothing is sorted). Each factor p of m joins p of
+  !> them into one.
+  pure function dft(x) result(y)
+    complex(dp), contiguous, intent(in) :: x(:)
+    complex(dp) :: y(size(x))
+    complex(dp) :: before(size(x)), roots(0:size(x) - 1)
+    real(dp), dimension(size(x)) :: c, s
+    integer :: n, l, m, p, i
+
+    n = size(x)
+    call circle([(2 * pi * i / n, i = 0, n - 1)], c, s)
+    roots = cmplx(c, -s, dp)
+    y = x
+    l = 1
+    do while (l < n)
+      m = n / l
+      p = least_factor(m)
+      before = y
+      call join(m / p, p, l, roots, before, y)
+      l = l * p
+    end do
+  end function dft
+
+  !> Joins p transforms of length l each into one: y(a, j + l q) = sum over r of w^(r (j + l q)) x(a + m r, j), w^(l p) = 1.
+  pure subroutine join(m, p, l, roots, x, y)
+    integer, intent(in) :: m, p, l
+    complex(dp), intent(in) :: roots(0:m * p * l - 1), x(m, 0:p - 1, 0:l - 1)
+    complex(dp), intent(out) :: y(m, 0:l - 1, 0:p - 1)
+    integer :: j, q, r, turned
+
+    do q = 0, p - 1
+      do j = 0, l - 1
+        turned = 0
+        y(:, j, q) = x(:, 0, j)
+        do r = 1, p - 1
+          turned = turned + m * (j + l * q)
+          if (turned >= size(roots)) turned = turned - size(roots)
+          y(:, j, q) = y(:, j, q) + roots(turned) * x(:, r, j)
+        end do
+      end do
+    end do
+  end subroutine join
+
+  !> The least prime factor of n > 1.
+  pure integer function least_factor(n) result(p)
+    integer, intent(in) :: n
+
+    do p = 2, int(sqrt(real(n, dp)))
+      if (mod(n, p) == 0) return
+    end do
+    p = n
+  end function least_factor
+
+end module gestell_math_dft

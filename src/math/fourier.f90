@@ -1,0 +1,189 @@
+!> Periodic functions from equidistant samples: harmonics, and extremes between the samples.
+module gestell_math_fourier
+  use gestell_math_dft, only: dft
+  use gestell_base_kinds, only: dp, pi
+  implicit none (type, external)
+  private
+
+  public :: fourier_series, greatest
+
+  !> f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi over the period.
+  type, public :: fourier_type
+    real(dp) :: mean = 0
+    !> Orders 1, 2, ...; amplitudes are not negative, phases in rad.
+    real(dp), allocatable :: amplitude(:), phase(:)
+  contains
+    procedure :: value => series_value
+    procedure :: rms
+    procedure :: greatest_term
+    procedure :: tail
+    procedure :: beyond
+    procedure :: peak
+  end type fourier_type
+
+contains
+
+  !> The series through `samples`, taken at theta = 2 pi (i - 1) / size(samples), of all orders below half their number.
+  pure function fourier_series(samples) result(series)
+    real(dp), intent(in) :: samples(:)
+    type(fourier_type) :: series
+    real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
+
+    series%mean = sum(samples) / size(samples)
+    call transform(samples, cosine, sine)
+    series%amplitude = hypot(cosine, sine)
+    series%phase = atan2(-sine, cosine)
+  end function fourier_series
+
+  !> The coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine).
+  pure subroutine transform(samples, cosine, sine)
+    real(dp), intent(in) :: samples(:)
+    real(dp), intent(out) :: cosine(:), sine(:)
+    complex(dp) :: y(size(samples))
+    integer :: k
+
+    y = dft(cmplx(samples, 0, dp))
+    do k = 1, size(cosine)
+      cosine(k) = 2 * real(y(k + 1)) / size(samples)
+      sine(k) = -2 * aimag(y(k + 1)) / size(samples)
+    end do
+  end subroutine transform
+
+  !> The greatest |f| of the series through `samples`, without the series.
+  pure real(dp) function greatest(samples)
+    real(dp), intent(in) :: samples(:)
+    real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
+
+    call transform(samples, cosine, sine)
+    greatest = greatest_between(samples, cosine, sine)
+  end function greatest
+
+  !> f at theta, and with it its first and second derivative.
+  pure function series_value(self, theta) result(f)
+    class(fourier_type), intent(in) :: self
+    real(dp), intent(in) :: theta
+    real(dp) :: f(3)
+
+    f = value(self%mean, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase), theta)
+  end function series_value
+
+  !> The same by coefficients; cos(k theta) and sin(k theta) follow from those before.
+  pure function value(mean, cosine, sine, theta) result(f)
+    real(dp), intent(in) :: mean, cosine(:), sine(:), theta
+    real(dp) :: f(3)
+    real(dp) :: c, s, c1, s1, turned
+    integer :: k
+
+    f = [mean, 0.0_dp, 0.0_dp]
+    c1 = cos(theta)
+    s1 = sin(theta)
+    c = 1
+    s = 0
+    do k = 1, size(cosine)
+      turned = c * c1 - s * s1
+      s = s * c1 + c * s1
+      c = turned
+      f(1) = f(1) + cosine(k) * c + sine(k) * s
+      f(2) = f(2) + k * (sine(k) * c - cosine(k) * s)
+      f(3) = f(3) - real(k, dp)**2 * (cosine(k) * c + sine(k) * s)
+    end do
+  end function value
+
+  !> Root of the mean square, by Parseval's theorem.
+  pure real(dp) function rms(self)
+    class(fourier_type), intent(in) :: self
+
+    rms = self%greatest_term()
+    ! Relative to the greatest: squares of small numbers vanish.
+    if (rms > 0) rms = rms * sqrt((self%mean / rms)**2 + sum((self%amplitude / rms)**2) / 2)
+  end function rms
+
+  !> The greatest of |mean| and amplitudes.
+  pure real(dp) function greatest_term(self)
+    class(fourier_type), intent(in) :: self
+
+    greatest_term = max(abs(self%mean), maxval(self%amplitude))
+  end function greatest_term
+
+  !> The greatest amplitude in the upper third of the orders relative to the greatest of all: small where the samples
+  !> resolve the function.
+  pure real(dp) function tail(self)
+    class(fourier_type), intent(in) :: self
+    real(dp) :: greatest
+    integer :: n
+
+    n = size(self%amplitude)
+    greatest = self%greatest_term()
+    tail = 0
+    if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
+  end function tail
+
+  !> What the orders that the samples do not reach may add to a value between the samples, about: twice the sum of the upper third
+  !> of those that they reach, which is more than the sum of all beyond where amplitudes fall at least like 1/k^2; twice, since
+  !> the samples show these orders as lower ones.
+  pure real(dp) function beyond(self)
+    class(fourier_type), intent(in) :: self
+    integer :: n
+
+    n = size(self%amplitude)
+    beyond = 4 * sum(self%amplitude(n - n / 3 + 1:))
+  end function beyond
+
+  !> max |f| of a series and the samples that it goes through.
+  pure real(dp) function peak(self, samples)
+    class(fourier_type), intent(in) :: self
+    real(dp), intent(in) :: samples(:)
+
+    peak = greatest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
+  end function peak
+
+  !> max |f|: the zero of f' beside every one of the `samples` that the maximum can lie at. Half a spacing away f has lost at
+  !> most spacing^2 max |f''| / 8 of it.
+  pure real(dp) function greatest_between(samples, cosine, sine) result(peak)
+    real(dp), intent(in) :: samples(:), cosine(:), sine(:)
+    real(dp) :: step, highest, loss, mean
+    integer :: i, k, n
+
+    n = size(samples)
+    step = 2 * pi / n
+    mean = sum(samples) / n
+    highest = maxval(abs(samples))
+    loss = step**2 / 8 * sum([(real(k, dp)**2 * hypot(cosine(k), sine(k)), k = 1, size(cosine))])
+    peak = highest
+    if (loss <= epsilon(loss) * highest) return
+    do i = 1, n
+      if (abs(samples(i)) < highest - loss) cycle
+      if (abs(samples(i)) < abs(samples(1 + modulo(i - 2, n))) .or. abs(samples(i)) < abs(samples(1 + modulo(i, n)))) cycle
+      peak = max(peak, refined(mean, cosine, sine, step * (i - 1), step))
+    end do
+  end function greatest_between
+
+  !> The greatest |f| beside `start`, where |f| is not smaller than one `step` to both sides: Newton's iteration for f' = 0,
+  !> kept between a place where |f| rises to the top and one beyond it.
+  pure real(dp) function refined(mean, cosine, sine, start, step)
+    real(dp), intent(in) :: mean, cosine(:), sine(:), start, step
+    real(dp) :: theta, rising, falling, f(3)
+    integer :: iteration
+
+    f = value(mean, cosine, sine, start)
+    refined = abs(f(1))
+    rising = start
+    falling = start + sign(step, f(1) * f(2))
+    theta = start
+    do iteration = 1, 60
+      if (.not. abs(f(2)) > epsilon(step) * abs(f(3))) return
+      theta = theta - f(2) / merge(f(3), 1.0_dp, abs(f(3)) > 0)
+      if (.not. (theta - rising) * (theta - falling) < 0) theta = (rising + falling) / 2
+      f = value(mean, cosine, sine, theta)
+      refined = max(refined, abs(f(1)))
+      ! Up, in the direction of the place beyond?
+      if (f(1) * f(2) * (falling - rising) > 0) then
+        rising = theta
+      else
+        falling = theta
+      end if
+      if (.not. abs(falling - rising) > epsilon(step) * abs(theta)) return
+    end do
+  end function refined
+
+end module gestell_math_fourier

@@ -1,0 +1,129 @@
+!> Truncated Taylor arithmetic: a value with its first three derivatives with respect to the crank angle.
+!> A kinematic formula written in jets carries its exact derivatives along (Leibniz' and the chain rule).
+module gestell_math_jet
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  public :: operator(+), operator(-), operator(*), operator(/), sqrt, sin, cos
+
+  !> Value `v`, first derivative `d`, second `dd` and third `ddd`.
+  type, public :: jet
+    real(dp) :: v = 0, d = 0, dd = 0, ddd = 0
+  end type jet
+
+  interface operator(+)
+    module procedure :: add, add_constant
+  end interface
+
+  interface operator(-)
+    module procedure :: subtract, subtract_constant, negate
+  end interface
+
+  interface operator(*)
+    module procedure :: multiply, multiply_constant
+  end interface
+
+  interface operator(/)
+    module procedure :: divide
+  end interface
+
+  interface sqrt
+    module procedure :: square_root
+  end interface
+
+  interface sin
+    module procedure :: sine
+  end interface
+
+  interface cos
+    module procedure :: cosine
+  end interface
+
+contains
+
+  elemental function add(a, b) result(c)
+    type(jet), intent(in) :: a, b
+    type(jet) :: c
+    c = jet(a%v + b%v, a%d + b%d, a%dd + b%dd, a%ddd + b%ddd)
+  end function add
+
+  elemental function add_constant(a, b) result(c)
+    type(jet), intent(in) :: a
+    real(dp), intent(in) :: b
+    type(jet) :: c
+    c = jet(a%v + b, a%d, a%dd, a%ddd)
+  end function add_constant
+
+  elemental function subtract(a, b) result(c)
+    type(jet), intent(in) :: a, b
+    type(jet) :: c
+    c = jet(a%v - b%v, a%d - b%d, a%dd - b%dd, a%ddd - b%ddd)
+  end function subtract
+
+  elemental function subtract_constant(a, b) result(c)
+    type(jet), intent(in) :: a
+    real(dp), intent(in) :: b
+    type(jet) :: c
+    c = jet(a%v - b, a%d, a%dd, a%ddd)
+  end function subtract_constant
+
+  elemental function negate(a) result(c)
+    type(jet), intent(in) :: a
+    type(jet) :: c
+    c = jet(-a%v, -a%d, -a%dd, -a%ddd)
+  end function negate
+
+  elemental function multiply(a, b) result(c)
+    type(jet), intent(in) :: a, b
+    type(jet) :: c
+    c = jet(a%v * b%v, a%d * b%v + a%v * b%d, a%dd * b%v + 2 * a%d * b%d + a%v * b%dd, &
+      & a%ddd * b%v + 3 * (a%dd * b%d + a%d * b%dd) + a%v * b%ddd)
+  end function multiply
+
+  elemental function multiply_constant(a, b) result(c)
+    real(dp), intent(in) :: a
+    type(jet), intent(in) :: b
+    type(jet) :: c
+    c = jet(a * b%v, a * b%d, a * b%dd, a * b%ddd)
+  end function multiply_constant
+
+  !> c = a / b from a = c b, differentiated three times.
+  elemental function divide(a, b) result(c)
+    type(jet), intent(in) :: a, b
+    type(jet) :: c
+    c%v = a%v / b%v
+    c%d = (a%d - c%v * b%d) / b%v
+    c%dd = (a%dd - 2 * c%d * b%d - c%v * b%dd) / b%v
+    c%ddd = (a%ddd - 3 * (c%dd * b%d + c%d * b%dd) - c%v * b%ddd) / b%v
+  end function divide
+
+  !> c = sqrt(a) from a = c c, differentiated three times; a%v > 0.
+  elemental function square_root(a) result(c)
+    type(jet), intent(in) :: a
+    type(jet) :: c
+    c%v = sqrt(a%v)
+    c%d = a%d / (2 * c%v)
+    c%dd = (a%dd - 2 * c%d**2) / (2 * c%v)
+    c%ddd = (a%ddd - 6 * c%d * c%dd) / (2 * c%v)
+  end function square_root
+
+  elemental function sine(a) result(c)
+    type(jet), intent(in) :: a
+    type(jet) :: c
+    c%v = sin(a%v)
+    c%d = cos(a%v) * a%d
+    c%dd = cos(a%v) * a%dd - sin(a%v) * a%d**2
+    c%ddd = cos(a%v) * (a%ddd - a%d**3) - 3 * sin(a%v) * a%d * a%dd
+  end function sine
+
+  elemental function cosine(a) result(c)
+    type(jet), intent(in) :: a
+    type(jet) :: c
+    c%v = cos(a%v)
+    c%d = -sin(a%v) * a%d
+    c%dd = -sin(a%v) * a%dd - cos(a%v) * a%d**2
+    c%ddd = -sin(a%v) * (a%ddd - a%d**3) - 3 * cos(a%v) * a%d * a%dd
+  end function cosine
+
+end module gestell_math_jet

@@ -1,0 +1,262 @@
+!> The one gateway to LAPACK: explicit interfaces, workspaces and `info` stay in here.
+module gestell_math_lapack
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  public :: factorise, solve_factored, log_abs_determinant, inverse, eigensystem, symmetric_pencil, balancing
+
+  interface
+    subroutine dgetrf(m, n, a, lda, ipiv, info)
+      import :: dp
+      implicit none (type, external)
+      integer, intent(in) :: m, n, lda
+      real(dp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine dgetrf
+
+    subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: dp
+      implicit none (type, external)
+      character, intent(in) :: trans
+      integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+      real(dp), intent(in) :: a(lda, *)
+      real(dp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dgetrs
+
+    subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
+      import :: dp
+      implicit none (type, external)
+      character, intent(in) :: jobvl, jobvr
+      integer, intent(in) :: n, lda, ldvl, ldvr, lwork
+      real(dp), intent(inout) :: a(lda, *)
+      real(dp), intent(out) :: wr(*), wi(*), vl(ldvl, *), vr(ldvr, *), work(*)
+      integer, intent(out) :: info
+    end subroutine dgeev
+
+    subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
+      import :: dp
+      implicit none (type, external)
+      integer, intent(in) :: itype, n, lda, ldb, lwork
+      character, intent(in) :: jobz, uplo
+      real(dp), intent(inout) :: a(lda, *), b(ldb, *)
+      real(dp), intent(out) :: w(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dsygv
+
+    subroutine zgetrf(m, n, a, lda, ipiv, info)
+      import :: dp
+      implicit none (type, external)
+      integer, intent(in) :: m, n, lda
+      complex(dp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine zgetrf
+
+    subroutine zgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: dp
+      implicit none (type, external)
+      character, intent(in) :: trans
+      integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+      complex(dp), intent(in) :: a(lda, *)
+      complex(dp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine zgetrs
+
+    subroutine zgeev(jobvl, jobvr, n, a, lda, w, vl, ldvl, vr, ldvr, work, lwork, rwork, info)
+      import :: dp
+      implicit none (type, external)
+      character, intent(in) :: jobvl, jobvr
+      integer, intent(in) :: n, lda, ldvl, ldvr, lwork
+      complex(dp), intent(inout) :: a(lda, *)
+      complex(dp), intent(out) :: w(*), vl(ldvl, *), vr(ldvr, *), work(*)
+      real(dp), intent(out) :: rwork(*)
+      integer, intent(out) :: info
+    end subroutine zgeev
+
+    subroutine dgebal(job, n, a, lda, ilo, ihi, scale, info)
+      import :: dp
+      implicit none (type, external)
+      character, intent(in) :: job
+      integer, intent(in) :: n, lda
+      real(dp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: ilo, ihi, info
+      real(dp), intent(out) :: scale(*)
+    end subroutine dgebal
+  end interface
+
+  interface inverse
+    module procedure real_inverse, complex_inverse
+  end interface inverse
+
+  interface eigensystem
+    module procedure real_eigensystem, complex_eigensystem
+  end interface eigensystem
+
+contains
+
+  !> LU factors of the square matrix `a`, in place (dgetrf). Error: `a` is singular.
+  subroutine factorise(a, pivots, error)
+    real(dp), contiguous, intent(inout) :: a(:, :)
+    integer, intent(out) :: pivots(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: info
+
+    call dgetrf(size(a, 1), size(a, 2), a, size(a, 1), pivots, info)
+    if (info /= 0) call fatal_error(error, "a matrix to be solved with is singular", failed_computation)
+  end subroutine factorise
+
+  !> Solves A X = B in place of `b(n, columns)` with the factors from `factorise`.
+  subroutine solve_factored(a, pivots, b)
+    real(dp), contiguous, intent(in) :: a(:, :)
+    integer, intent(in) :: pivots(:)
+    real(dp), contiguous, intent(inout) :: b(:, :)
+    integer :: info
+
+    call dgetrs("N", size(a, 1), size(b, 2), a, size(a, 1), pivots, b, size(b, 1), info)
+  end subroutine solve_factored
+
+  !> ln |det A| of the square matrix `a`. Error: `a` is singular.
+  subroutine log_abs_determinant(a, value, error)
+    real(dp), intent(in) :: a(:, :)
+    real(dp), intent(out) :: value
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: lu(:, :)
+    integer :: pivots(size(a, 1)), i
+
+    allocate(lu, source=a)
+    value = 0
+    call factorise(lu, pivots, error)
+    if (allocated(error)) return
+    value = sum([(log(abs(lu(i, i))), i = 1, size(a, 1))])
+  end subroutine log_abs_determinant
+
+  !> The inverse of `a`. Error: `a` is singular.
+  subroutine real_inverse(a, inverted, error)
+    real(dp), intent(in) :: a(:, :)
+    real(dp), allocatable, intent(out) :: inverted(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: lu(:, :)
+    integer :: pivots(size(a, 1)), i
+
+    allocate(lu, source=a)
+    allocate(inverted(size(a, 1), size(a, 1)), source=0.0_dp)
+    do i = 1, size(a, 1)
+      inverted(i, i) = 1
+    end do
+    call factorise(lu, pivots, error)
+    if (.not. allocated(error)) call solve_factored(lu, pivots, inverted)
+  end subroutine real_inverse
+
+  !> The inverse of the complex `a`. Error: `a` is singular.
+  subroutine complex_inverse(a, inverted, error)
+    complex(dp), intent(in) :: a(:, :)
+    complex(dp), allocatable, intent(out) :: inverted(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: lu(:, :)
+    integer :: pivots(size(a, 1)), n, i, info
+
+    n = size(a, 1)
+    allocate(lu, source=a)
+    allocate(inverted(n, n), source=(0.0_dp, 0.0_dp))
+    do i = 1, n
+      inverted(i, i) = 1
+    end do
+    call zgetrf(n, n, lu, n, pivots, info)
+    if (info /= 0) then
+      call fatal_error(error, "singular matrix", failed_computation)
+    else
+      call zgetrs("N", n, n, lu, n, pivots, inverted, n, info)
+    end if
+  end subroutine complex_inverse
+
+  !> Eigenvalues of `a(n, n)`, with right and left eigenvectors as unit columns (dgeev, which balances).
+  !> Conjugate pairs are adjacent, the one with positive imaginary part first. Error: no convergence.
+  subroutine real_eigensystem(a, values, right, left, error)
+    real(dp), intent(in) :: a(:, :)
+    complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: work(:), copy(:, :), wr(:), wi(:), vl(:, :), vr(:, :)
+    integer :: n, info
+
+    n = size(a, 1)
+    allocate(copy, source=a)
+    allocate(wr(n), wi(n), vl(n, n), vr(n, n), work(8 * n))
+    call dgeev("V", "V", n, copy, n, wr, wi, vl, n, vr, n, work, size(work), info)
+    if (info /= 0) then
+      call fatal_error(error, "the eigenvalues of the monodromy matrix did not converge", failed_computation)
+      return
+    end if
+    values = cmplx(wr, wi, dp)
+    right = unpacked(vr, wi)
+    left = unpacked(vl, wi)
+  end subroutine real_eigensystem
+
+  !> The same of a complex `a` (zgeev), in the order that LAPACK finds them.
+  subroutine complex_eigensystem(a, values, right, left, error)
+    complex(dp), intent(in) :: a(:, :)
+    complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: work(:), copy(:, :)
+    real(dp) :: rwork(2 * size(a, 1))
+    integer :: n, info
+
+    n = size(a, 1)
+    allocate(copy, source=a)
+    allocate(values(n), right(n, n), left(n, n), work(8 * n))
+    call zgeev("V", "V", n, copy, n, values, left, n, right, n, work, size(work), rwork, info)
+    if (info /= 0) call fatal_error(error, "the eigenvalues of the monodromy matrix did not converge", failed_computation)
+  end subroutine complex_eigensystem
+
+  !> Complex eigenvectors from LAPACK's real storage: a pair's real and imaginary parts stand in its two columns.
+  pure function unpacked(v, wi) result(z)
+    real(dp), intent(in) :: v(:, :), wi(:)
+    complex(dp), allocatable :: z(:, :)
+    integer :: k
+
+    allocate(z(size(v, 1), size(v, 2)))
+    do k = 1, size(wi)
+      if (wi(k) > 0) then
+        z(:, k) = cmplx(v(:, k), v(:, k + 1), dp)
+      else if (wi(k) < 0) then
+        z(:, k) = cmplx(v(:, k - 1), -v(:, k), dp)
+      else
+        z(:, k) = cmplx(v(:, k), 0, dp)
+      end if
+    end do
+  end function unpacked
+
+  !> Eigenvalues lambda, ascending, of A x = lambda B x with symmetric A and symmetric positive definite B (dsygv).
+  subroutine symmetric_pencil(a, b, values, error)
+    real(dp), intent(in) :: a(:, :), b(:, :)
+    real(dp), allocatable, intent(out) :: values(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: a_copy(:, :), b_copy(:, :), work(:)
+    integer :: n, info
+
+    n = size(a, 1)
+    allocate(a_copy, source=a)
+    allocate(b_copy, source=b)
+    allocate(values(n), work(3 * n))
+    call dsygv(1, "N", "U", n, a_copy, n, b_copy, n, values, work, size(work), info)
+    if (info > n) then
+      call fatal_error(error, "the mass matrix is not positive definite", failed_computation)
+    else if (info /= 0) then
+      call fatal_error(error, "the natural frequencies did not converge", failed_computation)
+    end if
+  end subroutine symmetric_pencil
+
+  !> Powers of two d with rows and columns of D^-1 A D of like size, D = diag(d) (dgebal).
+  function balancing(a) result(d)
+    real(dp), intent(in) :: a(:, :)
+    real(dp) :: d(size(a, 1))
+    real(dp), allocatable :: copy(:, :)
+    integer :: low, high, info
+
+    allocate(copy, source=a)
+    call dgebal("S", size(a, 1), copy, size(a, 1), low, high, d, info)
+    if (info /= 0) d = 1
+  end function balancing
+
+end module gestell_math_lapack

@@ -1,0 +1,124 @@
+!> Eigenvalues of small matrices, eight side by side: all roots of their characteristic polynomials at once.
+module gestell_math_roots
+  use gestell_math_hessenberg, only: evaluate, hessenberg_type, most_states
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lanes, only: lanes
+  implicit none (type, external)
+  private
+
+  public :: find_roots
+
+  !> Iterations at most.
+  integer, parameter :: most_iterations = 40
+  !> The last step relative to the matrix' norm, and to the distance from other roots. Convergence is cubic: the step after it,
+  !> which is not taken, is this times the square of that, below roundoff.
+  real(dp), parameter :: last_step = 1.0e-9_dp, last_part = 1.0e-4_dp
+
+contains
+
+  !> The eigenvalues z, shapes (lanes, n), by the iteration of Aberth and Ehrlich: Newton's steps for p / q, where q has the
+  !> other approximations as its roots. `converged`, shape (lanes): 1, or 0 where they were not all found. A lane stands
+  !> still once it has converged: nothing in it depends on its neighbours.
+  pure subroutine find_roots(h, z_re, z_im, converged)
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
+    real(dp) :: w_re(lanes, 2 * most_states), w_im(lanes, 2 * most_states), greatest(lanes), near(lanes), difference
+    integer :: iteration, k, lane
+
+    call start(h, w_re, w_im)
+    converged = 0
+    do iteration = 1, most_iterations
+      greatest = 0
+      near = 0
+      do k = 1, h%n
+        call improve(h, k, converged, w_re, w_im, greatest, near)
+      end do
+      converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
+      if (all(converged > 0)) exit
+    end do
+    z_re = w_re(:, :most_states)
+    z_im = w_im(:, :most_states)
+    ! Found twice, missed another time: the sum tells.
+    do lane = 1, lanes
+      difference = abs(sum(z_re(lane, :h%n)) - h%trace(lane)) + abs(sum(z_im(lane, :h%n)))
+      if (.not. difference <= last_step * h%norm(lane)) converged(lane) = 0
+    end do
+  end subroutine find_roots
+
+  !> A circle around the mean of the eigenvalues, its radius the geometric mean of their distances.
+  pure subroutine start(h, z_re, z_im)
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(out) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states)
+    real(dp) :: centre(lanes), zero(lanes), p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), radius(lanes)
+    integer :: k
+
+    centre = h%trace / h%n
+    zero = 0
+    call evaluate(h, centre, zero, p_re, p_im, d_re, d_im)
+    radius = max(abs(p_re) * h%product, tiny(1.0_dp))**(1.0_dp / h%n)
+    ! The mean may be an eigenvalue.
+    radius = max(radius, 1.0e-3_dp * h%norm)
+    do k = 1, h%n
+      ! None on the real axis, where it might have to stay.
+      z_re(:, k) = centre + radius * cos(2 * pi * (k - 0.7_dp) / h%n)
+      z_im(:, k) = radius * sin(2 * pi * (k - 0.7_dp) / h%n)
+      z_re(:, k + h%n) = z_re(:, k)
+      z_im(:, k + h%n) = z_im(:, k)
+    end do
+  end subroutine start
+
+  !> A step for root `k` in the lanes that have not converged. `greatest`: squares of the greatest steps so far; `near`:
+  !> positive where another root is too near for that step.
+  pure subroutine improve(h, k, converged, z_re, z_im, greatest, near)
+    type(hessenberg_type), intent(in) :: h
+    integer, intent(in) :: k
+    real(dp), intent(in) :: converged(lanes)
+    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
+    real(dp) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
+    real(dp) :: q_re, q_im, e_re, e_im, a, b, c, n_re, n_im, w_re, w_im
+    integer :: lane, j, n
+
+    n = h%n
+    call evaluate(h, z_re(:, k), z_im(:, k), p_re, p_im, d_re, d_im)
+    !GCC$ ivdep
+    do lane = 1, lanes
+      ! q and its derivative e.
+      q_re = 1
+      q_im = 0
+      e_re = 0
+      e_im = 0
+      j = k + 1
+      do
+        a = z_re(lane, k) - z_re(lane, j)
+        b = z_im(lane, k) - z_im(lane, j)
+        c = e_re * a - e_im * b + q_re
+        e_im = e_re * b + e_im * a + q_im
+        e_re = c
+        c = q_re * a - q_im * b
+        q_im = q_re * b + q_im * a
+        q_re = c
+        j = j + 1
+        if (j >= k + n) exit
+      end do
+      ! p q / (p' q - p q').
+      n_re = p_re(lane) * q_re - p_im(lane) * q_im
+      n_im = p_re(lane) * q_im + p_im(lane) * q_re
+      a = d_re(lane) * q_re - d_im(lane) * q_im - (p_re(lane) * e_re - p_im(lane) * e_im)
+      b = d_re(lane) * q_im + d_im(lane) * q_re - (p_re(lane) * e_im + p_im(lane) * e_re)
+      c = (1 - converged(lane)) / max(a**2 + b**2, tiny(1.0_dp))
+      n_re = n_re * c
+      n_im = n_im * c
+      w_re = n_re * a + n_im * b
+      w_im = n_im * a - n_re * b
+      z_re(lane, k) = z_re(lane, k) - w_re
+      z_im(lane, k) = z_im(lane, k) - w_im
+      z_re(lane, k + n) = z_re(lane, k)
+      z_im(lane, k + n) = z_im(lane, k)
+      c = w_re**2 + w_im**2
+      greatest(lane) = max(greatest(lane), c)
+      ! e / q is the sum of the reciprocal distances.
+      near(lane) = max(near(lane), c * (e_re**2 + e_im**2) - last_part**2 * (q_re**2 + q_im**2))
+    end do
+  end subroutine improve
+
+end module gestell_math_roots

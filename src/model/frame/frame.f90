@@ -1,0 +1,387 @@
+!> The elastically mounted frame of a mechanism: M q'' + B q' + C q = h with q = (xi, eta, psi), (8) to (12).
+module gestell_model_frame
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lapack, only: symmetric_pencil
+  use gestell_base_text, only: concise
+  use gestell_model_mechanism_held, only: check_held, tabulate_felt, tabulate_held
+  use gestell_model_frame_inertia, only: mass_matrix, set_matrices
+  use gestell_model_frame_load, only: cancellation, set_load
+  use gestell_model_mechanism, only: a1_v, a2_v, a3_v, mass_functions_type, mechanism_type, table_columns
+  use gestell_model_frame_mounting, only: damping_matrix, load_matrix, load_rounding, stiffness_matrix, support_type, turned_loads
+  use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
+  use gestell_model_frame_weights, only: new_weights, weights_type
+  use gestell_system_averaged, only: average, averaged_system, term_size
+  use gestell_system_second_order, only: check_second_order, second_order_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: new_frame
+
+  !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices.
+  character(len=3), parameter, public :: freedom_names(3) = [character(len=3) :: "xi", "eta", "psi"]
+
+  !> A mechanism whose motion changes within less of the crank angle (rad) is refused.
+  real(dp), parameter :: shortest_feature = 1.0e-4_dp
+
+  !> The frame as a periodic system; states (q, q') in m, rad, m/s, rad/s, time in s from crank angle 0.
+  type, extends(second_order_system), public :: frame_type
+    !> m_F (kg), J_F about F (kg m^2), the mechanism's origin O in the frame's system (m): xi_0, eta_0.
+    real(dp) :: mass = 0, inertia = 0, origin(2) = 0
+    !> c_ij (N/m, N, N m) and b_ij (N s/m, N s, N m s) of supports and foundation.
+    real(dp) :: stiffness(3, 3) = 0, damping(3, 3) = 0
+    !> The supports that c_ij and b_ij contain, where they are known one by one: what is left is the foundation's.
+    type(support_type), allocatable :: supports(:)
+    !> Crank speed Omega (rad/s), negative: clockwise.
+    real(dp) :: speed = 0
+    !> Who holds it, one of `holders` of gestell_model_mechanism_held; what a flywheel has beyond the links (kg m^2), 0: not known.
+    character(len=8) :: held_by = "motor"
+    real(dp) :: flywheel_inertia = 0
+    !> The motor's torque, the mean, where the frame feels that alone (N m); of the exact frame, about rest there is none.
+    real(dp) :: motor_torque = 0
+    !> The degrees of freedom that are free, as places in `freedom_names`.
+    integer, allocatable :: free(:)
+    class(mechanism_type), allocatable :: mechanism
+    !> As `new_frame` found them.
+    type(weights_type) :: weights
+  contains
+    procedure :: matrices
+    procedure :: load
+    procedure :: sample_second_order
+    procedure :: crank_angles, even_in_space
+    procedure :: remember
+    procedure :: coupled
+    procedure :: check
+    procedure :: averaged
+    procedure :: natural_frequencies
+    procedure :: ground_forces
+    procedure :: turned, turning, rotation, potential, dissipation
+  end type frame_type
+
+contains
+
+  !> A frame on its mounting with its mechanism, which is turned once. `free` defaults to all three. `stiffness` and
+  !> `damping` are the foundation's where `supports` are given, which are added to them, else those of the whole mounting. With
+  !> `gravity` (m/s^2, along xi and eta) all weigh, and q = 0 is where the machine rests under its weights. `held_by`: who holds the
+  !> speed, "motor" where it is missing.
+  !> Errors: a parameter that is not finite or out of its range; speed zero; the mechanism cannot turn; nothing carries the weights;
+  !> as of `check_held`.
+  subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
+    type(frame_type), intent(out) :: frame
+    class(mechanism_type), intent(in) :: mechanism
+    real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: free(:)
+    type(support_type), intent(in), optional :: supports(:)
+    real(dp), intent(in), optional :: gravity(2)
+    character(len=*), intent(in), optional :: held_by
+    !> Roundings of each term of the load: of the joints' accelerations, and of the crank angle, up to 2 pi.
+    real(dp), parameter :: share = 12
+    integer :: i
+
+    frame%stiffness = stiffness
+    frame%damping = damping
+    allocate(frame%supports(0))
+    if (present(supports)) then
+      frame%supports = supports
+      frame%stiffness = stiffness + stiffness_matrix(supports)
+      frame%damping = damping + damping_matrix(supports)
+      do i = 1, size(supports)
+        frame%supports(i)%static = 0
+      end do
+    end if
+    if (.not. all(ieee_is_finite([mass, inertia, origin, reshape(frame%stiffness, [9]), reshape(frame%damping, [9]), speed]))) then
+      call fatal_error(error, "the frame's data are not finite", invalid_input)
+    else if (mass < 0 .or. inertia < 0) then
+      call fatal_error(error, "the frame's mass and inertia must not be negative", invalid_input)
+    else if (abs(speed) < tiny(speed)) then
+      call fatal_error(error, "the crank speed must not be zero", invalid_input)
+    end if
+    if (allocated(error)) return
+
+    allocate(frame%mechanism, source=mechanism)
+    call frame%mechanism%prepare(error)
+    if (.not. allocated(error)) call frame%mechanism%check(error)
+    if (allocated(error)) return
+    if (.not. (ieee_is_finite(frame%mechanism%mass) .and. ieee_is_finite(frame%mechanism%inertia) &
+      & .and. frame%mechanism%mass >= 0 .and. frame%mechanism%inertia >= 0)) then
+      call fatal_error(error, "mass and inertia of the mechanism must be finite and not negative", invalid_input)
+      return
+    else if (.not. frame%mechanism%feature >= shortest_feature) then
+      call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
+        & // concise(frame%mechanism%feature * 180 / pi, 2) // " deg of the crank: nothing reliable can be computed", &
+        & impossible_mechanism)
+      return
+    end if
+    frame%mass = mass
+    frame%inertia = inertia
+    frame%origin = origin
+    frame%speed = speed
+    frame%free = [1, 2, 3]
+    if (present(free)) frame%free = free
+    if (size(frame%free) == 0 .or. any(frame%free < 1) .or. any(frame%free > 3) .or. &
+      & any([(count(frame%free == i) > 1, i = 1, 3)])) then
+      call fatal_error(error, "the free degrees of freedom must be some of xi, eta, psi, each once", invalid_input)
+      return
+    end if
+    frame%states = 2 * size(frame%free)
+    frame%period = 2 * pi / abs(speed)
+    if (present(held_by)) then
+      call check_held(held_by, frame%mechanism, error)
+      if (allocated(error)) return
+      frame%held_by = held_by
+    end if
+    ! Near a dead point lengths lose twice the digits of the feature, about the sine of the transmission angle there.
+    frame%rounding = epsilon(1.0_dp) / frame%mechanism%feature**2
+    frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia, &
+      & frame%even_in_space()))
+    frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%feature))
+    if (present(gravity)) call new_weights(frame%weights, gravity, frame%mechanism, mass, origin, frame%stiffness, &
+      & frame%supports, frame%free, error)
+  end subroutine new_frame
+
+  !> As of any second-order system; what `new_frame` set is there, and the period is still that of the speed.
+  subroutine check(self, error)
+    class(frame_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: rounding = 1.0e-9_dp
+
+    if (.not. (allocated(self%mechanism) .and. allocated(self%free) .and. allocated(self%supports))) then
+      call fatal_error(error, "a frame is made by new_frame", invalid_input)
+      return
+    end if
+    call check_second_order(self, error)
+    if (allocated(error)) return
+    if (self%states /= 2 * size(self%free)) then
+      call fatal_error(error, "a frame has two states for each free degree of freedom", invalid_input)
+    else if (.not. abs(abs(self%speed) * self%period / (2 * pi) - 1) <= rounding) then
+      call fatal_error(error, "the frame's period is not that of its crank's turn, 2 pi / |speed|", invalid_input)
+    end if
+  end subroutine check
+
+  !> M, B, C at a time (s), of the free degrees of freedom.
+  subroutine matrices(self, t, m, b, c)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+    real(dp), dimension(1, size(self%free), size(self%free)) :: m1, b1, c1
+
+    call self%sample_second_order([t / self%period], m1, b1, c1)
+    m = m1(1, :, :)
+    b = b1(1, :, :)
+    c = c1(1, :, :)
+  end subroutine matrices
+
+  !> h at a time (s), of the free degrees of freedom.
+  subroutine load(self, t, h)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+    real(dp), dimension(1, size(self%free), size(self%free)) :: m1, b1, c1
+    real(dp) :: h1(1, size(self%free))
+
+    call self%sample_second_order([t / self%period], m1, b1, c1, h1)
+    h = h1(1, :)
+  end subroutine load
+
+  !> M, B, C, h at many phases of the turn: (9) to (12) by the mass functions, or by what of a crank that turns evenly in space the
+  !> frame feels in their place (gestell_model_mechanism_held).
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp), dimension(size(phases), table_columns) :: felt, load
+    real(dp) :: slope(size(phases))
+    integer :: psi
+
+    if (self%even_in_space()) then
+      call tabulate_held(self%mechanism, self%origin, self%crank_angles(phases), load, felt, slope)
+    else
+      call self%mechanism%tabulate(self%crank_angles(phases), felt)
+    end if
+    call set_matrices(self%free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type()), &
+      & self%damping, self%stiffness + load_matrix(self%supports), self%speed, self%origin, felt, m, b, c)
+    if (self%even_in_space()) then
+      psi = findloc(self%free, 3, dim=1)
+      if (psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
+      if (present(h)) call set_load(self%free, self%speed, self%origin, load, h)
+    else if (present(h)) then
+      call set_load(self%free, self%speed, self%origin, felt, h)
+    end if
+    if (self%weights%act) call self%weights%add(self%free, felt, self%even_in_space(), c, h)
+  end subroutine sample_second_order
+
+  !> Whether the crank turns evenly in space, and not against the frame.
+  pure logical function even_in_space(self)
+    class(frame_type), intent(in) :: self
+
+    even_in_space = self%held_by /= "motor"
+  end function even_in_space
+
+  !> Crank angles (rad) at these phases of the period.
+  pure function crank_angles(self, phases) result(angles)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp) :: angles(size(phases))
+
+    angles = sign(2 * pi, self%speed) * phases
+  end function crank_angles
+
+  !> Tabulates the mechanism at these phases, for all cases with the same mechanism that ask for exactly these: the speed
+  !> (but for its sign), masses, stiffness and damping may change afterwards.
+  subroutine remember(self, phases)
+    class(frame_type), intent(inout) :: self
+    real(dp), intent(in) :: phases(:)
+    type(tabulated_type) :: tabulated
+    class(mechanism_type), allocatable :: plain
+
+    if (.not. allocated(self%mechanism)) return
+    select type (mechanism => self%mechanism)
+    type is (tabulated_type)
+      call mechanism%remember(self%crank_angles(phases), self%even_in_space())
+    class default
+      call new_tabulated(tabulated, mechanism)
+      call tabulated%remember(self%crank_angles(phases), self%even_in_space())
+      allocate(plain, source=tabulated)
+    end select
+    if (allocated(plain)) call move_alloc(plain, self%mechanism)
+  end subroutine remember
+
+  !> Which of the free degrees of freedom act on each other: by the mounting, and psi by the mechanism's masses too.
+  function coupled(self)
+    class(frame_type), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+    logical :: all(3, 3)
+    real(dp) :: table(1, table_columns)
+    integer :: k
+
+    all = abs(self%stiffness + load_matrix(self%supports)) > 0 .or. abs(self%damping) > 0
+    do k = 1, 4 * self%least_steps
+      call tabulate_felt(self%mechanism, self%even_in_space(), [2 * pi * k / (4 * self%least_steps)], table)
+      all(:2, 3) = all(:2, 3) .or. abs(self%mechanism%mass * self%origin([2, 1]) + table(1, [a2_v, a1_v])) > 0
+      if (all(1, 3) .and. all(2, 3)) exit
+    end do
+    coupled = all(self%free, self%free) .or. transpose(all(self%free, self%free))
+  end function coupled
+
+  !> The model with M, B, C averaged over the turn. The periodic parts of B and C are derivatives of a1, a2, a3 with
+  !> respect to the crank angle, (10), (11), and have no mean, nor has the periodic part of the weights': what is left is the
+  !> mounting's own and the weights' at rest.
+  subroutine averaged(self, model)
+    class(frame_type), intent(in) :: self
+    type(averaged_system), intent(out) :: model
+    real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
+    real(dp) :: moved(3, 3)
+
+    call average(self, model)
+    moved = 0
+    moved(self%free, self%free) = model%m
+    moved(1, 1) = moved(1, 1) - self%mass
+    moved(2, 2) = moved(2, 2) - self%mass
+    moved(3, 3) = moved(3, 3) - self%inertia
+    moved = term_size(moved)
+    model%m_error = model%m_error + rounding * moved(self%free, self%free)
+    model%b = self%damping(self%free, self%free)
+    model%b_error = rounding * term_size(model%b)
+    moved = self%stiffness + load_matrix(self%supports)
+    moved(3, 3) = moved(3, 3) + real(self%weights%rest, dp)
+    model%c = moved(self%free, self%free)
+    moved = rounding * term_size(self%stiffness) + load_rounding(self%supports)
+    moved(3, 3) = moved(3, 3) + self%weights%rounding
+    model%c_error = moved(self%free, self%free)
+  end subroutine averaged
+
+  !> Natural angular frequencies (rad/s), ascending, of the undamped frame whose M, which is linear in a1, a2, a3, is averaged
+  !> over the turn (the periodic part of C has no average). An unstable spring gives a negative value: minus the growth rate.
+  !> Errors: M is not positive definite; the numbers overflow.
+  subroutine natural_frequencies(self, frequencies, error)
+    class(frame_type), intent(in) :: self
+    real(dp), allocatable, intent(out) :: frequencies(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: m(3, 3), c(3, 3)
+    real(dp), allocatable :: table(:, :), angles(:)
+    type(mass_functions_type) :: mean
+    integer :: k
+
+    call self%check(error)
+    if (allocated(error)) return
+    allocate(angles(4 * self%least_steps), table(4 * self%least_steps, table_columns))
+    angles = [(2 * pi * k / size(angles), k = 1, size(angles))]
+    call tabulate_felt(self%mechanism, self%even_in_space(), angles, table)
+    mean%a1%v = sum(table(:, a1_v)) / size(angles)
+    mean%a2%v = sum(table(:, a2_v)) / size(angles)
+    mean%a3%v = sum(table(:, a3_v)) / size(angles)
+    m = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mean)
+    c = self%stiffness + load_matrix(self%supports)
+    c = (c + transpose(c)) / 2
+    c(3, 3) = c(3, 3) + real(self%weights%rest, dp)
+    call symmetric_pencil(c(self%free, self%free), m(self%free, self%free), frequencies, error)
+    if (allocated(error)) return
+    frequencies = sign(sqrt(abs(frequencies)), frequencies)
+    if (.not. all(ieee_is_finite(frequencies))) call fatal_error(error, "natural frequencies leave the range of the numbers", &
+      & failed_computation)
+  end subroutine natural_frequencies
+
+  !> Forces (N) and moment about F at rest (N m) of supports and foundation on the ground, shape (3, points), for states
+  !> x of shape (states, points).
+  pure function ground_forces(self, x) result(forces)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: x(:, :)
+    real(dp) :: forces(3, size(x, 2)), stiffness(3, 3)
+    integer :: f
+
+    f = size(self%free)
+    stiffness = self%stiffness + turned_loads(self%supports)
+    forces = matmul(stiffness(:, self%free), x(:f, :)) + matmul(self%damping(:, self%free), x(f + 1:, :))
+  end function ground_forces
+
+  !> A vector of the frame's system in space, where the frame has turned by psi: s + psi k x s, to first order.
+  pure function turned(self, psi, s)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turned(2)
+
+    turned = s + psi * self%turning(psi, s)
+  end function turned
+
+  !> How that changes with psi.
+  pure function turning(self, psi, s)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turning(2)
+
+    associate (unused_frame => self, unused_angle => psi)
+    end associate
+    turning = [-s(2), s(1)]
+  end function turning
+
+  !> exp(i psi), to second order.
+  pure complex(dp) function rotation(self, psi)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi
+
+    associate (unused_frame => self)
+    end associate
+    rotation = cmplx(1 - psi**2 / 2, psi, dp)
+  end function rotation
+
+  !> Potential energy of the mounting (J).
+  pure real(dp) function potential(self, q)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3)
+
+    potential = dot_product(q, matmul(self%stiffness + load_matrix(self%supports), q)) / 2
+  end function potential
+
+  !> Power that the mounting takes (W), dampers and the part of the stiffness that is not symmetric.
+  pure real(dp) function dissipation(self, q, v)
+    class(frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3), v(3)
+
+    dissipation = dot_product(v, matmul(self%damping, v)) &
+      & + dot_product(v, matmul(self%stiffness - transpose(self%stiffness), q)) / 2
+  end function dissipation
+
+end module gestell_model_frame

@@ -1,0 +1,306 @@
+!> The frame varied about a motion that it makes: the exact equations, for any rotation, and their derivatives.
+!>
+!> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). With the whole mass m, the moment of the masses
+!> S = sum m r, the moment of inertia J and H' = sum (m r x r'' + J phi''), all about F in the frame's axes, r = O + x + i y,
+!> momentum and angular momentum about F give
+!>
+!>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
+!>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
+!>
+!> with the mounting's F_j, M_j (gestell_model_frame_moved_mounting) and the weights' moment (gestell_model_frame_weights). About
+!> the rest q = 0 they are (8) to (12). All are functions of the crank angle phi = Omega t, so ' is Omega d/dphi.
+!>
+!> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - psi. Then the moment of the masses Z = E S
+!> depends on t and psi with dZ/dpsi = i E S_1, where S_1 = S + i dS/dphi, and again S_2 = S_1 + i dS_1/dphi, S_3 = S_2 + i
+!> dS_2/dphi; else all of them are S. With ' the derivative at constant psi, Omega d/dphi, on all but u and psi, in both cases
+!>
+!>     m u'' + E [S'' + 2 i psi' S_1' + i psi'' S_1 - psi'^2 S_2]                 = sum of F_j
+!>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M
+!>
+!> with J_1 = J - 2 A + K, H_1' = Omega^2 d(A - K/2)/dphi and the motor's torque M, if it stands on a frame that bears a flywheel;
+!> else J_1 = J, which does not depend on psi, and H_1' = H'.
+module gestell_model_frame_varied_frame
+  use gestell_math_circle, only: circle
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_trigonometric, only: series_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix
+  use gestell_model_frame_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
+  use gestell_model_mechanism_moving_masses, only: find_masses, masses_type
+  implicit none (type, external)
+  private
+
+  public :: varied_frame
+
+  !> The linear system M q'' + B q' + C q = h whose M, B, C are the exact equations' derivatives along `motion`, so that its
+  !> multipliers are those of small changes of it. With `newton` the system agrees with the exact equations at `motion` too: its
+  !> periodic motion is the next iterate of Newton's method. Without, that is `motion` itself.
+  type, extends(frame_type), public :: varied_frame_type
+    !> xi, eta, psi over theta = 2 pi t/T.
+    type(series_type) :: motion
+    logical :: newton = .true.
+    !> Whether the load is only what is left of the exact equations at `motion`: the periodic motion is Newton's step.
+    logical :: lacking = .false.
+    !> The part of the excitation that acts, 0 to 1: a path from rest.
+    real(dp) :: excitation = 1
+    !> The foundation's part of the mounting.
+    real(dp) :: foundation_stiffness(3, 3) = 0, foundation_damping(3, 3) = 0
+  contains
+    procedure :: move_to
+    procedure :: sample_second_order
+    procedure :: coupled
+    procedure :: ground_forces
+    procedure :: turned
+    procedure :: turning
+    procedure :: rotation
+    procedure :: potential
+    procedure :: dissipation
+  end type varied_frame_type
+
+  complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+
+contains
+
+  !> `frame` varied about `motion`, the three functions xi, eta, psi.
+  function varied_frame(frame, motion) result(varied)
+    class(frame_type), intent(in) :: frame
+    type(series_type), intent(in) :: motion
+    type(varied_frame_type) :: varied
+
+    varied%states = frame%states
+    call varied%inherit(frame)
+    varied%mass = frame%mass
+    varied%inertia = frame%inertia
+    varied%origin = frame%origin
+    varied%stiffness = frame%stiffness
+    varied%damping = frame%damping
+    varied%supports = frame%supports
+    varied%weights = frame%weights
+    varied%speed = frame%speed
+    varied%held_by = frame%held_by
+    varied%flywheel_inertia = frame%flywheel_inertia
+    varied%free = frame%free
+    allocate(varied%mechanism, source=frame%mechanism)
+    varied%foundation_stiffness = frame%stiffness - stiffness_matrix(frame%supports)
+    varied%foundation_damping = frame%damping - damping_matrix(frame%supports)
+    call varied%move_to(motion)
+  end function varied_frame
+
+  !> The frame varied about another motion; over its turn the motor on the frame delivers what the dampers take.
+  pure subroutine move_to(self, motion)
+    class(varied_frame_type), intent(inout) :: self
+    type(series_type), intent(in) :: motion
+    real(dp), allocatable :: q(:, :), v(:, :), a(:, :)
+    real(dp) :: place(3), rate(3)
+    integer :: k, points
+
+    self%motion = motion
+    self%motor_torque = 0
+    if (self%held_by /= "flywheel") return
+    ! Powers are of second order in the motion: these points sum them but for what is of tenth.
+    points = 8 * (ubound(motion%cosine, 1) + 1)
+    allocate(q(points, 3), v(points, 3), a(points, 3))
+    call motion%values([(real(k, dp) / points, k = 1, points)], q, v, a)
+    do k = 1, points
+      place = q(k, :)
+      rate = v(k, :) * (2 * pi / self%period)
+      self%motor_torque = self%motor_torque + self%dissipation(place, rate) / (points * self%speed)
+    end do
+  end subroutine move_to
+
+  !> M, B, C, h at many phases of the turn.
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp), dimension(size(phases), 3, 3) :: all_m, all_b, all_c
+    real(dp), dimension(size(phases), 3) :: q, v, a, r
+    real(dp) :: cosine(size(phases)), sine(size(phases))
+    complex(dp) :: turn(size(phases))
+    integer :: j, k
+
+    call self%motion%values(phases, q, v, a)
+    v = v * (2 * pi / self%period)
+    a = a * (2 * pi / self%period)**2
+    call circle(q(:, 3), cosine, sine)
+    turn = cmplx(cosine, sine, dp)
+    call vary_inertia(self, phases, q, v, a, turn, r, all_m, all_b, all_c)
+    call add_foundation(self, q, v, r, all_b, all_c)
+    call add_mounting(self%supports, q, v, turn, r, all_b, all_c)
+    do k = 1, size(self%free)
+      do j = 1, size(self%free)
+        m(:, j, k) = all_m(:, self%free(j), self%free(k))
+        b(:, j, k) = all_b(:, self%free(j), self%free(k))
+        c(:, j, k) = all_c(:, self%free(j), self%free(k))
+      end do
+    end do
+    if (.not. present(h)) return
+    if (.not. self%newton) r = 0
+    do k = 1, merge(0, 3, self%lacking)
+      do j = 1, 3
+        r(:, j) = r(:, j) - all_m(:, j, k) * a(:, k) - all_b(:, j, k) * v(:, k) - all_c(:, j, k) * q(:, k)
+      end do
+    end do
+    do j = 1, size(self%free)
+      h(:, j) = -r(:, self%free(j))
+    end do
+  end subroutine sample_second_order
+
+  !> The left sides of the equations, shape (points, 3), and their derivatives with respect to q'', q' and q, where E is `turn`.
+  subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
+    type(varied_frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :)
+    complex(dp), intent(in) :: turn(:)
+    real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    type(masses_type) :: at
+    complex(dp), dimension(size(phases)) :: spun, varied, moving
+    real(dp) :: mass
+
+    call find_masses(frame, frame%crank_angles(phases) - merge(q(:, 3), 0.0_dp, frame%even_in_space()), at)
+    mass = frame%mass + frame%mechanism%mass
+    moving = i * turn * at%s_1
+    m = 0
+    b = 0
+    c = 0
+    m(:, 1, 1) = mass
+    m(:, 2, 2) = mass
+    m(:, 1, 3) = real(moving)
+    m(:, 2, 3) = aimag(moving)
+    m(:, 3, 1:2) = m(:, 1:2, 3)
+    m(:, 3, 3) = at%inertia
+    associate (w => v(:, 3), w_d => a(:, 3))
+      spun = turn * (at%s_tt + 2 * i * w * at%s_1_t - w**2 * at%s_2) + moving * w_d
+      r(:, 1) = mass * a(:, 1) + real(spun)
+      r(:, 2) = mass * a(:, 2) + aimag(spun)
+      r(:, 3) = at%moment + at%inertia * w_d + at%inertia_t * w + at%inertia_psi * w**2 / 2 + real(moving) * a(:, 1) &
+        & + aimag(moving) * a(:, 2) + frame%motor_torque
+      spun = turn * (2 * i * at%s_1_t - 2 * w * at%s_2)
+      varied = turn * (i * at%s_1_tt - 2 * w * at%s_2_t - i * w**2 * at%s_3 - w_d * at%s_2)
+      b(:, 3, 3) = at%inertia_t + at%inertia_psi * w
+      c(:, 3, 3) = at%inertia_psi * w_d + at%inertia_tpsi * w + at%inertia_psipsi * w**2 / 2 + at%moment_psi &
+        & - real(turn * at%s_2) * a(:, 1) - aimag(turn * at%s_2) * a(:, 2)
+    end associate
+    b(:, 1, 3) = real(spun)
+    b(:, 2, 3) = aimag(spun)
+    c(:, 1, 3) = real(varied)
+    c(:, 2, 3) = aimag(varied)
+    if (frame%weights%act) then
+      r(:, 3) = r(:, 3) - frame%weights%moment(turn, at%sums_1)
+      c(:, 3, 3) = c(:, 3, 3) + frame%weights%stiffness(turn, at%sums_2)
+    end if
+    if (frame%excitation < 1 .or. frame%excitation > 1) call take_excitation(frame, phases, r)
+  end subroutine vary_inertia
+
+  !> Takes away what of the excitation does not act: of the load where the frame rests.
+  subroutine take_excitation(frame, phases, r)
+    type(varied_frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(inout) :: r(:, :)
+    complex(dp), parameter :: upright = 1
+    type(masses_type) :: at
+
+    call find_masses(frame, frame%crank_angles(phases), at)
+    associate (part => 1 - frame%excitation)
+      r(:, 1) = r(:, 1) - part * real(at%s_tt)
+      r(:, 2) = r(:, 2) - part * aimag(at%s_tt)
+      r(:, 3) = r(:, 3) - part * at%moment
+      if (frame%weights%act) r(:, 3) = r(:, 3) + part * frame%weights%moment(upright, at%sums_1)
+    end associate
+  end subroutine take_excitation
+
+  !> The foundation, whose potential is quadratic in xi, eta, psi.
+  pure subroutine add_foundation(self, q, v, r, b, c)
+    type(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
+    integer :: j, k
+
+    do k = 1, 3
+      do j = 1, 3
+        r(:, j) = r(:, j) + self%foundation_stiffness(j, k) * q(:, k) + self%foundation_damping(j, k) * v(:, k)
+        b(:, j, k) = b(:, j, k) + self%foundation_damping(j, k)
+        c(:, j, k) = c(:, j, k) + self%foundation_stiffness(j, k)
+      end do
+    end do
+  end subroutine add_foundation
+
+  !> Which of the free degrees of freedom act on each other: those of the frame at rest, and once it turns, psi with all others.
+  function coupled(self)
+    class(varied_frame_type), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+
+    coupled = self%frame_type%coupled()
+    where (spread(self%free == 3, 1, size(self%free)) .or. spread(self%free == 3, 2, size(self%free)))
+      coupled = .true.
+    end where
+  end function coupled
+
+  !> Forces (N) and moment about F at rest (N m) on the ground, shape (3, points), for states x, shape (states, points).
+  pure function ground_forces(self, x) result(forces)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: x(:, :)
+    real(dp) :: forces(3, size(x, 2)), q(size(x, 2), 3), v(size(x, 2), 3)
+    integer :: f
+
+    f = size(self%free)
+    q = 0
+    v = 0
+    q(:, self%free) = transpose(x(:f, :))
+    v(:, self%free) = transpose(x(f + 1:, :))
+    forces = transpose(ground_load(self%supports, q, v) + matmul(q, transpose(self%foundation_stiffness)) &
+      & + matmul(v, transpose(self%foundation_damping)))
+  end function ground_forces
+
+  !> A vector of the frame's system in space, where the frame has turned by psi.
+  pure function turned(self, psi, s)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turned(2)
+
+    associate (unused_frame => self)
+    end associate
+    turned = [cos(psi) * s(1) - sin(psi) * s(2), sin(psi) * s(1) + cos(psi) * s(2)]
+  end function turned
+
+  !> How that changes with psi.
+  pure function turning(self, psi, s)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turning(2)
+
+    turning = self%turned(psi, [-s(2), s(1)])
+  end function turning
+
+  !> exp(i psi).
+  pure complex(dp) function rotation(self, psi)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi
+
+    associate (unused_frame => self)
+    end associate
+    rotation = exp(i * psi)
+  end function rotation
+
+  !> Potential energy of the mounting (J).
+  pure real(dp) function potential(self, q)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3)
+
+    potential = sum(mounting_energy(self%supports, reshape(q, [1, 3]))) &
+      & + dot_product(q, matmul(self%foundation_stiffness, q)) / 2
+  end function potential
+
+  !> Power that the mounting takes (W), dampers and the part of the foundation's stiffness that is not symmetric.
+  pure real(dp) function dissipation(self, q, v)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3), v(3)
+
+    associate (c => self%foundation_stiffness)
+      dissipation = sum(mounting_power(self%supports, reshape(q, [1, 3]), reshape(v, [1, 3]))) &
+        & + dot_product(v, matmul(self%foundation_damping, v)) + dot_product(v, matmul(c - transpose(c), q)) / 2
+    end associate
+  end function dissipation
+
+end module gestell_model_frame_varied_frame

@@ -1,0 +1,291 @@
+!> What a linkage tells before any dynamics: mobility, Grashof's class, ranges, transmission angles, shaking forces.
+module gestell_model_linkage_diagnosis
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_jet, only: jet
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_linkage_bodies, only: link_type
+  use gestell_model_linkage_extremes, only: extremes_type
+  use gestell_model_joints_driven, only: crank_joint, ground_joint
+  use gestell_model_joints_guide, only: direction
+  use gestell_model_joints_joint, only: fitness_type, named_joint_type, point_type
+  use gestell_model_joints_lever, only: rigid_joint
+  use gestell_model_joints_rrr, only: rrr_joint
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, mechanism_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: diagnose, diagnose_joints, shaking
+
+  !> What one joint does over a turn.
+  type, public :: joint_report_type
+    !> Least and greatest x, y and, for a slider, travel on its guide (m).
+    real(dp) :: x(2) = 0, y(2) = 0, travel(2) = 0
+    logical :: slides = .false.
+    !> Smallest transmission angle (rad, at most pi/2) and the crank angle where it is met (rad).
+    real(dp) :: transmission = pi / 2, transmission_at = 0
+    !> Least change of one of its lengths that would reach a dead point (m), huge where none can.
+    real(dp) :: margin = huge(1.0_dp)
+  end type joint_report_type
+
+  type, public :: diagnosis_type
+    !> Gruebler's count: links with the frame, pairs of one degree of freedom, mobility 3 (links - 1) - 2 pairs.
+    integer :: links = 0, pairs = 0, mobility = 0
+    !> Grashof's class of a four-bar, else empty.
+    character(len=40) :: grashof = ""
+    type(joint_report_type), allocatable :: joints(:)
+    !> Whether each link turns fully, else the angle that it swings through (rad).
+    logical, allocatable :: turns(:)
+    real(dp), allocatable :: swing(:)
+    !> What it cost: joints placed at a crank angle, one by one.
+    integer :: placements = 0
+  end type diagnosis_type
+
+  !> What is followed of a joint and of a link, as it was at the last crank angle, with its extremes so far.
+  type :: joint_track_type
+    type(point_type) :: here
+    type(fitness_type) :: fitness
+    type(extremes_type) :: x, y, travel, transmission, margin
+  end type joint_track_type
+
+  type :: link_track_type
+    type(point_type) :: direction
+    !> The angle it has turned through (rad).
+    type(jet) :: angle
+    type(extremes_type) :: swing
+  end type link_track_type
+
+contains
+
+  !> The diagnosis of a linkage. Error: it has no joints or no links.
+  subroutine diagnose(linkage, diagnosis, error)
+    class(linkage_type), intent(in) :: linkage
+    type(diagnosis_type), intent(out) :: diagnosis
+    type(error_type), allocatable, intent(out) :: error
+
+    call linkage%check(error)
+    if (allocated(error)) return
+    call count_links(linkage, diagnosis)
+    diagnosis%grashof = grashof_class(linkage)
+    call turn_once(linkage, linkage%links, diagnosis)
+  end subroutine diagnose
+
+  !> Of the diagnosis what concerns the joints.
+  subroutine diagnose_joints(linkage, diagnosis)
+    class(linkage_type), intent(in) :: linkage
+    type(diagnosis_type), intent(out) :: diagnosis
+
+    call turn_once(linkage, linkage%links(:0), diagnosis)
+  end subroutine diagnose_joints
+
+  !> Follows all joints and `links` through one turn, from angle to angle: in steps of half a degree, or as many as the
+  !> mechanism's feature asks for.
+  subroutine turn_once(linkage, links, diagnosis)
+    class(linkage_type), intent(in) :: linkage
+    type(link_type), intent(in) :: links(:)
+    type(diagnosis_type), intent(inout) :: diagnosis
+    integer, parameter :: least = 720, most = 8192
+    type(point_type) :: at(size(linkage%joints))
+    type(joint_track_type) :: joints(size(linkage%joints))
+    type(link_track_type) :: bodies(size(links))
+    real(dp) :: step
+    integer :: steps, k
+
+    steps = max(least, ceiling(min(real(most, dp), 32 * pi / linkage%feature)))
+    step = 2 * pi / steps
+    do k = 0, steps
+      call linkage%points(k * step, at)
+      call follow_joints(linkage%joints, at, k * step, step, k == 0, joints)
+      call follow_links(links, at, k * step, step, k == 0, bodies)
+    end do
+    diagnosis%placements = (steps + 1) * size(at)
+    diagnosis%joints = joint_report(joints)
+    diagnosis%turns = links%to > 0 .and. abs(bodies%angle%v) > pi
+    diagnosis%swing = merge(bodies%swing%greatest - bodies%swing%least, 0.0_dp, links%to > 0)
+  end subroutine turn_once
+
+  !> What the joints do on the step that ends at this `angle`; with `first` nothing lies behind them.
+  subroutine follow_joints(joints, at, angle, step, first, tracks)
+    type(named_joint_type), intent(in) :: joints(:)
+    type(point_type), intent(in) :: at(:)
+    real(dp), intent(in) :: angle, step
+    logical, intent(in) :: first
+    type(joint_track_type), intent(inout) :: tracks(:)
+    type(fitness_type) :: fitness
+    integer :: i
+
+    do i = 1, size(joints)
+      fitness = joints(i)%joint%fitness(at, at(i))
+      associate (track => tracks(i), from => angle - step)
+        if (.not. first) then
+          call track%x%take(track%here%x, at(i)%x, from, step)
+          call track%y%take(track%here%y, at(i)%y, from, step)
+          call track%travel%take(track%fitness%travel, fitness%travel, from, step)
+          call track%transmission%take(track%fitness%transmission, fitness%transmission, from, step)
+          call track%margin%take(track%fitness%margin, fitness%margin, from, step)
+        end if
+        track%here = at(i)
+        track%fitness = fitness
+      end associate
+    end do
+  end subroutine follow_joints
+
+  !> The same for links: u = (cos phi, sin phi) turns by phi' = u x u', phi'' = u x u''.
+  subroutine follow_links(links, at, angle, step, first, tracks)
+    type(link_type), intent(in) :: links(:)
+    type(point_type), intent(in) :: at(:)
+    real(dp), intent(in) :: angle, step
+    logical, intent(in) :: first
+    type(link_track_type), intent(inout) :: tracks(:)
+    type(point_type) :: u
+    type(jet) :: turned
+    integer :: i
+
+    do i = 1, size(links)
+      if (links(i)%to == 0) cycle
+      u = direction(at(links(i)%from), at(links(i)%to))
+      associate (track => tracks(i), before => tracks(i)%direction)
+        turned = jet(0.0_dp, u%x%v * u%y%d - u%y%v * u%x%d, u%x%v * u%y%dd - u%y%v * u%x%dd)
+        if (.not. first) then
+          turned%v = track%angle%v + atan2(before%x%v * u%y%v - before%y%v * u%x%v, before%x%v * u%x%v + before%y%v * u%y%v)
+          call track%swing%take(track%angle, turned, angle - step, step)
+        end if
+        track%angle = turned
+        track%direction = u
+      end associate
+    end do
+  end subroutine follow_links
+
+  elemental type(joint_report_type) function joint_report(track) result(report)
+    type(joint_track_type), intent(in) :: track
+
+    report%x = [track%x%least, track%x%greatest]
+    report%y = [track%y%least, track%y%greatest]
+    report%slides = track%fitness%slides
+    if (report%slides) report%travel = [track%travel%least, track%travel%greatest]
+    report%transmission = asin(min(1.0_dp, track%transmission%least))
+    report%transmission_at = modulo(track%transmission%least_at, 2 * pi)
+    report%margin = track%margin%least
+  end function joint_report
+
+  !> Every dyad brings two links and three pairs, the crank one of each.
+  subroutine count_links(linkage, diagnosis)
+    class(linkage_type), intent(in) :: linkage
+    type(diagnosis_type), intent(inout) :: diagnosis
+    integer :: i
+
+    diagnosis%links = 1
+    do i = 1, size(linkage%joints)
+      select type (joint => linkage%joints(i)%joint)
+      class is (ground_joint)
+      class is (rigid_joint)
+      class is (crank_joint)
+        diagnosis%links = diagnosis%links + 1
+        diagnosis%pairs = diagnosis%pairs + 1
+      class default
+        diagnosis%links = diagnosis%links + 2
+        diagnosis%pairs = diagnosis%pairs + 3
+      end select
+    end do
+    diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs
+  end subroutine count_links
+
+  !> A four-bar is one RRR dyad between the crank's joint and a ground joint. It turns, so by Grashof's rule the shortest
+  !> and the longest link together are shorter than the other two; which one is shortest makes the class.
+  character(len=40) function grashof_class(linkage)
+    class(linkage_type), intent(in) :: linkage
+    type(point_type) :: at(size(linkage%joints))
+    real(dp) :: lengths(4)
+    integer :: i, crank, dyad, other
+
+    grashof_class = ""
+    crank = 0
+    dyad = 0
+    do i = 1, size(linkage%joints)
+      select type (joint => linkage%joints(i)%joint)
+      class is (ground_joint)
+      class is (rigid_joint)
+      class is (crank_joint)
+        crank = i
+      class is (rrr_joint)
+        if (dyad > 0) return
+        dyad = i
+      class default
+        return
+      end select
+    end do
+    if (dyad == 0) return
+    select type (joint => linkage%joints(dyad)%joint)
+    class is (rrr_joint)
+      if (.not. any(joint%ends == crank)) return
+      other = sum(joint%ends) - crank
+      lengths(2) = joint%lengths(findloc(joint%ends, crank, dim=1))
+      lengths(3) = joint%lengths(findloc(joint%ends, other, dim=1))
+    end select
+    select type (joint => linkage%joints(other)%joint)
+    class is (ground_joint)
+    class default
+      return
+    end select
+    call linkage%points(0.0_dp, at)
+    select type (joint => linkage%joints(crank)%joint)
+    class is (crank_joint)
+      lengths(1) = joint%radius
+      lengths(4) = hypot(at(other)%x%v - at(joint%pivot)%x%v, at(other)%y%v - at(joint%pivot)%y%v)
+    end select
+    select case (minloc(lengths, dim=1))
+    case (1)
+      grashof_class = "crank-rocker (the crank is shortest)"
+    case (4)
+      grashof_class = "double crank (the ground is shortest)"
+    case default
+      grashof_class = ""
+    end select
+  end function grashof_class
+
+  !> Harmonics of the shaking forces along x and y (N) and of the shaking moment about O (N m) at a speed (rad/s). Errors: the
+  !> mechanism is not made yet; the speed is not finite.
+  subroutine shaking(mechanism, speed, series, error, even_in_space)
+    class(mechanism_type), intent(in) :: mechanism
+    real(dp), intent(in) :: speed
+    type(fourier_type), intent(out) :: series(3)
+    type(error_type), allocatable, intent(out) :: error
+    !> Whether the crank turns evenly in space; without, against the frame.
+    logical, intent(in), optional :: even_in_space
+    integer, parameter :: most = 8192
+    real(dp), allocatable :: samples(:, :)
+    real(dp) :: drive(1, drive_columns)
+    type(mass_functions_type) :: a
+    logical :: corrected
+    integer :: i, n
+
+    call mechanism%check(error)
+    if (allocated(error)) return
+    if (.not. (ieee_is_finite(speed) .and. mechanism%feature > 0)) then
+      call fatal_error(error, "the speed must be finite, and the mechanism's feature positive", invalid_input)
+      return
+    end if
+    corrected = .false.
+    if (present(even_in_space)) corrected = even_in_space
+    ! Fewer samples than the mechanism's feature asks for could take a high order for a low one.
+    n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%feature)))
+    do
+      if (allocated(samples)) deallocate(samples)
+      allocate(samples(n, 3))
+      do i = 1, n
+        call mechanism%mass_functions(2 * pi * (i - 1) / n, a)
+        drive = 0
+        if (corrected) call mechanism%tabulate_drive([2 * pi * (i - 1) / n], drive, corrected)
+        samples(i, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - drive(1, energy_d) / 2]
+      end do
+      do i = 1, 3
+        series(i) = fourier_series(samples(:, i))
+      end do
+      if (maxval([(series(i)%tail(), i = 1, 3)]) < 1.0e-9_dp .or. n >= most) exit
+      n = 2 * n
+    end do
+  end subroutine shaking
+
+end module gestell_model_linkage_diagnosis

@@ -1,0 +1,86 @@
+!> Least and greatest value of a function over the turn, from its jets at successive crank angles.
+module gestell_model_linkage_extremes
+  use gestell_math_jet, only: jet
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  type, public :: extremes_type
+    real(dp) :: least = huge(1.0_dp), greatest = -huge(1.0_dp)
+    !> Where the least value is met.
+    real(dp) :: least_at = 0
+  contains
+    procedure :: take
+  end type extremes_type
+
+contains
+
+  !> Takes in the function between the angles `from` and `from` + `step`, where it has the jets `before` and `now`: the values
+  !> there, and where the derivative changes its sign the extreme of the polynomial of degree five with the same six
+  !> numbers. It errs by step^6/46080 times the sixth derivative.
+  pure subroutine take(self, before, now, from, step)
+    class(extremes_type), intent(inout) :: self
+    type(jet), intent(in) :: before, now
+    real(dp), intent(in) :: from, step
+    real(dp) :: c(0:5), reach, t
+
+    call keep(self, before%v, from)
+    call keep(self, now%v, from + step)
+    if (before%d * now%d >= 0) return
+    ! Farther it hardly gets between the two; most turns of roundings end here.
+    reach = step * (abs(before%d) + abs(now%d))
+    if (max(before%v, now%v) + reach <= self%greatest .and. min(before%v, now%v) - reach >= self%least) return
+    c = coefficients(before, now, step)
+    t = turning_point(c)
+    call keep(self, c(0) + t * (c(1) + t * (c(2) + t * (c(3) + t * (c(4) + t * c(5))))), from + t * step)
+  end subroutine take
+
+  pure subroutine keep(self, value, place)
+    class(extremes_type), intent(inout) :: self
+    real(dp), intent(in) :: value, place
+
+    self%greatest = max(self%greatest, value)
+    if (value < self%least) self%least_at = place
+    self%least = min(self%least, value)
+  end subroutine keep
+
+  !> Coefficients of 1, t, ... t^5, t from 0 to 1 over the step.
+  pure function coefficients(before, now, step) result(c)
+    type(jet), intent(in) :: before, now
+    real(dp), intent(in) :: step
+    real(dp) :: c(0:5)
+    real(dp) :: rise, slope, bend
+
+    c(0) = before%v
+    c(1) = step * before%d
+    c(2) = step**2 * before%dd / 2
+    ! What these three leave of the function and its derivatives at t = 1.
+    rise = (now%v - before%v) - c(1) - c(2)
+    slope = step * now%d - c(1) - 2 * c(2)
+    bend = step**2 * now%dd - 2 * c(2)
+    c(3) = 10 * rise - 4 * slope + bend / 2
+    c(4) = -15 * rise + 7 * slope - bend
+    c(5) = 6 * rise - 3 * slope + bend / 2
+  end function coefficients
+
+  !> Where the derivative is zero: it has different signs at 0 and 1.
+  pure real(dp) function turning_point(c) result(t)
+    real(dp), intent(in) :: c(0:5)
+    !> An extreme is flat: half the digits of its place give all of its value.
+    integer, parameter :: halvings = 30
+    real(dp) :: left, right
+    integer :: i
+
+    left = 0
+    right = 1
+    do i = 1, halvings
+      t = (left + right) / 2
+      if ((c(1) + t * (2 * c(2) + t * (3 * c(3) + t * (4 * c(4) + t * 5 * c(5))))) * c(1) > 0) then
+        left = t
+      else
+        right = t
+      end if
+    end do
+  end function turning_point
+
+end module gestell_model_linkage_extremes

@@ -1,0 +1,397 @@
+!> Planar linkages: a list of joints, each from earlier ones, and the links that move with them.
+module gestell_model_linkage
+  use gestell_base_dictionary, only: dictionary_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_model_linkage_assembly, only: prove_assembly
+  use gestell_model_linkage_bodies, only: link_type, move_link, sum_drive, sum_masses
+  use gestell_model_joints_driven, only: crank_joint, ground_joint
+  use gestell_model_joints_guide, only: guide_type
+  use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
+  use gestell_model_joints_lever, only: rigid_joint, rpr_joint
+  use gestell_model_joints_rrp, only: rrp_joint
+  use gestell_model_joints_rrr, only: rrr_joint
+  use gestell_model_joints_sliders, only: prp_joint, rpp_joint
+  use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type
+  use gestell_model_linkage_checks, only: check_finite, check_lengths, check_place
+  use gestell_model_linkage_table, only: greatest_terms, tabulate_linkage
+  implicit none (type, external)
+  private
+
+  !> Build it joint by joint and link by link, then give it to a frame.
+  type, extends(mechanism_type), public :: linkage_type
+    type(named_joint_type), allocatable :: joints(:)
+    type(link_type), allocatable :: links(:)
+    !> Whether it is known to turn freely.
+    logical :: prepared = .false.
+    !> Intervals of the crank angle that the proof of it took.
+    integer :: intervals = 0
+    !> The joints' names.
+    type(dictionary_type), private :: names
+  contains
+    procedure :: ground => add_ground
+    procedure :: crank => add_crank
+    procedure :: rrr => add_rrr
+    procedure :: rrp => add_rrp
+    procedure :: rpr => add_rpr
+    procedure :: rigid => add_rigid
+    procedure :: prp => add_prp
+    procedure :: rpp => add_rpp
+    procedure :: moving_guide
+    procedure :: add_joint
+    procedure :: link => add_link
+    procedure :: find
+    procedure :: points
+    procedure :: mass_functions
+    procedure :: tabulate
+    procedure :: tabulate_drive
+    procedure :: prepare
+    procedure :: check
+  end type linkage_type
+
+contains
+
+  !> A joint fixed to the frame at `position` (m).
+  subroutine add_ground(self, name, position, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    real(dp), intent(in) :: position(2)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_place("joint '" // name // "'", position, error)
+    if (.not. allocated(error)) call self%add_joint(name, ground_joint(position), error)
+  end subroutine add_ground
+
+  !> The crank's joint: at `radius` (m) about the joint `pivot`, at the crank angle + `phase` (rad).
+  subroutine add_crank(self, name, pivot, radius, phase, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, pivot
+    real(dp), intent(in) :: radius, phase
+    type(error_type), allocatable, intent(out) :: error
+    integer :: place
+
+    call self%find(pivot, place, error)
+    if (.not. allocated(error)) call check_finite("joint '" // name // "'", [radius, phase], error)
+    if (allocated(error)) return
+    call check_lengths(name, [radius], 1, error)
+    if (allocated(error)) return
+    call self%add_joint(name, crank_joint(place, radius, phase), error)
+  end subroutine add_crank
+
+  !> A dyad's joint at `lengths` (m) from the joints `ends`, left (`branch` = 1) or right (-1) of the way between them.
+  subroutine add_rrr(self, name, ends, lengths, branch, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, ends(:)
+    real(dp), intent(in) :: lengths(2)
+    integer, intent(in) :: branch
+    type(error_type), allocatable, intent(out) :: error
+    integer :: places(2)
+
+    call find_both(self, "joint '" // name // "'", ends, places, error)
+    if (.not. allocated(error)) call check_lengths(name, lengths, branch, error)
+    if (.not. allocated(error)) call self%add_joint(name, rrr_joint(places, lengths, branch), error)
+  end subroutine add_rrr
+
+  !> A slider on a guide, at `length` (m) from the joint `end`; of two solutions the one farther along the guide
+  !> (`branch` = 1) or the other (-1).
+  subroutine add_rrp(self, name, end, length, guide, branch, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, end
+    real(dp), intent(in) :: length
+    type(guide_type), intent(in) :: guide
+    integer, intent(in) :: branch
+    type(error_type), allocatable, intent(out) :: error
+    integer :: place
+
+    call self%find(end, place, error)
+    if (.not. allocated(error)) call check_lengths(name, [length], branch, error)
+    if (.not. allocated(error)) call check_guide(self, name, guide, error)
+    if (.not. allocated(error)) call self%add_joint(name, rrp_joint(place, length, guide, branch), error)
+  end subroutine add_rrp
+
+  !> A point of the lever that turns about `ends(2)` and whose slot passes through `ends(1)`: at `length` (m) from
+  !> `ends(2)`, toward `ends(1)` (`branch` = 1) or away (-1).
+  subroutine add_rpr(self, name, ends, length, branch, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, ends(:)
+    real(dp), intent(in) :: length
+    integer, intent(in) :: branch
+    type(error_type), allocatable, intent(out) :: error
+    integer :: places(2)
+
+    call find_both(self, "joint '" // name // "'", ends, places, error)
+    if (.not. allocated(error)) call check_lengths(name, [length], branch, error)
+    if (.not. allocated(error)) call self%add_joint(name, rpr_joint(places, length, branch), error)
+  end subroutine add_rpr
+
+  !> A point of the body that carries the joints `ends`: `offset` (m) from `ends(1)`, toward `ends(2)` and to the left.
+  subroutine add_rigid(self, name, ends, offset, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, ends(:)
+    real(dp), intent(in) :: offset(2)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: places(2)
+
+    call find_both(self, "joint '" // name // "'", ends, places, error)
+    if (.not. allocated(error)) call check_place("joint '" // name // "'", offset, error)
+    if (.not. allocated(error)) call self%add_joint(name, rigid_joint(places, offset), error)
+  end subroutine add_rigid
+
+  !> The joint of two sliders, where their guides cross.
+  subroutine add_prp(self, name, guides, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    type(guide_type), intent(in) :: guides(2)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_guide(self, name, guides(1), error)
+    if (.not. allocated(error)) call check_guide(self, name, guides(2), error)
+    if (.not. allocated(error)) call self%add_joint(name, prp_joint(guides), error)
+  end subroutine add_prp
+
+  !> A yoke on a guide, with a slot at `slot_angle` (rad) to it in which the joint `end` slides: where they cross.
+  subroutine add_rpp(self, name, end, guide, slot_angle, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, end
+    type(guide_type), intent(in) :: guide
+    real(dp), intent(in) :: slot_angle
+    type(error_type), allocatable, intent(out) :: error
+    integer :: place
+
+    call self%find(end, place, error)
+    if (.not. allocated(error)) call check_guide(self, name, guide, error)
+    if (.not. allocated(error)) call check_finite("joint '" // name // "'", [slot_angle], error)
+    if (.not. allocated(error)) call self%add_joint(name, rpp_joint(place, guide, slot_angle), error)
+  end subroutine add_rpp
+
+  !> A guide that the body between two joints carries, its point (m) and angle (rad) in the system with its origin at
+  !> `carriers(1)` and its first axis toward `carriers(2)`.
+  subroutine moving_guide(self, carriers, point, angle, guide, error)
+    class(linkage_type), intent(in) :: self
+    character(len=*), intent(in) :: carriers(:)
+    real(dp), intent(in) :: point(2), angle
+    type(guide_type), intent(out) :: guide
+    type(error_type), allocatable, intent(out) :: error
+
+    call find_both(self, "a guide", carriers, guide%carriers, error)
+    if (.not. allocated(error)) call check_finite("a guide", [angle], error)
+    if (.not. allocated(error)) call check_place("a guide", point, error)
+    guide%point = point
+    guide%angle = angle
+  end subroutine moving_guide
+
+  !> The places of two different joints.
+  subroutine find_both(self, name, names, places, error)
+    class(linkage_type), intent(in) :: self
+    character(len=*), intent(in) :: name, names(:)
+    integer, intent(out) :: places(2)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    places = 0
+    if (size(names) /= 2) then
+      call fatal_error(error, name // " needs two joints", invalid_input)
+      return
+    end if
+    do i = 1, 2
+      call self%find(names(i), places(i), error)
+      if (allocated(error)) return
+    end do
+    if (places(1) == places(2)) call fatal_error(error, name // " needs two different joints", invalid_input)
+  end subroutine find_both
+
+  !> A guide has finite numbers, and no carriers or two different joints of the list.
+  subroutine check_guide(self, name, guide, error)
+    class(linkage_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+    type(guide_type), intent(in) :: guide
+    type(error_type), allocatable, intent(out) :: error
+    integer :: joints
+
+    call check_finite("joint '" // name // "'", [guide%angle], error)
+    if (.not. allocated(error)) call check_place("joint '" // name // "'", guide%point, error)
+    if (allocated(error) .or. all(guide%carriers == 0)) return
+    joints = 0
+    if (allocated(self%joints)) joints = size(self%joints)
+    if (all(guide%carriers >= 1 .and. guide%carriers <= joints) .and. guide%carriers(1) /= guide%carriers(2)) return
+    call fatal_error(error, "joint '" // name // "': its guide needs two different joints that are there", invalid_input)
+  end subroutine check_guide
+
+  !> Any joint, given by an object whose references are places in the list of joints.
+  subroutine add_joint(self, name, joint, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    class(joint_type), intent(in) :: joint
+    type(error_type), allocatable, intent(out) :: error
+    type(named_joint_type), allocatable :: longer(:)
+    integer :: i, count
+
+    if (len_trim(name) == 0) then
+      call fatal_error(error, "a joint needs a name", invalid_input)
+      return
+    end if
+    count = 0
+    if (allocated(self%joints)) count = size(self%joints)
+    if (self%names%place(name) > 0) then
+      call fatal_error(error, "joint '" // name // "' is there already", invalid_input)
+      return
+    end if
+    allocate(longer(count + 1))
+    do i = 1, count
+      call move_alloc(self%joints(i)%name, longer(i)%name)
+      call move_alloc(self%joints(i)%joint, longer(i)%joint)
+    end do
+    longer(count + 1)%name = name
+    allocate(longer(count + 1)%joint, source=joint)
+    call move_alloc(longer, self%joints)
+    call self%names%add(name)
+    self%prepared = .false.
+  end subroutine add_joint
+
+  !> A body of `mass` (kg) and `inertia` (kg m^2, about its centre of mass `center` in its own system, m) on the joints
+  !> `from` and `to`; an empty `to`: it only translates with `from`.
+  subroutine add_link(self, name, from, to, mass, inertia, center, error)
+    class(linkage_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, from, to
+    real(dp), intent(in) :: mass, inertia, center(2)
+    type(error_type), allocatable, intent(out) :: error
+    type(link_type) :: link
+
+    link%name = name
+    link%mass = mass
+    link%inertia = inertia
+    link%center = center
+    call check_finite("link '" // name // "'", [mass, inertia, center], error)
+    if (.not. allocated(error)) call self%find(from, link%from, error)
+    if (allocated(error)) return
+    if (len_trim(to) > 0) call self%find(to, link%to, error)
+    if (allocated(error)) return
+    if (link%from == link%to) then
+      call fatal_error(error, "link '" // name // "': from and to are the same joint", invalid_input)
+    else if (.not. (mass >= 0 .and. inertia >= 0)) then
+      call fatal_error(error, "link '" // name // "': mass and inertia must not be negative", invalid_input)
+    end if
+    if (allocated(error)) return
+    call append_link(self, link)
+    self%prepared = .false.
+    self%mass = self%mass + mass
+    self%inertia = self%inertia + inertia
+  end subroutine add_link
+
+  !> The links with one more. (The names move: copies of all would cost more than the rest.)
+  subroutine append_link(self, link)
+    class(linkage_type), intent(inout) :: self
+    type(link_type), intent(in) :: link
+    type(link_type), allocatable :: longer(:)
+    integer :: i, count
+
+    count = 0
+    if (allocated(self%links)) count = size(self%links)
+    allocate(longer(count + 1))
+    do i = 1, count
+      call move_link(self%links(i), longer(i))
+    end do
+    longer(count + 1) = link
+    call move_alloc(longer, self%links)
+  end subroutine append_link
+
+  !> The place of the joint of that name. Error: there is none.
+  subroutine find(self, name, place, error)
+    class(linkage_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+    integer, intent(out) :: place
+    type(error_type), allocatable, intent(out) :: error
+
+    place = self%names%place(name)
+    if (place > 0) return
+    call fatal_error(error, "no joint '" // trim(name) // "' stands before it", invalid_input)
+  end subroutine find
+
+  !> All joints at a crank angle (rad), shape (joints).
+  pure subroutine points(self, crank_angle, at)
+    class(linkage_type), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(out) :: at(:)
+    integer :: i
+
+    do i = 1, size(self%joints)
+      call self%joints(i)%joint%place(crank_angle, at(:i - 1), at(i))
+    end do
+  end subroutine points
+
+  !> Turns the linkage once and finds its `feature`.
+  !> Errors: no crank, or more than one; no link; it cannot be assembled somewhere (see `prove_assembly`).
+  subroutine prepare(self, error)
+    class(linkage_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, cranks
+
+    if (self%prepared) return
+    cranks = 0
+    if (allocated(self%joints)) then
+      do i = 1, size(self%joints)
+        select type (joint => self%joints(i)%joint)
+        type is (crank_joint)
+          cranks = cranks + 1
+        end select
+      end do
+    end if
+    if (cranks /= 1) then
+      call fatal_error(error, "a mechanism needs exactly one crank", invalid_input)
+    else if (.not. allocated(self%links)) then
+      call fatal_error(error, "a mechanism needs at least one link", invalid_input)
+    end if
+    if (allocated(error)) return
+    call prove_assembly(self%joints, self%links, self%feature, self%intervals, error)
+    self%prepared = .not. allocated(error)
+    if (self%prepared) self%terms = greatest_terms(self%joints, self%links)
+  end subroutine prepare
+
+  !> Error: it has no joints or no links.
+  subroutine check(self, error)
+    class(linkage_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. (allocated(self%joints) .and. allocated(self%links))) call fatal_error(error, "a mechanism needs joints and links", &
+      & invalid_input)
+  end subroutine check
+
+  !> The sums (4) to (7) over the links.
+  subroutine mass_functions(self, crank_angle, a)
+    class(linkage_type), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(mass_functions_type), intent(out) :: a
+    type(point_type) :: at(size(self%joints))
+
+    call self%points(crank_angle, at)
+    call sum_masses(self%links, at, a)
+  end subroutine mass_functions
+
+  !> The same at many crank angles (rad), shape (angles, table_columns).
+  subroutine tabulate(self, angles, table)
+    class(linkage_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: table(:, :)
+
+    call tabulate_linkage(self%joints, self%links, angles, table)
+  end subroutine tabulate
+
+  !> What the drive feels at many crank angles (rad), shape (angles, drive_columns).
+  subroutine tabulate_drive(self, angles, table, known)
+    class(linkage_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+    real(dp), intent(out) :: table(:, :)
+    logical, intent(out) :: known
+    type(point_type) :: at(size(self%joints))
+    real(dp) :: row(drive_columns)
+    integer :: k
+
+    do k = 1, size(angles)
+      call self%points(angles(k), at)
+      call sum_drive(self%links, at, row)
+      table(k, :) = row
+    end do
+    known = .true.
+  end subroutine tabulate_drive
+
+end module gestell_model_linkage

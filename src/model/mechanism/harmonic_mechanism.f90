@@ -1,0 +1,188 @@
+!> A mechanism known by the harmonics of its mass functions: measured data, a vendor's, or what is no linkage.
+module gestell_model_mechanism_harmonic_mechanism
+  use gestell_math_circle, only: circle
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_math_jet, only: jet, operator(*), operator(+)
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: fixed
+  use gestell_model_joints_path, only: batch, take_batch
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_ddd, a1_v, a2_d, a2_dd, a2_ddd, a2_v, a3_d, a3_dd, a3_v, a4_v, energy_d, &
+    & energy_dd, energy_v, mass_functions_type, mechanism_type, spin_dd, spin_v, table_columns
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: new_harmonic_mechanism
+
+  !> a1, a2, a3 and the moment function H = sum [m (x y' - y x') + J phi'] (so a4 = H'), each as its mean, then the
+  !> factors of cos and sin of the crank angle, of twice the crank angle, and so on; shapes 1 + 2 orders.
+  type, extends(mechanism_type), public :: harmonic_mechanism_type
+    real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:)
+    !> K = sum [m (x'^2 + y'^2) + J phi'^2] in the same way, where it is known: only the drive's torque needs it.
+    real(dp), allocatable :: energy(:)
+  contains
+    procedure :: mass_functions
+    procedure :: tabulate
+    procedure :: tabulate_drive
+    procedure :: check
+  end type harmonic_mechanism_type
+
+contains
+
+  !> A mechanism of `mass` (kg) and sum of moments of inertia `inertia` (kg m^2) with these harmonics (kg m, kg m,
+  !> kg m^2, kg m^2, and if given kg m^2). Errors: a negative mass, numbers that are not finite, an even number of
+  !> coefficients, functions that no masses can have.
+  subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error, energy)
+    type(harmonic_mechanism_type), intent(out) :: mechanism
+    real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: energy(:)
+
+    if (.not. (mass >= 0 .and. inertia >= 0)) then
+      call fatal_error(error, "mass and inertia of the mechanism must not be negative", invalid_input)
+    else if (.not. all(ieee_is_finite([mass, inertia, a1, a2, a3, moment]))) then
+      call fatal_error(error, "the mechanism's data are not finite", invalid_input)
+    else if (any(modulo([size(a1), size(a2), size(a3), size(moment)], 2) == 0)) then
+      call fatal_error(error, "harmonics are a mean and then pairs of cosine and sine: an odd number of values", invalid_input)
+    end if
+    if (present(energy)) then
+      if (modulo(size(energy), 2) == 0) call fatal_error(error, "harmonics are a mean and then pairs of cosine and sine: " &
+        & // "an odd number of values", invalid_input)
+      if (.not. all(ieee_is_finite(energy))) call fatal_error(error, "the mechanism's data are not finite", invalid_input)
+      mechanism%energy = energy
+    end if
+    if (allocated(error)) return
+    mechanism%mass = mass
+    mechanism%inertia = inertia
+    allocate(mechanism%a1, source=a1)
+    allocate(mechanism%a2, source=a2)
+    allocate(mechanism%a3, source=a3)
+    allocate(mechanism%moment, source=moment)
+    call check_masses(mechanism, error)
+    if (allocated(error)) return
+    mechanism%feature = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
+  end subroutine new_harmonic_mechanism
+
+  !> Error: `new_harmonic_mechanism` has not made it.
+  subroutine check(self, error)
+    class(harmonic_mechanism_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. allocated(self%moment)) call fatal_error(error, "a mechanism by harmonics is made by new_harmonic_mechanism", &
+      & invalid_input)
+  end subroutine check
+
+  !> Masses obey m a3 >= a1^2 + a2^2 (Cauchy and Schwarz); then M is positive definite in every frame.
+  subroutine check_masses(mechanism, error)
+    type(harmonic_mechanism_type), intent(in) :: mechanism
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: rounding = 1.0e-6_dp
+    type(mass_functions_type) :: a
+    integer :: k, points
+
+    points = 8 * max(8, size(mechanism%a1), size(mechanism%a2), size(mechanism%a3))
+    do k = 0, points - 1
+      call mechanism%mass_functions(2 * pi * k / points, a)
+      if (mechanism%mass * a%a3%v >= (1 - rounding) * (a%a1%v**2 + a%a2%v**2)) cycle
+      call fatal_error(error, "no masses can have these functions: at a crank angle of " &
+        & // fixed(360.0_dp * k / points, 1) // " deg mass * a3 is less than a1^2 + a2^2", invalid_input)
+      return
+    end do
+  end subroutine check_masses
+
+  subroutine mass_functions(self, crank_angle, a)
+    class(harmonic_mechanism_type), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(mass_functions_type), intent(out) :: a
+    type(jet) :: moment
+
+    a%a1 = series(self%a1, crank_angle)
+    a%a2 = series(self%a2, crank_angle)
+    a%a3 = series(self%a3, crank_angle)
+    moment = series(self%moment, crank_angle)
+    a%a4 = moment%d
+  end subroutine mass_functions
+
+  !> c0 + sum over k of c_k cos(k phi) + s_k sin(k phi).
+  pure type(jet) function series(coefficients, phi)
+    real(dp), intent(in) :: coefficients(:), phi
+    integer :: k
+
+    series = jet(coefficients(1))
+    do k = 1, size(coefficients) / 2
+      associate (c => cos(k * phi), s => sin(k * phi), n => real(k, dp))
+        series = series + coefficients(2 * k) * jet(c, -n * s, -n**2 * c, n**3 * s) &
+          & + coefficients(2 * k + 1) * jet(s, n * c, -n**2 * s, -n**3 * c)
+      end associate
+    end do
+  end function series
+
+  !> The same at many crank angles (rad), shape (angles, table_columns), in batches.
+  subroutine tabulate(self, angles, table)
+    class(harmonic_mechanism_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: table(:, :)
+    real(dp) :: some(batch), c(batch), s(batch), sums(batch, table_columns), moment(batch, 3)
+    integer :: first, last, k, orders
+
+    orders = maxval([size(self%a1), size(self%a2), size(self%a3), size(self%moment)]) / 2
+    do first = 1, size(angles), batch
+      call take_batch(angles, first, last, some)
+      sums = 0
+      sums(:, a1_v) = self%a1(1)
+      sums(:, a2_v) = self%a2(1)
+      sums(:, a3_v) = self%a3(1)
+      moment = 0
+      do k = 1, orders
+        call circle(k * some, c, s)
+        call add_harmonic(self%a1, k, c, s, sums(:, a1_v), sums(:, a1_d), sums(:, a1_dd))
+        call add_harmonic(self%a2, k, c, s, sums(:, a2_v), sums(:, a2_d), sums(:, a2_dd))
+        call add_harmonic(self%a3, k, c, s, sums(:, a3_v), sums(:, a3_d), sums(:, a3_dd))
+        call add_harmonic(self%moment, k, c, s, moment(:, 1), moment(:, 2), moment(:, 3))
+      end do
+      sums(:, a4_v) = moment(:, 2)
+      table(first:last, :) = sums(:last - first + 1, :)
+    end do
+  end subroutine tabulate
+
+  !> What the drive feels, shape (angles, drive_columns): known where the energy is.
+  subroutine tabulate_drive(self, angles, table, known)
+    class(harmonic_mechanism_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+    real(dp), intent(out) :: table(:, :)
+    logical, intent(out) :: known
+    type(jet) :: spin, energy, a1, a2
+    integer :: k
+
+    table = 0
+    known = allocated(self%energy)
+    if (.not. known) return
+    do k = 1, size(angles)
+      spin = series(self%moment, angles(k))
+      energy = series(self%energy, angles(k))
+      a1 = series(self%a1, angles(k))
+      a2 = series(self%a2, angles(k))
+      table(k, [spin_v, spin_dd]) = [spin%v, spin%dd]
+      table(k, [energy_v, energy_d, energy_dd]) = [energy%v, energy%d, energy%dd]
+      table(k, [a1_ddd, a2_ddd]) = [a1%ddd, a2%ddd]
+    end do
+  end subroutine tabulate_drive
+
+  !> Adds c_k c + s_k s with its derivatives, where the series goes so far.
+  pure subroutine add_harmonic(coefficients, k, c, s, value, d, dd)
+    real(dp), intent(in) :: coefficients(:), c(batch), s(batch)
+    integer, intent(in) :: k
+    real(dp), intent(inout) :: value(batch), d(batch), dd(batch)
+    integer :: i
+
+    if (2 * k > size(coefficients)) return
+    associate (along => coefficients(2 * k), across => coefficients(2 * k + 1), n => real(k, dp))
+      do i = 1, batch
+        value(i) = value(i) + (along * c(i) + across * s(i))
+        d(i) = d(i) + n * (across * c(i) - along * s(i))
+        dd(i) = dd(i) - n**2 * (along * c(i) + across * s(i))
+      end do
+    end associate
+  end subroutine add_harmonic
+
+end module gestell_model_mechanism_harmonic_mechanism

@@ -1,0 +1,113 @@
+!> Who holds the crank's speed, and the moving masses as the frame then feels them.
+!>
+!> | held by    | turns evenly                      | the frame feels of the torque M_d on the crank |
+!> |------------|-----------------------------------|------------------------------------------------|
+!> | `motor`    | the crank against the frame: phi  | all of it: the motor stands on the frame       |
+!> | `outside`  | the crank in space: phi + psi     | nothing: what drives it stands beside          |
+!> | `flywheel` | the crank in space: phi + psi     | its mean, the motor's on the frame             |
+!>
+!> In the last two phi = Omega t - psi. Where the frame turns by dpsi alone the crank stays, so a mass at r = O + x + i y moves by
+!> (i r - r') dpsi, ' = d/dphi, and not by i r dpsi. With the moment of the masses S = sum m r about F, A = sum (m r x r' + J phi')
+!> and K = sum (m |r'|^2 + J phi'^2) the frame feels
+!>
+!>     S_1 = S + i S',   J_1 = J - 2 A + K   in place of S and the moment of inertia J,
+!>
+!> which are sums of the same kind with a1 - a2', a2 + a1', a3 - 2 H + K in place of a1, a2, a3: (9) to (11) stay. The load's moment
+!> is A' - K'/2 in place of A' (times -Omega^2), and changes with psi.
+module gestell_model_mechanism_held
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_ddd, a1_v, a2_d, a2_dd, a2_ddd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, &
+    & energy_d, energy_dd, energy_v, mechanism_type, spin_dd, spin_v, table_columns
+  implicit none (type, external)
+  private
+
+  public :: check_held, tabulate_felt, tabulate_held
+
+  character(len=8), parameter, public :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]
+  !> Subject of the error that a mechanism does not tell what a holder needs.
+  character(len=*), parameter, public :: held_subject = "held_by"
+
+contains
+
+  !> Error: there is no such holder; the mechanism does not tell its energy, or its masses are none.
+  subroutine check_held(held_by, mechanism, error)
+    character(len=*), intent(in) :: held_by
+    class(mechanism_type), intent(in) :: mechanism
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: angles = 64
+    real(dp), parameter :: rounding = 1.0e-6_dp
+    real(dp), dimension(angles, table_columns) :: load, felt
+    real(dp) :: drive(1, drive_columns), slope(angles)
+    logical :: known
+    integer :: k
+
+    if (.not. any(holders == held_by)) then
+      call fatal_error(error, "there is no '" // held_by // "' that holds the speed", invalid_input, held_subject)
+    else if (held_by /= "motor") then
+      call mechanism%tabulate_drive([0.0_dp], drive, known)
+      if (.not. known) then
+        call fatal_error(error, "a speed that is not held by the motor needs the mechanism's energy, key energy of " &
+          & // "&mass_functions", invalid_input, held_subject)
+        return
+      end if
+      call tabulate_held(mechanism, [0.0_dp, 0.0_dp], [(2 * pi * k / angles, k = 1, angles)], load, felt, slope)
+      if (any(mechanism%mass * (mechanism%inertia + felt(:, a3_v)) < (1 - rounding) * (felt(:, a1_v)**2 + felt(:, a2_v)**2) &
+        & - rounding * mechanism%mass * (mechanism%inertia + load(:, a3_v)))) call fatal_error(error, &
+        & "no masses can have this energy with these a1, a2, a3 and moment", invalid_input, held_subject)
+    end if
+  end subroutine check_held
+
+  !> At crank angles (rad) of a crank that turns evenly in space: tables of the mass functions that make the load, its moment in a4,
+  !> and of those that the frame feels, shapes (angles, table_columns), a4 unused; the derivative of the load's moment about F, of
+  !> the mechanism at `origin` (m), over -Omega^2, shape (angles).
+  subroutine tabulate_held(mechanism, origin, angles, load, felt, slope)
+    class(mechanism_type), intent(in) :: mechanism
+    real(dp), intent(in) :: origin(2)
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: load(:, :), felt(:, :)
+    real(dp), intent(out) :: slope(:)
+    real(dp) :: drive(size(angles), drive_columns)
+    logical :: known
+
+    call mechanism%tabulate(angles, load)
+    call mechanism%tabulate_drive(angles, drive, known)
+    felt(:, a1_v) = total(load(:, a1_v), -load(:, a2_d))
+    felt(:, a1_d) = total(load(:, a1_d), -load(:, a2_dd))
+    felt(:, a1_dd) = total(load(:, a1_dd), -drive(:, a2_ddd))
+    felt(:, a2_v) = total(load(:, a2_v), load(:, a1_d))
+    felt(:, a2_d) = total(load(:, a2_d), load(:, a1_dd))
+    felt(:, a2_dd) = total(load(:, a2_dd), drive(:, a1_ddd))
+    felt(:, a3_v) = load(:, a3_v) - 2 * drive(:, spin_v) + drive(:, energy_v)
+    felt(:, a3_d) = load(:, a3_d) - 2 * load(:, a4_v) + drive(:, energy_d)
+    felt(:, a3_dd) = load(:, a3_dd) - 2 * drive(:, spin_dd) + drive(:, energy_dd)
+    felt(:, a4_v) = 0
+    load(:, a4_v) = load(:, a4_v) - drive(:, energy_d) / 2
+    slope = drive(:, spin_dd) - drive(:, energy_dd) / 2 + origin(1) * drive(:, a2_ddd) - origin(2) * drive(:, a1_ddd)
+  end subroutine tabulate_held
+
+  !> The mass functions that the frame feels at crank angles (rad) of a crank that turns `even_in_space` or against the frame, shape
+  !> (angles, table_columns).
+  subroutine tabulate_felt(mechanism, even_in_space, angles, felt)
+    class(mechanism_type), intent(in) :: mechanism
+    logical, intent(in) :: even_in_space
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: felt(:, :)
+    real(dp) :: load(size(angles), table_columns), slope(size(angles))
+
+    if (even_in_space) then
+      call tabulate_held(mechanism, [0.0_dp, 0.0_dp], angles, load, felt, slope)
+    else
+      call mechanism%tabulate(angles, felt)
+    end if
+  end subroutine tabulate_felt
+
+  !> a + b, zero where only rounding is left: an unbalance that turns evenly in space is no mass that the frame turns.
+  elemental real(dp) function total(a, b)
+    real(dp), intent(in) :: a, b
+
+    total = a + b
+    if (abs(total) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) total = 0
+  end function total
+
+end module gestell_model_mechanism_held

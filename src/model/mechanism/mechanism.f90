@@ -1,0 +1,106 @@
+!> What the frame needs to know of a mechanism: its masses as they move with the crank.
+module gestell_model_mechanism
+  use gestell_base_error, only: error_type
+  use gestell_math_jet, only: jet
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  !> The sums (4) to (7) at a crank angle; derivatives are with respect to the crank angle.
+  type, public :: mass_functions_type
+    !> a1 = sum m x, a2 = sum m y (kg m), a3 = sum m (x^2 + y^2) (kg m^2).
+    type(jet) :: a1, a2, a3
+    !> a4 = sum [m (x y'' - y x'') + J phi''] (kg m^2); times Omega^2 it is the paper's a4.
+    real(dp) :: a4 = 0
+  end type mass_functions_type
+
+  !> Columns of a table of the mass functions over crank angles, shape (angles, table_columns).
+  integer, parameter, public :: a1_v = 1, a1_d = 2, a1_dd = 3, a2_v = 4, a2_d = 5, a2_dd = 6, a3_v = 7, a3_d = 8, &
+    & a3_dd = 9, a4_v = 10, table_columns = 10
+
+  !> Columns of a table of what the drive feels, shape (angles, drive_columns): H = sum [m (x y' - y x') + J phi'], so that
+  !> a4 = H', and twice the kinetic energy at unit speed, K = sum [m (x'^2 + y'^2) + J phi'^2], with its derivatives (kg m^2). The
+  !> last four, a1''' and a2''' among them, serve a crank that turns evenly in space (gestell_model_mechanism_held).
+  integer, parameter, public :: spin_v = 1, energy_v = 2, energy_d = 3, spin_dd = 4, energy_dd = 5, a1_ddd = 6, a2_ddd = 7, &
+    & drive_columns = 7
+
+  !> A mechanism that one crank drives. Extend it for what is no linkage.
+  type, abstract, public :: mechanism_type
+    !> Total mass m_G (kg) and sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
+    real(dp) :: mass = 0, inertia = 0
+    !> Crank angle over which the mass functions change in earnest (rad): equal steps should not be much longer.
+    real(dp) :: feature = 1
+    !> The greatest sums over the links of the absolute terms of a1'' and a2'' (kg m) and of a4 (kg m^2): what they cancel to is
+    !> known to their roundings only. Zero: nothing cancels.
+    real(dp) :: terms(3) = 0
+  contains
+    procedure(mass_functions_at), deferred :: mass_functions
+    procedure :: tabulate => tabulate_one_by_one
+    procedure :: tabulate_drive => drive_is_unknown
+    procedure :: prepare => nothing_to_prepare
+    procedure :: check => nothing_to_check
+  end type mechanism_type
+
+  abstract interface
+    !> The mass functions at a crank angle (rad).
+    subroutine mass_functions_at(self, crank_angle, a)
+      import :: mechanism_type, mass_functions_type, dp
+      implicit none (type, external)
+      class(mechanism_type), intent(in) :: self
+      real(dp), intent(in) :: crank_angle
+      type(mass_functions_type), intent(out) :: a
+    end subroutine mass_functions_at
+  end interface
+
+contains
+
+  !> The mass functions at many crank angles (rad). Override it where they are cheaper in bulk.
+  subroutine tabulate_one_by_one(self, angles, table)
+    class(mechanism_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: table(:, :)
+    type(mass_functions_type) :: a
+    integer :: k
+
+    do k = 1, size(angles)
+      call self%mass_functions(angles(k), a)
+      table(k, a1_v:a1_dd) = [a%a1%v, a%a1%d, a%a1%dd]
+      table(k, a2_v:a2_dd) = [a%a2%v, a%a2%d, a%a2%dd]
+      table(k, a3_v:a3_dd) = [a%a3%v, a%a3%d, a%a3%dd]
+      table(k, a4_v) = a%a4
+    end do
+  end subroutine tabulate_one_by_one
+
+  !> What the drive feels at many crank angles (rad), shape (angles, drive_columns). Override it where it is `known`.
+  subroutine drive_is_unknown(self, angles, table, known)
+    class(mechanism_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+    real(dp), intent(out) :: table(:, :)
+    logical, intent(out) :: known
+
+    associate (unused_mechanism => self, unused_angles => angles)
+    end associate
+    table = 0
+    known = .false.
+  end subroutine drive_is_unknown
+
+  !> Makes the mechanism ready: a frame does so once with its own copy. Error: it cannot turn.
+  subroutine nothing_to_prepare(self, error)
+    class(mechanism_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused_mechanism => self, unused_error => error)
+    end associate
+  end subroutine nothing_to_prepare
+
+  !> Whether it can be asked for its mass functions; a mechanism that has to be made or prepared first overrides it.
+  subroutine nothing_to_check(self, error)
+    class(mechanism_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self)
+    end associate
+    if (allocated(error)) deallocate(error)
+  end subroutine nothing_to_check
+
+end module gestell_model_mechanism

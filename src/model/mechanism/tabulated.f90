@@ -1,0 +1,140 @@
+!> A mechanism that remembers its mass functions where they will be asked for again: one table serves every speed,
+!> stiffness, damping and frame.
+module gestell_model_mechanism_tabulated
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type, table_columns
+  implicit none (type, external)
+  private
+
+  public :: new_tabulated
+
+  type :: table_type
+    !> Crank angles (rad) and the mass functions there, shape (angles, table_columns); what the drive feels, shape (angles,
+    !> drive_columns), where it is asked for and known.
+    real(dp), allocatable :: angles(:), values(:, :), drive(:, :)
+  end type table_type
+
+  !> Behaves as the mechanism that it was made from; what is asked for at exactly the angles of a table is looked up.
+  type, extends(mechanism_type), public :: tabulated_type
+    private
+    class(mechanism_type), allocatable :: source
+    type(table_type), allocatable :: tables(:)
+  contains
+    procedure :: remember
+    procedure :: mass_functions
+    procedure :: tabulate
+    procedure :: tabulate_drive
+    procedure :: prepare
+  end type tabulated_type
+
+contains
+
+  !> `mechanism` with no tables yet.
+  subroutine new_tabulated(tabulated, mechanism)
+    type(tabulated_type), intent(out) :: tabulated
+    class(mechanism_type), intent(in) :: mechanism
+
+    allocate(tabulated%source, source=mechanism)
+    allocate(tabulated%tables(0))
+    call take_over(tabulated)
+  end subroutine new_tabulated
+
+  !> Tabulates the mass functions at these crank angles (rad), in their order, and what the drive feels if that is asked for.
+  subroutine remember(self, angles, drive)
+    class(tabulated_type), intent(inout) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    logical, intent(in) :: drive
+    type(table_type), allocatable :: longer(:)
+    logical :: known
+    integer :: i
+
+    allocate(longer(size(self%tables) + 1))
+    do i = 1, size(self%tables)
+      call move_alloc(self%tables(i)%angles, longer(i)%angles)
+      call move_alloc(self%tables(i)%values, longer(i)%values)
+      call move_alloc(self%tables(i)%drive, longer(i)%drive)
+    end do
+    associate (new => longer(size(longer)))
+      allocate(new%angles, source=angles)
+      allocate(new%values(size(angles), table_columns))
+      call self%source%tabulate(new%angles, new%values)
+      if (drive) then
+        allocate(new%drive(size(angles), drive_columns))
+        call self%source%tabulate_drive(new%angles, new%drive, known)
+        if (.not. known) deallocate(new%drive)
+      end if
+    end associate
+    call move_alloc(longer, self%tables)
+  end subroutine remember
+
+  subroutine mass_functions(self, crank_angle, a)
+    class(tabulated_type), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(mass_functions_type), intent(out) :: a
+
+    call self%source%mass_functions(crank_angle, a)
+  end subroutine mass_functions
+
+  !> From the table with exactly these angles in this order, if there is one.
+  subroutine tabulate(self, angles, table)
+    class(tabulated_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: table(:, :)
+    integer :: i
+
+    i = place_of(self, angles)
+    if (i > 0) then
+      table = self%tables(i)%values
+    else
+      call self%source%tabulate(angles, table)
+    end if
+  end subroutine tabulate
+
+  !> The place of the table with these angles, 0: there is none.
+  pure integer function place_of(self, angles) result(i)
+    class(tabulated_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+
+    do i = 1, size(self%tables)
+      if (size(self%tables(i)%angles) /= size(angles)) cycle
+      if (all(abs(self%tables(i)%angles - angles) <= 0)) return
+    end do
+    i = 0
+  end function place_of
+
+  subroutine prepare(self, error)
+    class(tabulated_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    call self%source%prepare(error)
+    call take_over(self)
+  end subroutine prepare
+
+  pure subroutine take_over(self)
+    class(tabulated_type), intent(inout) :: self
+
+    self%mass = self%source%mass
+    self%inertia = self%source%inertia
+    self%feature = self%source%feature
+    self%terms = self%source%terms
+  end subroutine take_over
+
+  subroutine tabulate_drive(self, angles, table, known)
+    class(tabulated_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+    real(dp), intent(out) :: table(:, :)
+    logical, intent(out) :: known
+    integer :: i
+
+    i = place_of(self, angles)
+    known = .false.
+    if (i > 0) known = allocated(self%tables(i)%drive)
+    if (known) then
+      table = self%tables(i)%drive
+    else
+      call self%source%tabulate_drive(angles, table, known)
+    end if
+  end subroutine tabulate_drive
+
+end module gestell_model_mechanism_tabulated

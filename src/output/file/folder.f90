@@ -1,0 +1,60 @@
+!> The folder that the result files go to.
+module gestell_output_file_folder
+  use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_base_files, only: is_there, last_reason, make_directory, remove_folder
+  implicit none (type, external)
+  private
+
+  public :: make_folder, remove_made
+
+contains
+
+  !> Makes `folder` and the folders above it where they are missing. `made`: length of the name of the first that was made, 0
+  !> where all were there. Error: it cannot be made.
+  subroutine make_folder(folder, error, made)
+    character(len=*), intent(in) :: folder
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(out), optional :: made
+    character(len=:), allocatable :: reason
+    logical :: new, there
+    integer :: i, first
+
+    first = 0
+    reason = ""
+    do i = 1, len(folder)
+      if (.not. ends_a_name(folder, i)) cycle
+      call make_directory(folder(:i), new, there)
+      if (new .and. first == 0) first = i
+      if (.not. there) reason = last_reason()
+    end do
+    if (present(made)) made = first
+    if (is_there(folder // "/.")) return
+    if (reason == "") reason = last_reason()
+    call remove_made(folder, first)
+    call fatal_error(error, "the folder '" // folder // "' for the results cannot be made: " // reason // "; name another with " &
+      & // "--output", wrong_usage)
+    error%unwritten = .true.
+  end subroutine make_folder
+
+  !> Removes the folders that `make_folder` made, as far as they are empty.
+  subroutine remove_made(folder, made)
+    character(len=*), intent(in) :: folder
+    integer, intent(in) :: made
+    integer :: i
+
+    if (made == 0) return
+    do i = len(folder), made, -1
+      if (ends_a_name(folder, i)) call remove_folder(folder(:i))
+    end do
+  end subroutine remove_made
+
+  !> Whether a folder's name ends with the i-th character of a path.
+  pure logical function ends_a_name(path, i)
+    character(len=*), intent(in) :: path
+    integer, intent(in) :: i
+
+    ends_a_name = path(i:i) /= "/"
+    if (ends_a_name .and. i < len(path)) ends_a_name = path(i + 1:i + 1) == "/"
+  end function ends_a_name
+
+end module gestell_output_file_folder

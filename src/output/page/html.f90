@@ -1,0 +1,98 @@
+!> Pieces of a page of HTML.
+module gestell_output_page_html
+  use gestell_base_wording, only: printable
+  implicit none (type, external)
+  private
+
+  public :: cell, escaped, head, row, tail
+
+  character, parameter :: newline = new_line("a")
+
+  character(len=*), parameter :: style = &
+    & "body{font:16px/1.5 system-ui,sans-serif;color:#222;max-width:62rem;margin:2rem auto;padding:0 1rem}" // newline // &
+    & "h1{line-height:1.2;margin-bottom:.2rem}h2{margin-top:2.5rem;border-bottom:1px solid #ccc}" // newline // &
+    & ".sub{color:#555;margin-top:0}.verdict{padding:.8rem 1rem;border-left:.5rem solid;background:#f4f4f4;font-size:1.1rem}" &
+    & // newline // &
+    & ".stable{border-color:#009e73}.unstable{border-color:#d55e00}.undecided{border-color:#e69f00}" // newline // &
+    & "figure{margin:1rem 0}figure img{max-width:100%;height:auto}figcaption{color:#555;font-size:.9rem}" // newline // &
+    & ".wide{overflow-x:auto}table{border-collapse:collapse;font-size:.9rem;margin:.5rem 0}" // newline // &
+    & "caption{text-align:left;color:#555}th,td{padding:.15rem .6rem;border-bottom:1px solid #ddd;text-align:left}" // newline // &
+    & "td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}thead th{border-bottom:2px solid #888}" &
+    & // newline // &
+    & "pre{background:#f4f4f4;padding:1rem;overflow-x:auto;font-size:.8rem;line-height:1.35}" // newline // &
+    & "@media print{body{margin:0;max-width:none}h2{break-after:avoid}figure,tr{break-inside:avoid}pre{white-space:pre-wrap}}" &
+    & // newline
+
+contains
+
+  !> The begin of a page.
+  pure function head(title) result(page)
+    character(len=*), intent(in) :: title
+    character(len=:), allocatable :: page
+
+    page = "<!DOCTYPE html>" // newline // "<html lang=""en"">" // newline // "<head>" // newline // &
+      & "<meta charset=""utf-8"">" // newline // "<meta name=""viewport"" content=""width=device-width"">" // newline // &
+      & "<title>" // escaped(title) // "</title>" // newline // "<style>" // newline // style // "</style>" // newline // &
+      & "</head>" // newline // "<body>" // newline
+  end function head
+
+  pure function tail() result(page)
+    character(len=:), allocatable :: page
+
+    page = "</body>" // newline // "</html>" // newline
+  end function tail
+
+  !> The user's text as text of a page, which may have neither control characters, of which those of ASCII become blanks, nor
+  !> bytes that are no UTF-8.
+  pure function escaped(words) result(safe)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: safe, text
+    integer :: i
+
+    text = words
+    do i = 1, len(text)
+      if (text(i:i) < " " .and. text(i:i) /= newline) text(i:i) = " "
+    end do
+    text = printable(text)
+    safe = ""
+    do i = 1, len(text)
+      select case (text(i:i))
+      case ("&")
+        safe = safe // "&amp;"
+      case ("<")
+        safe = safe // "&lt;"
+      case (">")
+        safe = safe // "&gt;"
+      case ("""")
+        safe = safe // "&quot;"
+      case default
+        safe = safe // text(i:i)
+      end select
+    end do
+  end function escaped
+
+  !> A row of a table.
+  pure function row(cells) result(line)
+    character(len=*), intent(in) :: cells
+    character(len=:), allocatable :: line
+
+    line = "<tr>" // cells // "</tr>" // newline
+  end function row
+
+  !> A cell of kind "th", "td" or "n", a number.
+  pure function cell(kind, text) result(words)
+    character(len=*), intent(in) :: kind, text
+    character(len=:), allocatable :: words
+
+    if (kind == "n") then
+      words = "<td class=""n"">" // escaped(text) // "</td>"
+    else if (kind == "th") then
+      words = "<th scope=""col"">" // escaped(text) // "</th>"
+    else if (kind == "row") then
+      words = "<th scope=""row"">" // escaped(text) // "</th>"
+    else
+      words = "<td>" // escaped(text) // "</td>"
+    end if
+  end function cell
+
+end module gestell_output_page_html

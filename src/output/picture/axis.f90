@@ -1,0 +1,131 @@
+!> Axes of pictures over parameters, linear or logarithmic.
+module gestell_output_picture_axis
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_output_picture_script, only: quoted, span
+  use gestell_study_grid, only: axis_type
+  implicit none (type, external)
+  private
+
+  public :: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Range, tics and `name` of the axis `letter`, x or y, over a parameter, `margin` times the range wider on both sides;
+  !> the function X or Y takes a value to the axis, which is linear in its logarithm where the parameter's values are.
+  pure function parameter_axis(letter, axis, name, margin) result(lines)
+    character, intent(in) :: letter
+    type(axis_type), intent(in) :: axis
+    character(len=*), intent(in) :: name
+    real(dp), intent(in) :: margin
+    character(len=:), allocatable :: lines
+    real(dp) :: ends(2), wider
+
+    ends = coordinate(axis, [axis%from, axis%to])
+    ends = [minval(ends), maxval(ends)]
+    wider = margin * (ends(2) - ends(1))
+    if (ends(2) > ends(1)) then
+      lines = "[" // concise(ends(1) - wider, 9) // ":" // concise(ends(2) + wider, 9) // "]"
+    else
+      lines = span(ends)
+    end if
+    lines = "set " // letter // "range " // lines // newline // "set " // letter // "label " // quoted(name) // " noenhanced" &
+      & // newline
+    if (axis%logarithmic) then
+      lines = lines // achar(iachar(letter) - 32) // "(v) = log10(abs(v))" // newline // "set " // letter // "tics (" &
+        & // logarithmic_tics(axis) // ")" // newline
+    else
+      lines = lines // achar(iachar(letter) - 32) // "(v) = v" // newline
+    end if
+  end function parameter_axis
+
+  !> A parameter's name on an axis; `unit` may be empty.
+  pure function with_unit(path, unit) result(name)
+    character(len=*), intent(in) :: path, unit
+    character(len=:), allocatable :: name
+
+    name = trim(path)
+    if (unit /= "") name = name // " (" // trim(unit) // ")"
+  end function with_unit
+
+  !> Where a value lies on its axis.
+  elemental real(dp) function coordinate(axis, value)
+    type(axis_type), intent(in) :: axis
+    real(dp), intent(in) :: value
+
+    coordinate = value
+    if (axis%logarithmic) coordinate = log10(abs(value))
+  end function coordinate
+
+  !> 1, 2 and 5 of every decade, of many decades the first alone; of less than one both ends.
+  pure function logarithmic_tics(axis) result(list)
+    type(axis_type), intent(in) :: axis
+    character(len=:), allocatable :: list
+    real(dp), parameter :: steps(3) = [1.0_dp, 2.0_dp, 5.0_dp]
+    real(dp) :: ends(2), value
+    integer :: decade, i, found, first, last
+
+    ends = abs([axis%from, axis%to])
+    ends = [minval(ends), maxval(ends)]
+    first = floor(log10(ends(1)))
+    last = ceiling(log10(ends(2)))
+    list = ""
+    found = 0
+    do decade = first, last, max(1, (last - first) / 6)
+      do i = 1, merge(1, 3, last - first > 3)
+        value = steps(i) * 10.0_dp**decade
+        if (value < 0.999_dp * ends(1) .or. value > 1.001_dp * ends(2)) cycle
+        found = found + 1
+        list = list // ", " // tic(sign(value, axis%from))
+      end do
+    end do
+    if (found < 2) list = ", " // tic(axis%from) // ", " // tic(axis%to)
+    list = list(3:)
+  end function logarithmic_tics
+
+  pure function tic(value) result(words)
+    real(dp), intent(in) :: value
+    character(len=:), allocatable :: words
+
+    words = "'" // concise(value, 4) // "' " // concise(log10(abs(value)), 9)
+  end function tic
+
+  !> Lines that set the variables low and high to the range of expressions over a file, whatever it holds, never an empty one.
+  !> (`smooth unique` leaves one point of them all: a table of millions would take minutes.)
+  pure function extent_lines(file, expressions) result(lines)
+    character(len=*), intent(in) :: file, expressions(:)
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = "low = 1e300; high = -1e300" // newline // "set table $unused; unset logscale" // newline
+    do i = 1, size(expressions)
+      lines = lines // "plot [0:1] [-1:1] '" // file // "' using (0):(v = " // trim(expressions(i)) &
+        & // ", low = v < low && v > -1e300 ? v : low, high = v > high && v < 1e300 ? v : high, 0) smooth unique" // newline
+    end do
+    lines = lines // "unset table" // newline // "if (low > high) { low = 0; high = 0 }" // newline &
+      & // "if (high - low <= 1e-9 * (abs(low) + abs(high))) { low = low - (low == 0 ? 1 : 0.01 * abs(low)); " &
+      & // "high = high + (high == 0 ? 1 : 0.01 * abs(high)) }" // newline
+  end function extent_lines
+
+  !> A logarithmic y axis from gnuplot's expression `from` to `to`: powers of ten where there are two or more, numbers between
+  !> them on a shorter one.
+  pure function decade_lines(from, to) result(lines)
+    character(len=*), intent(in) :: from, to
+    character(len=:), allocatable :: lines
+
+    lines = "bottom = " // from // "; top = " // to // "; set logscale y; set yrange [bottom:top]" // newline &
+      & // "set ytics autofreq; set format y '10^{%L}'" // newline &
+      & // "if (top < 100 * bottom) {" // newline &
+      & // "  marks = top < 4 * bottom ? '1 1.2 1.5 2 2.5 3 4 5 6 7 8 9' : top < 8 * bottom ? '1 2 3 4 6 8' : '1 2 5'" // newline &
+      & // "  list = ''" // newline &
+      & // "  do for [decade=floor(log10(bottom)):ceil(log10(top))] { do for [mark in marks] {" // newline &
+      & // "    v = mark * 10.0**decade" // newline &
+      & // "    plain = abs(decade) < 4 ? sprintf('%g', v) : mark . '·10^{' . decade . '}'" // newline &
+      & // "    if (v >= bottom && v <= top) { list = list . (list eq '' ? '' : ', ') . sprintf(""'%s' %.6e"", plain, v) }" &
+      & // newline // "  } }" // newline &
+      & // "  eval 'set ytics (' . list . ')'" // newline // "}" // newline
+  end function decade_lines
+
+end module gestell_output_picture_axis

@@ -1,0 +1,220 @@
+!> Gnuplot scripts beside the result files: what all pictures have in common. A script NAME.gp runs as it is in the folder of
+!> NAME.csv, with gnuplot 5.4 or newer, and leaves NAME.svg and NAME.png.
+module gestell_output_picture_script
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_output_file_output, only: write_file
+  use gestell_base_wording, only: length_of_character
+  use gestell_output_report_verdict, only: alarm
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: heading, panel_heading, pick_unit, quoted, span, tic, write_script
+
+  !> A unit for an axis: `factor` times the SI value is the number in `name`.
+  type, public :: axis_unit_type
+    character(len=4) :: factor = "1"
+    character(len=5) :: name = ""
+  end type axis_unit_type
+
+  character, parameter :: newline = new_line("a")
+  !> Longest title of a picture, in characters.
+  integer, parameter :: longest_title = 84
+
+contains
+
+  !> Writes `folder`/`name`.gp: the common head, then `lines`, which draw one picture of `width` by `height` pixels.
+  !> Error: it cannot be written.
+  subroutine write_script(folder, name, lines, error, width, height)
+    character(len=*), intent(in) :: folder, name, lines
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: width, height
+    integer :: pixels(2)
+
+    pixels = [800, 560]
+    if (present(width)) pixels(1) = width
+    if (present(height)) pixels(2) = height
+    call write_file(folder // "/" // name // ".gp", head(name, pixels) // lines, error)
+  end subroutine write_script
+
+  !> A script that runs itself for each format; then what all pictures share. Colours of Okabe and Ito; the lines differ in
+  !> dashes and points too.
+  pure function head(name, pixels) result(lines)
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: pixels(2)
+    character(len=:), allocatable :: lines
+
+    lines = "# Draws " // name // ".svg and " // name // ".png: run gnuplot " // name // ".gp in this folder." // newline &
+      & // "if (!exists(""picture"")) {" // newline &
+      & // "  do for [picture in ""svg png""] { load """ // name // ".gp"" }" // newline &
+      & // "  undefine picture" // newline &
+      & // "  exit" // newline &
+      & // "}" // newline &
+      & // "reset" // newline &
+      & // "set encoding utf8" // newline &
+      & // "if (picture eq ""svg"") {" // newline &
+      & // "  set terminal svg size " // text(pixels(1)) // "," // text(pixels(2)) &
+      & // " font ""sans-serif,14"" background ""white"" name """ // name // """" // newline &
+      & // "} else {" // newline &
+      & // "  set terminal pngcairo size " // text(2 * pixels(1)) // "," // text(2 * pixels(2)) &
+      & // " font ""sans-serif,14"" fontscale 1.5 linewidth 2 pointscale 2 background ""white""" // newline &
+      & // "}" // newline &
+      & // "set output """ // name // ".""" // " . picture" // newline &
+      & // "set datafile separator comma" // newline &
+      & // "set datafile columnheaders" // newline &
+      & // "set linetype 1 lc rgb ""#0072B2"" lw 2 dt 1 pt 7" // newline &
+      & // "set linetype 2 lc rgb ""#D55E00"" lw 2 dt (12,5) pt 5" // newline &
+      & // "set linetype 3 lc rgb ""#009E73"" lw 2 dt (3,4) pt 9" // newline &
+      & // "set linetype 4 lc rgb ""#CC79A7"" lw 2 dt (12,4,3,4) pt 13" // newline &
+      & // "set linetype 5 lc rgb ""#E69F00"" lw 2 dt (18,4) pt 11" // newline &
+      & // "set linetype 6 lc rgb ""#56B4E9"" lw 2 dt (6,3) pt 4" // newline &
+      & // "set linetype 7 lc rgb ""#000000"" lw 2 dt (12,4,3,4,3,4) pt 6" // newline &
+      & // "set linetype 8 lc rgb ""#999999"" lw 2 dt (2,3) pt 8" // newline &
+      & // "set grid lt 1 dt 1 lw 0.6 lc rgb ""#DDDDDD""" // newline &
+      & // "set border lw 1" // newline &
+      & // "set tics nomirror" // newline &
+      & // "set style fill solid 1 noborder" // newline
+  end function head
+
+  !> A picture's title as gnuplot's expression, to be followed by `noenhanced`: the input's, which leads the preamble of its
+  !> file, and below it what is shown, behind the verdict where the preamble tells another one than stable.
+  pure function heading(preamble, shown) result(expression)
+    character(len=*), intent(in) :: preamble(:), shown
+    character(len=:), allocatable :: expression
+    character(len=*), parameter :: key = "title: "
+    character(len=:), allocatable :: title
+    integer :: i
+
+    title = ""
+    do i = 1, size(preamble)
+      if (index(preamble(i), key) == 1) title = trim(preamble(i)(len(key) + 1:))
+    end do
+    expression = quoted(alarm(preamble) // shown)
+    if (title /= "") expression = quoted(title) // " . ""\n"" . " // expression
+  end function heading
+
+  !> The lines that head a panel of several.
+  pure function panel_heading(shown) result(line)
+    character(len=*), intent(in) :: shown
+    character(len=:), allocatable :: line
+
+    line = "set title " // quoted(shown) // " noenhanced font "",12"" offset 0,-0.6" // newline
+  end function panel_heading
+
+  !> The user's text as an expression of gnuplot's in which nothing has a meaning, and fit for XML: no control characters, "?" where
+  !> it is no UTF-8, "..." behind `longest_title` characters.
+  pure function quoted(words) result(string)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: string
+    !> What has a meaning to gnuplot, within strings or because it takes their ends for something else.
+    character(len=*), parameter :: active = "'""\`@${}#%"
+    character(len=3) :: octal
+    integer :: i, n, characters
+    logical :: coded
+
+    string = """"
+    coded = .false.
+    i = 1
+    characters = 0
+    do while (i <= len(words))
+      if (characters == longest_title) then
+        string = string // "..."
+        exit
+      end if
+      n = length_of_character(words(i:))
+      ! "]]>" is forbidden in XML, "&#x" is no text: gnuplot lets both pass
+      if (words(i:i) == ">" .and. ends_with(string, "]]")) string = string // " "
+      if (words(i:i) == "#" .and. ends_with(string, "&")) string = string // " "
+      coded = scan(words(i:i), active) > 0 .or. coded .and. scan(words(i:i), "01234567") > 0
+      if (coded) then
+        write (octal, "(o3.3)") iachar(words(i:i))
+        string = string // "\" // octal
+      else if (iachar(words(i:i)) < 32 .or. iachar(words(i:i)) == 127) then
+        string = string // " "
+      else if (n == 0) then
+        string = string // "?"
+      else
+        string = string // words(i:i + n - 1)
+      end if
+      i = i + max(n, 1)
+      characters = characters + 1
+    end do
+    string = string // """"
+  end function quoted
+
+  !> The same for the label of a tic, which gnuplot takes for a format: every per cent sign is told twice.
+  pure function tic(words) result(string)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: string
+    character(len=*), parameter :: sign = "\045"
+    character(len=:), allocatable :: rest
+    integer :: i
+
+    rest = quoted(words)
+    string = ""
+    do
+      i = index(rest, sign)
+      if (i == 0) exit
+      string = string // rest(:i - 1) // sign // sign
+      rest = rest(i + len(sign):)
+    end do
+    string = string // rest
+  end function tic
+
+  pure logical function ends_with(words, ending)
+    character(len=*), intent(in) :: words, ending
+
+    ends_with = len(words) >= len(ending)
+    if (ends_with) ends_with = words(len(words) - len(ending) + 1:) == ending
+  end function ends_with
+
+  !> A range of gnuplot around these values, never empty, at least `least` wide.
+  pure function span(values, least) result(range)
+    real(dp), intent(in) :: values(:)
+    real(dp), intent(in), optional :: least
+    character(len=:), allocatable :: range
+    real(dp) :: low, high, narrow
+
+    low = 0
+    high = 0
+    if (any(ieee_is_finite(values))) then
+      low = minval(values, mask=ieee_is_finite(values))
+      high = maxval(values, mask=ieee_is_finite(values))
+    end if
+    narrow = 1.0e-6_dp * max(abs(low), abs(high))
+    if (present(least)) narrow = max(narrow, least)
+    if (high - low > narrow) then
+      narrow = 0.07_dp * (high - low)
+    else if (.not. narrow > 0) then
+      narrow = 1
+    end if
+    range = "[" // concise(low - narrow, 9) // ":" // concise(high + narrow, 9) // "]"
+  end function span
+
+  !> The unit in which the greatest value reads best, of an SI unit: m, rad, N, Nm or any other, which stays.
+  pure type(axis_unit_type) function pick_unit(si, greatest) result(unit)
+    character(len=*), intent(in) :: si
+    real(dp), intent(in) :: greatest
+
+    unit = axis_unit_type("1", si)
+    select case (si)
+    case ("m", "rad")
+      if (greatest < 1.0e-5_dp .and. greatest > 0) then
+        unit = axis_unit_type("1e6", "µ" // si)
+      else if (greatest < 1) then
+        unit = axis_unit_type("1e3", "m" // si)
+      end if
+    case ("N", "N m")
+      if (greatest >= 1.0e7_dp) then
+        unit = axis_unit_type("1e-6", "M" // si)
+      else if (greatest >= 1.0e4_dp) then
+        unit = axis_unit_type("1e-3", "k" // si)
+      end if
+    case default
+      return
+    end select
+  end function pick_unit
+
+end module gestell_output_picture_script

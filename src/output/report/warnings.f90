@@ -1,0 +1,97 @@
+!> What stands beside vibrations that no machine has: those that it leaves, and those too great for linear equations.
+module gestell_output_report_warnings
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_study_vibration_small_motion, only: moved_type, small_part, small_turn
+  implicit none (type, external)
+  private
+
+  public :: beyond_small, left_at, small_motion_limits
+
+  character, parameter :: newline = new_line("a")
+  !> Intervals that are listed, at the most.
+  integer, parameter :: most_listed = 6
+
+contains
+
+  !> A line where the greatest motion of all is not small; empty where it is. Motions of the exact frame may be greater, but the
+  !> supports are linear in all models.
+  pure function beyond_small(all, model) result(line)
+    type(moved_type), intent(in) :: all(:)
+    character(len=*), intent(in) :: model
+    character(len=:), allocatable :: line
+    integer :: turn, way
+
+    line = ""
+    if (size(all) == 0) return
+    turn = maxloc(all%turn, dim=1)
+    way = maxloc(all%displacement, dim=1)
+    if (model == "exact") then
+      if (.not. any(all%is_great())) return
+      line = "  GREAT MOTIONS: psi reaches " // concise(all(turn)%turn, 3) // " rad"
+      if (all(way)%displacement > 0) line = line // ", F moves by " // concise(all(way)%displacement, 3) // " m"
+      line = line // newline // "    springs and dampers are taken as linear that far: are they?" // newline
+      return
+    end if
+    if (.not. any(.not. all%small())) return
+    line = "  BEYOND SMALL MOTIONS:"
+    if (all(turn)%turns_too_far()) line = line // " psi reaches " // concise(all(turn)%turn, 3) // " rad"
+    if (all(turn)%turns_too_far() .and. all(way)%goes_too_far()) line = line // ","
+    if (all(way)%goes_too_far()) line = line // " F moves by " // concise(all(way)%displacement, 3) // " m"
+    line = line // newline // "    the equations are linear: psi up to " // small_motion_limits(all(way)%size) // newline
+  end function beyond_small
+
+  !> Up to where the equations are meant.
+  pure function small_motion_limits(machine) result(words)
+    real(dp), intent(in) :: machine
+    character(len=:), allocatable :: words
+
+    words = concise(small_turn) // " rad, whose cosine misses 0.5 %"
+    if (machine > 0) words = words // ", F by " // concise(small_part * machine, 2) // " m, a tenth of the machine's size"
+  end function small_motion_limits
+
+  !> A sentence where the machine leaves its vibration, or may leave it, at some of the speeds (1/min); empty where at none.
+  !> `things`: what lies at these speeds, "speeds" where they are a range in its order; `consequence`: of being unstable.
+  pure function left_at(speeds, unstable, undecided, things, consequence) result(words)
+    real(dp), intent(in) :: speeds(:)
+    logical, intent(in) :: unstable(:), undecided(:)
+    character(len=*), intent(in) :: things, consequence
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (any(unstable)) then
+      words = "UNSTABLE at " // text(count(unstable)) // " of " // text(size(speeds)) // " " // things // ", " &
+        & // stretches(speeds, unstable, things == "speeds") // " rpm: " // consequence
+    else if (any(undecided)) then
+      words = "UNDECIDED at " // text(count(undecided)) // " of " // text(size(speeds)) // " " // things // ", " &
+        & // stretches(speeds, undecided, things == "speeds") // " rpm: whether the machine keeps to these vibrations " &
+        & // "cannot be told"
+    end if
+  end function left_at
+
+  !> The intervals of `places`, in their order, where `chosen` holds: "218.1 to 245.3, 300"; or, not `joined`, one by one.
+  pure function stretches(places, chosen, joined) result(words)
+    real(dp), intent(in) :: places(:)
+    logical, intent(in) :: chosen(:), joined
+    character(len=:), allocatable :: words
+    integer :: i, first, listed
+
+    words = ""
+    listed = 0
+    first = 0
+    do i = 1, size(places)
+      if (chosen(i) .and. first == 0) first = i
+      if (first == 0) cycle
+      if (joined .and. i < size(places)) then
+        if (chosen(i) .and. chosen(i + 1)) cycle
+      end if
+      listed = listed + 1
+      if (listed > 1 .and. listed <= most_listed + 1) words = words // ", "
+      if (listed <= most_listed) words = words // concise(places(first), 6)
+      if (listed <= most_listed .and. i > first) words = words // " to " // concise(places(i), 6)
+      if (listed == most_listed + 1) words = words // "..."
+      first = 0
+    end do
+  end function stretches
+
+end module gestell_output_report_warnings

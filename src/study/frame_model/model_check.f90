@@ -1,0 +1,48 @@
+!> Whether the equations about rest, or to first order, tell the stability of the machine's vibration.
+module gestell_study_frame_model_model_check
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_model_frame, only: frame_type
+  use gestell_study_frame_model, only: settle
+  implicit none (type, external)
+  private
+
+  public :: check_model
+
+  !> Part of ln rho_max by which the multipliers may miss those about the vibration without a word.
+  real(dp), parameter :: negligible = 0.01_dp
+
+contains
+
+  !> `better`: the multipliers about the exact vibration or, where these cannot be told, about that of the equations about rest,
+  !> if they have another verdict than `multipliers`, those of a cheaper model, or ln rho_max differs by more than a hundredth and
+  !> the errors of both; else, and where they cannot be told either, it stays unallocated.
+  subroutine check_model(frame, accuracy, multipliers, better)
+    class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
+    type(multipliers_type), intent(in) :: multipliers
+    type(multipliers_type), allocatable, intent(out) :: better
+    class(frame_type), allocatable :: varied
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: found
+    type(error_type), allocatable :: error
+    character(len=*), parameter :: models(2) = [character(len=11) :: "exact", "first_order"]
+    integer :: i
+
+    if (multipliers%untold() .or. multipliers%error(1) >= 1) return
+    do i = 1, size(models)
+      call settle(frame, trim(models(i)), accuracy, varied, error)
+      if (.not. allocated(error)) call solve_floquet(varied, accuracy, .false., floquet, error)
+      if (.not. allocated(error)) call solve_multipliers(floquet, .false., found, error)
+      if (allocated(error)) cycle
+      if (found%untold() .or. found%error(1) >= 1 .or. found%verdict() == "undecided") cycle
+      if (found%verdict() /= multipliers%verdict() .or. abs(found%log_abs(1) - multipliers%log_abs(1)) &
+        & > negligible * abs(multipliers%log_abs(1)) + found%error(1) + multipliers%error(1)) better = found
+      return
+    end do
+  end subroutine check_model
+
+end module gestell_study_frame_model_model_check

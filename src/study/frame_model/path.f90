@@ -1,0 +1,286 @@
+!> Periodic vibrations of a family of exact frames over a parameter lambda, followed along their arc.
+!>
+!> The path (q, lambda) is followed along its arc (H. B. Keller, 1977), so it goes round turning points, where lambda comes back
+!> and Newton's method with a given lambda ends. The next iterate about a motion q is, to first order in lambda, q_a + lambda q_b,
+!> and the condition
+!>
+!>     <t_q, q - q_p> + t_lambda (lambda - lambda_p) = 0
+!>
+!> on the way from the predicted point (q_p, lambda_p) across the path's tangent (t_q, t_lambda) tells lambda. As Newton's map has
+!> no derivative at a vibration, the tangent there is (q_b, 1).
+module gestell_study_frame_model_path
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_solution, only: floquet_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_study_frame_model_newton, only: loosened, next_motion, next_type, values_of
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: advance, between, cubic, first_point, middle_of, motion_of, size_of, units_of
+
+  !> A family of frames varied about motions; motions at equidistant phases, shape (samples, 3), over `units` (m, m, rad).
+  type, abstract, public :: path_family_type
+    type(accuracy_type) :: accuracy
+    real(dp) :: units(3) = 1
+    !> Whether the equations are linear in lambda, with rest at 0.
+    logical :: from_rest = .false.
+    !> Difference of lambda that tells the change with it, and accuracy of the two motions: beside errors of 1e-8 differences over
+    !> 1e-3 are good for 1e-5.
+    real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
+    !> A motion whose correction is less than this part of it is close enough; a greatest lambda that there are members for.
+    real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
+    !> Whether multipliers are told on the way, of the linear system that was solved last.
+    logical :: multipliers = .false.
+    type(floquet_type) :: floquet
+    !> Linear systems that may still be solved: a search has to end.
+    integer :: left = 200
+  contains
+    procedure(member_at), deferred :: member
+  end type path_family_type
+
+  abstract interface
+    !> The member at lambda, varied about no motion yet. Error: there is none.
+    subroutine member_at(self, lambda, varied, error)
+      import :: dp, error_type, path_family_type, varied_frame_type
+      implicit none (type, external)
+      class(path_family_type), intent(in) :: self
+      real(dp), intent(in) :: lambda
+      type(varied_frame_type), intent(out) :: varied
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine member_at
+  end interface
+
+  !> A point of the path with its tangent.
+  type, public :: point_type
+    real(dp), allocatable :: q(:, :), along(:, :)
+    real(dp) :: lambda = 0, rise = 1
+  end type point_type
+
+  !> The first arc, the least, the greatest.
+  real(dp), parameter, public :: first_arc = 0.2_dp, least_arc = 1.0e-4_dp, greatest_arc = 0.5_dp
+  !> A frame that turns further (rad) ends a path.
+  real(dp), parameter, public :: furthest_turn = 3
+  !> By what part of it a motion may be corrected, and the least cosine of the angle between tangents.
+  real(dp), parameter :: greatest_change = 0.3_dp, least_cosine = 0.8_dp
+  integer, parameter :: most_corrections = 6, most_samples = 512
+  !> Error of an iterate that is told quickly, relative to it.
+  real(dp), parameter :: of_iterate = 1.0e-6_dp
+  !> For how many quick solutions one counts that is not quick.
+  integer, parameter, public :: slow = 50
+
+contains
+
+  !> Units that make a turn of `frame` comparable to a displacement.
+  pure function units_of(frame) result(units)
+    class(frame_type), intent(in) :: frame
+    real(dp) :: units(3)
+
+    units = 1
+    associate (mass => frame%mass + frame%mechanism%mass, inertia => frame%inertia + frame%mechanism%inertia)
+      if (mass > 0 .and. inertia > 0) units(3) = sqrt(mass / inertia)
+    end associate
+  end function units_of
+
+  !> The point at lambda near the motion q with the tangent up or down (`way` = 1 or -1). Error: as of `linearise`.
+  subroutine first_point(family, q, lambda, way, at, error)
+    class(path_family_type), intent(inout) :: family
+    real(dp), intent(in) :: q(:, :), lambda
+    integer, intent(in) :: way
+    type(point_type), intent(out) :: at
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: q_a(:, :), q_b(:, :)
+
+    call linearise(family, q, lambda, q_a, q_b, error)
+    if (allocated(error)) return
+    at%lambda = lambda
+    at%q = q_a + lambda * q_b
+    if (family%from_rest) at%q = 0 * q_a
+    at%along = q_b * way
+    at%rise = way
+    call set_length(at, max(size_of(at%q), size_of(q_b) * merge(1, 0, family%from_rest)))
+  end subroutine first_point
+
+  !> From `at` along the path by `arc`. `easy`: few corrections did. Error: too far.
+  subroutine advance(family, at, arc, next, easy, error)
+    class(path_family_type), intent(inout) :: family
+    type(point_type), intent(in) :: at
+    real(dp), intent(in) :: arc
+    type(point_type), intent(out) :: next
+    logical, intent(out) :: easy
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: q_a(:, :), q_b(:, :), predicted(:, :), along(:, :), q(:, :)
+    real(dp) :: scale, lambda, change, last, cosine
+    integer :: j
+
+    easy = .false.
+    scale = size_of(at%q)
+    if (.not. scale > 0) scale = size_of(at%along) / abs(at%rise)
+    next%q = at%q + arc * at%along
+    lambda = at%lambda + arc * at%rise
+    next%lambda = lambda
+    last = huge(last)
+    do j = 1, most_corrections
+      call linearise(family, next%q, next%lambda, q_a, q_b, error)
+      if (allocated(error)) return
+      associate (n => size(q_a, 1))
+        next%q = resampled(next%q, n)
+        along = resampled(at%along, n)
+        predicted = resampled(at%q, n) + arc * along
+      end associate
+      next%lambda = (at%rise * lambda - inner(along, q_a - predicted) / scale**2) / (at%rise + inner(along, q_b) / scale**2)
+      q = q_a + next%lambda * q_b
+      change = size_of(q - next%q) / max(size_of(q), tiny(change))
+      if (.not. (ieee_is_finite(change) .and. change < min(greatest_change, last))) exit
+      next%q = q
+      last = change
+      if (change < family%close) then
+        next%along = q_b
+        next%rise = 1
+        call set_length(next, scale)
+        ! On, not back.
+        cosine = inner(along, next%along) / scale**2 + at%rise * next%rise
+        next%along = sign(1.0_dp, cosine) * next%along
+        next%rise = sign(1.0_dp, cosine) * next%rise
+        if (abs(cosine) < least_cosine) exit
+        call set_length(next, size_of(next%q))
+        easy = j <= 2
+        return
+      end if
+    end do
+    call fatal_error(error, "the path is lost", failed_computation)
+  end subroutine advance
+
+  !> The motion at the part x of the arc between two points, by cubics through both and their tangents.
+  function between(x, from, to, arc) result(q)
+    real(dp), intent(in) :: x, arc
+    type(point_type), intent(in) :: from, to
+    real(dp), allocatable :: q(:, :)
+    integer :: n
+
+    n = max(size(from%q, 1), size(to%q, 1))
+    q = cubic(x, resampled(from%q, n), resampled(to%q, n), arc * resampled(from%along, n), arc * resampled(to%along, n))
+  end function between
+
+  !> The cubic through a at x = 0 and b at 1, with these slopes.
+  elemental real(dp) function cubic(x, a, b, slope_a, slope_b)
+    real(dp), intent(in) :: x, a, b, slope_a, slope_b
+
+    cubic = (1 + 2 * x) * (1 - x)**2 * a + x**2 * (3 - 2 * x) * b + x * (1 - x)**2 * slope_a - x**2 * (1 - x) * slope_b
+  end function cubic
+
+  !> The tangent gets length 1 where motions count over `scale`.
+  pure subroutine set_length(point, scale)
+    type(point_type), intent(inout) :: point
+    real(dp), intent(in) :: scale
+    real(dp) :: length
+
+    length = hypot(size_of(point%along) / max(scale, tiny(scale)), point%rise)
+    point%along = point%along / length
+    point%rise = point%rise / length
+  end subroutine set_length
+
+  !> The next iterate of Newton's method about the motion q is q_a + lambda q_b: exactly from rest, else near `lambda`.
+  !> Error: too many samples; as of `next_motion`.
+  subroutine linearise(family, q, lambda, q_a, q_b, error)
+    class(path_family_type), intent(inout) :: family
+    real(dp), intent(in) :: q(:, :), lambda
+    real(dp), allocatable, intent(out) :: q_a(:, :), q_b(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: ends(2)
+
+    family%left = family%left - 2
+    if (family%left < 0) then
+      call fatal_error(error, "the search has no end", failed_computation)
+      return
+    end if
+    ends = [lambda, lambda + family%difference]
+    if (ends(2) > family%last_lambda) ends(2) = lambda - family%difference
+    if (family%from_rest) ends = [0.0_dp, 1.0_dp]
+    if (family%from_rest .and. .not. any(abs(q) > 0)) then
+      q_a = q                                                      ! without excitation it rests
+    else
+      call next_of(ends(1), size(q, 1), q_a)
+    end if
+    if (.not. allocated(error)) call next_of(ends(2), size(q_a, 1), q_b)
+    if (allocated(error)) return
+    q_a = resampled(q_a, size(q_b, 1))
+    q_b = (q_b - q_a) / (ends(2) - ends(1))
+    q_a = q_a - ends(1) * q_b
+
+  contains
+
+    subroutine next_of(at, samples, next)
+      real(dp), intent(in) :: at
+      integer, intent(in) :: samples
+      real(dp), allocatable, intent(out) :: next(:, :)
+      type(varied_frame_type) :: about
+      type(next_type) :: found
+
+      call family%member(at, about, error)
+      if (allocated(error)) return
+      call about%move_to(motion_of(family, q))
+      found%of_step = of_iterate
+      if (family%multipliers) then
+        call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error, floquet=family%floquet)
+      else
+        call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error)
+        if (.not. found%quickly) family%left = family%left - slow
+      end if
+      if (allocated(error)) return
+      next = found%q / spread(family%units, 1, size(found%q, 1))
+      if (size(next, 1) > most_samples) call fatal_error(error, "the motion on the path is too rough", failed_computation)
+    end subroutine next_of
+
+  end subroutine linearise
+
+  !> The motion at the part `part` of the way between two points, of the samples of the second.
+  function middle_of(at, next, part) result(q)
+    type(point_type), intent(in) :: at, next
+    real(dp), intent(in) :: part
+    real(dp), allocatable :: q(:, :)
+
+    q = resampled(at%q, size(next%q, 1)) * (1 - part) + next%q * part
+  end function middle_of
+
+  !> A motion of samples over the units as a series.
+  pure function motion_of(family, q) result(motion)
+    class(path_family_type), intent(in) :: family
+    real(dp), intent(in) :: q(:, :)
+    type(series_type) :: motion
+
+    motion = series_through(spread(family%units, 1, size(q, 1)) * q)
+  end function motion_of
+
+  !> A motion at more equidistant phases.
+  function resampled(q, samples) result(more)
+    real(dp), intent(in) :: q(:, :)
+    integer, intent(in) :: samples
+    real(dp), allocatable :: more(:, :)
+
+    if (size(q, 1) == samples) then
+      more = q
+    else
+      more = values_of(series_through(q), samples)
+    end if
+  end function resampled
+
+  !> The mean over the turn of u . v.
+  pure real(dp) function inner(u, v)
+    real(dp), intent(in) :: u(:, :), v(:, :)
+
+    inner = sum(u * v) / size(u, 1)
+  end function inner
+
+  !> The root of the mean square of a motion.
+  pure real(dp) function size_of(q)
+    real(dp), intent(in) :: q(:, :)
+
+    size_of = sqrt(inner(q, q))
+  end function size_of
+
+end module gestell_study_frame_model_path

@@ -1,0 +1,176 @@
+!> The exact frame's vibration on a path over a parameter lambda from 0 to 1 (gestell_study_frame_model_path): the part of the
+!> excitation that acts, from rest, or the speed, from another one.
+module gestell_study_frame_model_vibration_path
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_study_frame_model_newton, only: first_samples, iterate, loosened, rough, values_of
+  use gestell_study_frame_model_path, only: advance, first_arc, first_point, greatest_arc, least_arc, middle_of, motion_of, &
+    & path_family_type, point_type, size_of, slow, units_of
+  implicit none (type, external)
+  private
+
+  public :: follow_excitation, follow_speed, machine_path
+
+  !> One machine over the part of its excitation, or over the speed.
+  type, extends(path_family_type), public :: machine_path_type
+    type(varied_frame_type) :: varied
+    !> The speeds at lambda = 0 and 1 (rad/s), where lambda is not the excitation.
+    real(dp) :: speeds(2) = 0
+  contains
+    procedure :: member
+  end type machine_path_type
+
+  integer, parameter :: most_points = 50
+  !> A lambda beyond this ends a path, and so does a motion that is this small beside the greatest: back at rest.
+  real(dp), parameter :: furthest_back = -1.0_dp, back_at_rest = 1.0e-4_dp
+  !> A frame that turns further (rad) ends it too.
+  real(dp), parameter :: furthest_turn = 1.0_dp
+  !> Speeds that a path may start from, relative to the ordered one: a machine comes there from slower ones, and beyond a jump its
+  !> vibration is that of faster ones.
+  real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
+
+  character(len=*), parameter :: unfound = "no periodic vibration of the exact frame was found, neither from the linear one nor " &
+    & // "on paths from rest and from other speeds"
+
+contains
+
+  !> `varied` becomes `frame` varied about its vibration, the first on the path from rest over the excitation. Error: both ways
+  !> from rest end before.
+  subroutine follow_excitation(frame, accuracy, varied, steps, error)
+    class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
+    type(varied_frame_type), intent(inout) :: varied
+    !> As of `iterate`.
+    real(dp), allocatable, intent(out) :: steps(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_path_type) :: family
+    real(dp), allocatable :: rest(:, :)
+    integer :: way
+
+    family = machine_path(varied, accuracy)
+    allocate(rest(first_samples, 3), source=0.0_dp)
+    do way = 1, -1, -2
+      call follow_path(family, frame, rest, way, varied, steps, error)
+      if (.not. allocated(error)) return
+    end do
+  end subroutine follow_excitation
+
+  !> The same over the speed, from another one.
+  subroutine follow_speed(frame, accuracy, varied, steps, error)
+    class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
+    type(varied_frame_type), intent(inout) :: varied
+    real(dp), allocatable, intent(out) :: steps(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_path_type) :: family
+    class(frame_type), allocatable :: other
+    type(varied_frame_type) :: start
+    logical :: quickly
+    integer :: k
+
+    family = machine_path(varied, accuracy, frame%speed * [1, 1])
+    do k = 1, size(other_speeds)
+      family%speeds(1) = frame%speed * other_speeds(k)
+      call family%member(0.0_dp, start, error)
+      other = frame
+      other%speed = start%speed
+      other%period = start%period
+      call iterate(other, loosened(accuracy, rough), .false., start, steps, error, quickly)
+      if (.not. quickly) family%left = family%left - slow * size(steps)
+      if (allocated(error)) then
+        error%message = unfound
+        if (family%left < 0) return
+        cycle
+      end if
+      call follow_path(family, frame, values_of(start%motion, first_samples) / spread(family%units, 1, first_samples), 1, &
+        & varied, steps, error)
+      if (.not. allocated(error)) return
+    end do
+  end subroutine follow_speed
+
+  !> The path of the machine that `varied` is about: over the excitation from rest, or over these speeds at lambda = 0 and 1.
+  pure function machine_path(varied, accuracy, speeds) result(family)
+    type(varied_frame_type), intent(in) :: varied
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in), optional :: speeds(2)
+    type(machine_path_type) :: family
+
+    family%varied = varied
+    family%accuracy = accuracy
+    family%units = units_of(varied)
+    family%from_rest = .not. present(speeds)
+    if (present(speeds)) family%speeds = speeds
+  end function machine_path
+
+  subroutine member(self, lambda, varied, error)
+    class(machine_path_type), intent(in) :: self
+    real(dp), intent(in) :: lambda
+    type(varied_frame_type), intent(out) :: varied
+    type(error_type), allocatable, intent(out) :: error
+
+    varied = self%varied
+    if (self%from_rest) then
+      varied%excitation = lambda
+    else
+      varied%speed = self%speeds(1) + lambda * (self%speeds(2) - self%speeds(1))
+      if (.not. varied%speed / self%speeds(1) > 0) then
+        call fatal_error(error, "the path leads through standstill", invalid_input)
+        return
+      end if
+      varied%period = 2 * pi / abs(varied%speed)
+    end if
+  end subroutine member
+
+  !> The path from the vibration q at lambda = 0, at first up or down (`way` = 1 or -1), to that at lambda = 1, which `varied`
+  !> becomes varied about. Error: it ends before.
+  subroutine follow_path(family, frame, q, way, varied, steps, error)
+    type(machine_path_type), intent(inout) :: family
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: q(:, :)
+    integer, intent(in) :: way
+    type(varied_frame_type), intent(inout) :: varied
+    real(dp), allocatable, intent(out) :: steps(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(varied_frame_type) :: found
+    type(point_type) :: at, next
+    real(dp) :: arc, part, greatest
+    logical :: easy
+    integer :: k
+
+    call first_point(family, q, 0.0_dp, way, at, error)
+    if (allocated(error)) then
+      error%message = unfound
+      return
+    end if
+    arc = first_arc
+    greatest = 0
+    do k = 1, most_points
+      call advance(family, at, arc, next, easy, error)
+      if (.not. allocated(error) .and. next%lambda >= 1) then
+        part = (1 - at%lambda) / (next%lambda - at%lambda)
+        call family%member(1.0_dp, found, error)
+        call found%move_to(motion_of(family, middle_of(at, next, part)))
+        call iterate(frame, family%accuracy, .false., found, steps, error)
+        if (.not. allocated(error)) then
+          varied = found
+          return
+        end if
+      end if
+      if (allocated(error)) then
+        arc = arc / 4
+        if (arc < least_arc) exit
+      else
+        at = next
+        greatest = max(greatest, size_of(at%q))
+        if (easy) arc = min(2 * arc, greatest_arc)
+        if (at%lambda < furthest_back .or. size_of(at%q) < back_at_rest * greatest) exit
+        if (maxval(abs(at%q(:, 3))) * family%units(3) > furthest_turn) exit
+      end if
+    end do
+    call fatal_error(error, unfound, failed_computation)
+  end subroutine follow_path
+
+end module gestell_study_frame_model_vibration_path

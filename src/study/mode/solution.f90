@@ -1,0 +1,281 @@
+!> All modes of a system with periodic coefficients at one speed.
+module gestell_study_mode_solution
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_constant, only: constant_type, solve_constant
+  use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
+  use gestell_study_mode_components, only: find_components, keep_component
+  use gestell_study_mode_motion, only: motions_type, solve_motions
+  use gestell_study_mode_type, only: assurance, mode_type, most_freedoms
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_part, only: check_coupled, independent_parts, part_of
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: solve_modes
+
+contains
+
+  !> The modes of `system`, as many as it has degrees of freedom, in ascending order of their frequencies, and the mean of M
+  !> over the period, shape (f, f). Parts that do not act on each other are solved apart. A mode that cannot be told, or all
+  !> of a part that has no solution, are not `told` and stand last.
+  !> Errors: a system or an accuracy that makes no sense; the system has more degrees of freedom than a mode can hold.
+  subroutine solve_modes(system, accuracy, modes, mass, error)
+    class(second_order_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    type(mode_type), allocatable, intent(out) :: modes(:)
+    real(dp), allocatable, intent(out) :: mass(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    class(periodic_system), allocatable :: part
+    integer, allocatable :: numbers(:), states(:), chosen(:)
+    integer :: f, i, k
+
+    call system%check(error)
+    if (.not. allocated(error)) call check_accuracy(accuracy, error)
+    if (.not. allocated(error)) call check_coupled(system, error)
+    if (allocated(error)) return
+    f = system%states / 2
+    if (f > most_freedoms) then
+      call fatal_error(error, "modes are told of three degrees of freedom at the most", failed_computation)
+      return
+    end if
+    allocate(modes(f), mass(f, f))
+    mass = mean_mass(system)
+    select type (system)
+    type is (averaged_system)
+      call constant_modes(system, mass, modes)
+      call sort(modes)
+      return
+    end select
+    allocate(numbers, source=independent_parts(system))
+    if (maxval(numbers) == 1) then
+      call periodic_modes(system, accuracy, mass, modes)
+    else
+      do k = 1, maxval(numbers)
+        chosen = pack([(i, i = 1, f)], numbers == k)
+        call part_of(system, chosen, part, states)
+        call embed(part, accuracy, mass, chosen, modes)
+      end do
+    end if
+    call sort(modes)
+  end subroutine solve_modes
+
+  !> The modes of a part, in the places of its degrees of freedom.
+  subroutine embed(part, accuracy, mass, chosen, modes)
+    class(periodic_system), intent(in) :: part
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: mass(:, :)
+    integer, intent(in) :: chosen(:)
+    type(mode_type), intent(inout) :: modes(:)
+    type(mode_type) :: own(size(chosen))
+    complex(dp) :: shapes(size(chosen), size(own(1)%shapes, 2))
+    integer :: i
+
+    call periodic_modes(part, accuracy, mass(chosen, chosen), own)
+    do i = 1, size(chosen)
+      shapes = own(i)%shapes(:size(chosen), :)
+      own(i)%shapes = 0
+      own(i)%shapes(chosen, :) = shapes
+      modes(chosen(i)) = own(i)
+    end do
+  end subroutine embed
+
+  !> By the trapezoidal rule.
+  function mean_mass(system) result(mean)
+    class(second_order_system), intent(in) :: system
+    real(dp) :: mean(system%states / 2, system%states / 2)
+    real(dp), allocatable, dimension(:, :, :) :: m, b, c
+    integer :: samples, k
+
+    samples = 4 * system%least_steps
+    associate (f => system%states / 2)
+      allocate(m(samples, f, f), b(samples, f, f), c(samples, f, f))
+    end associate
+    call system%sample_second_order([((k - 1.0_dp) / samples, k = 1, samples)], m, b, c)
+    mean = sum(m, dim=1) / samples
+  end function mean_mass
+
+  !> By the eigenvalues of the constant matrices: the imaginary parts are the frequencies themselves.
+  subroutine constant_modes(system, mass, modes)
+    type(averaged_system), intent(in) :: system
+    real(dp), intent(in) :: mass(:, :)
+    type(mode_type), intent(out) :: modes(:)
+    type(constant_type) :: constant
+    type(error_type), allocatable :: failure
+    type(mode_type) :: single(system%states)
+    integer :: f, i
+
+    call solve_constant(system, .false., constant, failure)
+    if (allocated(failure)) return
+    f = size(modes)
+    do i = 1, size(single)
+      single(i)%told = .true.
+      single(i)%growth = real(constant%values(i))
+      single(i)%error = constant%radius(i)
+      call keep_component(aimag(constant%values(i)), constant%vectors(:f, i) * constant%scale(:f), 1.0_dp, mass, single(i))
+    end do
+    call pair(constant%values, constant%radius, 0.0_dp, mass, single, modes)
+  end subroutine constant_modes
+
+  subroutine periodic_modes(system, accuracy, mass, modes)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: mass(:, :)
+    type(mode_type), intent(out) :: modes(:)
+    type(motions_type) :: motions
+    type(error_type), allocatable :: failure
+    type(mode_type) :: single(system%states)
+    real(dp) :: error(system%states)
+    real(dp), parameter :: lost = 0.5_dp
+    integer :: i
+
+    call solve_motions(system, accuracy, motions, failure)
+    if (allocated(failure)) return
+    error = -log(1 - min(motions%error, lost)) / system%period
+    do i = 1, size(single)
+      single(i)%told = motions%error(i) < lost
+      single(i)%growth = real(motions%exponent(i))
+      single(i)%error = error(i)
+    end do
+    call settle(system%period, motions%exponent)
+    do i = 1, size(single)
+      call find_components(motions%positions(:, :, i), aimag(motions%exponent(i)), system%period, mass, single(i))
+    end do
+    call pair(motions%exponent, error, system%period, mass, single, modes)
+  end subroutine periodic_modes
+
+  !> Exponents that differ from their own conjugates, up to multiples of i 2 pi / T, by less than from those of all others are
+  !> real, or so but for i pi / T.
+  pure subroutine settle(period, z)
+    real(dp), intent(in) :: period
+    complex(dp), intent(inout) :: z(:)
+    logical :: paired(size(z))
+    integer :: i, partner
+
+    paired = .false.
+    do i = 1, size(z)
+      if (paired(i)) cycle
+      partner = partner_of(z, period, paired, i)
+      paired([i, partner]) = .true.
+      if (partner == i) z(i) = cmplx(real(z(i)), pi / period * anint(aimag(z(i)) * period / pi), dp)
+    end do
+  end subroutine settle
+
+  !> Of those that have no partner yet the nearest to the conjugate of the i-th; period 0: no multiples count.
+  pure integer function partner_of(z, period, paired, i) result(partner)
+    complex(dp), intent(in) :: z(:)
+    real(dp), intent(in) :: period
+    logical, intent(in) :: paired(:)
+    integer, intent(in) :: i
+    complex(dp) :: difference(size(z))
+
+    difference = z - conjg(z(i))
+    if (period > 0) difference = cmplx(real(difference), aimag(difference) &
+      & - 2 * pi / period * anint(aimag(difference) * period / (2 * pi)), dp)
+    partner = minloc(abs(difference), dim=1, mask=.not. paired)
+  end function partner_of
+
+  !> Two and two belong together: conjugate ones; of the real ones those of like sign, shape and frequency, the best
+  !> match first.
+  subroutine pair(z, error, period, mass, single, modes)
+    complex(dp), intent(in) :: z(:)
+    real(dp), intent(in) :: error(:), period, mass(:, :)
+    type(mode_type), intent(in) :: single(:)
+    type(mode_type), intent(inout) :: modes(:)
+    logical :: paired(size(z)), real_ones(size(z))
+    real(dp) :: match, best
+    integer :: i, k, partner, found, two(2)
+
+    paired = .false.
+    real_ones = .false.
+    found = 0
+    do i = 1, size(z)
+      if (paired(i)) cycle
+      partner = partner_of(z, period, paired, i)
+      paired([i, partner]) = .true.
+      if (partner == i) then
+        real_ones(i) = .true.
+      else if (found < size(modes)) then
+        found = found + 1
+        modes(found) = merge_pair(i, partner)
+      end if
+    end do
+    do while (count(real_ones) > 1 .and. found < size(modes))
+      best = -huge(best)
+      two = 0
+      do i = 1, size(z)
+        do k = 1, i - 1
+          if (.not. (real_ones(i) .and. real_ones(k))) cycle
+          match = likeness(i, k)
+          if (match <= best) cycle
+          best = match
+          two = [i, k]
+        end do
+      end do
+      real_ones(two) = .false.
+      found = found + 1
+      modes(found) = merge_pair(two(1), two(2))
+      modes(found)%real_pair = .true.
+    end do
+
+  contains
+
+    pure real(dp) function likeness(i, k)
+      integer, intent(in) :: i, k
+      real(dp), parameter :: other_sign = 10
+
+      likeness = assurance(single(i)%shape(), single(k)%shape(), embedded(mass)) &
+        & - period / (2 * pi) * abs(single(i)%frequencies(1) - single(k)%frequencies(1))
+      if (period > 0) likeness = likeness - other_sign * abs(anint(aimag(z(i) - z(k)) * period / (2 * pi)) &
+        & - aimag(z(i) - z(k)) * period / (2 * pi))
+    end function likeness
+
+    !> Named by the one that grows more.
+    pure type(mode_type) function merge_pair(i, k) result(mode)
+      integer, intent(in) :: i, k
+
+      mode = single(merge(i, k, single(i)%growth >= single(k)%growth))
+      mode%partner_growth = min(single(i)%growth, single(k)%growth)
+      mode%error = max(error(i), error(k))
+      mode%told = single(i)%told .and. single(k)%told
+    end function merge_pair
+
+  end subroutine pair
+
+  !> For shapes with zeros beyond.
+  pure function embedded(mass) result(all)
+    real(dp), intent(in) :: mass(:, :)
+    real(dp) :: all(most_freedoms, most_freedoms)
+
+    all = 0
+    all(:size(mass, 1), :size(mass, 2)) = mass
+  end function embedded
+
+  pure subroutine sort(modes)
+    type(mode_type), intent(inout) :: modes(:)
+    type(mode_type) :: moved
+    integer :: i, k
+
+    do i = 2, size(modes)
+      moved = modes(i)
+      do k = i - 1, 1, -1
+        if (place_of(modes(k)) <= place_of(moved)) exit
+        modes(k + 1) = modes(k)
+      end do
+      modes(k + 1) = moved
+    end do
+
+  contains
+
+    pure real(dp) function place_of(mode)
+      type(mode_type), intent(in) :: mode
+
+      place_of = huge(place_of)
+      if (mode%told) place_of = mode%frequency()
+    end function place_of
+
+  end subroutine sort
+
+end module gestell_study_mode_solution

@@ -1,0 +1,201 @@
+!> One machine at one speed: what was asked for, and nothing else.
+module gestell_study_vibration_analysis
+  use gestell_base_error, only: error_type, failed_computation
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, resonance
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers, solve_periodic
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_study_frame_model, only: newton_type, settle
+  use gestell_study_vibration_resonance, only: describe_resonance, find_resonance, resonance_type
+  use gestell_study_vibration_several, only: list_vibrations, search_vibrations, several_type
+  use gestell_study_vibration, only: check_times, solve_vibration, vibration_type
+  use gestell_system_averaged, only: averaged_system
+  implicit none (type, external)
+  private
+
+  public :: analyse
+
+  !> What is asked for.
+  type, public :: tasks_type
+    !> Multipliers and verdict; the eigenvectors too; the periodic vibration.
+    logical :: stability = .true., modes = .false., response = .true.
+    !> Rows of the history over one period, harmonics wanted at least.
+    integer :: points = 360, harmonics = 20
+    !> Whether M, B, C are averaged over the turn.
+    logical :: averaged = .false.
+    !> The frame's model (gestell_study_frame_model).
+    character(len=11) :: model = "exact"
+    !> Whether all vibrations of the exact frame are sought, not only the one that is told.
+    logical :: all_vibrations = .false.
+    !> Rows of the whole motion that are kept, 0: none (gestell_model_frame_quantity): what forces, probes and power are made of.
+    integer :: rows = 0
+    !> The verdict, even where nothing of the above asks for it.
+    logical :: verdict = .false.
+  contains
+    procedure :: vibration
+    procedure :: judged
+  end type tasks_type
+
+  !> What was asked for; the rest stays unallocated. The multipliers come with every vibration: whether the machine keeps to it
+  !> is a part of what is told of it.
+  type, public :: analysis_type
+    type(floquet_type) :: floquet
+    type(multipliers_type), allocatable :: multipliers
+    !> The frame by its model, and how an exact vibration was found.
+    class(frame_type), allocatable :: frame
+    type(newton_type) :: newton
+    !> The exact vibrations that were found, the smallest first, where they are several or were sought.
+    type(several_type), allocatable :: several(:)
+    type(vibration_type), allocatable :: vibration
+    !> Where a resonance costs the periodic vibration a digit or more.
+    type(resonance_type), allocatable :: resonance
+  end type analysis_type
+
+  !> Condition of the periodic vibration that is called near resonance.
+  real(dp), parameter :: one_digit = 10
+
+contains
+
+  !> Whether the periodic vibration has to be computed.
+  pure logical function vibration(self)
+    class(tasks_type), intent(in) :: self
+
+    vibration = self%response .or. self%rows > 0
+  end function vibration
+
+  !> Whether there is to be a verdict.
+  pure logical function judged(self)
+    class(tasks_type), intent(in) :: self
+
+    judged = self%stability .or. self%modes .or. self%verdict .or. self%vibration()
+  end function judged
+
+  !> Verdict and vibration of a frame. Errors: a frame or tasks that make no sense; those of the parts; where
+  !> the vibration fails, the multipliers are there, and the message names what it resonates with.
+  subroutine analyse(frame, tasks, accuracy, analysis, error)
+    class(frame_type), intent(in) :: frame
+    type(tasks_type), intent(in) :: tasks
+    type(accuracy_type), intent(in) :: accuracy
+    type(analysis_type), intent(out) :: analysis
+    type(error_type), allocatable, intent(out) :: error
+    type(averaged_system) :: model
+    type(multipliers_type) :: multipliers
+
+    call frame%check(error)
+    if (.not. allocated(error)) call check_tasks(tasks, error)
+    if (allocated(error)) return
+    if (tasks%averaged) then
+      allocate(analysis%frame, source=frame)
+      call analysis%frame%averaged(model)
+      call solve_floquet(model, accuracy, tasks%vibration(), analysis%floquet, error)
+    else
+      call settle(frame, trim(tasks%model), accuracy, analysis%frame, error, analysis%newton)
+      if (allocated(error)) call name_resonance_at_rest(frame, accuracy, error)
+      if (.not. allocated(error)) call solve_floquet(analysis%frame, accuracy, tasks%vibration(), analysis%floquet, error)
+    end if
+    if (allocated(error)) return
+    if (tasks%judged()) then
+      call solve_multipliers(analysis%floquet, tasks%modes, multipliers, error)
+      if (allocated(error)) return
+      analysis%multipliers = multipliers
+    end if
+    if (tasks%judged() .and. .not. tasks%averaged) call take_several(frame, tasks, accuracy, analysis, error)
+    if (allocated(error)) return
+    if (.not. tasks%vibration()) return
+    allocate(analysis%vibration)
+    if (tasks%rows == 0) then
+      call solve_vibration(analysis%frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
+    else if (tasks%averaged) then
+      call solve_vibration(analysis%frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, &
+        & tasks%rows, model)
+    else
+      call solve_vibration(analysis%frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, tasks%rows)
+    end if
+    if (allocated(error)) then
+      deallocate(analysis%vibration)
+      if (error%message == resonance) call name_resonance(frame, analysis, error)
+    else if (analysis%vibration%start%condition > one_digit) then
+      call name_resonance(frame, analysis)
+    end if
+  end subroutine analyse
+
+  !> The vibrations that were met beside the one that is told, and those that are sought. Errors: as of `list_vibrations`.
+  subroutine take_several(frame, tasks, accuracy, analysis, error)
+    class(frame_type), intent(in) :: frame
+    type(tasks_type), intent(in) :: tasks
+    type(accuracy_type), intent(in) :: accuracy
+    type(analysis_type), intent(inout) :: analysis
+    type(error_type), allocatable, intent(out) :: error
+    type(varied_frame_type), allocatable :: list(:)
+    integer :: i, others
+
+    others = 0
+    if (allocated(analysis%newton%others)) others = size(analysis%newton%others)
+    if (others == 0 .and. .not. tasks%all_vibrations) return
+    allocate(list(1 + others))
+    select type (told => analysis%frame)
+    class is (varied_frame_type)
+      list(1) = told
+    end select
+    do i = 1, others
+      list(1 + i) = analysis%newton%others(i)
+    end do
+    if (tasks%all_vibrations .and. list(1)%newton) call search_vibrations(frame, accuracy, list)
+    call list_vibrations(list, accuracy, tasks%points, tasks%harmonics, analysis%several, error)
+  end subroutine take_several
+
+  !> Error: numbers of points, harmonics or rows out of range, also where no vibration is wanted.
+  pure subroutine check_tasks(tasks, error)
+    type(tasks_type), intent(in) :: tasks
+    type(error_type), allocatable, intent(out) :: error
+
+    if (tasks%rows == 0) then
+      call check_times(tasks%points, tasks%harmonics, error)
+    else
+      call check_times(tasks%points, tasks%harmonics, error, tasks%rows)
+    end if
+  end subroutine check_tasks
+
+  !> Where no vibration was found and that about rest is in resonance without damping, a failure gets the name of it.
+  subroutine name_resonance_at_rest(frame, accuracy, failure)
+    class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
+    type(error_type), intent(inout) :: failure
+    type(analysis_type) :: at_rest
+    type(periodic_solution_type) :: start
+    type(error_type), allocatable :: error
+
+    if (failure%code /= failed_computation) return
+    call solve_floquet(frame, accuracy, .true., at_rest%floquet, error)
+    if (allocated(error)) return
+    call solve_periodic(at_rest%floquet, start, error)
+    if (.not. allocated(error)) return
+    if (error%message /= resonance) return
+    failure%message = failure%message // "; about rest"
+    call name_resonance(frame, at_rest, failure)
+  end subroutine name_resonance_at_rest
+
+  !> Finds the resonance; a `failure` for it gets its name.
+  subroutine name_resonance(frame, analysis, failure)
+    class(frame_type), intent(in) :: frame
+    type(analysis_type), intent(inout) :: analysis
+    type(error_type), intent(inout), optional :: failure
+    type(multipliers_type) :: multipliers
+    type(resonance_type) :: found
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: sentence
+
+    call solve_multipliers(analysis%floquet, .false., multipliers, error)
+    if (.not. allocated(error)) call find_resonance(frame, multipliers, found, error)
+    if (allocated(error)) return
+    ! What is slower than half the crank, as on soft springs, resonates with none of its orders.
+    if (found%order > 0 .or. found%loose() .or. present(failure)) analysis%resonance = found
+    if (.not. present(failure)) return
+    call describe_resonance(found, sentence)
+    failure%message = failure%message // "; " // sentence
+  end subroutine name_resonance
+
+end module gestell_study_vibration_analysis

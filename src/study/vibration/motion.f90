@@ -1,0 +1,210 @@
+!> The whole motion of a frame from its states: accelerations, and the forces of the guides that hold the degrees of freedom
+!> that are not free.
+module gestell_study_vibration_motion
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, turned_loads
+  use gestell_model_frame_moved_mounting, only: ground_load
+  use gestell_model_frame_quantity, only: accelerations, cosine, displacements, guide_forces, moment_excess, sine, velocities
+  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: motion_errors, whole_motion
+
+  !> Phases that are sampled at a time.
+  integer, parameter :: block_length = 1024
+
+contains
+
+  !> The first `rows` rows of the motion (gestell_model_frame_quantity) at `phases`, shape (rows, phases), from the states x of the
+  !> free degrees of freedom there. `system`: the frame or its averaged model, whose solution x is.
+  subroutine whole_motion(frame, system, phases, x, rows, motion)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in) :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: x(:, :)
+    integer, intent(in) :: rows
+    real(dp), allocatable, intent(out) :: motion(:, :)
+    class(second_order_system), allocatable :: whole
+    integer :: f, first, last
+
+    f = size(frame%free)
+    allocate(motion(rows, size(phases)), source=0.0_dp)
+    motion(frame%free, :) = x(:f, :)
+    motion(displacements + frame%free, :) = x(f + 1:, :)
+    if (rows <= velocities) return
+    if (rows >= guide_forces) call free_all(frame, system, whole)
+    do first = 1, size(phases), block_length
+      last = min(first + block_length - 1, size(phases))
+      call add_accelerations(frame, system, phases(first:last), x(:, first:last), motion(:, first:last))
+      if (rows >= guide_forces .and. f < 3) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
+      if (rows > guide_forces) call add_turned(frame, x(:, first:last), motion(:, first:last))
+    end do
+  end subroutine whole_motion
+
+  !> The rows that the exact frame has beyond the others (gestell_model_frame_quantity); the guides' moment is that about F at rest
+  !> too.
+  subroutine add_turned(frame, x, motion)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: x(:, :)
+    real(dp), intent(inout) :: motion(:, :)
+    real(dp) :: load(3, size(x, 2)), c(3, 3), own(size(x, 2), 3)
+    integer :: k, row
+
+    associate (psi => motion(3, :), psi_d => motion(6, :), psi_dd => motion(9, :), s => motion(sine::2, :), &
+      & c => motion(cosine::2, :))
+      s(1, :) = sin(psi) - psi
+      c(1, :) = cos(psi) - 1
+      s(2, :) = c(1, :) * psi_d
+      c(2, :) = -sin(psi) * psi_d
+      s(3, :) = c(1, :) * psi_dd - sin(psi) * psi_d**2
+      c(3, :) = -sin(psi) * psi_dd - cos(psi) * psi_d**2
+    end associate
+    associate (q => motion(:displacements, :), v => motion(displacements + 1:velocities, :))
+      load = frame%ground_forces(x)
+      c = frame%stiffness + turned_loads(frame%supports)
+      motion(moment_excess, :) = load(3, :) - matmul(c(3, :), q) - matmul(frame%damping(3, :), v)
+      row = moment_excess
+      do k = 1, size(frame%supports)
+        if (.not. frame%supports(k)%turning) cycle
+        own = ground_load(frame%supports(k:k), transpose(q), transpose(v))
+        load = transpose(own) - matmul(stiffness_matrix(frame%supports(k:k)) + turned_loads(frame%supports(k:k)), q) &
+          & - matmul(damping_matrix(frame%supports(k:k)), v)
+        motion(row + 1:row + 2, :) = load(:2, :)
+        row = row + 2
+      end do
+    end associate
+    motion(guide_forces, :) = motion(guide_forces, :) + motion(1, :) * motion(accelerations + 2, :) &
+      & - motion(2, :) * motion(accelerations + 1, :)
+  end subroutine add_turned
+
+  !> q'' from (23).
+  subroutine add_accelerations(frame, system, phases, x, motion)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:), x(:, :)
+    real(dp), intent(inout) :: motion(:, :)
+    real(dp), allocatable :: p(:, :, :), load(:, :)
+    integer :: f, k
+
+    f = size(frame%free)
+    allocate(p(2 * f, 2 * f, size(phases)), load(2 * f, size(phases)))
+    call system%sample(phases, p, load)
+    do k = 1, size(phases)
+      motion(velocities + frame%free, k) = matmul(p(f + 1:, :, k), x(:, k)) + load(f + 1:, k)
+    end do
+  end subroutine add_accelerations
+
+  !> The frame with all three degrees of freedom free, averaged where `system` is.
+  subroutine free_all(frame, system, whole)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in) :: system
+    class(second_order_system), allocatable, intent(out) :: whole
+    class(frame_type), allocatable :: free
+    type(averaged_system), allocatable :: model
+
+    allocate(free, source=frame)
+    free%free = [1, 2, 3]
+    free%states = 6
+    ! Also where the vibration is that of the equations about rest guides exert what the exact ones leave.
+    select type (free)
+    class is (varied_frame_type)
+      free%newton = .true.
+    end select
+    select type (system)
+    class is (averaged_system)
+      allocate(model)
+      call free%averaged(model)
+      call move_alloc(model, whole)
+    class default
+      call move_alloc(free, whole)
+    end select
+  end subroutine free_all
+
+  !> What is missing in the equations (1) to (3) of the degrees of freedom that are not free: the guides exert it on the
+  !> ground. `whole` has them all.
+  subroutine add_guides(frame, whole, phases, motion)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in) :: whole
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(inout) :: motion(:, :)
+    real(dp) :: m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3), h(size(phases), 3)
+    integer :: i, k
+
+    call whole%sample_second_order(phases, m, b, c, h)
+    do k = 1, size(phases)
+      do i = 1, 3
+        if (any(frame%free == i)) cycle
+        motion(accelerations + i, k) = h(k, i) - dot_product(m(k, i, :), motion(7:9, k)) &
+          & - dot_product(b(k, i, :), motion(4:6, k)) - dot_product(c(k, i, :), motion(1:3, k))
+      end do
+    end do
+  end subroutine add_guides
+
+  !> How errors of the states, shape (states), show in the rows of the motion, shape (rows), with this part of the load: what
+  !> rounding leaves of its error.
+  subroutine motion_errors(frame, system, phases, states, part, errors)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in) :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: states(:), part
+    real(dp), intent(out) :: errors(:)
+    class(second_order_system), allocatable :: whole
+    real(dp), allocatable :: p(:, :, :), load(:, :), m(:, :, :), b(:, :, :), c(:, :, :), h(:, :)
+    integer :: f, i, k
+
+    f = size(frame%free)
+    errors = 0
+    errors(frame%free) = states(:f)
+    errors(displacements + frame%free) = states(f + 1:)
+    if (size(errors) <= velocities) return
+    allocate(p(2 * f, 2 * f, size(phases)), load(2 * f, size(phases)))
+    call system%sample(phases, p, load)
+    do k = 1, size(phases)
+      errors(velocities + frame%free) = max(errors(velocities + frame%free), matmul(abs(p(f + 1:, :, k)), states) &
+        & + part * abs(load(f + 1:, k)))
+    end do
+    if (size(errors) > guide_forces) call add_turned_errors(frame, errors)
+    if (size(errors) < guide_forces .or. f == 3) return
+    call free_all(frame, system, whole)
+    allocate(m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3), h(size(phases), 3))
+    call whole%sample_second_order(phases, m, b, c, h)
+    ! Beside the force along one axis, rounding is all that a small one along the other is.
+    h(:, 1) = max(abs(h(:, 1)), abs(h(:, 2)))
+    h(:, 2) = h(:, 1)
+    do i = 1, 3
+      if (any(frame%free == i)) cycle
+      do k = 1, size(phases)
+        errors(accelerations + i) = max(errors(accelerations + i), dot_product(abs(m(k, i, :)), errors(7:9)) &
+          & + dot_product(abs(b(k, i, :)), errors(4:6)) + dot_product(abs(c(k, i, :)), errors(1:3)) + part * abs(h(k, i)))
+      end do
+    end do
+  end subroutine motion_errors
+
+  !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1; the moment's and
+  !> the supports' from the linear terms.
+  subroutine add_turned_errors(frame, errors)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(inout) :: errors(:)
+    real(dp) :: load(3)
+    integer :: k, row
+
+    do k = 0, 2
+      errors(sine + 2 * k:cosine + 2 * k) = errors(3 + 3 * k)
+    end do
+    load = matmul(abs(frame%stiffness + turned_loads(frame%supports)), errors(:3)) + matmul(abs(frame%damping), errors(4:6))
+    errors(moment_excess) = load(3)
+    row = moment_excess
+    do k = 1, size(frame%supports)
+      if (.not. frame%supports(k)%turning) cycle
+      load = matmul(abs(stiffness_matrix(frame%supports(k:k)) + turned_loads(frame%supports(k:k))), errors(:3)) &
+        & + matmul(abs(damping_matrix(frame%supports(k:k))), errors(4:6))
+      errors(row + 1:row + 2) = load(:2)
+      row = row + 2
+    end do
+  end subroutine add_turned_errors
+
+end module gestell_study_vibration_motion

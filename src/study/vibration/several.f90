@@ -1,0 +1,251 @@
+!> The periodic vibrations that one machine can make at one speed.
+!>
+!> From each vibration that is known the path over the speed is followed both ways, and from rest the one over the excitation;
+!> each time a path comes back to the machine there is a vibration. The index of a vibration, the sign of det(E - Phi), is -1 with
+!> an odd number of real multipliers above 1, as between two turning points, else 1. From rest, which is alone, on, vibrations
+!> come and go in pairs of both signs, so the indices of all that rest leads to add up to 1.
+module gestell_study_vibration_several
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_study_frame_model_newton, only: first_samples, iterate, values_of
+  use gestell_study_frame_model_path, only: advance, cubic, first_point, furthest_turn, least_arc, middle_of, motion_of, &
+    & path_family_type, point_type, size_of, units_of
+  use gestell_study_vibration, only: solve_vibration, vibration_type
+  use gestell_study_frame_model_vibration_path, only: machine_path
+  implicit none (type, external)
+  private
+
+  public :: index_sum, list_vibrations, search_vibrations
+
+  !> One of several vibrations.
+  type, public :: several_type
+    !> Whether it is the one that all else is told of.
+    logical :: told = .false.
+    type(multipliers_type) :: multipliers
+    !> Of xi, eta (m), psi (rad): the greatest over the turn, a bound on its error, root of the mean square.
+    real(dp) :: peak(3) = 0, peak_error(3) = 0, rms(3) = 0
+  contains
+    procedure :: vibration_index
+  end type several_type
+
+  !> How far from the machine's own speed a path may lead, relative to it; the excitation up to which one from rest does.
+  real(dp), parameter :: furthest_speed = 0.1_dp, furthest_excitation = 3
+  !> The first arc and the greatest, short enough not to leap from one vibration to another.
+  real(dp), parameter :: short_arc = 0.02_dp, long_arc = 0.2_dp
+  integer, parameter :: most_points = 200, most_systems = 500
+  !> Motions that differ by less than this part are the same.
+  real(dp), parameter :: alike = 1.0e-6_dp
+  !> Vibrations that are listed at the most.
+  integer, parameter :: most_vibrations = 20
+
+contains
+
+  !> Adds to `list`, vibrations of `frame`, what the paths from them and from rest lead to.
+  subroutine search_vibrations(frame, accuracy, list)
+    class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
+    type(varied_frame_type), allocatable, intent(inout) :: list(:)
+    real(dp), allocatable :: rest(:, :)
+    integer :: i, way
+
+    allocate(rest(first_samples, 3), source=0.0_dp)
+    do way = 1, -1, -2
+      call walk(frame, machine_path(varied_frame(frame, list(1)%motion), accuracy), rest, 1.0_dp, furthest_excitation, way, list)
+    end do
+    i = 1
+    do while (i <= size(list) .and. size(list) < most_vibrations)
+      associate (speed => list(i)%speed)
+        do way = 1, -1, -2
+          call walk(frame, machine_path(varied_frame(frame, list(i)%motion), accuracy, speed * [1.0_dp, 1 + furthest_speed]), &
+            & values_of(list(i)%motion, max(first_samples, 2 * ubound(list(i)%motion%cosine, 1) + 2)), 0.0_dp, 1.0_dp, way, list)
+        end do
+      end associate
+      i = i + 1
+    end do
+  end subroutine search_vibrations
+
+  !> Follows a path from the motion q at lambda = 0 and adds to `list` the vibrations at lambda = `home`, until it is further than
+  !> `furthest` from 0, comes to one that is known, is lost, or the budget is spent.
+  subroutine walk(frame, start, q, home, furthest, way, list)
+    class(frame_type), intent(in) :: frame
+    class(path_family_type), intent(in) :: start
+    real(dp), intent(in) :: q(:, :), home, furthest
+    integer, intent(in) :: way
+    type(varied_frame_type), allocatable, intent(inout) :: list(:)
+    class(path_family_type), allocatable :: family
+    type(point_type) :: at, next
+    type(error_type), allocatable :: error
+    real(dp) :: arc
+    logical :: easy, known, again
+    integer :: k
+
+    allocate(family, source=start)
+    family%left = most_systems
+    ! Of a path over the speed q is in the units of the machine.
+    call first_point(family, q / spread(family%units, 1, size(q, 1)), 0.0_dp, way, at, error)
+    if (allocated(error)) return
+    arc = short_arc
+    known = .false.
+    do k = 1, most_points
+      call advance(family, at, arc, next, easy, error)
+      again = allocated(error)
+      if (.not. again) again = hides_turn(at, next, arc, home)
+      if (again) then
+        arc = arc / 4
+        if (arc < least_arc) return
+        cycle
+      end if
+      if ((at%lambda - home) * (next%lambda - home) < 0) call add_crossing(frame, family, at, next, arc, home, &
+        & list, known)
+      at = next
+      if (easy) arc = min(2 * arc, long_arc)
+      ! From a known one over the speed it is the known one's own path.
+      if (known .and. .not. family%from_rest) return
+      if (abs(at%lambda) > furthest .or. maxval(abs(at%q(:, 3))) * family%units(3) > furthest_turn) return
+    end do
+  end subroutine walk
+
+  !> Whether a path passes lambda = `home` twice on the arc between two points on one side of it: the cubic through lambda and its
+  !> slopes does.
+  pure logical function hides_turn(at, next, arc, home)
+    type(point_type), intent(in) :: at, next
+    real(dp), intent(in) :: arc, home
+    integer, parameter :: samples = 16
+    real(dp) :: lambda
+    integer :: k
+
+    hides_turn = .false.
+    if (at%rise * next%rise >= 0 .or. (at%lambda - home) * (next%lambda - home) <= 0) return
+    do k = 1, samples - 1
+      lambda = cubic(real(k, dp) / samples, at%lambda, next%lambda, arc * at%rise, arc * next%rise)
+      hides_turn = hides_turn .or. (lambda - home) * (at%lambda - home) < 0
+    end do
+  end function hides_turn
+
+  !> The vibration at lambda = `home` between two points of a path, the second by `arc` after the first, is added to `list`, or
+  !> `known`.
+  subroutine add_crossing(frame, family, from, to, arc, home, list, known)
+    class(frame_type), intent(in) :: frame
+    class(path_family_type), intent(inout) :: family
+    type(point_type), intent(in) :: from, to
+    real(dp), intent(in) :: arc, home
+    type(varied_frame_type), allocatable, intent(inout) :: list(:)
+    logical, intent(inout) :: known
+    !> Steps of the secant toward lambda = `home`, so that Newton's method does not come to a neighbour.
+    integer, parameter :: secants = 2
+    real(dp), parameter :: least_tolerance = 1.0e-12_dp
+    type(varied_frame_type) :: found
+    type(varied_frame_type), allocatable :: longer(:)
+    type(point_type) :: at, next, middle
+    type(error_type), allocatable :: error
+    real(dp), allocatable :: steps(:)
+    type(accuracy_type) :: fine
+    real(dp) :: part, left
+    logical :: easy
+    integer :: i, k
+
+    at = from
+    next = to
+    left = arc
+    do k = 0, secants
+      part = (home - at%lambda) / (next%lambda - at%lambda)
+      if (k == secants) exit
+      call advance(family, at, part * left, middle, easy, error)
+      if (allocated(error)) exit
+      if ((at%lambda - home) * (middle%lambda - home) < 0) then
+        next = middle
+        left = part * left
+      else
+        at = middle
+        left = (1 - part) * left
+      end if
+    end do
+    if (allocated(error)) deallocate(error)
+    call family%member(home, found, error)
+    if (allocated(error)) return
+    call found%move_to(motion_of(family, middle_of(at, next, part)))
+    ! A step further than ordered: the last one counts as the motion's error.
+    fine = family%accuracy
+    fine%tolerance = max(fine%tolerance / 100, min(fine%tolerance, least_tolerance))
+    call iterate(frame, fine, .false., found, steps, error)
+    if (allocated(error)) return
+    do i = 1, size(list)
+      known = known .or. same(list(i), found, family%units)
+    end do
+    if (known) return
+    allocate(longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    longer(size(longer)) = found
+    call move_alloc(longer, list)
+  end subroutine add_crossing
+
+  logical function same(one, other, units)
+    type(varied_frame_type), intent(in) :: one, other
+    real(dp), intent(in) :: units(3)
+    real(dp), allocatable :: q(:, :), r(:, :)
+    integer :: samples
+
+    samples = 2 * max(ubound(one%motion%cosine, 1), ubound(other%motion%cosine, 1)) + 2
+    q = values_of(one%motion, samples) / spread(units, 1, samples)
+    r = values_of(other%motion, samples) / spread(units, 1, samples)
+    same = size_of(q - r) <= alike * size_of(q)
+  end function same
+
+  !> What is told of each vibration of `list`, whose first is the one that all else is told of, the smallest first. Errors: as of
+  !> `solve_floquet` and `solve_vibration`.
+  subroutine list_vibrations(list, accuracy, points, harmonics, several, error)
+    type(varied_frame_type), intent(in) :: list(:)
+    type(accuracy_type), intent(in) :: accuracy
+    integer, intent(in) :: points, harmonics
+    type(several_type), allocatable, intent(out) :: several(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(floquet_type) :: floquet
+    type(vibration_type) :: vibration
+    type(several_type) :: sorted(size(list)), new
+    integer :: i, k
+
+    do i = 1, size(list)
+      call solve_floquet(list(i), accuracy, .true., floquet, error)
+      if (.not. allocated(error)) call solve_multipliers(floquet, .false., new%multipliers, error)
+      if (.not. allocated(error)) call solve_vibration(list(i), floquet, points, harmonics, vibration, error)
+      if (allocated(error)) return
+      new%told = i == 1
+      new%peak = vibration%peak(:3)
+      new%peak_error = vibration%peak_error(:3)
+      new%rms = vibration%rms(:3)
+      k = i
+      do while (k > 1)
+        if (norm2(sorted(k - 1)%rms / units_of(list(1))) <= norm2(new%rms / units_of(list(1)))) exit
+        sorted(k) = sorted(k - 1)
+        k = k - 1
+      end do
+      sorted(k) = new
+    end do
+    several = sorted
+  end subroutine list_vibrations
+
+  !> 1 or -1, the sign of det(E - Phi).
+  pure integer function vibration_index(self)
+    class(several_type), intent(in) :: self
+
+    associate (m => self%multipliers)
+      vibration_index = 1 - 2 * modulo(count(real(m%rho) > 1 .and. .not. abs(aimag(m%rho)) > 0), 2)
+    end associate
+  end function vibration_index
+
+  !> The sum of all indices: 1 if none is missing.
+  pure integer function index_sum(several)
+    type(several_type), intent(in) :: several(:)
+    integer :: i
+
+    index_sum = sum([(several(i)%vibration_index(), i = 1, size(several))])
+  end function index_sum
+
+end module gestell_study_vibration_several

@@ -1,0 +1,68 @@
+!> How far the linear equations reach: the frame's motion has to be small.
+module gestell_study_vibration_small_motion
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  implicit none (type, external)
+  private
+
+  public :: moved
+
+  !> rad: the cosine of a greater angle is off by more than half a per cent.
+  real(dp), parameter, public :: small_turn = 0.1_dp
+  !> A displacement of F beyond this part of the machine's size changes where its springs act, and what springs are linear there?
+  real(dp), parameter, public :: small_part = 0.1_dp
+  !> Motions so many times as large are great even for the exact frame, whose springs and dampers are linear all the same.
+  real(dp), parameter :: great = 5
+
+  !> How far a frame moves: the greatest of xi and eta (m), of psi (rad), and the machine's size (m), the greatest distance of a
+  !> support or of O from F; 0: unknown, as of a foundation alone below O.
+  type, public :: moved_type
+    real(dp) :: displacement = 0, turn = 0, size = 0
+  contains
+    procedure :: small
+    procedure :: turns_too_far
+    procedure :: goes_too_far
+    procedure :: is_great
+  end type moved_type
+
+contains
+
+  !> From the peaks of xi, eta, psi.
+  pure type(moved_type) function moved(frame, peaks)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: peaks(3)
+    integer :: i
+
+    moved%displacement = maxval(peaks(:2))
+    moved%turn = peaks(3)
+    moved%size = norm2(frame%origin)
+    do i = 1, size(frame%supports)
+      moved%size = max(moved%size, norm2(frame%supports(i)%position))
+    end do
+  end function moved
+
+  elemental logical function small(self)
+    class(moved_type), intent(in) :: self
+
+    small = .not. (self%turns_too_far() .or. self%goes_too_far())
+  end function small
+
+  elemental logical function turns_too_far(self)
+    class(moved_type), intent(in) :: self
+
+    turns_too_far = self%turn > small_turn
+  end function turns_too_far
+
+  elemental logical function goes_too_far(self)
+    class(moved_type), intent(in) :: self
+
+    goes_too_far = self%size > 0 .and. self%displacement > small_part * self%size
+  end function goes_too_far
+
+  elemental logical function is_great(self)
+    class(moved_type), intent(in) :: self
+
+    is_great = .not. small(moved_type(self%displacement / great, self%turn / great, self%size))
+  end function is_great
+
+end module gestell_study_vibration_small_motion

@@ -1,0 +1,286 @@
+!> What an engineer reads off a quantity over one period: peak, root of the mean square, crest factor, harmonics.
+module gestell_study_vibration_statistics
+  use gestell_math_circle, only: circle
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_math_fourier, only: fourier_type, greatest
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_study_vibration, only: check_rows, vibration_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: band_rms, history_of, take_least, take_statistics, top
+
+  type, public :: statistics_type
+    !> Harmonics, shape (1), of a magnitude those of its components along x and y, shape (2).
+    type(fourier_type), allocatable :: series(:)
+    !> max |.| over the period, a bound on its error, root of the mean square, a bound on the error at any time, and so on that of
+    !> the root.
+    real(dp) :: peak = 0, peak_error = 0, rms = 0, error = 0
+    !> Phase of the period, t / T, at the peak: that of the parabola through the highest sample and its neighbours.
+    real(dp) :: peak_phase = 0
+  contains
+    procedure :: crest
+    procedure :: amplitude
+    procedure :: strongest
+    procedure :: finite
+  end type statistics_type
+
+contains
+
+  !> Whether peak, error and root of the mean square are numbers.
+  elemental logical function finite(self)
+    class(statistics_type), intent(in) :: self
+
+    finite = ieee_is_finite(self%peak) .and. ieee_is_finite(self%peak_error) .and. ieee_is_finite(self%rms)
+  end function finite
+
+  !> Peak, rms and harmonics of the quantity. Errors: it is none; `vibration` does not hold the rows of the motion that it needs.
+  subroutine take_statistics(vibration, quantity, statistics, error)
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: quantity
+    type(statistics_type), intent(out) :: statistics
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: samples(:, :)
+    real(dp) :: between, error_along
+    integer :: i
+
+    call check_quantity(vibration, quantity, error)
+    if (allocated(error)) return
+    call components(quantity, vibration%motion, samples)
+    allocate(statistics%series(size(samples, 2)))
+    between = 0
+    do i = 1, size(samples, 2)
+      call combine(quantity%weights(:, i), vibration%motion_series, statistics%series(i))
+      statistics%rms = hypot(statistics%rms, statistics%series(i)%rms())
+      associate (weights => quantity%weights(:size(vibration%motion_series), i))
+        error_along = vibration%motion_errors%along(weights)
+      end associate
+      if (allocated(quantity%rounding)) error_along = error_along &
+        & + sum(quantity%rounding(:size(vibration%motion, 1), i) * maxval(abs(vibration%motion), dim=2))
+      statistics%error = hypot(statistics%error, error_along)
+      between = hypot(between, statistics%series(i)%beyond())
+    end do
+    if (size(samples, 2) == 1) then
+      statistics%peak = statistics%series(1)%peak(samples(:, 1))
+    else
+      statistics%peak = greatest_size(statistics%series, samples)
+    end if
+    statistics%peak_phase = top(norm2(samples, dim=2))
+    statistics%peak_error = statistics%error + between
+  end subroutine take_statistics
+
+  !> The least value over the period of a quantity with one component, and a bound on its error. Errors: as of `take_statistics`.
+  subroutine take_least(vibration, quantity, least, least_error, error)
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: quantity
+    real(dp), intent(out) :: least, least_error
+    type(error_type), allocatable, intent(out) :: error
+    type(statistics_type) :: statistics
+    real(dp), allocatable :: samples(:, :)
+
+    least = 0
+    least_error = 0
+    call take_statistics(vibration, quantity, statistics, error)
+    if (allocated(error)) return
+    call components(quantity, vibration%motion, samples)
+    ! What is lifted above zero everywhere has its greatest value where it has its greatest size.
+    least = statistics%peak - greatest(statistics%peak - samples(:, 1))
+    least_error = statistics%peak_error
+  end subroutine take_least
+
+  !> max of the size of a vector, from the samples of its components, shape (samples, components), and their series. The square is
+  !> a series of twice the orders: it needs twice the samples where the upper half of the orders counts.
+  pure real(dp) function greatest_size(series, samples)
+    type(fourier_type), intent(in) :: series(:)
+    real(dp), intent(in) :: samples(:, :)
+    real(dp), parameter :: counts = 1.0e-13_dp
+    real(dp) :: fine(2 * size(samples, 1)), largest, upper
+    integer :: i, n
+
+    n = size(samples, 1)
+    largest = max(maxval(abs(samples)), tiny(1.0_dp))
+    upper = 0
+    do i = 1, size(series)
+      upper = max(upper, maxval([0.0_dp, series(i)%amplitude(max(1, n / 4):)]))
+    end do
+    if (upper <= counts * largest) then
+      greatest_size = largest * sqrt(greatest(sum((samples / largest)**2, dim=2)))
+      return
+    end if
+    fine(1::2) = sum((samples / largest)**2, dim=2)
+    fine(2::2) = 0
+    do i = 1, size(series)
+      fine(2::2) = fine(2::2) + (half_way(series(i), n) / largest)**2
+    end do
+    greatest_size = largest * sqrt(greatest(fine))
+  end function greatest_size
+
+  !> A series half way between the n places of its samples.
+  pure function half_way(series, n) result(f)
+    type(fourier_type), intent(in) :: series
+    integer, intent(in) :: n
+    real(dp) :: f(n)
+    real(dp) :: c(0:n - 1), s(0:n - 1), along, across
+    integer :: i, k, at
+
+    call circle([(2 * pi * i / n, i = 0, n - 1)], c, s)
+    f = series%mean
+    do k = 1, size(series%amplitude)
+      along = series%amplitude(k) * cos(series%phase(k) + pi * k / n)
+      across = -series%amplitude(k) * sin(series%phase(k) + pi * k / n)
+      at = 0
+      do i = 1, n
+        f(i) = f(i) + along * c(at) + across * s(at)
+        at = at + k
+        if (at >= n) at = at - n
+      end do
+    end do
+  end function half_way
+
+  !> The series of a weighted sum of the rows that these are the series of.
+  pure subroutine combine(weights, rows, series)
+    real(dp), intent(in) :: weights(:)
+    type(fourier_type), intent(in) :: rows(:)
+    type(fourier_type), intent(out) :: series
+    complex(dp) :: c(size(rows(1)%amplitude))
+    integer :: k
+
+    c = 0
+    do k = 1, size(rows)
+      if (.not. abs(weights(k)) > 0) cycle
+      series%mean = series%mean + weights(k) * rows(k)%mean
+      c = c + weights(k) * rows(k)%amplitude * exp(cmplx(0.0_dp, rows(k)%phase, dp))
+    end do
+    series%amplitude = abs(c)
+    series%phase = atan2(aimag(c), real(c))
+  end subroutine combine
+
+  !> Where equidistant samples over the period are greatest, in [0, 1).
+  pure real(dp) function top(samples)
+    real(dp), intent(in) :: samples(:)
+    real(dp) :: before, after, bend
+    integer :: i, n
+
+    n = size(samples)
+    i = maxloc(samples, dim=1)
+    before = samples(i) - samples(1 + modulo(i - 2, n))
+    after = samples(i) - samples(1 + modulo(i, n))
+    bend = before + after
+    top = i - 1
+    if (bend > 0) top = top + (before - after) / (2 * bend)
+    top = modulo(top / n, 1.0_dp)
+  end function top
+
+  !> The quantity's components at the samples of a motion, shape (samples, 1 or 2).
+  pure subroutine components(quantity, motion, samples)
+    type(quantity_type), intent(in) :: quantity
+    real(dp), intent(in) :: motion(:, :)
+    real(dp), allocatable, intent(out) :: samples(:, :)
+
+    allocate(samples(size(motion, 2), size(quantity%weights, 2)))
+    samples = matmul(transpose(motion), quantity%weights(:size(motion, 1), :))
+  end subroutine components
+
+  !> The quantity at the times of the history, a magnitude without sign; shape (points + 1). Errors: as of `take_statistics`.
+  pure subroutine history_of(vibration, quantity, history, error)
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: quantity
+    real(dp), allocatable, intent(out) :: history(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: samples(:, :)
+
+    call check_quantity(vibration, quantity, error)
+    if (allocated(error)) return
+    call components(quantity, vibration%motion_history, samples)
+    if (size(samples, 2) == 1) then
+      history = samples(:, 1)
+    else
+      history = norm2(samples, dim=2)
+    end if
+  end subroutine history_of
+
+  !> Errors: `find_quantity` has not found it; `vibration` does not hold the rows of the motion that it needs.
+  pure subroutine check_quantity(vibration, quantity, error)
+    type(vibration_type), intent(in) :: vibration
+    type(quantity_type), intent(in) :: quantity
+    type(error_type), allocatable, intent(out) :: error
+
+    if (allocated(quantity%weights)) then
+      call check_rows(vibration, quantity%rows(), error)
+    else
+      call fatal_error(error, "a quantity is found by find_quantity or point_quantity", invalid_input)
+    end if
+  end subroutine check_quantity
+
+  !> Peak over root of the mean square; 0 where nothing moves.
+  pure real(dp) function crest(self)
+    class(statistics_type), intent(in) :: self
+
+    crest = 0
+    if (self%rms > 0) crest = self%peak / self%rms
+  end function crest
+
+  !> The amplitude of an order from 1 on; of a magnitude, the root of the sum of its components' squares. Orders that the
+  !> samples do not reach are zero.
+  pure real(dp) function amplitude(self, order)
+    class(statistics_type), intent(in) :: self
+    integer, intent(in) :: order
+    integer :: i
+
+    amplitude = 0
+    do i = 1, size(self%series)
+      if (order <= size(self%series(i)%amplitude)) amplitude = hypot(amplitude, self%series(i)%amplitude(order))
+    end do
+  end function amplitude
+
+  !> The order of the greatest amplitude; 0 where nothing moves.
+  pure integer function strongest(self)
+    class(statistics_type), intent(in) :: self
+    integer :: k
+
+    strongest = maxloc([(self%amplitude(k), k = 1, size(self%series(1)%amplitude))], dim=1)
+    if (.not. self%amplitude(strongest) > 0) strongest = 0
+  end function strongest
+
+  !> Root of the mean square of the components' orders whose frequency, order / period, lies in `band` (both ends included),
+  !> along each component and in the direction in which it is greatest; of one component both are the same.
+  !> Error: statistics, period and band (Hz, ascending) are not such.
+  pure subroutine band_rms(statistics, period, band, along, greatest_direction, error)
+    type(statistics_type), intent(in) :: statistics
+    real(dp), intent(in) :: period, band(2)
+    real(dp), intent(out) :: along(:), greatest_direction
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: square(2, 2), unit
+    complex(dp) :: c(2)
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    integer :: k, i, n
+
+    along = 0
+    greatest_direction = 0
+    n = 0
+    if (allocated(statistics%series)) n = size(statistics%series)
+    if (n < 1 .or. n > 2 .or. size(along) /= n .or. .not. (period > 0 .and. band(1) <= band(2))) then
+      call fatal_error(error, "a band of frequencies needs statistics, a positive period and two ascending ends", invalid_input)
+      return
+    end if
+    ! Squares overflow long before their roots do.
+    unit = maxval([(maxval(statistics%series(i)%amplitude), i = 1, n)])
+    if (.not. unit > 0) return
+    square = 0
+    do k = 1, size(statistics%series(1)%amplitude)
+      if (k / period < band(1) * (1 - rounding) .or. k / period > band(2) * (1 + rounding)) cycle
+      c = 0
+      do i = 1, n
+        c(i) = statistics%series(i)%amplitude(k) / unit * exp(cmplx(0, statistics%series(i)%phase(k), dp))
+      end do
+      square = square + real(spread(c, 2, 2) * conjg(spread(c, 1, 2)), dp) / 2
+    end do
+    along = unit * [(sqrt(square(i, i)), i = 1, n)]
+    ! The greater eigenvalue of a symmetric 2 x 2 matrix.
+    greatest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 &
+      & + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
+  end subroutine band_rms
+
+end module gestell_study_vibration_statistics

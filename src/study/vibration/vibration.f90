@@ -1,0 +1,385 @@
+!> The periodic vibration of a frame as an engineer reads it: history, forces on the ground, harmonics, peaks.
+module gestell_study_vibration
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, take_errors
+  use gestell_floquet_period_turn_errors, only: turn_errors_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_mounting, only: load_rounding, matrix_rounding, turned_loads
+  use gestell_model_frame_quantity, only: accelerations, exact_rows, guide_forces, velocities
+  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_study_vibration_motion, only: motion_errors, whole_motion
+  use gestell_system_second_order, only: second_order_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: check_rows, check_times, solve_vibration
+
+  !> Quantities of the vibration, in this order: xi, eta, psi, their velocities, forces and moment on the ground.
+  integer, parameter, public :: quantities = 9
+
+  type, public :: vibration_type
+    !> The start of the motion with its evidence; states of the free degrees of freedom only.
+    type(periodic_solution_type) :: start
+    !> All quantities at equidistant times from 0 to T, both included; shape (quantities, points + 1). Degrees of
+    !> freedom that are not free rest at zero.
+    real(dp), allocatable :: history(:, :)
+    !> Harmonics of every quantity, shape (quantities).
+    type(fourier_type), allocatable :: series(:)
+    !> max |.| over the period and a bound on its error, root of the mean square; shapes (quantities).
+    real(dp), allocatable :: peak(:), peak_error(:), rms(:)
+    !> Bounds on the errors of the history, at any time, and of the roots of the mean square; shape (quantities).
+    real(dp), allocatable :: error(:)
+    !> |x(T) - x(0)| of the motion that was followed, relative to the greatest |x(t)|, in balanced units.
+    real(dp) :: closing_defect = 0
+    !> Where more was ordered: the motion as in gestell_model_frame_quantity at equidistant phases that resolve it, shape (rows,
+    !> samples), at the times of the history, shape (rows, points + 1), their errors, harmonics, shape (rows).
+    real(dp), allocatable :: motion(:, :), motion_history(:, :)
+    type(turn_errors_type) :: motion_errors
+    type(fourier_type), allocatable :: motion_series(:)
+  end type vibration_type
+
+  !> Rows that serve as samples too, at the most.
+  integer, parameter :: most_shared = 1024
+  !> Samples per period beyond which a vibration is not refined further.
+  integer, parameter :: most_samples = 2**14
+  !> Harmonics that count as resolved, relative to the greatest; where the quantity itself is less sure this part of its error:
+  !> the steps of a coarse solution leave kinks of that size, which no number of samples resolves.
+  real(dp), parameter :: resolved = 1.0e-9_dp, part_of_error = 0.1_dp
+
+contains
+
+  !> The periodic vibration of `frame`, at `points` + 1 times, with at least `harmonics` harmonics. `floquet` must
+  !> have been solved with forcing. With `rows` also that many rows of the motion; `system` is the averaged model where `floquet`
+  !> solves that. Errors: as of `check_times`; `floquet` is not that of the frame, with forcing; resonance; overflow.
+  subroutine solve_vibration(frame, floquet, points, harmonics, vibration, error, rows, system)
+    class(frame_type), intent(in) :: frame
+    type(floquet_type), intent(in) :: floquet
+    integer, intent(in) :: points, harmonics
+    type(vibration_type), intent(out) :: vibration
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: rows
+    class(second_order_system), intent(in), optional :: system
+    real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:), watched(:), x_watched(:, :)
+    type(turn_errors_type) :: errors
+    logical :: resolved_all
+    integer :: samples, every, kept, k, i
+
+    call frame%check(error)
+    if (.not. allocated(error)) call check_times(points, harmonics, error, rows)
+    if (.not. allocated(error)) call solve_periodic(floquet, vibration%start, error)
+    if (allocated(error)) return
+    if (size(floquet%scale) /= frame%states) then
+      call fatal_error(error, "the solution is not that of the frame: their numbers of states differ", invalid_input)
+      return
+    end if
+
+    kept = 0
+    if (present(rows)) kept = kept_rows(frame, rows)
+    ! The samples are the rows that were ordered, with as many between them as the harmonics need; for very many rows the
+    ! harmonics have samples of their own.
+    samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
+    if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
+    allocate(vibration%series(quantities))
+    do
+      phases = [(real(k, dp) / samples, k = 0, samples)]
+      call follow(frame, floquet, vibration%start, phases, x, error)
+      if (allocated(error)) return
+      all = all_quantities(frame, x)
+      ! One by one: gfortran 12 does not free the components of a constructor's elements.
+      do i = 1, quantities
+        vibration%series(i) = fourier_series(all(i, :samples))
+      end do
+      vibration%closing_defect = closing_defect(floquet, x)
+      if (.not. allocated(vibration%error)) then
+        ! The bounds hold for motions of more samples too.
+        every = stride(samples, checkpoints(floquet))
+        watched = phases(::every)
+        call follow(frame, floquet, vibration%start, watched, x_watched, error)
+        if (.not. allocated(error)) call take_errors(frame, floquet, watched, x_watched, errors, error)
+        if (allocated(error)) return
+        vibration%start%error = min(vibration%start%error, errors%bounds())
+        vibration%error = quantity_errors(frame, errors, x_watched)
+        if (kept > 0) call take_motion_errors(frame, system, watched, x_watched, kept, errors, vibration%motion_errors)
+      end if
+      resolved_all = states_resolved(frame, floquet, vibration)
+      if (kept > 0) then
+        call take_motion(frame, system, phases, x, kept, vibration%motion)
+        call take_series(vibration)
+        if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, vibration)
+      end if
+      if (resolved_all .or. 2 * samples > most_samples) exit
+      samples = 2 * samples
+    end do
+
+    if (points <= most_shared) then
+      vibration%history = all(:, ::samples / points)
+    else
+      call follow(frame, floquet, vibration%start, [(real(k, dp) / points, k = 0, points)], ordered, error)
+      if (allocated(error)) return
+      vibration%history = all_quantities(frame, ordered)
+    end if
+    if (kept > 0) then
+      if (points <= most_shared) then
+        vibration%motion_history = vibration%motion(:, ::samples / points)
+      else
+        call take_motion(frame, system, [(real(k, dp) / points, k = 0, points)], ordered, kept, vibration%motion_history)
+      end if
+      vibration%motion = vibration%motion(:, :samples)
+    end if
+    vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, quantities)]
+    vibration%rms = [(vibration%series(i)%rms(), i = 1, quantities)]
+    vibration%peak_error = vibration%error + [(vibration%series(i)%beyond(), i = 1, quantities)]
+    if (any(.not. ieee_is_finite([vibration%peak, vibration%peak_error, vibration%rms]))) then
+      call fatal_error(error, "the periodic vibration overflows: it lies, with its error, beyond what double precision holds", &
+        & failed_computation)
+      return
+    end if
+  end subroutine solve_vibration
+
+  !> The exact frame's quantities need all rows of its motion.
+  pure integer function kept_rows(frame, rows)
+    class(frame_type), intent(in) :: frame
+    integer, intent(in) :: rows
+
+    kept_rows = rows
+    select type (frame)
+    class is (varied_frame_type)
+      kept_rows = exact_rows(frame)
+    end select
+  end function kept_rows
+
+  !> Errors: points, harmonics or rows of the motion out of range.
+  pure subroutine check_times(points, harmonics, error, rows)
+    integer, intent(in) :: points, harmonics
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: rows
+    integer, parameter :: most_points = 10**6, most_harmonics = 8000
+
+    if (points < 1 .or. points > most_points) then
+      call fatal_error(error, "points of the history must lie between 1 and 1000000", invalid_input)
+    else if (harmonics < 0 .or. harmonics > most_harmonics) then
+      call fatal_error(error, "harmonics must lie between 0 and 8000", invalid_input)
+    else if (present(rows)) then
+      if (all(rows /= [velocities, accelerations, guide_forces])) call fatal_error(error, "rows of the motion are 6 (positions " &
+        & // "and velocities), 9 (accelerations too) or 12 (forces of guides too)", invalid_input)
+    end if
+  end subroutine check_times
+
+  !> Error: the vibration does not hold so many rows of the motion.
+  pure subroutine check_rows(vibration, rows, error)
+    type(vibration_type), intent(in) :: vibration
+    integer, intent(in) :: rows
+    type(error_type), allocatable, intent(out) :: error
+    logical :: held
+
+    held = allocated(vibration%motion) .and. allocated(vibration%motion_history)
+    if (held) held = size(vibration%motion, 1) >= rows
+    if (.not. held) call fatal_error(error, "the vibration does not hold the rows of the motion that are needed: order them with " &
+      & // "its tasks", invalid_input)
+  end subroutine check_rows
+
+  !> The longest stride through the samples that leaves so many.
+  pure integer function stride(samples, wanted)
+    integer, intent(in) :: samples, wanted
+    integer :: k
+
+    stride = 1
+    do k = 2, samples / wanted
+      if (modulo(samples, k) == 0) stride = k
+    end do
+  end function stride
+
+  !> Errors of the quantities by those of the free states x, shape (n, phases), and the roundings of the mounting's matrices.
+  pure function quantity_errors(frame, states, x) result(errors)
+    class(frame_type), intent(in) :: frame
+    type(turn_errors_type), intent(in) :: states
+    real(dp), intent(in) :: x(:, :)
+    real(dp) :: errors(quantities)
+    real(dp), dimension(size(states%rounding), 3) :: weights, rounding
+
+    errors = 0
+    associate (bounds => states%bounds(), f => size(frame%free), c => frame%stiffness + turned_loads(frame%supports), &
+      & stiffness => matrix_rounding(frame%stiffness) + load_rounding(frame%supports), &
+      & damping => matrix_rounding(frame%damping))
+      errors(frame%free) = bounds(:f)
+      errors(3 + frame%free) = bounds(f + 1:)
+      weights(:f, :) = transpose(c(:, frame%free))
+      weights(f + 1:, :) = transpose(frame%damping(:, frame%free))
+      rounding(:f, :) = stiffness(frame%free, :)
+      rounding(f + 1:, :) = damping(frame%free, :)
+    end associate
+    errors(7:) = [states%along(weights(:, 1)), states%along(weights(:, 2)), states%along(weights(:, 3))] &
+      & + matmul(maxval(abs(x), dim=2), rounding)
+  end function quantity_errors
+
+  !> Errors of the motion's rows by those of the free states at the same phases: what the differences make of them, beside rest or,
+  !> of the exact frame, beside the motion, and rounding, of the states, the load and the sums.
+  subroutine take_motion_errors(frame, system, phases, x, rows, states, errors)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in), optional :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: x(:, :)
+    integer, intent(in) :: rows
+    type(turn_errors_type), intent(in) :: states
+    type(turn_errors_type), intent(out) :: errors
+    real(dp), parameter :: sums = 4 * epsilon(1.0_dp)
+    real(dp), allocatable :: from(:, :), there(:, :), compared(:, :), finer(:, :)
+    integer :: n
+
+    n = size(phases)
+    from = 0 * x
+    select type (frame)
+    class is (varied_frame_type)
+      from = x
+    end select
+    call take_motion(frame, system, phases, from, rows, there)
+    call take_motion(frame, system, phases, from + states%differences(:, :n), rows, compared)
+    call take_motion(frame, system, phases, from + states%differences(:, n + 1:), rows, finer)
+    allocate(errors%differences(rows, 2 * n))
+    errors%differences(:, :n) = compared - there
+    errors%differences(:, n + 1:) = finer - there
+    allocate(errors%rounding(rows))
+    ! Of the accelerations' coefficients and load: the model's, of the mechanism's first and second derivatives, which travel
+    ! through several joints, and where forces of links cancel.
+    associate (model => 4 * (sums + frame%rounding) + frame%load_rounding)
+      call take_roundings(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), model, errors%rounding)
+    end associate
+  end subroutine take_motion_errors
+
+  !> The motion, of the averaged model where there is one.
+  subroutine take_motion(frame, system, phases, x, rows, motion)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in), optional :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: x(:, :)
+    integer, intent(in) :: rows
+    real(dp), allocatable, intent(out) :: motion(:, :)
+
+    if (present(system)) then
+      call whole_motion(frame, system, phases, x, rows, motion)
+    else
+      call whole_motion(frame, frame, phases, x, rows, motion)
+    end if
+  end subroutine take_motion
+
+  !> The harmonics of the motion's rows; those of the states are there already.
+  pure subroutine take_series(vibration)
+    type(vibration_type), intent(inout) :: vibration
+    integer :: samples, k
+
+    samples = size(vibration%motion, 2) - 1
+    if (allocated(vibration%motion_series)) deallocate(vibration%motion_series)
+    allocate(vibration%motion_series(size(vibration%motion, 1)))
+    do k = 1, size(vibration%motion_series)
+      if (k <= velocities) then
+        vibration%motion_series(k) = vibration%series(k)
+      else
+        vibration%motion_series(k) = fourier_series(vibration%motion(k, :samples))
+      end if
+    end do
+  end subroutine take_series
+
+  !> Whether the samples resolve the motion's rows beyond the states, accelerations and guides' forces. What is roundoff beside
+  !> the terms that they are sums of counts as resolved.
+  logical function rows_resolved(frame, system, phases, x, vibration)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in), optional :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: x(:, :)
+    type(vibration_type), intent(in) :: vibration
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    real(dp), dimension(size(vibration%motion_series)) :: terms, errors
+    integer :: k
+
+    errors = vibration%motion_errors%bounds()
+    associate (inner => phases(:size(phases) - 1), series => vibration%motion_series)
+      call take_roundings(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
+      rows_resolved = all([(is_resolved(series(k), rounding * terms(k), errors(k)), k = velocities + 1, size(series))])
+    end associate
+  end function rows_resolved
+
+  !> How errors of the states, and this part of the load, show in the motion's rows.
+  subroutine take_roundings(frame, system, phases, states, part, errors)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in), optional :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: states(:), part
+    real(dp), intent(out) :: errors(:)
+
+    if (present(system)) then
+      call motion_errors(frame, system, phases, states, part, errors)
+    else
+      call motion_errors(frame, frame, phases, states, part, errors)
+    end if
+  end subroutine take_roundings
+
+  !> Whether the samples resolve the free states. What is roundoff beside the other states, in balanced units, counts as
+  !> resolved; the forces follow from the states.
+  pure logical function states_resolved(frame, floquet, vibration)
+    class(frame_type), intent(in) :: frame
+    type(floquet_type), intent(in) :: floquet
+    type(vibration_type), intent(in) :: vibration
+    real(dp), parameter :: rounding = 1.0e-13_dp
+    real(dp) :: greatest(size(floquet%scale)), errors(size(floquet%scale))
+    integer :: states(size(floquet%scale)), k
+
+    states = [frame%free, 3 + frame%free]
+    errors = state_errors(frame, vibration)
+    associate (series => vibration%series)
+      greatest = [(series(states(k))%greatest_term() / floquet%scale(k), k = 1, size(states))]
+      states_resolved = all([(is_resolved(series(states(k)), rounding * maxval(greatest) * floquet%scale(k), errors(k)), &
+        & k = 1, size(states))])
+    end associate
+  end function states_resolved
+
+  !> Whether the upper orders of a series are nothing beside the greatest, or less than `rounding`, or than its `error`.
+  pure logical function is_resolved(series, rounding, error)
+    type(fourier_type), intent(in) :: series
+    real(dp), intent(in) :: rounding, error
+    real(dp) :: least
+
+    associate (greatest => series%greatest_term())
+      least = max(resolved * greatest, rounding, part_of_error * error)
+      is_resolved = series%tail() * greatest <= least
+    end associate
+  end function is_resolved
+
+  !> Errors of the free states.
+  pure function state_errors(frame, vibration) result(errors)
+    class(frame_type), intent(in) :: frame
+    type(vibration_type), intent(in) :: vibration
+    real(dp) :: errors(2 * size(frame%free))
+
+    errors = [vibration%error(frame%free), vibration%error(3 + frame%free)]
+  end function state_errors
+
+  !> |x(T) - x(0)| relative to the greatest |x(t)|, in balanced units.
+  pure real(dp) function closing_defect(floquet, x) result(defect)
+    type(floquet_type), intent(in) :: floquet
+    real(dp), intent(in) :: x(:, :)
+    integer :: last
+
+    last = size(x, 2)
+    defect = norm2((x(:, last) - x(:, 1)) / floquet%scale) &
+      & / max(maxval(norm2(x / spread(floquet%scale, 2, last), dim=1)), tiny(1.0_dp))
+  end function closing_defect
+
+  !> The quantities from the states of the free degrees of freedom, shape (quantities, points).
+  pure function all_quantities(frame, x) result(all)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: x(:, :)
+    real(dp), allocatable :: all(:, :)
+    integer :: f
+
+    f = size(frame%free)
+    allocate(all(quantities, size(x, 2)), source=0.0_dp)
+    all(frame%free, :) = x(:f, :)
+    all(3 + frame%free, :) = x(f + 1:, :)
+    all(7:9, :) = frame%ground_forces(x)
+  end function all_quantities
+
+end module gestell_study_vibration

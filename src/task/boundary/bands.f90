@@ -1,0 +1,141 @@
+!> Borders that pass through a box side by side, as those of many tongues do.
+module gestell_task_boundary_bands
+  use gestell_base_kinds, only: dp
+  use gestell_task_boundary_vertex, only: vertices_type
+  implicit none (type, external)
+  private
+
+  public :: link_through, opposite_sides, pass_straight
+
+  !> low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
+  type, public :: box_type
+    real(dp) :: low(2) = 0, high(2) = 1
+  contains
+    procedure :: middle
+  end type box_type
+
+contains
+
+  elemental real(dp) function middle(self, k)
+    class(box_type), intent(in) :: self
+    integer, intent(in) :: k
+
+    middle = (self%low(k) + self%high(k)) / 2
+  end function middle
+
+  !> The coordinate that is constant on the two sides on which all of `ids` lie, as many on either; 0 if there is none.
+  pure integer function opposite_sides(box, ids, vertices) result(k)
+    type(box_type), intent(in) :: box
+    integer, intent(in) :: ids(:)
+    type(vertices_type), intent(in) :: vertices
+
+    do k = 2, 1, -1
+      if (2 * size(along(box%low(k), k, ids, vertices)) == size(ids) .and. &
+        & 2 * size(along(box%high(k), k, ids, vertices)) == size(ids)) return
+    end do
+  end function opposite_sides
+
+  !> Those of `ids` whose coordinate `k` is `value`, ascending in the other one.
+  pure function along(value, k, ids, vertices) result(ascending)
+    real(dp), intent(in) :: value
+    integer, intent(in) :: k, ids(:)
+    type(vertices_type), intent(in) :: vertices
+    integer, allocatable :: ascending(:)
+    integer :: i, least
+
+    ascending = pack(ids, abs(vertices%list(ids)%u(k) - value) <= 0)
+    do i = 1, size(ascending)
+      least = i - 1 + minloc(vertices%list(ascending(i:))%u(3 - k), dim=1)
+      ascending([i, least]) = ascending([least, i])
+    end do
+  end function along
+
+  !> Those on the lower side, half way, and on the upper side, each ascending; shape (n, 3), n = 0 if they do not correspond.
+  pure function rows(box, ids, half_way, k, vertices)
+    type(box_type), intent(in) :: box
+    integer, intent(in) :: ids(:), half_way(:), k
+    type(vertices_type), intent(in) :: vertices
+    integer, allocatable :: rows(:, :)
+    integer, allocatable :: low(:), half(:), high(:)
+    integer :: i
+
+    low = along(box%low(k), k, ids, vertices)
+    half = along(box%middle(k), k, half_way, vertices)
+    high = along(box%high(k), k, ids, vertices)
+    if (size(half) /= size(low) .or. size(half) /= size(high)) then
+      allocate(rows(0, 3))
+      return
+    end if
+    rows = reshape([low, half, high], [size(low), 3])
+    do i = 1, size(low)
+      associate (sides => vertices%list(rows(i, :))%unstable_side(3 - k))
+        if (all(sides > 0) .or. all(sides < 0)) cycle
+      end associate
+      rows = rows(:0, :)
+      return
+    end do
+  end function rows
+
+  !> Whether the borders `half_way` between two sides show that all pass straight from one to the other: each lies in the middle
+  !> between two that correspond, nearer to it by far than to its neighbours. Of two that are narrow, a tongue's or a gap's, the
+  !> middle between both counts.
+  pure logical function pass_straight(box, ids, half_way, k, vertices)
+    type(box_type), intent(in) :: box
+    integer, intent(in) :: ids(:), half_way(:), k
+    type(vertices_type), intent(in) :: vertices
+    real(dp), parameter :: near = 0.25_dp
+    integer, allocatable :: at(:, :)
+    real(dp), allocatable :: first(:, :), last(:, :), place(:, :), gap(:, :)
+    integer :: i, n, units
+
+    at = rows(box, ids, half_way, k, vertices)
+    n = size(at, 1)
+    pass_straight = n > 0
+    if (n == 0) return
+    allocate(place(n, 3))
+    do i = 1, n
+      place(i, :) = vertices%list(at(i, :))%u(3 - k)
+    end do
+    ! Before, between and behind them; nothing is known of beyond the box.
+    allocate(gap(0:n, 3), source=box%high(3 - k) - box%low(3 - k))
+    gap(1:n - 1, :) = place(2:, :) - place(:n - 1, :)
+    allocate(first(n, 3), last(n, 3))
+    units = 0
+    i = 1
+    do while (i <= n)
+      units = units + 1
+      first(units, :) = place(i, :)
+      if (i < n) then
+        if (maxval(gap(i, :)) < near * min(minval(gap(i - 1, :)), minval(gap(i + 1, :)))) i = i + 1
+      end if
+      last(units, :) = place(i, :)
+      i = i + 1
+    end do
+    associate (center => (first(:units, :) + last(:units, :)) / 2)
+      associate (bend => abs(center(:, 2) - (center(:, 1) + center(:, 3)) / 2))
+        if (units == 1) pass_straight = bend(1) <= near * gap(0, 1)
+        do i = 1, units - 1
+          pass_straight = pass_straight .and. bend(i) + bend(i + 1) <= near * minval(first(i + 1, :) - last(i, :))
+        end do
+      end associate
+    end associate
+  end function pass_straight
+
+  !> Links what passes, by way of the middle, unstable on the left.
+  pure subroutine link_through(box, ids, half_way, k, vertices)
+    type(box_type), intent(in) :: box
+    integer, intent(in) :: ids(:), half_way(:), k
+    type(vertices_type), intent(inout) :: vertices
+    integer, allocatable :: at(:, :)
+    integer :: i
+
+    at = rows(box, ids, half_way, k, vertices)
+    do i = 1, size(at, 1)
+      ! To the left of upward lies what is less in the first coordinate, of rightward what is more in the second.
+      if ((vertices%list(at(i, 2))%unstable_side(3 - k) > 0) .eqv. k == 2) at(i, :) = at(i, 3:1:-1)
+      vertices%list(at(i, 1))%next = at(i, 2)
+      vertices%list(at(i, 2))%next = at(i, 3)
+    end do
+  end subroutine link_through
+
+end module gestell_task_boundary_bands

@@ -1,0 +1,224 @@
+!> Borders of stability along one parameter: the values at which rho_max comes to 1, and the nearest stable machine.
+module gestell_task_boundary
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_task_boundary_line_functions, only: kind_names
+  use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
+  use gestell_task_boundary_order, only: check_search
+  use gestell_task_boundary_line_search, only: range_nodes, search_line, search_type
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: axis_type
+  use gestell_study_tile_results, only: verdict_names
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: borders_on, find_borders, line_along, nearest_stable, rest_of
+
+  !> Of Phi(T) where borders are sought.
+  real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
+  !> Of borders along one parameter and in the plane of two, relative to the ranges.
+  real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp, usual_deviation = 1.0e-3_dp
+
+  !> A critical value of a parameter.
+  type, public :: border_type
+    real(dp) :: value = 0
+    !> At `value` minus and plus this the systems have the verdicts `below` and `above`: the border lies between.
+    real(dp) :: error = 0
+    !> 'divergence': a multiplier +1; 'period_doubling': -1; 'flutter': a conjugate pair; and the argument, 0 to pi.
+    character(len=15) :: kind = ""
+    real(dp) :: arg_rad = 0
+    character(len=10) :: below = "", above = ""
+    !> Number of the vibration whose border it is, where a machine has several.
+    integer :: vibration = 1
+  end type border_type
+
+  !> A place where a border could not be excluded, and the width of what may have been missed there.
+  type, public :: open_border_type
+    real(dp) :: value = 0, width = 0
+  end type open_border_type
+
+  !> What the search for borders tells besides: where multipliers meet, how often that is without damping and without any
+  !> growth at a distance of the tolerance, and what could not be told.
+  type, public :: border_rest_type
+    integer :: meetings = 0, thin = 0
+    type(open_border_type), allocatable :: places(:)
+    !> Meetings that were not looked at, being too many; they lie in `places`.
+    integer :: left_out = 0
+  end type border_rest_type
+
+  !> The stable system nearest to a given one along a parameter: itself if it is not unstable.
+  type, public :: nearest_type
+    !> Verdict on the given system.
+    character(len=10) :: verdict = ""
+    !> Whether there is one in the range that is not unstable; its value, the way there (with its sign) and verdict.
+    logical :: found = .false.
+    real(dp) :: value = 0, distance = 0
+    character(len=10) :: there = ""
+  end type nearest_type
+
+contains
+
+  !> All borders in the range of `axis`, in its direction (gestell_task_boundary_line_search); its `count` values are where the
+  !> search begins. `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis). `rest`: what is not
+  !> sure. Errors: as of `check_search`; the parameters make no sense.
+  subroutine find_borders(family, axis, accuracy, tolerance, borders, error, rest)
+    class(family_type), intent(in) :: family
+    type(axis_type), intent(in) :: axis
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: tolerance
+    type(border_type), allocatable, intent(out) :: borders(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_rest_type), intent(out), optional :: rest
+    type(line_type) :: line
+    type(search_type) :: search
+
+    allocate(borders(0))
+    call check_search([axis], accuracy, tolerance, error)
+    if (allocated(error)) return
+    call line_along([axis], 1, [axis%from], accuracy, tolerance, line)
+    call search_line(family, line, range_nodes(axis%count), search, error)
+    if (allocated(error)) return
+    borders = borders_on(axis, line, search, 1)
+    if (present(rest)) rest = rest_of(axis, line, search)
+  end subroutine find_borders
+
+  !> The borders that were found along `line`, of the vibration `number`.
+  pure function borders_on(axis, line, search, number) result(borders)
+    type(axis_type), intent(in) :: axis
+    type(line_type), intent(in) :: line
+    type(search_type), intent(in) :: search
+    integer, intent(in) :: number
+    type(border_type) :: borders(size(search%found%list))
+    integer :: i
+
+    do i = 1, size(borders)
+      associate (crossing => search%found%list(i), u => line%start(1) + search%found%list(i)%t * line%way(1))
+        borders(i)%value = parameter_at(axis, u)
+        borders(i)%error = abs(sensitivity(axis, u) * line%way(1)) * crossing%error
+        borders(i)%kind = kind_names(crossing%kind)
+        borders(i)%arg_rad = crossing%arg
+        borders(i)%below = verdict_names(crossing%verdicts(merge(2, 1, axis%to < axis%from)))
+        borders(i)%above = verdict_names(crossing%verdicts(merge(1, 2, axis%to < axis%from)))
+        borders(i)%vibration = number
+      end associate
+    end do
+  end function borders_on
+
+  !> What the search along `line` leaves open.
+  pure function rest_of(axis, line, search) result(rest)
+    type(axis_type), intent(in) :: axis
+    type(line_type), intent(in) :: line
+    type(search_type), intent(in) :: search
+    type(border_rest_type) :: rest
+    integer :: i
+
+    rest%meetings = search%meetings
+    rest%thin = search%thin
+    rest%left_out = search%left_out
+    allocate(rest%places(size(search%doubts)))
+    do i = 1, size(search%doubts)
+      associate (u => line%start(1) + search%doubts(i)%t * line%way(1))
+        rest%places(i) = open_border_type(parameter_at(axis, u), abs(sensitivity(axis, u) * line%way(1)) * search%doubts(i)%width)
+      end associate
+    end do
+  end function rest_of
+
+  !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
+  !> is not unstable: 'stable', or where there is no damping 'undecided'. Of another axis only its place counts. A stable
+  !> `base` is its own nearest. Errors: as of `check_search` for that axis; `base`, `which` and `axes` do not fit together; the
+  !> parameters make no sense.
+  subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: base(:)
+    integer, intent(in) :: which
+    type(axis_type), intent(in) :: axes(:)
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: tolerance
+    type(nearest_type), intent(out) :: nearest
+    type(error_type), allocatable, intent(out) :: error
+    type(line_type) :: line
+    type(probe_type) :: here
+    type(search_type) :: search
+    real(dp), allocatable :: u(:)
+    real(dp) :: home
+    integer :: i
+
+    if (size(base) /= size(axes) .or. which < 1 .or. which > size(axes)) then
+      call fatal_error(error, "a nearest system is sought along one of the axes, from a value for each of them", invalid_input)
+      return
+    end if
+    call check_search([axes(which)], accuracy, tolerance, error)
+    if (allocated(error)) return
+    if (.not. all(ieee_is_finite(base))) then
+      call fatal_error(error, "the parameters of the given system must be finite", invalid_input)
+      return
+    end if
+    ! `base` itself may lie where the axis does not lead, as beyond zero from a logarithmic one.
+    call line_along([(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, accuracy, tolerance, line)
+    call probe_line(family, line, 0.0_dp, here, error)
+    if (allocated(error)) return
+    nearest%verdict = verdict_names(here%verdict)
+    if (.not. (here%missing() .or. here%is_unstable())) then
+      nearest = nearest_type(nearest%verdict, .true., base(which), 0.0_dp, nearest%verdict)
+      return
+    end if
+    call line_along(axes, which, base, accuracy, tolerance, line)
+    home = coordinate(axes(which), base(which))
+    u = range_nodes(axes(which)%count)
+    if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
+    call search_line(family, line, u, search, error)
+    if (allocated(error)) return
+    do i = 1, size(search%marks)
+      if (.not. search%marks(i)%is_unstable()) call consider(search%marks(i)%t, search%marks(i)%verdict)
+    end do
+    do i = 1, size(search%found%list)
+      associate (crossing => search%found%list(i))
+        if (crossing%unstable_above) then
+          call consider(crossing%t - crossing%error, crossing%verdicts(1))
+        else
+          call consider(crossing%t + crossing%error, crossing%verdicts(2))
+        end if
+      end associate
+    end do
+
+  contains
+
+    subroutine consider(t, verdict)
+      real(dp), intent(in) :: t
+      integer, intent(in) :: verdict
+      real(dp) :: value
+
+      value = parameter_at(axes(which), t)
+      if (nearest%found .and. abs(value - base(which)) >= abs(nearest%distance)) return
+      nearest%found = .true.
+      nearest%value = value
+      nearest%distance = value - base(which)
+      nearest%there = verdict_names(verdict)
+    end subroutine consider
+
+  end subroutine nearest_stable
+
+  !> The line along parameter `which` through `base`.
+  subroutine line_along(axes, which, base, accuracy, tolerance, line)
+    type(axis_type), intent(in) :: axes(:)
+    integer, intent(in) :: which
+    real(dp), intent(in) :: base(:)
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: tolerance
+    type(line_type), intent(out) :: line
+    integer :: k
+
+    allocate(line%axes(size(axes)))
+    do k = 1, size(axes)
+      line%axes(k) = axis_type(base(k), base(k), 1, .false.)
+    end do
+    line%axes(which) = axes(which)
+    allocate(line%start(size(axes)), line%way(size(axes)), source=0.0_dp)
+    line%way(which) = 1
+    line%accuracy = accuracy
+    line%tolerance = tolerance
+  end subroutine line_along
+
+end module gestell_task_boundary

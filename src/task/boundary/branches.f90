@@ -1,0 +1,335 @@
+!> Borders of stability over one parameter by the exact frame, branch by branch of its vibrations.
+!>
+!> A branch is a smooth function of the parameter, as are its multipliers, so each is searched like the members of any family
+!> (gestell_task_boundary_line_search). Where branches end at a turning point, a multiplier +1, the vibration ceases to exist.
+module gestell_task_boundary_branches
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_math_trigonometric, only: series_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_task_boundary, only: border_rest_type, border_type, borders_on, line_along, open_border_type, rest_of
+  use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
+  use gestell_task_boundary_line_search, only: merged, range_nodes, search_line, search_type
+  use gestell_task_boundary_vibrations, only: bare_frame, branch_type, line_path_type, trace_branches
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: axis_type
+  use gestell_study_frame_model_newton, only: iterate, values_of
+  use gestell_study_frame_model_path, only: between, cubic, motion_of
+  use gestell_study_tile_results, only: verdict_names
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: find_branch_borders
+
+  !> The vibrations of one branch.
+  type, extends(family_type) :: branch_family_type
+    class(family_type), pointer :: bare => null()
+    type(axis_type) :: axis
+    type(accuracy_type) :: accuracy
+    type(branch_type) :: branch
+  contains
+    procedure :: member
+  end type branch_family_type
+
+  character(len=*), parameter, public :: turning_point = "turning_point", no_vibration = "none"
+  !> So near to a turning point, as a part of the range, no other border is sought.
+  real(dp), parameter :: beside_turn = 1.0e-6_dp
+
+contains
+
+  !> Of the vibrations of the frames of `bare`, which no model has settled: what `find_borders` finds on each branch, and the
+  !> turning points; `vibration` numbers the branches. Those with an odd number of real multipliers above 1,
+  !> to which no machine keeps, are left out. Errors: as
+  !> of `find_borders`.
+  subroutine find_branch_borders(bare, axis, accuracy, tolerance, borders, error, rest, followed)
+    class(family_type), intent(in), target :: bare
+    type(axis_type), intent(in) :: axis
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: tolerance
+    type(border_type), allocatable, intent(out) :: borders(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_rest_type), intent(out) :: rest
+    !> Whether there is any branch; else nothing excites the frames, or no vibration was found.
+    logical, intent(out) :: followed
+    type(branch_family_type) :: family
+    type(branch_type), allocatable :: branches(:)
+    type(line_type) :: line
+    type(search_type) :: search
+    type(border_rest_type) :: own
+    type(probe_type) :: middle
+    real(dp) :: ends(2)
+    integer :: i, side, number
+
+    allocate(borders(0), rest%places(0))
+    call trace_branches(bare, axis, accuracy, range_nodes(axis%count), branches)
+    followed = size(branches) > 0
+    if (.not. followed) return
+    call add_gaps(axis, branches, rest)
+    family%bare => bare
+    family%axis = axis
+    family%accuracy = accuracy
+    number = 0
+    do i = 1, size(branches) - 1
+      ends = abs(branches(i)%ends() - branches(i + 1)%ends())
+      do side = 1, 2
+        if (branches(i)%turns(side) .and. .not. ends(side) > 0) call refine_turn(family, branches(i:i + 1), side)
+      end do
+    end do
+    do i = 1, size(branches)
+      family%branch = branches(i)
+      ends = branches(i)%ends() + merge(beside_turn, 0.0_dp, branches(i)%turns) * [1, -1]
+      if (.not. ends(2) > ends(1)) cycle
+      call line_along([axis], 1, [axis%from], accuracy, tolerance, line)
+      line%start = ends(1)
+      line%way = ends(2) - ends(1)
+      call probe_line(family, line, 0.5_dp, middle, error)
+      if (allocated(error)) return
+      if (between_turns(middle)) cycle
+      number = number + 1
+      call search_line(family, line, nodes_of(branches(i), line, axis%count), search, error)
+      if (allocated(error)) return
+      borders = [borders, borders_on(axis, line, search, number)]
+      own = rest_of(axis, line, search)
+      rest%meetings = rest%meetings + own%meetings
+      rest%thin = rest%thin + own%thin
+      rest%left_out = rest%left_out + own%left_out
+      rest%places = [rest%places, own%places]
+      call add_turns(family, tolerance, number, search, borders)
+    end do
+    call sort(borders, axis%to < axis%from)
+  end subroutine find_branch_borders
+
+  !> Where the search of a branch begins: also at points of it between which the vibration changes by a quarter of itself.
+  pure function nodes_of(branch, line, count) result(nodes)
+    type(branch_type), intent(in) :: branch
+    type(line_type), intent(in) :: line
+    integer, intent(in) :: count
+    real(dp), allocatable :: nodes(:)
+    real(dp), parameter :: notable = 0.25_dp
+    real(dp) :: t(size(branch%points)), changed
+    logical :: taken(size(branch%points))
+    integer :: i
+
+    t = (branch%points%lambda - line%start(1)) / line%way(1)
+    taken = .false.
+    changed = 0
+    do i = 2, size(t)
+      changed = changed + branch%arcs(i - 1) * sqrt(max(1 - branch%points(i)%rise**2, 0.0_dp))
+      if (changed < notable) cycle
+      taken(i) = t(i) > 0 .and. t(i) < 1
+      changed = 0
+    end do
+    nodes = merged(range_nodes(count), pack(t, taken))
+  end function nodes_of
+
+  !> What no branch passes is open.
+  pure subroutine add_gaps(axis, branches, rest)
+    type(axis_type), intent(in) :: axis
+    type(branch_type), intent(in) :: branches(:)
+    type(border_rest_type), intent(inout) :: rest
+    !> Of the range: ends of paths, and the turning points' errors.
+    real(dp), parameter :: narrow = 1.0e-5_dp
+    real(dp) :: ends(2, size(branches)), t, next
+    integer :: i
+
+    do i = 1, size(branches)
+      ends(:, i) = branches(i)%ends()
+    end do
+    t = 0
+    do
+      next = max(t, maxval(ends(2, :), mask=ends(1, :) <= t + narrow))
+      if (.not. next > t) then
+        next = min(1.0_dp, minval(ends(1, :), mask=ends(1, :) > t + narrow))
+        rest%places = [rest%places, open_border_type(parameter_at(axis, (t + next) / 2), &
+          & abs(parameter_at(axis, next) - parameter_at(axis, t)))]
+      end if
+      t = next
+      if (t > 1 - narrow) return
+    end do
+  end subroutine add_gaps
+
+  !> Whether an odd number of real multipliers is greater than 1.
+  pure logical function between_turns(probe)
+    type(probe_type), intent(in) :: probe
+
+    between_turns = .false.
+    if (probe%missing()) return
+    between_turns = modulo(count(real(probe%z) > probe%noise .and. .not. abs(aimag(probe%z)) > 0), 2) == 1
+  end function between_turns
+
+  !> The place of the turning point at end `side` of two branches, in which they meet. Beside it the square of their difference is a
+  !> smooth function of the parameter, so the parameter is one of that; it is extrapolated to zero (Neville).
+  subroutine refine_turn(family, pair, side)
+    type(branch_family_type), intent(inout) :: family
+    type(branch_type), intent(inout) :: pair(2)
+    integer, intent(in) :: side
+    integer, parameter :: levels = 6
+    real(dp), parameter :: first = 0.02_dp, path_error = 1.0e-4_dp
+    real(dp) :: t(levels), square(levels), table(levels), ends(2, 2), before, distance
+    type(error_type), allocatable :: error
+    integer :: i, k, at(2)
+
+    ends(:, 1) = pair(1)%ends()
+    ends(:, 2) = pair(2)%ends()
+    distance = first * minval(ends(2, :) - ends(1, :))
+    at = [size(pair(1)%points), size(pair(2)%points)]
+    if (side == 1) at = 1
+    table = 0
+    ! What the path knows, unless more is found.
+    pair(1)%errors(side) = max(pair(1)%errors(side), path_error)
+    pair(2)%errors(side) = pair(1)%errors(side)
+    do k = 1, levels
+      t(k) = ends(side, 1) + distance / 2**(k - 1) * merge(1, -1, side == 1)
+      call difference_at(family, pair, t(k), square(k), error)
+      if (allocated(error)) return
+      before = table(1)
+      table(k) = t(k)
+      do i = k - 1, 1, -1
+        table(i) = (square(k) * table(i) - square(i) * table(i + 1)) / (square(k) - square(i))
+      end do
+    end do
+    if (.not. abs(table(1) - ends(side, 1)) < distance) return
+    do i = 1, 2
+      pair(i)%points(at(i))%lambda = table(1)
+      pair(i)%errors(side) = abs(table(1) - before)
+    end do
+  end subroutine refine_turn
+
+  !> The mean square of the difference of two branches' motions.
+  subroutine difference_at(family, pair, t, square, error)
+    type(branch_family_type), intent(inout) :: family
+    type(branch_type), intent(in) :: pair(2)
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: square
+    type(error_type), allocatable, intent(out) :: error
+    class(periodic_system), allocatable :: system
+    type(series_type) :: motion(2)
+    real(dp), allocatable :: q(:, :)
+    integer :: i, samples
+
+    square = 0
+    do i = 1, 2
+      family%branch = pair(i)
+      call family%member([parameter_at(family%axis, t)], system, error)
+      if (allocated(error)) return
+      select type (system)
+      class is (varied_frame_type)
+        motion(i) = system%motion
+      end select
+    end do
+    samples = 2 * max(ubound(motion(1)%cosine, 1), ubound(motion(2)%cosine, 1)) + 2
+    q = (values_of(motion(1), samples) - values_of(motion(2), samples)) / spread(pair(1)%units, 1, samples)
+    square = sum(q**2) / samples
+    if (.not. square > 0) call fatal_error(error, "the branches are the same", failed_computation)
+  end subroutine difference_at
+
+  !> Adds the turning points at the ends of the family's branch.
+  pure subroutine add_turns(family, tolerance, number, search, borders)
+    type(branch_family_type), intent(in) :: family
+    real(dp), intent(in) :: tolerance
+    integer, intent(in) :: number
+    type(search_type), intent(in) :: search
+    type(border_type), allocatable, intent(inout) :: borders(:)
+    type(border_type) :: border
+    real(dp) :: ends(2)
+    character(len=len(border%below)) :: verdict
+    integer :: side
+
+    ends = family%branch%ends()
+    if (size(search%marks) == 0) return
+    do side = 1, 2
+      if (.not. family%branch%turns(side)) cycle
+      verdict = verdict_names(search%marks(merge(1, size(search%marks), side == 1))%verdict)
+      border%value = parameter_at(family%axis, ends(side))
+      border%error = abs(sensitivity(family%axis, ends(side))) * max(family%branch%errors(side), tolerance)
+      border%kind = turning_point
+      border%vibration = number
+      border%below = no_vibration
+      border%above = no_vibration
+      if ((side == 1) .eqv. (family%axis%to > family%axis%from)) then
+        border%above = verdict
+      else
+        border%below = verdict
+      end if
+      borders = [borders, border]
+    end do
+  end subroutine add_turns
+
+  !> In the direction of the range.
+  pure subroutine sort(borders, descending)
+    type(border_type), intent(inout) :: borders(:)
+    logical, intent(in) :: descending
+    type(border_type) :: next
+    integer :: i, k
+
+    do i = 2, size(borders)
+      next = borders(i)
+      k = i
+      do while (k > 1)
+        if ((borders(k - 1)%value <= next%value) .neqv. descending) exit
+        borders(k) = borders(k - 1)
+        k = k - 1
+      end do
+      borders(k) = next
+    end do
+  end subroutine sort
+
+  !> The frame varied about its vibration on the branch. Error: Newton's method does not come to it.
+  subroutine member(self, parameters, system, error)
+    class(branch_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+    type(varied_frame_type), allocatable :: varied
+    type(line_path_type) :: path
+    class(frame_type), allocatable :: frame
+    real(dp), allocatable :: steps(:)
+    real(dp), parameter :: greatest_step = 0.1_dp
+
+    call bare_frame(self%bare, parameters, frame, error)
+    if (allocated(error)) return
+    path%units = self%branch%units
+    allocate(varied)
+    varied = varied_frame(frame, motion_on(path, self%branch, coordinate(self%axis, parameters(1))))
+    call iterate(frame, self%accuracy, .false., varied, steps, error)
+    if (allocated(error)) return
+    if (steps(1) > greatest_step) then
+      call fatal_error(error, "the vibration is not that of the branch", failed_computation)
+      return
+    end if
+    call move_alloc(varied, system)
+  end subroutine member
+
+  !> The motion (m, m, rad) of a branch at lambda = t, by cubics along the arc.
+  function motion_on(family, branch, t) result(motion)
+    type(line_path_type), intent(in) :: family
+    type(branch_type), intent(in) :: branch
+    real(dp), intent(in) :: t
+    type(series_type) :: motion
+    integer, parameter :: halvings = 50
+    real(dp) :: low, high, x
+    integer :: i, k
+
+    k = 1
+    do i = 2, size(branch%points) - 1
+      if (branch%points(i)%lambda <= t) k = i
+    end do
+    associate (l => branch%points(k), r => branch%points(k + 1), h => branch%arcs(k))
+      low = 0
+      high = 1
+      do i = 1, halvings
+        x = (low + high) / 2
+        if (cubic(x, l%lambda, r%lambda, h * l%rise, h * r%rise) < t) then
+          low = x
+        else
+          high = x
+        end if
+      end do
+      motion = motion_of(family, between(x, l, r, h))
+    end associate
+  end function motion_on
+
+end module gestell_task_boundary_branches

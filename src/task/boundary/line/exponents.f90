@@ -1,0 +1,221 @@
+!> Logarithms z = ln(rho) of the multipliers along a line: at nodes with their slopes, from node to node as cubic curves.
+!>
+!> z is a smooth function of a parameter but where two multipliers meet. What interaction is left there when the meeting lies
+!> far within a stretch between two nodes is for gestell_task_boundary_line_meeting to find.
+module gestell_task_boundary_line_exponents
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
+  use gestell_study_family, only: family_type
+  implicit none (type, external)
+  private
+
+  public :: connect, solve_node, wrapped
+
+  !> The system at a point of a line and dz/dt of its multipliers, shape (n).
+  type, public :: node_type
+    type(probe_type) :: at
+    complex(dp), allocatable :: slope(:)
+  end type node_type
+
+  !> The multipliers between two nodes.
+  type, public :: stretch_type
+    type(probe_type) :: ends(2)
+    !> z at both ends in corresponding order, imaginary parts without jumps on the way, and slopes times the length; shape (n, 2).
+    complex(dp), allocatable :: z(:, :), change(:, :)
+    !> By how much the change of z is not what the slopes say, shape (n), and the errors of z, shape (n, 2).
+    complex(dp), allocatable :: miss(:)
+    real(dp), allocatable :: noise(:, :)
+    !> Whether other multipliers correspond nearly as well; not divided further though it is not smooth.
+    logical :: ambiguous = .false., rough = .false.
+  contains
+    procedure :: length
+    procedure :: at => z_at
+    procedure :: is_smooth
+  end type stretch_type
+
+contains
+
+  !> The node at `t` of a line that is searched between two `ends`, none of which is left. Error: the parameters make no sense.
+  subroutine solve_node(family, line, t, ends, node, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    real(dp), intent(in) :: t, ends(2)
+    type(node_type), intent(out) :: node
+    type(error_type), allocatable, intent(out) :: error
+    !> Phases of vibrations that turn a thousand times in a period change by a thousandth of a radian.
+    real(dp), parameter :: part = 1.0e-7_dp
+    type(probe_type) :: beside
+    logical, allocatable :: free(:)
+    real(dp) :: change
+    integer :: i, k
+
+    call probe_line(family, line, t, node%at, error)
+    if (allocated(error) .or. node%at%missing()) return
+    allocate(node%slope(size(node%at%z)), source=(0.0_dp, 0.0_dp))
+    change = part * (ends(2) - ends(1))
+    if (t > sum(ends) / 2) change = -change
+    call probe_line(family, line, t + change, beside, error)
+    if (allocated(error) .or. beside%missing()) return
+    if (size(beside%z) /= size(node%slope)) return
+    allocate(free(size(node%slope)), source=.true.)
+    do i = 1, size(free)
+      k = minloc(abs(wrapped(beside%z - node%at%z(i))), dim=1, mask=free)
+      free(k) = .false.
+      node%slope(i) = wrapped(beside%z(k) - node%at%z(i)) / (beside%t - t)
+    end do
+  end subroutine solve_node
+
+  !> The stretch between two nodes, `l` before `r`: those multipliers correspond whose difference is what their slopes say, the
+  !> best ones first.
+  pure subroutine connect(l, r, stretch)
+    type(node_type), intent(in) :: l, r
+    type(stretch_type), intent(out) :: stretch
+    !> What a change of the slope counts against one of z; by what factor another assignment must be worse, unless it exchanges
+    !> multipliers that are so near to each other.
+    real(dp), parameter :: weight = 0.5_dp, apart = 3, alike = 0.05_dp
+    real(dp), dimension(size(l%slope), size(l%slope)) :: away
+    logical, dimension(size(l%slope), size(l%slope)) :: free
+    integer :: order(size(l%slope)), place(2), i, k, n
+
+    n = size(l%slope)
+    stretch%ends = [l%at, r%at]
+    allocate(stretch%z(n, 2), stretch%change(n, 2), stretch%noise(n, 2), stretch%miss(n))
+    associate (h => r%at%t - l%at%t)
+      do k = 1, n
+        do i = 1, n
+          away(i, k) = size_of(miss_of(i, k, h), l%at%z(i)) + weight * size_of(h * (r%slope(k) - l%slope(i)), l%at%z(i))
+        end do
+      end do
+      free = .true.
+      do i = 1, n
+        place = minloc(away, mask=free)
+        order(place(1)) = place(2)
+        free(place(1), :) = .false.
+        free(:, place(2)) = .false.
+      end do
+      do i = 1, n
+        do k = i + 1, n
+          if (min(abs(wrapped(l%at%z(i) - l%at%z(k))), abs(wrapped(r%at%z(order(i)) - r%at%z(order(k))))) < alike) cycle
+          if (away(i, order(k)) + away(k, order(i)) < apart * (away(i, order(i)) + away(k, order(k)))) stretch%ambiguous = .true.
+        end do
+      end do
+      do i = 1, n
+        k = order(i)
+        stretch%miss(i) = miss_of(i, k, h)
+        stretch%z(i, 1) = l%at%z(i)
+        stretch%z(i, 2) = l%at%z(i) + h * (l%slope(i) + r%slope(k)) / 2 + stretch%miss(i)
+        stretch%change(i, :) = h * [l%slope(i), r%slope(k)]
+        stretch%noise(i, :) = [l%at%noise(i), r%at%noise(k)]
+      end do
+    end associate
+
+  contains
+
+    pure complex(dp) function miss_of(i, k, h) result(miss)
+      integer, intent(in) :: i, k
+      real(dp), intent(in) :: h
+
+      miss = wrapped(r%at%z(k) - l%at%z(i) - h * (l%slope(i) + r%slope(k)) / 2)
+    end function miss_of
+
+    !> Decays are compared by their ratio where they are strong.
+    pure real(dp) function size_of(miss, z)
+      complex(dp), intent(in) :: miss, z
+
+      size_of = abs(aimag(miss)) + abs(real(miss)) / max(1.0_dp, abs(real(z)))
+    end function size_of
+
+  end subroutine connect
+
+  pure real(dp) function length(self)
+    class(stretch_type), intent(in) :: self
+
+    length = self%ends(2)%t - self%ends(1)%t
+  end function length
+
+  !> z at the part `x` of the way, shape (n), by cubic curves.
+  pure function z_at(self, x) result(z)
+    class(stretch_type), intent(in) :: self
+    real(dp), intent(in) :: x
+    complex(dp) :: z(size(self%miss))
+
+    z = (1 + 2 * x) * (1 - x)**2 * self%z(:, 1) + x**2 * (3 - 2 * x) * self%z(:, 2) &
+      & + x * (1 - x)**2 * self%change(:, 1) - x**2 * (1 - x) * self%change(:, 2)
+  end function z_at
+
+  !> Whether the curves tell z well enough: phases do not turn by a whole turn unseen, meetings are where the curves meet,
+  !> and no growth changes its sign twice.
+  pure logical function is_smooth(self)
+    class(stretch_type), intent(in) :: self
+    !> In radians; and in decay, as a part of the decay.
+    real(dp), parameter :: bend = 3, near = 0.02_dp, part = 0.25_dp
+    integer, parameter :: samples = 8
+    complex(dp) :: z(size(self%miss), 0:samples)
+    integer :: i, k
+
+    associate (decay => max(-max(real(self%z(:, 1)), real(self%z(:, 2))), 0.0_dp))
+      is_smooth = .not. self%ambiguous .and. all(abs(aimag(self%change(:, 2) - self%change(:, 1))) <= bend + decay) &
+        & .and. all(abs(self%miss) <= near + part * decay)
+    end associate
+    do k = 0, samples
+      z(:, k) = self%at(real(k, dp) / samples)
+      is_smooth = is_smooth .and. .not. crowded(z(:, k), abs(self%miss))
+    end do
+    do i = 1, size(z, 1)
+      if (.not. is_smooth) return
+      if (meets_another(z, i)) cycle
+      is_smooth = .not. any(doubtful(real(z(i, 1:samples - 1)), real(z(i, 0)), real(z(i, samples)), abs(real(self%miss(i))), &
+        & self%noise(i, 1), self%noise(i, 2)))
+    end do
+  end function is_smooth
+
+  !> Whether the phase of a multiplier comes near to that of another one; its growth is then followed there.
+  pure logical function meets_another(z, i)
+    complex(dp), intent(in) :: z(:, :)
+    integer, intent(in) :: i
+    !> In radians: phases that meet, and phases that are the same all the way.
+    real(dp), parameter :: near = 0.02_dp, locked = 1.0e-9_dp
+    real(dp) :: apart(size(z, 2))
+    integer :: k
+
+    meets_another = .false.
+    do k = 1, size(z, 1)
+      apart = abs(aimag(wrapped(z(i, :) - z(k, :))))
+      if (k /= i) meets_another = meets_another .or. (minval(apart) <= near .and. maxval(apart) > locked)
+    end do
+  end function meets_another
+
+  !> Whether three meet, as nearly as it is known where they are.
+  pure logical function crowded(z, miss)
+    complex(dp), intent(in) :: z(:)
+    real(dp), intent(in) :: miss(:)
+    real(dp), parameter :: safety = 6, known = 1.0e-5_dp
+    integer :: i
+
+    crowded = .false.
+    do i = 1, size(z)
+      crowded = count(abs(wrapped(z - z(i))) <= safety * (miss + miss(i)) .and. miss + miss(i) > known) > 2
+      if (crowded) return
+    end do
+  end function crowded
+
+  !> Whether a growth between two of the same sign may have the other one.
+  elemental logical function doubtful(growth, first, last, miss, noise_first, noise_last)
+    real(dp), intent(in) :: growth, first, last, miss, noise_first, noise_last
+    real(dp), parameter :: safety = 2, clear = 10
+
+    doubtful = .false.
+    if (abs(first) <= clear * noise_first .or. abs(last) <= clear * noise_last) return
+    if ((first > 0) .neqv. (last > 0)) return
+    doubtful = sign(1.0_dp, first) * growth - safety * miss < 0
+  end function doubtful
+
+  !> The imaginary part between -pi and pi.
+  elemental complex(dp) function wrapped(z)
+    complex(dp), intent(in) :: z
+
+    wrapped = cmplx(real(z), aimag(z) - 2 * pi * anint(aimag(z) / (2 * pi)), dp)
+  end function wrapped
+
+end module gestell_task_boundary_line_exponents

@@ -1,0 +1,126 @@
+!> All multipliers followed along a line, from node to node as near as they want it.
+module gestell_task_boundary_line_follow
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_task_boundary_line_exponents, only: connect, node_type, solve_node, stretch_type
+  use gestell_task_boundary_line, only: line_type
+  use gestell_study_family, only: family_type
+  implicit none (type, external)
+  private
+
+  public :: follow_multipliers
+
+  !> Stretches one after the other; where there are no systems there are none.
+  type, public :: way_type
+    integer :: count = 0
+    type(stretch_type), allocatable :: list(:)
+  contains
+    procedure :: add
+  end type way_type
+
+  !> Parts of the whole: of a stretch that is not divided any more, and of one at whose other end there is no system.
+  real(dp), parameter :: shortest = 1.0e-7_dp, beside_nothing = 1.0e-4_dp
+  !> Beyond so many nodes nothing is divided any more.
+  integer, parameter :: most = 4000
+  !> What is known of a stretch.
+  integer, parameter :: open = 0, done = 1, empty = 2
+
+contains
+
+  !> The stretches between the first and the last of `t`, ascending, with nodes at all of them and between them where the
+  !> multipliers do not go on as their slopes say: all that need it are halved, then those of the halves, so that where the
+  !> nodes do not suffice the shortest remain as they are. Error: the parameters make no sense.
+  subroutine follow_multipliers(family, line, t, way, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    real(dp), intent(in) :: t(:)
+    type(way_type), intent(out) :: way
+    type(error_type), allocatable, intent(out) :: error
+    type(node_type), allocatable :: nodes(:), more(:)
+    integer, allocatable :: state(:), more_state(:)
+    integer :: i, n
+
+    allocate(nodes(size(t)))
+    associate (ends => t([1, size(t)]), span => t(size(t)) - t(1))
+      do i = 1, size(t)
+        call solve_node(family, line, t(i), ends, nodes(i), error)
+        if (allocated(error)) return
+      end do
+      allocate(state(size(t) - 1), source=open)
+      do
+        do i = 1, size(state)
+          if (state(i) == open) state(i) = state_of(nodes(i), nodes(i + 1), span)
+        end do
+        if (size(nodes) > most .or. .not. any(state == open)) exit
+        n = count(state == open)
+        allocate(more(size(nodes) + n), more_state(size(state) + n))
+        n = 0
+        do i = 1, size(state)
+          n = n + 1
+          more(n) = nodes(i)
+          more_state(n) = state(i)
+          if (state(i) /= open) cycle
+          n = n + 1
+          more_state(n) = open
+          call solve_node(family, line, (nodes(i)%at%t + nodes(i + 1)%at%t) / 2, ends, more(n), error)
+          if (allocated(error)) return
+        end do
+        more(n + 1) = nodes(size(nodes))
+        call move_alloc(more, nodes)
+        call move_alloc(more_state, state)
+      end do
+      do i = 1, size(state)
+        if (alike(nodes(i), nodes(i + 1))) call way%add(stretch_between(nodes(i), nodes(i + 1)))
+      end do
+    end associate
+  end subroutine follow_multipliers
+
+  !> Whether the stretch between two nodes can be left as it is, or has no systems.
+  pure integer function state_of(l, r, span) result(state)
+    type(node_type), intent(in) :: l, r
+    real(dp), intent(in) :: span
+    type(stretch_type) :: stretch
+
+    state = open
+    associate (h => r%at%t - l%at%t)
+      if (alike(l, r)) then
+        stretch = stretch_between(l, r)
+        if (h < shortest * span .or. .not. stretch%rough) state = done
+      else if ((l%at%missing() .and. r%at%missing()) .or. h < beside_nothing * span) then
+        state = empty
+      end if
+    end associate
+  end function state_of
+
+  !> `rough` if it is not smooth.
+  pure type(stretch_type) function stretch_between(l, r) result(stretch)
+    type(node_type), intent(in) :: l, r
+
+    call connect(l, r, stretch)
+    stretch%rough = .not. stretch%is_smooth()
+  end function stretch_between
+
+  !> Whether both are systems of one size.
+  pure logical function alike(l, r)
+    type(node_type), intent(in) :: l, r
+
+    alike = .not. (l%at%missing() .or. r%at%missing())
+    if (alike) alike = size(l%at%z) == size(r%at%z)
+  end function alike
+
+  pure subroutine add(self, stretch)
+    class(way_type), intent(inout) :: self
+    type(stretch_type), intent(in) :: stretch
+    type(stretch_type), allocatable :: longer(:)
+
+    if (.not. allocated(self%list)) allocate(self%list(64))
+    if (self%count == size(self%list)) then
+      allocate(longer(2 * self%count))
+      longer(:self%count) = self%list
+      call move_alloc(longer, self%list)
+    end if
+    self%count = self%count + 1
+    self%list(self%count) = stretch
+  end subroutine add
+
+end module gestell_task_boundary_line_follow

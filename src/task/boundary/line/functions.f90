@@ -1,0 +1,130 @@
+!> Functions of the multipliers that are smooth where a system loses its stability, and change their sign there.
+!>
+!> rho_max itself has kinks and, where two multipliers meet, a square root. The products over all multipliers
+!>
+!>     f+ = product of (rho_k - 1),   f- = product of (rho_k + 1),   h = product over pairs of (1 - rho_i rho_k)
+!>
+!> are symmetric in them, so as smooth as Phi: f+ = det(Phi - E) is zero at a divergence, f- at a period doubling, h where a
+!> conjugate pair crosses the unit circle. Each factor is divided by sqrt(1 + |.|**2): signs count, sizes must not
+!> overflow. Without damping multipliers come in pairs rho, 1/rho and h vanishes everywhere; its place is taken by the
+!> discriminant of z = rho + 1/rho, the product of (z_i - z_k)**2, which is zero where two pairs meet.
+module gestell_task_boundary_line_functions
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_multipliers, only: multipliers_type
+  implicit none (type, external)
+  private
+
+  public :: border_functions
+
+  integer, parameter, public :: divergence = 1, period_doubling = 2, flutter = 3, border_kinds = 3
+  character(len=15), parameter, public :: kind_names(border_kinds) = [character(len=15) :: "divergence", "period_doubling", &
+    & "flutter"]
+
+  !> ln |rho| beyond which only the argument counts.
+  real(dp), parameter :: most = 100
+
+contains
+
+  !> `f` = f+, f- and h, or where multipliers are reciprocal in pairs, the discriminant; `known`: whether they differ from
+  !> zero by more than the errors of the multipliers.
+  pure subroutine border_functions(multipliers, f, known, reciprocal)
+    type(multipliers_type), intent(in) :: multipliers
+    real(dp), intent(out) :: f(border_kinds)
+    logical, intent(out) :: known(border_kinds), reciprocal
+    complex(dp), dimension(size(multipliers%rho)) :: w
+    complex(dp) :: z(size(w) / 2)
+    real(dp) :: radius(size(w)), z_error(size(w) / 2)
+
+    associate (log_abs => min(multipliers%log_abs, most))
+      w = exp(log_abs) * cmplx(cos(multipliers%arg), sin(multipliers%arg), dp)
+      ! sin(pi) is not zero to the last bit, but real multipliers are real.
+      where (pi - abs(multipliers%arg) < epsilon(pi)) w = -exp(log_abs)
+      radius = exp(min(log(max(multipliers%error, tiny(pi))) + log_abs, most))
+    end associate
+    f(divergence) = real(product((w - 1) / size_of(w)))
+    f(period_doubling) = real(product((w + 1) / size_of(w)))
+    known(divergence) = all(abs(w - 1) > radius)
+    known(period_doubling) = all(abs(w + 1) > radius)
+    call find_pairs(w, radius, z, z_error, reciprocal)
+    if (reciprocal) then
+      call discriminant(z, z_error, f(flutter), known(flutter))
+    else
+      call product_of_pairs(w, radius, f(flutter), known(flutter))
+    end if
+  end subroutine border_functions
+
+  !> h.
+  pure subroutine product_of_pairs(w, radius, h, known)
+    complex(dp), intent(in) :: w(:)
+    real(dp), intent(in) :: radius(:)
+    real(dp), intent(out) :: h
+    logical, intent(out) :: known
+    complex(dp) :: all_pairs
+    integer :: i, k
+
+    all_pairs = 1
+    known = .true.
+    do i = 1, size(w)
+      do k = i + 1, size(w)
+        associate (pair => w(i) * w(k), pair_error => abs(w(i)) * radius(k) + (abs(w(k)) + radius(k)) * radius(i))
+          all_pairs = all_pairs * ((1 - pair) / size_of(pair))
+          known = known .and. abs(1 - pair) > pair_error
+        end associate
+      end do
+    end do
+    h = real(all_pairs)
+  end subroutine product_of_pairs
+
+  !> The discriminant of the z.
+  pure subroutine discriminant(z, error, value, known)
+    complex(dp), intent(in) :: z(:)
+    real(dp), intent(in) :: error(:)
+    real(dp), intent(out) :: value
+    logical, intent(out) :: known
+    complex(dp) :: all_pairs
+    integer :: i, k
+
+    all_pairs = 1
+    known = .true.
+    do i = 1, size(z)
+      do k = i + 1, size(z)
+        all_pairs = all_pairs * ((z(i) - z(k)) / (size_of(z(i)) * size_of(z(k))))**2
+        known = known .and. abs(z(i) - z(k)) > error(i) + error(k)
+      end do
+    end do
+    value = real(all_pairs)
+  end subroutine discriminant
+
+  !> z = rho + 1/rho of each pair of multipliers whose product is 1 within the errors; `reciprocal` if all are of that kind.
+  pure subroutine find_pairs(w, radius, z, error, reciprocal)
+    complex(dp), intent(in) :: w(:)
+    real(dp), intent(in) :: radius(:)
+    complex(dp), intent(out) :: z(:)
+    real(dp), intent(out) :: error(:)
+    logical, intent(out) :: reciprocal
+    logical :: free(size(w))
+    integer :: i, k, pair
+
+    z = 0
+    error = 0
+    reciprocal = mod(size(w), 2) == 0
+    free = .true.
+    do pair = 1, size(z)
+      if (.not. reciprocal) return
+      i = findloc(free, .true., dim=1)
+      free(i) = .false.
+      k = minloc(abs(1 - w(i) * w), dim=1, mask=free)
+      free(k) = .false.
+      reciprocal = abs(1 - w(i) * w(k)) <= abs(w(i)) * radius(k) + (abs(w(k)) + radius(k)) * radius(i)
+      z(pair) = w(i) + w(k)
+      error(pair) = radius(i) + radius(k)
+    end do
+  end subroutine find_pairs
+
+  elemental real(dp) function size_of(w)
+    complex(dp), intent(in) :: w
+
+    size_of = sqrt(1 + real(w)**2 + aimag(w)**2)
+  end function size_of
+
+end module gestell_task_boundary_line_functions

@@ -1,0 +1,93 @@
+!> Multipliers as the search for borders wants them: right to the last digits also where the motion grows by decades within
+!> the period and comes back.
+module gestell_task_boundary_line_multipliers
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_factors_factored, only: factored_multipliers
+  use gestell_floquet_factors, only: factors_type, solve_factors
+  use gestell_floquet_period_monodromy, only: accuracy_type, survey
+  use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_part, only: independent_parts, part_of
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: border_multipliers
+
+  !> Radians that the fastest vibration turns within the period; beyond, reduction may be cheaper than factors.
+  real(dp), parameter :: many_turns = 700
+
+contains
+
+  !> All multipliers, of parts that do not act on each other apart. They come from the factors of the monodromy matrix: its
+  !> determinants suffer in the product (Mathieu's equation for q = 25 has 1e7 in the middle of the period and +-1 at its
+  !> end), not in the factors. Where there are no factors to be had, `solve_floquet` finds its way.
+  !> Errors: those of `solve_floquet`.
+  subroutine border_multipliers(system, accuracy, multipliers, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    class(periodic_system), allocatable :: part
+    type(multipliers_type) :: own
+    integer, allocatable :: numbers(:), states(:)
+    integer :: i, k
+
+    allocate(numbers, source=independent_parts(system))
+    if (maxval(numbers) == 1) then
+      call solve_part(system, accuracy, multipliers, error)
+      return
+    end if
+    multipliers = no_multipliers(0)
+    do k = 1, maxval(numbers)
+      call part_of(system, pack([(i, i = 1, size(numbers))], numbers == k), part, states)
+      call solve_part(part, accuracy, own, error)
+      if (allocated(error)) return
+      call append(multipliers, own)
+    end do
+    call arrange(multipliers)
+  end subroutine border_multipliers
+
+  subroutine solve_part(system, accuracy, multipliers, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    type(floquet_type) :: floquet
+
+    call from_factors(system, accuracy, multipliers, error)
+    if (.not. allocated(error)) return
+    call solve_floquet(system, accuracy, .false., floquet, error)
+    if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
+  end subroutine solve_part
+
+  subroutine from_factors(system, accuracy, multipliers, unfit)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: unfit
+    type(factors_type) :: factors
+    real(dp), allocatable :: scale(:)
+    real(dp) :: turns
+    logical :: other_way
+
+    other_way = accuracy%steps > 0
+    if (allocated(accuracy%method)) other_way = other_way .or. accuracy%method == "reduced"
+    select type (system)
+    type is (averaged_system)
+      other_way = .true.
+    end select
+    if (.not. other_way) call survey(system, scale, turns, unfit)
+    if (allocated(unfit)) return
+    if (.not. other_way) other_way = turns > many_turns
+    if (other_way) then
+      allocate(unfit)
+      return
+    end if
+    call solve_factors(system, accuracy, .false., factors, unfit)
+    if (.not. allocated(unfit)) call factored_multipliers(factors, .false., multipliers, unfit)
+  end subroutine from_factors
+
+end module gestell_task_boundary_line_multipliers

@@ -1,0 +1,165 @@
+!> Two multipliers that meet: z = mean +- sqrt(delta).
+!>
+!> Where the phases of two multipliers meet neither is smooth, but mean and delta are: they belong to the plane of both modes.
+!> Beside a tongue delta is negative, -(detuning/2)**2, and positive in it; the greater growth is that of mean + sqrt(delta).
+module gestell_task_boundary_line_pair
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_task_boundary_line_exponents, only: stretch_type, wrapped
+  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
+  use gestell_study_family, only: family_type
+  use gestell_study_tile_results, only: failed
+  implicit none (type, external)
+  private
+
+  public :: fit_pair, greatest_growth, solve_pair
+
+  !> Which multipliers of a stretch, and by how many turns the first is ahead of the second where they meet.
+  type, public :: pair_name_type
+    integer :: i = 0, k = 0, turns = 0
+  end type pair_name_type
+
+  type, public :: pair_type
+    real(dp) :: t = 0
+    complex(dp) :: mean = 0, delta = 0
+    !> The greater real part of the two, and the error of either.
+    real(dp) :: growth = 0, noise = 0
+    type(probe_type) :: at
+  contains
+    procedure :: excess
+  end type pair_type
+
+  !> mean and delta as polynomials of t - origin, coefficients of 1, t, t**2.
+  type, public :: pair_fit_type
+    real(dp) :: origin = 0
+    complex(dp) :: mean(0:2) = 0, delta(0:2) = 0
+  contains
+    procedure :: growth => growth_of_fit
+  end type pair_fit_type
+
+contains
+
+  !> The pair `name` of a stretch at `t`: those two multipliers that are nearest to where its curves have them.
+  !> Error: the parameters make no sense.
+  subroutine solve_pair(family, line, stretch, name, t, pair, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    type(stretch_type), intent(in) :: stretch
+    type(pair_name_type), intent(in) :: name
+    real(dp), intent(in) :: t
+    type(pair_type), intent(out) :: pair
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp) :: told(size(stretch%miss)), one, other
+    real(dp) :: away, least
+    integer :: i, k, best(2)
+
+    pair%t = t
+    call probe_line(family, line, t, pair%at, error)
+    if (allocated(error) .or. pair%at%missing()) return
+    if (size(pair%at%z) /= size(stretch%miss)) then
+      pair%at%verdict = failed
+      return
+    end if
+    told = stretch%at((t - stretch%ends(1)%t) / stretch%length())
+    one = told(name%i)
+    other = told(name%k) + cmplx(0.0_dp, 2 * pi * name%turns, dp)
+    least = huge(least)
+    best = 1
+    associate (z => pair%at%z)
+      do i = 1, size(z)
+        do k = 1, size(z)
+          if (i == k) cycle
+          away = abs(wrapped(z(i) - one)) + abs(wrapped(z(k) - other))
+          if (away >= least) cycle
+          least = away
+          best = [i, k]
+        end do
+      end do
+      one = one + wrapped(z(best(1)) - one)
+      other = other + wrapped(z(best(2)) - other)
+      pair%noise = maxval(pair%at%noise(best))
+    end associate
+    pair%mean = (one + other) / 2
+    pair%delta = ((one - other) / 2)**2
+    pair%growth = max(real(one), real(other))
+  end subroutine solve_pair
+
+  !> Positive if both die out, else negative, and smooth but where both grow: from (i y - mean)**2 = delta, y real.
+  elemental real(dp) function excess(self)
+    class(pair_type), intent(in) :: self
+    real(dp), parameter :: clear = 10
+
+    excess = real(self%mean)**2 - real(self%delta)
+    if (abs(real(self%mean)) > clear * self%noise) excess = excess - (aimag(self%delta) / (2 * real(self%mean)))**2
+    if (real(self%mean) > clear * self%noise) excess = -abs(excess)
+  end function excess
+
+  !> Parabolas through three pairs.
+  pure function fit_pair(three) result(fit)
+    type(pair_type), intent(in) :: three(3)
+    type(pair_fit_type) :: fit
+    real(dp) :: x(3)
+    integer :: i
+
+    fit%origin = three(2)%t
+    x = [(three(i)%t - fit%origin, i = 1, 3)]
+    fit%mean = parabola(x, [(three(i)%mean, i = 1, 3)])
+    fit%delta = parabola(x, [(three(i)%delta, i = 1, 3)])
+  end function fit_pair
+
+  !> Coefficients of the parabola through three points, the second at x = 0.
+  pure function parabola(x, y) result(c)
+    real(dp), intent(in) :: x(:)
+    complex(dp), intent(in) :: y(:)
+    complex(dp) :: c(0:2)
+
+    associate (first => (y(1) - y(2)) / x(1), last => (y(3) - y(2)) / x(3))
+      c(0) = y(2)
+      c(2) = (last - first) / (x(3) - x(1))
+      c(1) = first - c(2) * x(1)
+    end associate
+  end function parabola
+
+  elemental real(dp) function growth_of_fit(self, t) result(growth)
+    class(pair_fit_type), intent(in) :: self
+    real(dp), intent(in) :: t
+
+    associate (x => t - self%origin)
+      growth = real(self%mean(0) + x * (self%mean(1) + x * self%mean(2))) &
+        & + real(sqrt(self%delta(0) + x * (self%delta(1) + x * self%delta(2))))
+    end associate
+  end function growth_of_fit
+
+  !> Where between `low` and `high` the growth is greatest: about the vertex of delta, as near as delta there lets it be; by the
+  !> golden section.
+  pure real(dp) function greatest_growth(fit, low, high) result(t)
+    type(pair_fit_type), intent(in) :: fit
+    real(dp), intent(in) :: low, high
+    integer, parameter :: samples = 20, sections = 60
+    real(dp), parameter :: golden = 0.6180339887498949_dp, reach = 4
+    real(dp) :: a, b, x(samples + 1), vertex, width
+    integer :: i, k
+
+    a = low
+    b = high
+    if (abs(fit%delta(2)) > 0) then
+      vertex = -real(fit%delta(1) * conjg(fit%delta(2))) / (2 * abs(fit%delta(2))**2)
+      width = reach * sqrt(abs(fit%delta(0) + vertex * (fit%delta(1) + vertex * fit%delta(2))) / abs(fit%delta(2)))
+      a = min(max(low, fit%origin + vertex - width), high)
+      b = max(min(high, fit%origin + vertex + width), low)
+    end if
+    x = [(a + (b - a) * i / samples, i = 0, samples)]
+    i = maxloc(fit%growth(x), dim=1)
+    a = x(max(i - 1, 1))
+    b = x(min(i + 1, size(x)))
+    do k = 1, sections
+      if (fit%growth(b - golden * (b - a)) > fit%growth(a + golden * (b - a))) then
+        b = a + golden * (b - a)
+      else
+        a = b - golden * (b - a)
+      end if
+    end do
+    t = (a + b) / 2
+  end function greatest_growth
+
+end module gestell_task_boundary_line_pair

@@ -1,0 +1,138 @@
+!> Where on a line two multipliers meet: there may be a tongue.
+module gestell_task_boundary_line_places
+  use gestell_base_kinds, only: dp, pi
+  use gestell_task_boundary_line_exponents, only: stretch_type
+  use gestell_task_boundary_line_pair, only: pair_name_type
+  implicit none (type, external)
+  private
+
+  public :: fastest_within, find_meetings
+
+  !> Where two multipliers meet: on which stretch, where on it (0 to 1), and how fast their phases part.
+  type, public :: place_type
+    integer :: stretch = 0
+    type(pair_name_type) :: name
+    real(dp) :: x = 0, rate = 0
+  end type place_type
+
+  type, public :: places_type
+    integer :: count = 0
+    type(place_type), allocatable :: list(:)
+  contains
+    procedure :: add => add_place
+  end type places_type
+
+contains
+
+  pure subroutine add_place(self, place)
+    class(places_type), intent(inout) :: self
+    type(place_type), intent(in) :: place
+    type(place_type), allocatable :: longer(:)
+
+    if (.not. allocated(self%list)) allocate(self%list(64))
+    if (self%count == size(self%list)) then
+      allocate(longer(2 * self%count))
+      longer(:self%count) = self%list
+      call move_alloc(longer, self%list)
+    end if
+    self%count = self%count + 1
+    self%list(self%count) = place
+  end subroutine add_place
+
+  !> A rate that at most `most` of the places do not exceed: over the speed the slowest have the lowest orders, and so the widest
+  !> tongues.
+  pure real(dp) function fastest_within(places, most) result(rate)
+    type(places_type), intent(in) :: places
+    integer, intent(in) :: most
+    integer, parameter :: halvings = 60
+    real(dp) :: high, middle
+    integer :: k
+
+    rate = huge(rate)
+    if (places%count <= most) return
+    associate (rates => abs(places%list(:places%count)%rate))
+      rate = 0
+      high = maxval(rates)
+      do k = 1, halvings
+        middle = (rate + high) / 2
+        if (count(rates <= middle) <= most) then
+          rate = middle
+        else
+          high = middle
+        end if
+      end do
+    end associate
+  end function fastest_within
+
+  !> Adds the meetings of all pairs of multipliers on a stretch, `number` of the way. Where two pairs are conjugate to each other,
+  !> of one.
+  pure subroutine find_meetings(stretch, number, places)
+    type(stretch_type), intent(in) :: stretch
+    integer, intent(in) :: number
+    type(places_type), intent(inout) :: places
+    integer, parameter :: samples = 16
+    !> In radians: how far multipliers may pass by each other to be looked at, beside what is not known of where they are;
+    !> lie below the real axis (sine of the argument) not to be left out; and differ to be taken for one.
+    real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
+    complex(dp) :: z(size(stretch%miss), 0:samples)
+    real(dp) :: ahead(0:samples), rest(0:samples), near, x
+    integer :: i, j, k, turns
+    logical :: meets
+
+    do k = 0, samples
+      z(:, k) = stretch%at(real(k, dp) / samples)
+    end do
+    do i = 1, size(z, 1)
+      do j = i + 1, size(z, 1)
+        if (lost(real(z(i, :))) .or. lost(real(z(j, :)))) cycle
+        ahead = aimag(z(i, :) - z(j, :))
+        near = close + safety * (abs(stretch%miss(i)) + abs(stretch%miss(j)))
+        do turns = floor((minval(ahead) - near) / (2 * pi)), ceiling((maxval(ahead) + near) / (2 * pi))
+          rest = ahead - 2 * pi * turns
+          if (minval(abs(rest)) > near .and. all(rest > 0 .eqv. rest(0) > 0)) cycle
+          if (maxval(abs(rest)) <= locked) cycle
+          do k = 1, samples
+            call meet(rest, k, meets, x)
+            if (.not. meets) cycle
+            if (sin(aimag(z(j, k))) < below) cycle
+            call places%add(place_type(number, pair_name_type(i, j, turns), (k - 1 + x) / samples, &
+              & (rest(k) - rest(k - 1)) * samples / stretch%length()))
+          end do
+        end do
+      end do
+    end do
+
+  contains
+
+    !> A decay that no meeting stops that these curves would not show.
+    pure logical function lost(growth)
+      real(dp), intent(in) :: growth(:)
+      real(dp), parameter :: strong = -3
+
+      lost = maxval(growth) < strong
+    end function lost
+
+  end subroutine find_meetings
+
+  !> Whether two phases meet, or are nearest to each other, between the samples k - 1 and k, and at which part of that way.
+  pure subroutine meet(rest, k, meets, x)
+    real(dp), intent(in) :: rest(0:)
+    integer, intent(in) :: k
+    logical, intent(out) :: meets
+    real(dp), intent(out) :: x
+
+    associate (a => rest(k - 1), b => rest(k))
+      meets = (a > 0) .neqv. (b > 0)
+      x = 0.5_dp
+      if (meets) then
+        x = a / (a - b)
+      else
+        x = merge(0.0_dp, 1.0_dp, abs(a) < abs(b))
+      end if
+    end associate
+    if (meets) return
+    if (any((rest > 0) .neqv. (rest(0) > 0))) return
+    meets = k == max(minloc(abs(rest), dim=1) - 1, 1)
+  end subroutine meet
+
+end module gestell_task_boundary_line_places

@@ -1,0 +1,104 @@
+!> Where a border function changes its sign, where the verdict changes, and where a function comes nearest to zero.
+module gestell_task_boundary_line_root
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_task_boundary_line_functions, only: flutter
+  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
+  use gestell_study_family, only: family_type
+  use gestell_study_tile_results, only: undecided
+  implicit none (type, external)
+  private
+
+  public :: find_change, find_root
+
+  !> A root is found that much more exactly than borders are told.
+  real(dp), parameter :: share = 0.125_dp
+
+contains
+
+  !> A zero of the function `kind` between `l` and `r`, where its signs differ, by inverse quadratic interpolation where
+  !> that is safe and bisection elsewhere (Chandrupatla, Adv. Eng. Software 28, 1997, 145). `obstacle` is missing if there
+  !> is a point without a system on the way.
+  subroutine find_root(family, line, kind, l, r, t, obstacle, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    integer, intent(in) :: kind
+    type(probe_type), intent(in) :: l, r
+    real(dp), intent(out) :: t
+    type(probe_type), intent(out) :: obstacle
+    type(error_type), allocatable, intent(out) :: error
+    type(probe_type) :: new
+    real(dp) :: a, b, c, fa, fb, fc, part, least
+
+    obstacle%verdict = undecided
+    a = r%t
+    fa = r%f(kind)
+    b = l%t
+    fb = l%f(kind)
+    part = 0.5_dp
+    do
+      call probe_line(family, line, a + part * (b - a), new, error)
+      if (allocated(error)) return
+      if (new%missing()) then
+        obstacle = new
+        return
+      end if
+      ! [a, b] stays the bracket, a the newest point, c the one before.
+      if ((new%f(kind) > 0) .eqv. (fa > 0)) then
+        c = a
+        fc = fa
+      else
+        c = b
+        fc = fb
+        b = a
+        fb = fa
+      end if
+      a = new%t
+      fa = new%f(kind)
+      t = merge(a, b, abs(fa) < abs(fb))
+      least = (share * line%step() + 2 * spacing(t)) / abs(b - a)
+      if (least > 0.5_dp .or. .not. abs(fa) > 0) return
+      ! Of another nature: its sign says nothing any more.
+      if (kind == flutter .and. (new%reciprocal .neqv. l%reciprocal)) return
+      part = 0.5_dp
+      associate (xi => (a - b) / (c - b), phi => (fa - fb) / (fc - fb))
+        if (phi**2 < xi .and. (1 - phi)**2 < 1 - xi) then
+          part = fa / (fb - fa) * (fc / (fb - fc)) + (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb))
+        end if
+      end associate
+      part = min(max(part, least), 1 - least)
+    end do
+  end subroutine find_root
+
+  !> Where the verdict changes from unstable to another, or back, by bisection.
+  subroutine find_change(family, line, l, r, t, obstacle, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    type(probe_type), intent(in) :: l, r
+    real(dp), intent(out) :: t
+    type(probe_type), intent(out) :: obstacle
+    type(error_type), allocatable, intent(out) :: error
+    type(probe_type) :: new
+    real(dp) :: a, b
+
+    obstacle%verdict = undecided
+    a = l%t
+    b = r%t
+    do
+      t = (a + b) / 2
+      if (b - a <= max(share * line%step(), 4 * spacing(t))) return
+      call probe_line(family, line, t, new, error)
+      if (allocated(error)) return
+      if (new%missing()) then
+        obstacle = new
+        return
+      end if
+      if (new%is_unstable() .eqv. l%is_unstable()) then
+        a = t
+      else
+        b = t
+      end if
+    end do
+  end subroutine find_change
+
+end module gestell_task_boundary_line_root

@@ -1,0 +1,268 @@
+!> All borders along a line, from 0 to 1, found from the multipliers that are followed along it.
+module gestell_task_boundary_line_search
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_task_boundary_line_crossing, only: add_named, crossing_type, crossings_type, separate, verify
+  use gestell_task_boundary_line_exponents, only: stretch_type
+  use gestell_task_boundary_line_follow, only: follow_multipliers, way_type
+  use gestell_task_boundary_line, only: line_type, probe_type, skewed
+  use gestell_task_boundary_line_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
+  use gestell_task_boundary_line_pair, only: pair_name_type
+  use gestell_task_boundary_line_places, only: fastest_within, find_meetings, place_type, places_type
+  use gestell_study_family, only: family_type
+  implicit none (type, external)
+  private
+
+  public :: merged, range_nodes, search_line
+
+  !> A place where a border could not be excluded, and how wide it is, in t.
+  type, public :: doubt_type
+    real(dp) :: t = 0, width = 0
+  end type doubt_type
+
+  type, public :: search_type
+    type(crossings_type) :: found
+    type(doubt_type), allocatable :: doubts(:)
+    !> Places where multipliers meet; those of them without damping where nothing grows at a distance of the tolerance.
+    integer :: meetings = 0, thin = 0
+    !> Meetings beyond those that a line allows: they were not looked at.
+    integer :: left_out = 0
+    !> Systems along the line, ascending, of which each side of each border was seen.
+    type(probe_type), allocatable :: marks(:)
+    integer, private :: seen = 0
+  end type search_type
+
+  !> Where the search of short lines begins; of symmetry nothing is wanted.
+  real(dp), parameter, public :: short_nodes(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
+  !> Points at least at which the search of a whole range begins.
+  integer, parameter :: least_nodes = 9
+  !> So many borders are told apart between two of the marks, as a power of two.
+  integer, parameter :: usual_depth = 6
+
+contains
+
+  !> Where the search of a whole range begins that has `count` search points.
+  pure function range_nodes(count) result(nodes)
+    integer, intent(in) :: count
+    real(dp), allocatable :: nodes(:)
+
+    nodes = merged(skewed(least_nodes), skewed(count))
+  end function range_nodes
+
+  !> All borders along the line from 0 to 1; `nodes`: where the search begins, ascending from 0 to 1. Error: the parameters make
+  !> no sense.
+  subroutine search_line(family, line, nodes, search, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    real(dp), intent(in) :: nodes(:)
+    type(search_type), intent(out) :: search
+    type(error_type), allocatable, intent(out) :: error
+    type(way_type) :: way
+    type(places_type) :: places
+    real(dp) :: fastest
+    integer :: i
+
+    allocate(search%doubts(0), search%marks(0))
+    call follow_multipliers(family, line, nodes, way, error)
+    if (allocated(error)) return
+    do i = 1, way%count
+      associate (stretch => way%list(i))
+        call add_mark(search, stretch%ends(1))
+        call add_mark(search, stretch%ends(2))
+        if (stretch%rough) search%doubts = [search%doubts, doubt_type(sum(stretch%ends%t) / 2, stretch%length())]
+        call find_meetings(stretch, i, places)
+      end associate
+    end do
+    fastest = fastest_within(places, line%most_meetings)
+    do i = 1, places%count
+      associate (place => places%list(i))
+        if (abs(place%rate) > fastest) cycle
+        call look(family, line, way%list(place%stretch), place, search, error)
+        if (allocated(error)) return
+      end associate
+    end do
+    call name_left_out(places, fastest, way, search)
+    call sort_marks(search)
+    call close_gaps(family, line, search, error)
+    if (.not. allocated(error)) call search%found%sort(2 * line%step())
+  end subroutine search_line
+
+  !> The stretches with places that were left out, neighbours together, are doubts.
+  pure subroutine name_left_out(places, fastest, way, search)
+    type(places_type), intent(in) :: places
+    real(dp), intent(in) :: fastest
+    type(way_type), intent(in) :: way
+    type(search_type), intent(inout) :: search
+    type(doubt_type), allocatable :: own(:)
+    logical :: left(0:way%count + 1)
+    integer :: i, first
+
+    allocate(own(0))
+    left = .false.
+    do i = 1, places%count
+      if (abs(places%list(i)%rate) <= fastest) cycle
+      search%left_out = search%left_out + 1
+      left(places%list(i)%stretch) = .true.
+    end do
+    first = 0
+    do i = 1, way%count
+      if (left(i) .and. .not. left(i - 1)) first = i
+      if (.not. left(i) .or. left(i + 1)) cycle
+      associate (from => way%list(first)%ends(1)%t, to => way%list(i)%ends(2)%t)
+        own = [own, doubt_type((from + to) / 2, to - from)]
+      end associate
+    end do
+    search%doubts = [own, search%doubts]
+  end subroutine name_left_out
+
+  !> Both lists, ascending, in one, what is the same left once.
+  pure function merged(a, b) result(all)
+    real(dp), intent(in) :: a(:), b(:)
+    real(dp), allocatable :: all(:)
+    real(dp), parameter :: same = 1.0e-9_dp
+    real(dp) :: both(size(a) + size(b))
+    integer :: i, j, k
+
+    i = 1
+    j = 1
+    do k = 1, size(both)
+      if (j > size(b)) then
+        both(k) = a(i)
+        i = i + 1
+      else if (i > size(a)) then
+        both(k) = b(j)
+        j = j + 1
+      else if (a(i) <= b(j)) then
+        both(k) = a(i)
+        i = i + 1
+      else
+        both(k) = b(j)
+        j = j + 1
+      end if
+    end do
+    all = pack(both, [.true., both(2:) - both(:size(both) - 1) > same])
+  end function merged
+
+  !> Searches for a tongue where two multipliers meet.
+  subroutine look(family, line, stretch, place, search, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    type(stretch_type), intent(in) :: stretch
+    type(place_type), intent(in) :: place
+    type(search_type), intent(inout) :: search
+    type(error_type), allocatable, intent(out) :: error
+    type(meeting_type) :: meeting
+
+    search%meetings = search%meetings + 1
+    associate (start => stretch%ends(1)%t + place%x * stretch%length())
+      call search_meeting(family, line, stretch, place%name, start, place%rate, meeting, error)
+    end associate
+    if (allocated(error)) return
+    select case (meeting%outcome)
+    case (tongue)
+      call add_tongue(family, line, stretch, place%name, meeting, search, error)
+    case (thin)
+      search%thin = search%thin + 1
+    case (open_question)
+      search%doubts = [search%doubts, doubt_type(meeting%t, meeting%width)]
+    case default
+      ! no tongue
+    end select
+  end subroutine look
+
+  !> The borders at both ends of a tongue, and systems in it and beside it.
+  subroutine add_tongue(family, line, stretch, name, meeting, search, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    type(stretch_type), intent(in) :: stretch
+    type(pair_name_type), intent(in) :: name
+    type(meeting_type), intent(in) :: meeting
+    type(search_type), intent(inout) :: search
+    type(error_type), allocatable, intent(out) :: error
+    type(crossing_type) :: crossing
+    type(probe_type) :: below, above
+    real(dp) :: t
+    logical :: missing, success
+    integer :: side
+
+    call add_mark(search, meeting%top%at)
+    do side = 1, 2
+      if (.not. meeting%outside(side)) cycle
+      call add_mark(search, meeting%sides(side)%at)
+      call tongue_end(family, line, stretch, name, meeting%sides(side), meeting%top, t, missing, error)
+      if (allocated(error)) return
+      if (missing) cycle
+      if (side == 1) call verify(family, line, meeting%sides(1)%at, meeting%top%at, t, crossing, below, above, success, error)
+      if (side == 2) call verify(family, line, meeting%top%at, meeting%sides(2)%at, t, crossing, below, above, success, error)
+      if (allocated(error)) return
+      call add_mark(search, below)
+      call add_mark(search, above)
+      if (success) call add_named(search%found, crossing, below, above)
+    end do
+  end subroutine add_tongue
+
+  !> Between neighbouring marks the number of borders that were found must be even if the verdict is the same, odd if not; and
+  !> where none was found, no function may change its sign: else borders are sought there.
+  subroutine close_gaps(family, line, search, error)
+    class(family_type), intent(in) :: family
+    type(line_type), intent(in) :: line
+    type(search_type), intent(inout) :: search
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, n
+
+    call search%found%sort(0.0_dp)
+    do i = 1, size(search%marks) - 1
+      associate (l => search%marks(i), r => search%marks(i + 1))
+        n = count(search%found%list%t > l%t .and. search%found%list%t < r%t)
+        if (n > 0 .and. (mod(n, 2) == 1 .eqv. (l%is_unstable() .neqv. r%is_unstable()))) cycle
+        call separate(family, line, l, r, usual_depth, search%found, error)
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine close_gaps
+
+  !> Adds a system to the others.
+  pure subroutine add_mark(search, mark)
+    type(search_type), intent(inout) :: search
+    type(probe_type), intent(in) :: mark
+    type(probe_type), allocatable :: longer(:)
+
+    if (mark%missing()) return
+    if (search%seen == size(search%marks)) then
+      allocate(longer(2 * search%seen + 64))
+      longer(:search%seen) = search%marks
+      call move_alloc(longer, search%marks)
+    end if
+    search%seen = search%seen + 1
+    search%marks(search%seen) = mark
+  end subroutine add_mark
+
+  !> Ascending, each once.
+  pure subroutine sort_marks(search)
+    type(search_type), intent(inout) :: search
+    type(probe_type), allocatable :: sorted(:)
+    integer :: order(search%seen), i, k, n
+
+    ! Nearly sorted they are.
+    n = 0
+    do i = 1, search%seen
+      k = n
+      do while (k > 0)
+        if (search%marks(order(k))%t <= search%marks(i)%t) exit
+        k = k - 1
+      end do
+      if (k > 0) then
+        if (.not. search%marks(order(k))%t < search%marks(i)%t) cycle
+      end if
+      order(k + 2:n + 1) = order(k + 1:n)
+      order(k + 1) = i
+      n = n + 1
+    end do
+    allocate(sorted(n))
+    do i = 1, n
+      sorted(i) = search%marks(order(i))
+    end do
+    call move_alloc(sorted, search%marks)
+  end subroutine sort_marks
+
+end module gestell_task_boundary_line_search

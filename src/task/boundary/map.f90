@@ -1,0 +1,302 @@
+!> Borders of stability in the plane of two parameters, as curves.
+module gestell_task_boundary_map
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_task_boundary_bands, only: box_type
+  use gestell_task_boundary_cells, only: connect_cell
+  use gestell_task_boundary_line_functions, only: kind_names
+  use gestell_task_boundary_line, only: line_type, parameter_at, sensitivity, skewed
+  use gestell_task_boundary_order, only: check_search
+  use gestell_task_boundary_refine, only: refine
+  use gestell_task_boundary_line_search, only: range_nodes, search_line, search_type
+  use gestell_task_boundary_vertex, only: plane_type, vertex_type, vertices_type
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: check_grid, grid_type
+  implicit none (type, external)
+  private
+
+  public :: border_lines, search_border_line, trace_borders
+
+  !> A vertex of a curve.
+  type, public :: border_vertex_type
+    integer :: curve = 0
+    real(dp) :: parameters(2) = 0
+    !> How far to both sides of the border, along the line on which it was found, verdicts told them apart.
+    real(dp) :: error(2) = 0
+    !> As of a border_type.
+    real(dp) :: arg_rad = 0
+    character(len=15) :: kind = ""
+  end type border_vertex_type
+
+  !> A place on a line where a border could not be excluded, and the width, along that line, of what may
+  !> have been missed there.
+  type, public :: open_place_type
+    real(dp) :: parameters(2) = 0, width(2) = 0
+  end type open_place_type
+
+  type, public :: border_map_type
+    !> In the order along the curves, with the unstable side on the left where the first parameter points to the right and
+    !> the second upward; a closed curve ends with its first vertex.
+    type(border_vertex_type), allocatable :: vertices(:)
+    integer :: curves = 0
+    !> Stretches between vertices that could not be refined.
+    integer :: rough = 0
+    !> As of a border_rest_type, on all lines of the search grid and those that divide its cells.
+    type(open_place_type), allocatable :: places(:)
+    integer :: thin = 0, left_out = 0
+  end type border_map_type
+
+  !> What was found on a line of the search grid.
+  type, public :: border_line_type
+    private
+    type(line_type) :: line
+    type(search_type) :: search
+  end type border_line_type
+
+contains
+
+  !> The borders within the ranges of the `grid`: on its lines as gestell_task_boundary_line_search finds them, connected cell by
+  !> cell. `deviation`: how far they may pass by the border, relative to the ranges (in the logarithm on logarithmic axes). `lines`:
+  !> those of the grid, all of them searched (`search_border_line`); without them they are searched one after the other. Errors: a
+  !> grid without two axes; as of `check_search`; the parameters make no sense.
+  subroutine trace_borders(family, grid, accuracy, deviation, map, error, lines)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    type(border_map_type), intent(out) :: map
+    type(error_type), allocatable, intent(out) :: error
+    type(border_line_type), intent(in), optional :: lines(:)
+    type(border_line_type), allocatable :: own(:)
+    integer :: k
+
+    allocate(map%vertices(0), map%places(0))
+    call check_plane(grid, accuracy, deviation, error)
+    if (allocated(error)) return
+    if (present(lines)) then
+      call connect_lines(family, grid, accuracy, deviation, lines, map, error)
+      return
+    end if
+    allocate(own(border_lines(grid)))
+    do k = 1, size(own)
+      call search_border_line(family, grid, accuracy, deviation, k, own(k), error)
+      if (allocated(error)) return
+    end do
+    call connect_lines(family, grid, accuracy, deviation, own, map, error)
+  end subroutine trace_borders
+
+  !> The number of lines of the search grid.
+  pure integer function border_lines(grid)
+    type(grid_type), intent(in) :: grid
+
+    border_lines = size(skewed(grid%axes(1)%count)) + size(skewed(grid%axes(2)%count))
+  end function border_lines
+
+  !> Searches line `number` of the search grid: first those on which the second parameter is constant. Each may be searched by a
+  !> thread of its own. `grid` has two axes. Error: the parameters make no sense.
+  subroutine search_border_line(family, grid, accuracy, deviation, number, found, error)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    integer, intent(in) :: number
+    type(border_line_type), intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+    !> However many lines there are, the search of each adds nodes of its own.
+    integer, parameter :: most_nodes = 20
+    type(plane_type) :: plane
+
+    plane = plane_of(grid, accuracy, deviation)
+    associate (u1 => skewed(grid%axes(1)%count), u2 => skewed(grid%axes(2)%count))
+      if (number <= size(u2)) then
+        call plane%line([0.0_dp, u2(number)], [1.0_dp, 0.0_dp], found%line)
+        call search_line(family, found%line, range_nodes(min(grid%axes(1)%count, most_nodes)), found%search, error)
+      else
+        call plane%line([u1(number - size(u2)), 0.0_dp], [0.0_dp, 1.0_dp], found%line)
+        call search_line(family, found%line, range_nodes(min(grid%axes(2)%count, most_nodes)), found%search, error)
+      end if
+    end associate
+    ! The systems on the way are of no more use.
+    if (allocated(found%search%marks)) deallocate(found%search%marks)
+  end subroutine search_border_line
+
+  !> Errors: as of `trace_borders`.
+  subroutine check_plane(grid, accuracy, deviation, error)
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_grid(grid, error)
+    if (allocated(error)) return
+    if (size(grid%axes) /= 2) then
+      call fatal_error(error, "a map of borders has two axes", invalid_input)
+      return
+    end if
+    call check_search(grid%axes, accuracy, deviation, error)
+  end subroutine check_plane
+
+  pure function plane_of(grid, accuracy, deviation) result(plane)
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    type(plane_type) :: plane
+
+    plane%axes = grid%axes
+    plane%accuracy = accuracy
+    plane%deviation = deviation
+    plane%spacing = 1.0_dp / (max(minval(grid%axes%count), 2) - 1)
+  end function plane_of
+
+  subroutine connect_lines(family, grid, accuracy, deviation, lines, map, error)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: deviation
+    type(border_line_type), intent(in) :: lines(:)
+    type(border_map_type), intent(inout) :: map
+    type(error_type), allocatable, intent(out) :: error
+    type(plane_type) :: plane
+    type(vertices_type) :: vertices
+    real(dp), allocatable :: u1(:), u2(:)
+    !> Vertices on the lines: those of line k are first(k) ... first(k + 1) - 1.
+    integer, allocatable :: first(:)
+    integer :: k
+
+    allocate(first(size(lines) + 1))
+    plane = plane_of(grid, accuracy, deviation)
+    u1 = skewed(grid%axes(1)%count)
+    u2 = skewed(grid%axes(2)%count)
+    do k = 1, size(lines)
+      first(k) = vertices%count + 1
+      call vertices%add_search(lines(k)%line, lines(k)%search)
+    end do
+    first(size(first)) = vertices%count + 1
+    call connect_cells(family, plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
+    if (.not. allocated(error)) call follow_curves(family, plane, vertices, map, error)
+    map%thin = vertices%thin
+    map%left_out = vertices%left_out
+    map%places = [(open_place_type(parameter_at(plane%axes, vertices%open(k)%u), &
+      & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
+  end subroutine connect_lines
+
+  subroutine connect_cells(family, plane, u1, u2, first1, first2, vertices, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    real(dp), intent(in) :: u1(:), u2(:)
+    integer, intent(in) :: first1(:), first2(:)
+    type(vertices_type), intent(inout) :: vertices
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, j, k
+
+    do i = 1, size(u1) - 1
+      do j = 1, size(u2) - 1
+        call connect_cell(family, plane, box_type([u1(i), u2(j)], [u1(i + 1), u2(j + 1)]), &
+          & [(k, k = first1(i), first1(i + 2) - 1), (k, k = first2(j), first2(j + 2) - 1)], vertices, error)
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine connect_cells
+
+  !> The curves one after the other, refined: first those that begin and end somewhere, then the closed ones.
+  subroutine follow_curves(family, plane, vertices, map, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    type(vertices_type), intent(in) :: vertices
+    type(border_map_type), intent(inout) :: map
+    type(error_type), allocatable, intent(out) :: error
+    !> Shorter curves are pieces of regions too narrow for the deviation.
+    real(dp), parameter :: least = 2
+    type(vertices_type) :: curves
+    integer, allocatable :: numbers(:)
+    logical, allocatable :: done(:), reached(:)
+    integer :: start, closed, i
+
+    allocate(done(vertices%count), reached(vertices%count), source=.false.)
+    allocate(numbers(0))
+    do start = 1, vertices%count
+      if (vertices%list(start)%next > 0) reached(vertices%list(start)%next) = .true.
+    end do
+    do closed = 0, 1
+      do start = 1, vertices%count
+        if (done(start) .or. vertices%list(start)%next == 0 .or. (closed == 0 .and. reached(start))) cycle
+        call follow_curve(family, plane, vertices, start, done, curves, map%rough, error)
+        if (allocated(error)) return
+        if (extent(curves, size(numbers) + 1) <= least * plane%deviation) then
+          curves%count = size(numbers)
+        else
+          map%curves = map%curves + 1
+          numbers = [numbers, spread(map%curves, 1, curves%count - size(numbers))]
+        end if
+      end do
+    end do
+    deallocate(map%vertices)
+    allocate(map%vertices(curves%count))
+    if (mirrored(plane)) then
+      do start = 1, map%curves
+        call turn_round(pack([(i, i = 1, curves%count)], numbers == start), curves)
+      end do
+    end if
+    do start = 1, curves%count
+      associate (v => curves%list(start))
+        map%vertices(start) = border_vertex_type(numbers(start), parameter_at(plane%axes, v%u), &
+          & abs(sensitivity(plane%axes, v%u)) * v%error, v%arg, kind_names(v%kind))
+      end associate
+    end do
+  end subroutine follow_curves
+
+  !> Whether left is right in the plane of the parameters: one of the ranges descends.
+  pure logical function mirrored(plane)
+    type(plane_type), intent(in) :: plane
+
+    mirrored = (plane%axes(1)%to < plane%axes(1)%from) .neqv. (plane%axes(2)%to < plane%axes(2)%from)
+  end function mirrored
+
+  !> Lets a curve, the vertices `places` of the `curves`, run the other way.
+  pure subroutine turn_round(places, curves)
+    integer, intent(in) :: places(:)
+    type(vertices_type), intent(inout) :: curves
+
+    curves%list(places) = curves%list(places(size(places):1:-1))
+  end subroutine turn_round
+
+  !> The greatest distance in u of the vertices from `first` on from that one.
+  pure real(dp) function extent(curves, first)
+    type(vertices_type), intent(in) :: curves
+    integer, intent(in) :: first
+    integer :: i
+
+    extent = 0
+    do i = first + 1, curves%count
+      extent = max(extent, norm2(curves%list(i)%u - curves%list(first)%u))
+    end do
+  end function extent
+
+  subroutine follow_curve(family, plane, vertices, start, done, curves, rough, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    type(vertices_type), intent(in) :: vertices
+    integer, intent(in) :: start
+    logical, intent(inout) :: done(:)
+    type(vertices_type), intent(inout) :: curves
+    integer, intent(inout) :: rough
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: most_divisions = 12
+    integer :: here, next
+
+    here = start
+    call curves%add(vertices%list(here))
+    do
+      done(here) = .true.
+      next = vertices%list(here)%next
+      if (next == 0) return
+      call refine(family, plane, vertices%list(here), vertices%list(next), most_divisions, curves, rough, error)
+      if (allocated(error)) return
+      call curves%add(vertices%list(next))
+      if (done(next)) return
+      here = next
+    end do
+  end subroutine follow_curve
+
+end module gestell_task_boundary_map

@@ -1,0 +1,136 @@
+!> Curves that follow a border to a tolerance.
+module gestell_task_boundary_refine
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
+  use gestell_task_boundary_line_search, only: search_line, search_type, short_nodes
+  use gestell_task_boundary_vertex, only: plane_type, vertex_of, vertex_type, vertices_type
+  use gestell_study_family, only: family_type
+  implicit none (type, external)
+  private
+
+  public :: refine
+
+contains
+
+  !> Adds to `curve` the vertices that belong between `p` and `q`, its next one: where the border is farther than the
+  !> deviation allowed from the straight way, measured across it at 1/2, 1/4 and 3/4; and where the kind changes, until the
+  !> corner lies between vertices as near to each other as that. `rough` counts the stretches where no border was found.
+  !> Error: the parameters make no sense.
+  recursive subroutine refine(family, plane, p, q, divisions, curve, rough, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    type(vertex_type), intent(in) :: p, q
+    integer, intent(in) :: divisions
+    type(vertices_type), intent(inout) :: curve
+    integer, intent(inout) :: rough
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: parts(3) = [0.5_dp, 0.25_dp, 0.75_dp]
+    type(vertex_type) :: middle
+    logical :: found, near
+    integer :: k
+
+    if (divisions == 0) return
+    if (norm2(q%u - p%u) <= merge(plane%precision(), plane%deviation, p%kind == q%kind)) return
+    do k = 1, size(parts)
+      call cross(family, plane, p, q, parts(k), p%kind == q%kind, middle, found, near, error)
+      if (allocated(error)) return
+      if (.not. near) exit
+    end do
+    if (near) return
+    if (.not. found) then
+      rough = rough + 1
+      return
+    end if
+    call refine(family, plane, p, middle, divisions - 1, curve, rough, error)
+    if (allocated(error)) return
+    call curve%add(middle)
+    call refine(family, plane, middle, q, divisions - 1, curve, rough, error)
+  end subroutine refine
+
+  !> The border across the way from `p` to `q` at the `part` of it, the nearest that has its unstable side on the left: that of
+  !> a narrow tongue may lie on either side. `near`: not farther away than the deviation allowed, where that is all that is
+  !> asked; or nothing can be known, at the edge of the ranges.
+  subroutine cross(family, plane, p, q, part, near_will_do, vertex, found, near, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    type(vertex_type), intent(in) :: p, q
+    real(dp), intent(in) :: part
+    logical, intent(in) :: near_will_do
+    type(vertex_type), intent(out) :: vertex
+    logical, intent(out) :: found, near
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: growth = 4
+    type(line_type) :: line
+    type(probe_type) :: here, next
+    real(dp) :: middle(2), left(2), outward(2), distance, edge, farthest
+
+    found = .false.
+    near = .false.
+    middle = p%u + part * (q%u - p%u)
+    left = [p%u(2) - q%u(2), q%u(1) - p%u(1)] / norm2(q%u - p%u)
+    call plane%line(middle, left, line)
+    call probe_line(family, line, 0.0_dp, here, error)
+    if (allocated(error)) return
+    if (here%missing()) return
+    ! Where regions are wide.
+    outward = merge(-left, left, here%is_unstable())
+    edge = to_edge(middle, outward)
+    near = near_will_do .and. edge <= plane%deviation
+    if (near) return
+    call plane%line(middle, outward, line)
+    call probe_line(family, line, min(plane%deviation, edge), next, error)
+    if (allocated(error) .or. next%missing()) return
+    near = near_will_do .and. (next%is_unstable() .neqv. here%is_unstable())
+    if (near) return
+    distance = plane%deviation
+    farthest = 2 * norm2(q%u - p%u)
+    do
+      call nearest_crossing(family, plane, middle, left, distance, vertex, found, error)
+      near = near_will_do .and. found .and. distance <= plane%deviation
+      if (allocated(error) .or. found .or. distance >= farthest) return
+      distance = min(growth * distance, farthest)
+    end do
+  end subroutine cross
+
+  !> The border nearest to `middle`, as far as `distance` along `left` and back, that is unstable there on the `left`.
+  subroutine nearest_crossing(family, plane, middle, left, distance, vertex, found, error)
+    class(family_type), intent(in) :: family
+    type(plane_type), intent(in) :: plane
+    real(dp), intent(in) :: middle(2), left(2), distance
+    type(vertex_type), intent(out) :: vertex
+    logical, intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+    type(line_type) :: line
+    type(search_type) :: search
+    real(dp) :: back, ahead
+    integer :: i
+
+    back = min(distance, to_edge(middle, -left))
+    ahead = min(distance, to_edge(middle, left))
+    call plane%line(middle - back * left, (back + ahead) * left, line)
+    call search_line(family, line, short_nodes, search, error)
+    found = .false.
+    if (allocated(error)) return
+    associate (list => search%found%list)
+      found = any(list%unstable_above)
+      if (.not. found) return
+      i = minloc(abs(list%t - back / (back + ahead)), dim=1, mask=list%unstable_above)
+      vertex = vertex_of(line, list(i))
+    end associate
+  end subroutine nearest_crossing
+
+  !> How far it is from `u` to the edge of the ranges.
+  pure real(dp) function to_edge(u, way) result(distance)
+    real(dp), intent(in) :: u(2), way(2)
+    integer :: k
+
+    distance = huge(distance)
+    do k = 1, 2
+      if (way(k) > 0) distance = min(distance, (1 - u(k)) / max(way(k), tiny(1.0_dp)))
+      if (way(k) < 0) distance = min(distance, u(k) / max(-way(k), tiny(1.0_dp)))
+    end do
+    distance = max(distance, 0.0_dp)
+  end function to_edge
+
+end module gestell_task_boundary_refine

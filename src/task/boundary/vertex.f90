@@ -1,0 +1,124 @@
+!> Points of borders in the plane of two parameters, measured by u (gestell_task_boundary_line), and the plane itself.
+module gestell_task_boundary_vertex
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_task_boundary_line_crossing, only: crossing_type
+  use gestell_task_boundary_line, only: line_type
+  use gestell_task_boundary_line_search, only: search_type
+  use gestell_study_grid, only: axis_type
+  implicit none (type, external)
+  private
+
+  public :: vertex_of
+
+  !> How exactly borders are found on lines, at least, in u: whatever the curves are to be, narrow tongues must not be lost.
+  real(dp), parameter, public :: finest_lines = 1.0e-8_dp
+
+  type, public :: vertex_type
+    real(dp) :: u(2) = 0
+    !> Unit vector of the line on which it was found, toward the unstable side.
+    real(dp) :: unstable_side(2) = 0
+    integer :: kind = 0
+    real(dp) :: arg = 0, error = 0
+    !> The next vertex of the curve: the unstable side lies on the left of the way there; 0: none.
+    integer :: next = 0
+  end type vertex_type
+
+  !> A place on a line where a border could not be excluded, and how wide it is along the line, in u.
+  type, public :: open_spot_type
+    real(dp) :: u(2) = 0, width(2) = 0
+  end type open_spot_type
+
+  type, public :: vertices_type
+    integer :: count = 0
+    type(vertex_type), allocatable :: list(:)
+    !> What the lines that were searched leave open; places without damping whose tongues are thinner than they resolve; meetings
+    !> of multipliers that were not looked at.
+    type(open_spot_type), allocatable :: open(:)
+    integer :: thin = 0, left_out = 0
+  contains
+    procedure :: add
+    procedure :: add_search
+  end type vertices_type
+
+  !> What is sought, and where.
+  type, public :: plane_type
+    type(axis_type) :: axes(2)
+    type(accuracy_type) :: accuracy
+    !> How far curves may pass by the border, in u, and the search grid's distance.
+    real(dp) :: deviation = 1.0e-3_dp, spacing = 1
+  contains
+    procedure :: line
+    procedure :: precision => precision_of_lines
+  end type plane_type
+
+contains
+
+  pure subroutine add(self, vertex)
+    class(vertices_type), intent(inout) :: self
+    type(vertex_type), intent(in) :: vertex
+    type(vertex_type), allocatable :: longer(:)
+
+    if (.not. allocated(self%list)) allocate(self%list(64))
+    if (self%count == size(self%list)) then
+      allocate(longer(2 * self%count))
+      longer(:self%count) = self%list
+      call move_alloc(longer, self%list)
+    end if
+    self%count = self%count + 1
+    self%list(self%count) = vertex
+  end subroutine add
+
+  !> The borders that were found along a line, in its order, and what was left open there.
+  pure subroutine add_search(self, line, search)
+    class(vertices_type), intent(inout) :: self
+    type(line_type), intent(in) :: line
+    type(search_type), intent(in) :: search
+    integer :: i
+
+    do i = 1, size(search%found%list)
+      call self%add(vertex_of(line, search%found%list(i)))
+    end do
+    if (.not. allocated(self%open)) allocate(self%open(0))
+    self%open = [self%open, (open_spot_type(line%start + search%doubts(i)%t * line%way, search%doubts(i)%width * line%way), &
+      & i = 1, size(search%doubts))]
+    self%thin = self%thin + search%thin
+    self%left_out = self%left_out + search%left_out
+  end subroutine add_search
+
+  pure type(vertex_type) function vertex_of(line, crossing) result(vertex)
+    type(line_type), intent(in) :: line
+    type(crossing_type), intent(in) :: crossing
+
+    vertex%u = line%start + crossing%t * line%way
+    vertex%unstable_side = line%way / norm2(line%way)
+    if (.not. crossing%unstable_above) vertex%unstable_side = -vertex%unstable_side
+    vertex%kind = crossing%kind
+    vertex%arg = crossing%arg
+    vertex%error = crossing%error * norm2(line%way)
+  end function vertex_of
+
+  !> Borders on lines are found much more exactly than curves are to follow them, in u.
+  pure real(dp) function precision_of_lines(self) result(precision)
+    class(plane_type), intent(in) :: self
+    real(dp), parameter :: share = 0.01_dp
+
+    precision = share * self%deviation
+  end function precision_of_lines
+
+  !> The line start + t way.
+  pure subroutine line(self, start, way, along)
+    class(plane_type), intent(in) :: self
+    real(dp), intent(in) :: start(2), way(2)
+    type(line_type), intent(out) :: along
+    allocate(along%axes(2))
+    along%axes = self%axes
+    allocate(along%start(2), along%way(2))
+    along%start = start
+    along%way = way
+    along%accuracy = self%accuracy
+    along%tolerance = min(self%precision(), finest_lines)
+  end subroutine line
+
+end module gestell_task_boundary_vertex

@@ -1,0 +1,398 @@
+!> The vibrations of the exact frame over one parameter: branches, followed along their arc from end to end of the range.
+module gestell_task_boundary_vibrations
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_math_trigonometric, only: series_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: solve_multipliers
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_task_boundary_line, only: parameter_at
+  use gestell_study_family, only: family_type, take_member
+  use gestell_study_frame_model, only: settle
+  use gestell_study_grid, only: axis_type
+  use gestell_study_frame_model_newton, only: first_samples, values_of
+  use gestell_study_frame_model_path, only: advance, first_point, furthest_turn, path_family_type, point_type, units_of
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: bare_frame, trace_branches
+
+  !> Machines of one parameter, lambda is u of its axis (gestell_task_boundary_line).
+  type, extends(path_family_type), public :: line_path_type
+    !> Gives frames that are not settled by any model.
+    class(family_type), pointer :: bare => null()
+    type(axis_type) :: axis
+  contains
+    procedure :: member
+  end type line_path_type
+
+  !> A part of a path on which lambda does not turn back.
+  type, public :: branch_type
+    !> Points, lambda ascending, tangents that way, and the arcs between them.
+    type(point_type), allocatable :: points(:)
+    real(dp), allocatable :: arcs(:)
+    !> Whether the ends are turning points, and the errors of their lambda.
+    logical :: turns(2) = .false.
+    real(dp) :: errors(2) = 0
+    real(dp) :: units(3) = 1
+  contains
+    procedure :: ends
+  end type branch_type
+
+  !> Points of a path in its order, with the arcs behind each.
+  type :: trail_type
+    integer :: count = 0
+    type(point_type), allocatable :: points(:)
+    real(dp), allocatable :: arcs(:), errors(:)
+  contains
+    procedure :: add
+  end type trail_type
+
+  !> The first arc, the greatest, the least; points of a path at the most, linear systems that it may take.
+  real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, least_arc = 1.0e-9_dp
+  integer, parameter :: most_points = 3000, most_systems = 20000
+
+contains
+
+  pure function ends(self)
+    class(branch_type), intent(in) :: self
+    real(dp) :: ends(2)
+
+    ends = self%points([1, size(self%points)])%lambda
+  end function ends
+
+  subroutine member(self, lambda, varied, error)
+    class(line_path_type), intent(in) :: self
+    real(dp), intent(in) :: lambda
+    type(varied_frame_type), intent(out) :: varied
+    type(error_type), allocatable, intent(out) :: error
+    class(frame_type), allocatable :: frame
+    type(series_type) :: rest
+
+    call bare_frame(self%bare, [parameter_at(self%axis, lambda)], frame, error)
+    if (allocated(error)) return
+    allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
+    varied = varied_frame(frame, rest)
+  end subroutine member
+
+  !> The frame at these parameters. Error: it is none, or impossible.
+  subroutine bare_frame(bare, parameters, frame, error)
+    class(family_type), intent(in) :: bare
+    real(dp), intent(in) :: parameters(:)
+    class(frame_type), allocatable, intent(out) :: frame
+    type(error_type), allocatable, intent(out) :: error
+    class(periodic_system), allocatable :: system
+
+    call take_member(bare, parameters, system, error)
+    if (allocated(error)) return
+    select type (system)
+    class is (frame_type)
+      allocate(frame, source=system)
+    class default
+      call fatal_error(error, "vibrations are followed of frames only", failed_computation)
+    end select
+  end subroutine bare_frame
+
+  !> Branches over the range of `axis`: from each of `starts`, ascending, that no branch passes yet, the vibration that is found
+  !> there is followed both ways, round turning points, until the path leaves the range or is lost.
+  subroutine trace_branches(bare, axis, accuracy, starts, branches)
+    class(family_type), intent(in), target :: bare
+    type(axis_type), intent(in) :: axis
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: starts(:)
+    type(branch_type), allocatable, intent(out) :: branches(:)
+    type(line_path_type) :: family
+    class(frame_type), allocatable :: frame, settled
+    type(error_type), allocatable :: error
+    type(trail_type) :: down, up
+    real(dp), allocatable :: q(:, :)
+    integer :: i, samples
+
+    allocate(branches(0))
+    family%bare => bare
+    family%axis = axis
+    family%accuracy = accuracy
+    family%difference = 1.0e-5_dp
+    family%precise = 1.0e-11_dp
+    family%multipliers = .true.
+    family%close = 1.0e-5_dp
+    family%last_lambda = 1
+    do i = 1, size(starts)
+      if (passed(branches, starts(i))) cycle
+      call bare_frame(bare, [parameter_at(axis, starts(i))], frame, error)
+      if (.not. allocated(error)) call settle(frame, "exact", accuracy, settled, error)
+      if (allocated(error)) cycle
+      family%units = units_of(frame)
+      family%left = most_systems
+      select type (settled)
+      class is (varied_frame_type)
+        if (.not. settled%newton) cycle
+        samples = max(first_samples, 2 * ubound(settled%motion%cosine, 1) + 2)
+        q = values_of(settled%motion, samples) / spread(family%units, 1, samples)
+      end select
+      call walk(family, q, starts(i), -1, down)
+      call walk(family, q, starts(i), 1, up)
+      call split(family, down, up, branches)
+    end do
+  end subroutine trace_branches
+
+  pure logical function passed(branches, t)
+    type(branch_type), intent(in) :: branches(:)
+    real(dp), intent(in) :: t
+    integer :: i
+
+    passed = .false.
+    do i = 1, size(branches)
+      associate (ends => branches(i)%ends())
+        passed = passed .or. (t >= ends(1) .and. t <= ends(2))
+      end associate
+    end do
+  end function passed
+
+  !> The path from q at `start`, at first up or down.
+  subroutine walk(family, q, start, way, trail)
+    type(line_path_type), intent(inout) :: family
+    real(dp), intent(in) :: q(:, :), start
+    integer, intent(in) :: way
+    type(trail_type), intent(out) :: trail
+    type(point_type) :: at, next
+    type(error_type), allocatable :: error
+    real(dp), allocatable :: angles(:, :), before(:, :)
+    real(dp) :: arc, rest, allowed, target
+    logical :: easy
+    integer :: k
+
+    call first_point(family, q, start, way, at, error)
+    if (allocated(error)) return
+    call trail%add(at, 0.0_dp, 0.0_dp)
+    call take_angles(family, angles)
+    arc = short_arc
+    do k = 1, most_points
+      target = merge(1.0_dp, 0.0_dp, at%rise > 0)
+      if (abs(target - at%lambda) <= short_arc) then
+        call finish(family, at, target, trail)
+        return
+      end if
+      arc = min(arc, abs((target - at%lambda) / at%rise))
+      call advance(family, at, arc, next, easy, error)
+      if (.not. allocated(error)) then
+        if (next%lambda > 1 .or. next%lambda < 0) call fatal_error(error, "beyond the range", failed_computation)
+      end if
+      if (allocated(error)) then
+        arc = arc / 4
+        if (arc < least_arc) return
+        cycle
+      end if
+      call move_alloc(angles, before)
+      call take_angles(family, angles)
+      allowed = resonance_arc(before, angles, arc)
+      rest = arc
+      if (at%rise * next%rise < 0) call add_turn(family, at, next, rest, trail)
+      call trail%add(next, rest, 0.0_dp)
+      at = next
+      arc = min(merge(2 * arc, arc, easy), long_arc, allowed)
+      if (maxval(abs(at%q(:, 3))) * family%units(3) > furthest_turn) return
+    end do
+  end subroutine walk
+
+  !> Arguments, ascending, and decays of the multipliers in the upper half plane, shape (n, 2).
+  subroutine take_angles(family, angles)
+    type(line_path_type), intent(in) :: family
+    real(dp), allocatable, intent(out) :: angles(:, :)
+    type(multipliers_type) :: multipliers
+    type(error_type), allocatable :: error
+    real(dp) :: other(2)
+    integer :: i, k
+
+    call solve_multipliers(family%floquet, .false., multipliers, error)
+    allocate(angles(0, 2))
+    if (allocated(error)) return
+    angles = reshape([pack(multipliers%arg, multipliers%arg > 0), pack(abs(multipliers%log_abs), multipliers%arg > 0)], &
+      & [count(multipliers%arg > 0), 2])
+    do i = 2, size(angles, 1)
+      do k = i, 2, -1
+        if (angles(k - 1, 1) <= angles(k, 1)) exit
+        other = angles(k, :)
+        angles(k, :) = angles(k - 1, :)
+        angles(k - 1, :) = other
+      end do
+    end do
+  end subroutine take_angles
+
+  !> The next arc: a resonance, where an argument passes zero, may not be passed in one step, so each argument may change by half of
+  !> itself, or of the decay, if that is more, when it goes on as on the last arc.
+  pure real(dp) function resonance_arc(before, after, arc) result(allowed)
+    real(dp), intent(in) :: before(:, :), after(:, :), arc
+    real(dp), parameter :: part = 0.5_dp
+
+    allowed = huge(allowed)
+    if (size(before) /= size(after) .or. size(after) == 0) return
+    allowed = minval(part * max(after(:, 1), after(:, 2)) * arc / max(abs(after(:, 1) - before(:, 1)), tiny(arc)))
+    allowed = max(allowed, arc / 4)
+  end function resonance_arc
+
+  !> Adds the turning point on the arc between two points, by the secant of lambda's slope. `arc` becomes the rest behind it.
+  subroutine add_turn(family, from, to, arc, trail)
+    type(line_path_type), intent(inout) :: family
+    type(point_type), intent(in) :: from, to
+    real(dp), intent(inout) :: arc
+    type(trail_type), intent(inout) :: trail
+    integer, parameter :: most_steps = 20
+    real(dp), parameter :: flat = 1.0e-7_dp, inside = 0.02_dp
+    type(point_type) :: middle, best
+    type(error_type), allocatable :: error
+    real(dp) :: low, high, slope_low, slope_high, x, place
+    logical :: easy
+    integer :: k
+
+    low = 0
+    high = arc
+    slope_low = from%rise
+    slope_high = to%rise
+    place = arc / 2
+    best%rise = huge(x)
+    do k = 1, most_steps
+      x = slope_low / (slope_low - slope_high)
+      ! Where a point cannot be reached the next one is beside it.
+      if (allocated(error)) x = 0.5_dp + 0.3_dp / k
+      x = low + min(max(x, inside), 1 - inside) * (high - low)
+      call advance(family, from, x, middle, easy, error)
+      if (allocated(error)) cycle
+      if (abs(middle%rise) < abs(best%rise)) then
+        best = middle
+        place = x
+      end if
+      if (middle%rise * from%rise > 0) then
+        low = x
+        slope_low = middle%rise
+      else
+        high = x
+        slope_high = middle%rise
+      end if
+      if (abs(best%rise) < flat) exit
+    end do
+    if (.not. best%rise < 1) place = arc
+    if (.not. best%rise < 1) best = to
+    x = abs(best%rise) * (high - low)
+    best%rise = 0
+    call trail%add(best, place, x)
+    arc = max(arc - place, tiny(arc))
+  end subroutine add_turn
+
+  !> The vibration at the end of the range ends the path there.
+  subroutine finish(family, at, target, trail)
+    type(line_path_type), intent(inout) :: family
+    type(point_type), intent(in) :: at
+    real(dp), intent(in) :: target
+    type(trail_type), intent(inout) :: trail
+    type(point_type) :: next
+    type(error_type), allocatable :: error
+    real(dp) :: arc
+
+    if (.not. abs(target - at%lambda) > 0) return
+    arc = (target - at%lambda) / at%rise
+    call first_point(family, at%q + arc * at%along, target, merge(1, -1, at%rise > 0), next, error)
+    if (.not. allocated(error)) call trail%add(next, arc, 0.0_dp)
+  end subroutine finish
+
+  pure subroutine add(self, point, arc, error)
+    class(trail_type), intent(inout) :: self
+    type(point_type), intent(in) :: point
+    real(dp), intent(in) :: arc, error
+    type(point_type), allocatable :: longer(:)
+    integer :: i
+
+    if (.not. allocated(self%points)) allocate(self%points(64), self%arcs(0), self%errors(0))
+    if (self%count == size(self%points)) then
+      allocate(longer(2 * self%count))
+      do i = 1, self%count
+        longer(i) = self%points(i)
+      end do
+      call move_alloc(longer, self%points)
+    end if
+    self%count = self%count + 1
+    self%points(self%count) = point
+    self%arcs = [self%arcs, arc]
+    self%errors = [self%errors, error]
+  end subroutine add
+
+  !> Adds the branches between the turning points of the path `down`, backward, and `up`.
+  subroutine split(family, down, up, branches)
+    type(line_path_type), intent(in) :: family
+    type(trail_type), intent(in) :: down, up
+    type(branch_type), allocatable, intent(inout) :: branches(:)
+    type(branch_type), allocatable :: longer(:)
+    type(trail_type) :: whole
+    type(point_type) :: point
+    integer :: first, i, k
+
+    do k = down%count, 2, -1
+      point = down%points(k)
+      point%along = -point%along
+      point%rise = -point%rise
+      call whole%add(point, down%arcs(min(k + 1, down%count)), down%errors(k))
+    end do
+    do k = 1, up%count
+      call whole%add(up%points(k), up%arcs(k), up%errors(k))
+    end do
+    if (min(down%count - 1, up%count) > 0) whole%arcs(down%count) = down%arcs(2)
+    first = 1
+    do k = 2, whole%count
+      if (k < whole%count .and. .not. turns_at(whole, k)) cycle
+      allocate(longer(size(branches) + 1))
+      do i = 1, size(branches)
+        longer(i) = branches(i)
+      end do
+      longer(size(longer)) = branch_of(family, whole, first, k)
+      call move_alloc(longer, branches)
+      first = k
+    end do
+  end subroutine split
+
+  !> Whether lambda turns back at point `k` inside a path: at its turning point, next to which the points may turn, or else there.
+  pure logical function turns_at(whole, k)
+    type(trail_type), intent(in) :: whole
+    integer, intent(in) :: k
+    logical :: back(-1:1), flat(-1:1)
+    integer :: i
+
+    back = .false.
+    flat = .false.
+    do i = max(k - 1, 2), min(k + 1, whole%count - 1)
+      associate (lambda => whole%points(i - 1:i + 1)%lambda)
+        back(i - k) = (lambda(2) - lambda(1)) * (lambda(3) - lambda(2)) < 0
+      end associate
+      flat(i - k) = .not. abs(whole%points(i)%rise) > 0
+    end do
+    turns_at = (flat(0) .and. any(back)) .or. (back(0) .and. .not. any(flat))
+  end function turns_at
+
+  !> The part of a path from one point to another, lambda ascending.
+  pure function branch_of(family, whole, first, last) result(branch)
+    type(line_path_type), intent(in) :: family
+    type(trail_type), intent(in) :: whole
+    integer, intent(in) :: first, last
+    type(branch_type) :: branch
+    integer :: i, k, n
+    logical :: back
+
+    n = last - first + 1
+    back = whole%points(last)%lambda < whole%points(first)%lambda
+    allocate(branch%points(n), branch%arcs(n - 1))
+    do i = 1, n
+      k = merge(last + 1 - i, first - 1 + i, back)
+      branch%points(i) = whole%points(k)
+      if (back) branch%points(i)%along = -branch%points(i)%along
+      if (back) branch%points(i)%rise = -branch%points(i)%rise
+      if (i < n) branch%arcs(i) = whole%arcs(merge(k, k + 1, back))
+    end do
+    branch%turns = [first > 1, last < whole%count]
+    if (back) branch%turns = branch%turns([2, 1])
+    branch%errors = merge(whole%errors([last, first]), whole%errors([first, last]), back)
+    branch%units = family%units
+  end function branch_of
+
+end module gestell_task_boundary_vibrations

@@ -1,0 +1,230 @@
+!> The modes of a machine over its speed: the Campbell diagram.
+module gestell_task_campbell
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
+  use gestell_model_frame, only: frame_type
+  use gestell_study_family, only: family_type, take_member
+  use gestell_study_mode_solution, only: solve_modes
+  use gestell_study_mode_tracking, only: track
+  use gestell_study_mode_type, only: mode_type, most_freedoms
+  use gestell_study_speeds, only: check_orders, check_speeds
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: check_campbell_order, crank_speed, solve_campbell, solve_tracked
+
+  !> What is ordered.
+  type, public :: campbell_order_type
+    type(accuracy_type) :: accuracy
+    !> Whether M, B, C are averaged over the turn.
+    logical :: averaged = .false.
+    !> Crossings with 1, 2, ... times the crank's speed are sought.
+    integer :: orders = 6
+  end type campbell_order_type
+
+  !> The modes at one speed.
+  type, public :: campbell_point_type
+    !> 1/min, with its sign; whether it was ordered, or inserted to follow the modes.
+    real(dp) :: speed = 0
+    logical :: ordered = .true.
+    !> Whether there is a machine at that speed that could be solved; if so, its modes, by their numbers.
+    logical :: solved = .false.
+    type(mode_type) :: modes(most_freedoms)
+    !> Whether it is sure which mode is which; of the first point, and after a gap, it is.
+    logical :: sure = .true.
+    !> The mean mass matrix.
+    real(dp) :: mass(most_freedoms, most_freedoms) = 0
+  end type campbell_point_type
+
+  type, public :: campbell_type
+    !> Modes, and the freedoms that the components of their shapes stand for.
+    integer :: modes = 0
+    integer, allocatable :: free(:)
+    !> In the order of the speeds.
+    type(campbell_point_type), allocatable :: points(:)
+    !> Solutions in all.
+    integer :: solutions = 0
+  end type campbell_type
+
+  !> Halvings of the way between two speeds to find out which mode is which.
+  integer, parameter :: most_halvings = 7
+
+contains
+
+  !> The modes at `speeds` (1/min, all of one sign, ascending or descending), which are the one parameter of `family`. They are
+  !> followed from speed to speed; where it is not sure which is which, by steps between. Modes are numbered by their
+  !> frequencies at the lowest speed.
+  !> Errors: speeds or an order that make no sense; the family has no sound machine (an impossible mechanism is none), or not
+  !> frames.
+  subroutine solve_campbell(family, speeds, order, campbell, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: speeds(:)
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_type), intent(out) :: campbell
+    type(error_type), allocatable, intent(out) :: error
+    type(campbell_point_type) :: point, last
+    integer :: i
+
+    call check_speeds(speeds, error)
+    if (.not. allocated(error)) call check_campbell_order(order, error)
+    if (allocated(error)) return
+    allocate(campbell%points(0), campbell%free(0))
+    do i = 1, size(speeds)
+      call solve_point(family, speeds(i), order, campbell, point, error)
+      if (allocated(error)) return
+      if (point%solved .and. last%solved) then
+        call connect(family, order, last, point, most_halvings, campbell, error)
+        if (allocated(error)) return
+      end if
+      campbell%points = [campbell%points, point]
+      if (point%solved) call remember(point, last)
+    end do
+    call number_modes(campbell)
+  end subroutine solve_campbell
+
+  !> Error: an order or an accuracy out of range.
+  pure subroutine check_campbell_order(order, error)
+    type(campbell_order_type), intent(in) :: order
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_orders(order%orders, error)
+    if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
+  end subroutine check_campbell_order
+
+  !> Of a mode that is not told at the point what was known last stays.
+  pure subroutine remember(point, last)
+    type(campbell_point_type), intent(in) :: point
+    type(campbell_point_type), intent(inout) :: last
+    integer :: k
+
+    last%speed = point%speed
+    last%mass = point%mass
+    last%solved = .true.
+    do k = 1, most_freedoms
+      if (point%modes(k)%told .or. .not. last%modes(k)%told) last%modes(k) = point%modes(k)
+    end do
+  end subroutine remember
+
+  !> Puts the modes of `point` into the order of those of `last`, by points between them where need be.
+  recursive subroutine connect(family, order, last, point, halvings, campbell, error)
+    class(family_type), intent(in) :: family
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_point_type), intent(in) :: last
+    type(campbell_point_type), intent(inout) :: point
+    integer, intent(in) :: halvings
+    type(campbell_type), intent(inout) :: campbell
+    type(error_type), allocatable, intent(out) :: error
+    type(campbell_point_type) :: middle, known
+    logical :: like
+    integer :: f
+
+    f = campbell%modes
+    call track(last%modes(:f), point%mass(:f, :f), crank_speed(point%speed), point%modes(:f), like, point%sure)
+    if (like .or. halvings == 0) return
+    call solve_point(family, (last%speed + point%speed) / 2, order, campbell, middle, error)
+    if (allocated(error) .or. .not. middle%solved) return
+    middle%ordered = .false.
+    call connect(family, order, last, middle, halvings - 1, campbell, error)
+    if (allocated(error)) return
+    campbell%points = [campbell%points, middle]
+    known = last
+    call remember(middle, known)
+    call connect(family, order, known, point, halvings - 1, campbell, error)
+  end subroutine connect
+
+  !> The modes at one speed, in ascending order of their frequencies. Error: the family has no sound machine, or not frames.
+  subroutine solve_point(family, speed, order, campbell, point, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: speed
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_type), intent(inout) :: campbell
+    type(campbell_point_type), intent(out) :: point
+    type(error_type), allocatable, intent(out) :: error
+    class(periodic_system), allocatable :: system
+    type(averaged_system) :: model
+    type(mode_type), allocatable :: modes(:)
+    real(dp), allocatable :: mass(:, :)
+
+    point%speed = speed
+    call take_member(family, [speed], system, error)
+    if (allocated(error)) then
+      if (any(error%code == [impossible_mechanism, failed_computation])) deallocate(error)
+      return
+    end if
+    campbell%solutions = campbell%solutions + 1
+    select type (system)
+    class is (frame_type)
+      if (order%averaged) then
+        call system%averaged(model)
+        call solve_modes(model, order%accuracy, modes, mass, error)
+      else
+        call solve_modes(system, order%accuracy, modes, mass, error)
+      end if
+      if (allocated(error)) return
+      campbell%modes = size(modes)
+      campbell%free = system%free
+      point%modes(:size(modes)) = modes
+      point%mass(:size(modes), :size(modes)) = mass
+      point%solved = any(modes%told)
+    class default
+      call fatal_error(error, "the modes over the speed are those of a frame", invalid_input)
+    end select
+  end subroutine solve_point
+
+  !> The modes at another `speed`, numbered as those at `near`. `point` is not solved where there is no machine.
+  !> Error: as of `solve_campbell`.
+  subroutine solve_tracked(family, speed, order, near, campbell, point, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: speed
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_point_type), intent(in) :: near
+    type(campbell_type), intent(inout) :: campbell
+    type(campbell_point_type), intent(out) :: point
+    type(error_type), allocatable, intent(out) :: error
+    logical :: like
+
+    call solve_point(family, speed, order, campbell, point, error)
+    if (allocated(error) .or. .not. point%solved) return
+    associate (f => campbell%modes)
+      call track(near%modes(:f), point%mass(:f, :f), crank_speed(speed), point%modes(:f), like, point%sure)
+    end associate
+  end subroutine solve_tracked
+
+  !> By the frequencies at the lowest speed at which all are told.
+  pure subroutine number_modes(campbell)
+    type(campbell_type), intent(inout) :: campbell
+    type(campbell_point_type) :: lowest
+    integer :: order(campbell%modes), i, k, f
+
+    f = campbell%modes
+    lowest%speed = huge(1.0_dp)
+    do i = 1, size(campbell%points)
+      associate (point => campbell%points(i))
+        if (point%solved .and. all(point%modes(:f)%told) .and. abs(point%speed) < abs(lowest%speed)) lowest = point
+      end associate
+    end do
+    if (.not. lowest%solved) return
+    associate (frequencies => lowest%modes(:f)%frequency())
+      do i = 1, f
+        order(1 + count(frequencies < frequencies(i)) + count(.not. abs(frequencies(:i - 1) - frequencies(i)) > 0)) = i
+      end do
+    end associate
+    do i = 1, size(campbell%points)
+      lowest = campbell%points(i)
+      do k = 1, f
+        campbell%points(i)%modes(k) = lowest%modes(order(k))
+      end do
+    end do
+  end subroutine number_modes
+
+  !> |Omega| (rad/s) of a speed (1/min).
+  elemental real(dp) function crank_speed(speed)
+    real(dp), intent(in) :: speed
+
+    crank_speed = 2 * pi / 60 * abs(speed)
+  end function crank_speed
+
+end module gestell_task_campbell

@@ -1,0 +1,322 @@
+!> Speeds at which the frequency of a mode is a multiple of the crank's.
+module gestell_task_campbell_crossings
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_task_campbell, only: campbell_order_type, campbell_point_type, campbell_type, check_campbell_order, crank_speed, &
+    & solve_tracked
+  use gestell_study_family, only: family_type
+  use gestell_study_mode_type, only: mode_type
+  implicit none (type, external)
+  private
+
+  public :: find_crossings
+
+  type, public :: crossing_type
+    integer :: mode = 0
+    !> Frequency over crank speed. A half order is listed only where locking to it takes at least half of the damping away.
+    real(dp) :: order = 0
+    !> 1/min: the crossing, or the middle of the interval in which the mode is locked to the order; that interval; a bound on
+    !> the error of the crossing or of the ends.
+    real(dp) :: speed = 0, ends(2) = 0, error = 0
+    logical :: locked = .false.
+    !> The mode at that speed.
+    type(mode_type) :: at
+  end type crossing_type
+
+  !> Crossings are found as exactly, relative to the speed, if the errors of the frequencies allow it.
+  real(dp), parameter :: exact = 1.0e-11_dp
+  integer, parameter :: most_steps = 100
+  !> A change of a frequency, relative to the crank's, that is taken for a jump where the speed all but stays; jumps at the most.
+  real(dp), parameter :: jumping = 1.0e-6_dp
+  integer, parameter :: most_jumps = 40
+  !> What is sought: f = frequency - order * crank speed, zero on a whole interval where the mode is locked; there and near it
+  !> the square of half the difference of the two exponents, positive where they are real.
+  integer, parameter :: detuning = 1, discriminant = 2
+
+contains
+
+  !> All crossings of the modes with order 1, 2, ... `order%orders` times the crank's speed within the range of `campbell`,
+  !> and the intervals in which a mode is locked to half orders and loses damping. In the order of modes, orders and speeds.
+  !> Errors: `campbell` was not solved; as of `solve_campbell`.
+  subroutine find_crossings(family, order, campbell, crossings, error)
+    class(family_type), intent(in) :: family
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_type), intent(inout) :: campbell
+    type(crossing_type), allocatable, intent(out) :: crossings(:)
+    type(error_type), allocatable, intent(out) :: error
+    logical :: jump
+    integer :: round
+
+    allocate(crossings(0))
+    call check_campbell_order(order, error)
+    if (allocated(error)) return
+    if (.not. allocated(campbell%points)) then
+      call fatal_error(error, "crossings are sought among the modes that solve_campbell found", invalid_input)
+      return
+    end if
+    do round = 1, most_jumps
+      call search(family, order, campbell, crossings, jump, error)
+      if (allocated(error) .or. .not. jump) return
+    end do
+  end subroutine find_crossings
+
+  !> The same, until a frequency turns out to jump: the two sides of the jump are then among the points, and the search has to
+  !> begin anew.
+  subroutine search(family, order, campbell, crossings, jump, error)
+    class(family_type), intent(in) :: family
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_type), intent(inout) :: campbell
+    type(crossing_type), allocatable, intent(out) :: crossings(:)
+    logical, intent(out) :: jump
+    type(error_type), allocatable, intent(out) :: error
+    integer :: mode, halves, first
+
+    allocate(crossings(0))
+    jump = .false.
+    do mode = 1, campbell%modes
+      do halves = 1, 2 * order%orders
+        first = 1
+        do while (first < size(campbell%points))
+          call next_crossing(family, order, campbell, mode, halves / 2.0_dp, first, crossings, jump, error)
+          if (allocated(error) .or. jump) return
+        end do
+      end do
+    end do
+  end subroutine search
+
+  !> The crossing from point `first` on, if there is one before the next point; `first` moves on. A `jump` of the frequency across
+  !> the multiple is no crossing: where modes mix, their numbers change over from branch to branch.
+  subroutine next_crossing(family, order, campbell, mode, multiple, first, crossings, jump, error)
+    class(family_type), intent(in) :: family
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_type), intent(inout) :: campbell
+    integer, intent(in) :: mode
+    real(dp), intent(in) :: multiple
+    integer, intent(inout) :: first
+    type(crossing_type), allocatable, intent(inout) :: crossings(:)
+    logical, intent(out) :: jump
+    type(error_type), allocatable, intent(out) :: error
+    type(campbell_point_type) :: l, r, within, sides(2)
+    type(crossing_type) :: crossing
+    real(dp) :: f(2)
+    integer :: last
+
+    jump = .false.
+    l = campbell%points(first)
+    r = campbell%points(first + 1)
+    last = first + 1
+    first = last
+    if (.not. (known(l, mode) .and. known(r, mode))) return
+    crossing%mode = mode
+    crossing%order = multiple
+    f = [value_of(l, mode, multiple, detuning), value_of(r, mode, multiple, detuning)]
+    if (is_locked(l, mode, multiple)) then
+      ! From the start of the range or after a gap; else it was dealt with before.
+      within = l
+      if (last > 2) then
+        if (known(campbell%points(last - 2), mode)) return
+      end if
+    else if (is_locked(r, mode, multiple)) then
+      within = r
+    else if (f(1) * f(2) > 0) then
+      return
+    else
+      if (abs(r%speed - l%speed) <= 4 * exact * abs(l%speed)) return
+      call find_root(family, order, campbell, mode, multiple, detuning, l, r, within, sides, crossing%error, error)
+      if (allocated(error) .or. .not. within%solved) return
+      jump = abs(value_of(within, mode, multiple, detuning)) > jumping * crank_speed(within%speed) &
+        & .and. .not. is_locked(within, mode, multiple)
+      if (jump) then
+        call insert(sides, last, campbell)
+        return
+      end if
+      if (.not. is_locked(within, mode, multiple)) then
+        if (abs(multiple - anint(multiple)) > 0) return
+        crossing%speed = within%speed
+        crossing%ends = within%speed
+        crossing%at = within%modes(mode)
+        crossings = [crossings, crossing]
+        return
+      end if
+    end if
+
+    ! The other end of the interval.
+    do while (last < size(campbell%points) .and. is_locked(r, mode, multiple))
+      if (.not. known(campbell%points(last + 1), mode)) exit
+      last = last + 1
+      r = campbell%points(last)
+    end do
+    call find_interval(family, order, campbell, l, within, r, crossing, error)
+    if (allocated(error)) return
+    if (abs(multiple - anint(multiple)) > 0 .and. .not. weakens(crossing%at)) return
+    crossings = [crossings, crossing]
+  end subroutine next_crossing
+
+  !> Puts the points in before point `place`, unless they are there.
+  subroutine insert(sides, place, campbell)
+    type(campbell_point_type), intent(in) :: sides(2)
+    integer, intent(in) :: place
+    type(campbell_type), intent(inout) :: campbell
+    type(campbell_point_type), allocatable :: points(:)
+    logical :: new(2)
+
+    points = campbell%points
+    new = abs(sides%speed - points(place - 1)%speed) > 0 .and. abs(sides%speed - points(place)%speed) > 0
+    campbell%points = [points(:place - 1), pack(sides, new), points(place:)]
+    campbell%points(place:place - 1 + count(new))%ordered = .false.
+    campbell%points(place:place - 1 + count(new))%sure = .false.
+  end subroutine insert
+
+  !> Whether two real multipliers are so far apart that at least half of the mode's damping is lost.
+  pure logical function weakens(mode)
+    type(mode_type), intent(in) :: mode
+
+    associate (mean => (mode%growth + mode%partner_growth) / 2)
+      weakens = mode%growth - mean > max(abs(mean) / 2, mode%error)
+    end associate
+  end function weakens
+
+  !> The ends of the interval of speeds about `within`, between l and r, in which a mode is locked, and the mode at its middle.
+  subroutine find_interval(family, order, campbell, l, within, r, crossing, error)
+    class(family_type), intent(in) :: family
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_type), intent(inout) :: campbell
+    type(campbell_point_type), intent(in) :: l, within, r
+    type(crossing_type), intent(inout) :: crossing
+    type(error_type), allocatable, intent(out) :: error
+    type(campbell_point_type) :: edge, sides(2)
+    real(dp) :: doubt(2)
+
+    crossing%ends = [l%speed, r%speed]
+    doubt = 0
+    associate (mode => crossing%mode, multiple => crossing%order)
+      if (.not. is_locked(l, mode, multiple)) then
+        call find_root(family, order, campbell, mode, multiple, discriminant, l, within, edge, sides, doubt(1), error)
+        if (allocated(error)) return
+        crossing%ends(1) = edge%speed
+      end if
+      if (.not. is_locked(r, mode, multiple)) then
+        call find_root(family, order, campbell, mode, multiple, discriminant, within, r, edge, sides, doubt(2), error)
+        if (allocated(error)) return
+        crossing%ends(2) = edge%speed
+      end if
+      crossing%speed = sum(crossing%ends) / 2
+      crossing%error = maxval(doubt)
+      crossing%locked = abs(crossing%ends(2) - crossing%ends(1)) > 2 * crossing%error
+      call solve_tracked(family, crossing%speed, order, within, campbell, edge, error)
+      crossing%at = edge%modes(mode)
+    end associate
+  end subroutine find_interval
+
+  !> A zero of `kind` between two points where its signs differ, by inverse quadratic interpolation where that is safe and
+  !> bisection elsewhere (Chandrupatla, Adv. Eng. Software 28, 1997, 145). A point where the mode is locked ends the search
+  !> for a detuning. `root` is not solved where there is no machine on the way. `sides`: the points on both sides of the zero
+  !> in the end; `doubt`: how far from `root` it can lie.
+  subroutine find_root(family, order, campbell, mode, multiple, kind, l, r, root, sides, doubt, error)
+    class(family_type), intent(in) :: family
+    type(campbell_order_type), intent(in) :: order
+    type(campbell_type), intent(inout) :: campbell
+    integer, intent(in) :: mode, kind
+    real(dp), intent(in) :: multiple
+    type(campbell_point_type), intent(in) :: l, r
+    type(campbell_point_type), intent(out) :: root, sides(2)
+    real(dp), intent(out) :: doubt
+    type(error_type), allocatable, intent(out) :: error
+    type(campbell_point_type) :: a, b, new
+    real(dp) :: c, fa, fb, fc, part, least, noise
+    integer :: k
+
+    a = r
+    b = l
+    fa = value_of(a, mode, multiple, kind)
+    fb = value_of(b, mode, multiple, kind)
+    part = 0.5_dp
+    doubt = abs(r%speed - l%speed)
+    do k = 1, most_steps
+      sides = [b, a]
+      if ((a%speed - b%speed) * (r%speed - l%speed) < 0) sides = [a, b]
+      root = a
+      if (abs(fb) < abs(fa)) root = b
+      least = exact * abs(root%speed) / abs(b%speed - a%speed)
+      ! What the error of the frequency, or of the difference of the exponents, makes of the zero.
+      noise = root%modes(mode)%error
+      if (kind == discriminant) noise = 2 * noise * sqrt(abs(value_of(root, mode, multiple, kind))) + noise**2
+      doubt = abs(b%speed - a%speed) * max(min(1.0_dp, noise / max(abs(fa - fb), tiny(noise))), min(least, 1.0_dp))
+      if (least > 0.5_dp .or. noise > abs(fa - fb) .or. .not. min(abs(fa), abs(fb)) > 0) return
+      call solve_tracked(family, a%speed + part * (b%speed - a%speed), order, nearer_end(), campbell, new, error)
+      if (allocated(error)) return
+      if (.not. known(new, mode)) then
+        root%solved = .false.
+        return
+      end if
+      if (kind == detuning .and. is_locked(new, mode, multiple)) then
+        root = new
+        return
+      end if
+      c = a%speed
+      fc = fa
+      associate (f => value_of(new, mode, multiple, kind))
+        if ((f > 0) .neqv. (fa > 0)) then
+          c = b%speed
+          fc = fb
+          b = a
+          fb = fa
+        end if
+        a = new
+        fa = f
+      end associate
+      part = 0.5_dp
+      associate (xi => (a%speed - b%speed) / (c - b%speed), phi => (fa - fb) / (fc - fb))
+        if (phi**2 < xi .and. (1 - phi)**2 < 1 - xi) then
+          part = fa / (fb - fa) * (fc / (fb - fc)) + (c - a%speed) / (b%speed - a%speed) * (fa / (fc - fa)) * (fb / (fc - fb))
+        end if
+      end associate
+      least = exact * abs(a%speed) / abs(b%speed - a%speed)
+      part = min(max(part, least), 1 - least)
+    end do
+
+  contains
+
+    pure function nearer_end() result(point)
+      type(campbell_point_type) :: point
+
+      point = a
+      if (part > 0.5_dp) point = b
+    end function nearer_end
+
+  end subroutine find_root
+
+  !> What is sought to be zero.
+  pure real(dp) function value_of(point, mode, multiple, kind) result(value)
+    type(campbell_point_type), intent(in) :: point
+    integer, intent(in) :: mode, kind
+    real(dp), intent(in) :: multiple
+
+    associate (m => point%modes(mode))
+      value = m%frequency() - multiple * crank_speed(point%speed)
+      if (kind == detuning) return
+      value = -value**2
+      if (is_locked(point, mode, multiple)) value = ((m%growth - m%partner_growth) / 2)**2
+    end associate
+  end function value_of
+
+  pure logical function known(point, mode)
+    type(campbell_point_type), intent(in) :: point
+    integer, intent(in) :: mode
+
+    known = point%solved .and. point%modes(mode)%told
+  end function known
+
+  !> Whether two real multipliers hold a mode on a multiple of the crank's speed.
+  pure logical function is_locked(point, mode, multiple)
+    type(campbell_point_type), intent(in) :: point
+    integer, intent(in) :: mode
+    real(dp), intent(in) :: multiple
+    real(dp), parameter :: rounding = 1.0e-6_dp
+
+    associate (crank => crank_speed(point%speed))
+      is_locked = point%modes(mode)%real_pair .and. abs(point%modes(mode)%frequency() - multiple * crank) < rounding * crank
+    end associate
+  end function is_locked
+
+end module gestell_task_campbell_crossings

@@ -1,0 +1,288 @@
+!> Pictures of the modes over the speed: Campbell diagram, crossings, critical speeds.
+module gestell_task_campbell_plot
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, text
+  use gestell_output_picture_script, only: axis_unit_type, heading, pick_unit, span, write_script
+  use gestell_output_picture_panels, only: height_of, key_line, layout_line, with_rim
+  use gestell_task_campbell, only: campbell_type
+  use gestell_task_campbell_crossings, only: crossing_type
+  use gestell_task_critical, only: amplitude, critical_type, force
+  implicit none (type, external)
+  private
+
+  public :: plot_campbell, plot_critical, plot_crossings
+
+  character, parameter :: newline = new_line("a")
+  !> Lines of orders with a number, at the most.
+  integer, parameter :: most_named = 12
+  !> Intervals of locked modes are marked from this part of the half width on; forces from this part of the greatest.
+  real(dp), parameter :: noticeable = 0.1_dp, least_force = 1.0e-3_dp
+
+contains
+
+  !> campbell.gp: frequencies with the lines of `orders` orders of the crank and the crossings, damping below.
+  !> Error: it cannot be written.
+  subroutine plot_campbell(folder, preamble, campbell, crossings, orders, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(campbell_type), intent(in) :: campbell
+    type(crossing_type), intent(in) :: crossings(:)
+    integer, intent(in) :: orders
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines, frequencies, dampings
+    real(dp), allocatable :: damping(:), shown(:)
+    real(dp) :: speeds(size(campbell%points)), top
+    logical :: told(campbell%modes)
+    integer :: i, k
+
+    speeds = campbell%points%speed
+    top = 0
+    told = .false.
+    allocate(damping(1), source=0.0_dp)
+    do i = 1, size(campbell%points)
+      if (.not. campbell%points(i)%solved) cycle
+      do k = 1, campbell%modes
+        associate (mode => campbell%points(i)%modes(k))
+          if (.not. mode%told) cycle
+          told(k) = .true.
+          top = max(top, mode%frequency() / (2 * pi))
+          damping = [damping, 100 * mode%damping_ratio()]
+        end associate
+      end do
+    end do
+    if (.not. top > 0) top = 1
+    top = 1.12_dp * top
+    frequencies = "plot NaN notitle"
+    dampings = frequencies
+    do k = 1, orders
+      frequencies = frequencies // ", " // text(k) // " * abs(x) / 60 with lines lt 8 dt 1 lw 0.8 notitle"
+    end do
+    ! Half orders only where something happens on them.
+    allocate(shown(0))
+    do i = 1, size(crossings)
+      if (.not. abs(crossings(i)%order - anint(crossings(i)%order)) > 0 .or. any(.not. abs(shown - crossings(i)%order) > 0)) cycle
+      shown = [shown, crossings(i)%order]
+      frequencies = frequencies // ", " // concise(shown(size(shown)), 4) // " * abs(x) / 60 with lines lt 8 dt 3 lw 0.8 notitle"
+    end do
+    do k = 1, campbell%modes
+      if (.not. told(k)) cycle
+      frequencies = frequencies // curve(k, campbell%modes, "column('frequency_Hz')", .true.)
+      dampings = dampings // curve(k, campbell%modes, "100 * column('damping_ratio')", .false.)
+    end do
+    if (any([(widely_locked(crossings(i)), i = 1, size(crossings))])) frequencies = frequencies &
+      & // ", 'crossings.csv' using (wide(" // concise(noticeable, 3) // ") ? column('from_rpm') : NaN):'frequency_Hz':" &
+      & // "(column('to_rpm') - column('from_rpm')):(0) with vectors nohead lt 2 dt 1 lw 6 title 'locked to an order'"
+    if (size(crossings) > 0) frequencies = frequencies // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz' with points lt 7 " &
+      & // "pt 6 ps 1 title 'crossing'"
+    lines = layout_line(3, 1, heading(preamble, "Campbell diagram")) // "set xrange " // sweep_of(speeds) // newline &
+      & // "wide(part) = column('locked') > 0 && abs(column('to_rpm') - column('from_rpm')) > " &
+      & // "part * abs(column('growth_1_per_s')) * 30 / (pi * column('order'))" // newline &
+      & // "set lmargin screen 0.13; set rmargin screen 0.97; set tmargin screen 0.87; set bmargin screen 0.42" // newline &
+      & // key_line(.true.) &
+      & // "set format x ''; set yrange [0:" // concise(top, 6) // "]; set ylabel 'frequency (Hz)'" // newline &
+      & // order_names(speeds, top, [shown, [(real(k, dp), k = 1, orders)]]) // frequencies // newline &
+      & // "unset label" // newline &
+      & // "set lmargin screen 0.13; set rmargin screen 0.97; set tmargin screen 0.37; set bmargin screen 0.1" // newline &
+      & // key_line(.false.) &
+      & // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // from_zero(damping) // newline &
+      & // "set ylabel 'damping (%)'" // newline &
+      & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1" // newline // dampings // newline &
+      & // "unset multiplot" // newline // "unset output" // newline
+    call write_script(folder, "campbell", lines, error, width=820, height=680)
+  end subroutine plot_campbell
+
+  !> Every so many rows belong to one mode.
+  pure function curve(mode, modes, value, named) result(words)
+    integer, intent(in) :: mode, modes
+    character(len=*), intent(in) :: value
+    logical, intent(in) :: named
+    character(len=:), allocatable :: words
+
+    words = ", 'campbell.csv' every " // text(modes) // "::" // text(mode - 1) // " using 1:(" // value // ") with lines lt " &
+      & // text(mode) // " lw 2.5 "
+    if (named) then
+      words = words // "title 'mode " // text(mode) // "'"
+    else
+      words = words // "notitle"
+    end if
+  end function curve
+
+  !> Whether the interval in which a mode is locked is noticeable beside the half width of a resonance of its damping.
+  pure logical function widely_locked(crossing) result(wide)
+    type(crossing_type), intent(in) :: crossing
+
+    wide = crossing%locked .and. abs(crossing%ends(2) - crossing%ends(1)) > noticeable * abs(crossing%at%growth) * 30 &
+      & / (pi * crossing%order)
+  end function widely_locked
+
+  !> A range from zero, or from below it where there are values.
+  pure function from_zero(values) result(range)
+    real(dp), intent(in) :: values(:)
+    character(len=:), allocatable :: range
+    real(dp) :: low, high
+
+    low = min(0.0_dp, minval(values))
+    high = max(0.0_dp, maxval(values))
+    if (.not. high > low) high = 1
+    range = "[" // concise(1.1_dp * low, 6) // ":" // concise(1.1_dp * high, 6) // "]"
+  end function from_zero
+
+  !> The range of the speeds, from the first to the last.
+  pure function sweep_of(speeds) result(range)
+    real(dp), intent(in) :: speeds(:)
+    character(len=:), allocatable :: range
+
+    if (maxval(speeds) > minval(speeds)) then
+      range = "[" // concise(speeds(1), 9) // ":" // concise(speeds(size(speeds)), 9) // "]"
+    else
+      range = span(speeds)
+    end if
+  end function sweep_of
+
+  !> The numbers of the orders where their lines leave the picture.
+  pure function order_names(speeds, top, orders) result(lines)
+    real(dp), intent(in) :: speeds(:), top, orders(:)
+    character(len=:), allocatable :: lines
+    real(dp) :: fastest, at
+    integer :: k
+
+    fastest = speeds(maxloc(abs(speeds), dim=1))
+    lines = ""
+    do k = 1, min(size(orders), most_named)
+      at = min(abs(fastest), 0.95_dp * top * 60 / orders(k))
+      if (at < minval(abs(speeds))) cycle
+      lines = lines // "set label " // text(k) // " '" // concise(orders(k), 4) // "×' at " // concise(sign(at, fastest), 7) &
+        & // "," // concise(orders(k) * at / 60, 7) // " right offset -0.5,0 font ',12' textcolor rgb '#666666' front" // newline
+    end do
+  end function order_names
+
+  !> crossings.gp. Error: it cannot be written.
+  subroutine plot_crossings(folder, preamble, crossings, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(crossing_type), intent(in) :: crossings(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines
+    real(dp) :: speeds(size(crossings)), frequencies(size(crossings))
+    integer :: i, k
+
+    do i = 1, size(crossings)
+      speeds(i) = crossings(i)%speed
+      frequencies(i) = crossings(i)%at%frequency() / (2 * pi)
+    end do
+    lines = "set title " // heading(preamble, "Crossings of modes with orders of the crank: " // found(size(crossings))) &
+      & // " noenhanced" // newline // "set xrange " // span(speeds) // newline // "set yrange " // span([0.0_dp, 1.1_dp &
+      & * frequencies]) // newline // "set xlabel 'crank speed (rpm)'; set ylabel 'frequency (Hz)'" // newline &
+      & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline // "plot NaN notitle"
+    do k = 1, maxval([0, crossings%mode])
+      if (.not. any(crossings%mode == k)) cycle
+      lines = lines // ", 'crossings.csv' using (column('mode') == " // text(k) // " ? column('speed_rpm') : 1e290):" &
+        & // "'frequency_Hz' with points lt " // text(k) // " ps 1.4 title 'mode " // text(k) // "'"
+    end do
+    if (size(crossings) > 0) lines = lines // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz':(sprintf('%g×', " &
+      & // "column('order'))) with labels offset 0,0.9 font ',12' notitle"
+    call write_script(folder, "crossings", lines // newline // "unset output" // newline, error, width=800, height=460)
+  end subroutine plot_crossings
+
+  !> critical.gp: the peaks near the crossings over the `ordered` range of speeds, by amplitude and by force, which is left out
+  !> where it is less than `least_force` times the greatest. Error: it cannot be written.
+  subroutine plot_critical(folder, preamble, critical, ordered, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(critical_type), intent(in) :: critical(:)
+    real(dp), intent(in) :: ordered(2)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines
+    real(dp), allocatable :: speeds(:)
+    integer :: i
+
+    allocate(speeds(2), source=ordered)
+    do i = 1, size(critical)
+      speeds = [speeds, pack(critical(i)%speed, critical(i)%found)]
+    end do
+    speeds = [minval(speeds), maxval(speeds)]
+    if (ordered(2) < ordered(1)) speeds = [speeds(2), speeds(1)]
+    lines = layout_line(2, 1, heading(preamble, "Critical speeds: peaks near " // found(size(critical)) &
+      & // " crossings (mode and order)")) // "set xrange " // with_rim(speeds(1), speeds(2))
+    lines = lines // newline // key_line(.false.) // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", &
+      & 0.0_dp) // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
+      & // panel(critical, force, speeds, "N", least_force)
+    call write_script(folder, "critical", lines // "unset multiplot" // newline // "unset output" // newline, error, width=800, &
+      & height=nint(height_of(2)))
+  end subroutine plot_critical
+
+  !> Peaks as lines from the axis, on a logarithmic scale; of those below `least` times the greatest nothing.
+  pure function panel(critical, which, range, si, least) result(lines)
+    type(critical_type), intent(in) :: critical(:)
+    integer, intent(in) :: which
+    real(dp), intent(in) :: range(2), least
+    character(len=*), intent(in) :: si
+    character(len=:), allocatable :: lines, drawn
+    type(axis_unit_type) :: unit
+    real(dp) :: heights(size(critical)), factor, lowest
+    real(dp), allocatable :: places(:)
+    integer, allocatable :: shown(:)
+    integer :: i
+
+    do i = 1, size(critical)
+      heights(i) = 0
+      if (critical(i)%found(which)) heights(i) = critical(i)%height(which)
+    end do
+    shown = pack([(i, i = 1, size(critical))], heights > least * maxval([0.0_dp, heights]))
+    unit = pick_unit(si, maxval([0.0_dp, heights]))
+    lines = "set ylabel '" // trim(merge("amplitude", "force    ", which == amplitude)) // " (" // trim(unit%name) // ")'" &
+      & // newline
+    if (size(shown) == 0) then
+      lines = lines // "unset logscale y; set yrange [0:1]; set format y; plot NaN notitle" // newline
+      return
+    end if
+    read (unit%factor, *) factor
+    lowest = factor * minval(heights(shown)) / 4
+    places = apart([(critical(shown(i))%speed(which), i = 1, size(shown))], 0.024_dp * abs(range(2) - range(1)))
+    do i = 1, size(shown)
+      associate (one => critical(shown(i)))
+        lines = lines // "set label " // text(i) // " '" // text(one%crossing%mode) // ": " // concise(one%crossing%order, 4) &
+          & // "×' at " // concise(places(i), 9) // "," // concise(factor * one%height(which), 6) &
+          & // " rotate by 90 left offset 0,0.6 font ',11'" // newline
+      end associate
+    end do
+    drawn = trim(merge("      ", "force_", which == amplitude))
+    drawn = "'critical.csv' using '" // drawn // "speed_rpm':(shown(" // trim(unit%factor) // " * column('" &
+      & // trim(merge("amplitude_m", "force_N    ", which == amplitude)) // "'))) with "
+    lines = lines // "shown(v) = v > " // concise(3.9_dp * lowest, 6) // " ? v : NaN" // newline &
+      & // "set logscale y; set format y '10^{%L}'; set yrange [" // concise(lowest, 6) // ":" &
+      & // concise(60 * factor * maxval(heights), 6) // "]" // newline &
+      & // "plot " // drawn // "impulses lt 1 lw 2 notitle, " // drawn // "points lt 1 ps 1 notitle" // newline
+  end function panel
+
+  !> Places of words near these positions, at least `distance` from each other.
+  pure function apart(positions, distance) result(places)
+    real(dp), intent(in) :: positions(:), distance
+    real(dp) :: places(size(positions)), upward(size(positions)), downward(size(positions))
+    integer :: order(size(positions)), i, n
+    logical :: left(size(positions))
+
+    n = size(positions)
+    left = .true.
+    do i = 1, n
+      order(i) = minloc(positions, dim=1, mask=left)
+      left(order(i)) = .false.
+    end do
+    upward = positions(order)
+    downward = upward
+    do i = 2, n
+      upward(i) = max(upward(i), upward(i - 1) + distance)
+    end do
+    do i = n - 1, 1, -1
+      downward(i) = min(downward(i), downward(i + 1) - distance)
+    end do
+    places(order) = (upward + downward) / 2
+  end function apart
+
+  pure function found(number) result(words)
+    integer, intent(in) :: number
+    character(len=:), allocatable :: words
+
+    words = text(number)
+    if (number == 0) words = "no"
+  end function found
+
+end module gestell_task_campbell_plot

@@ -1,0 +1,244 @@
+!> The report on modes over the speed and on critical speeds for people.
+module gestell_task_campbell_report
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, fixed, text
+  use gestell_base_wording, only: counted, padded
+  use gestell_output_report_warnings, only: beyond_small, left_at
+  use gestell_task_campbell, only: campbell_point_type, campbell_type
+  use gestell_task_campbell_crossings, only: crossing_type
+  use gestell_task_critical, only: amplitude, critical_type, force, no_peak, peak, self_excited
+  use gestell_study_mode_type, only: mode_type
+  use gestell_study_vibration_small_motion, only: moved_type
+  implicit none (type, external)
+  private
+
+  public :: campbell_verdict, critical_verdict, report_campbell, report_critical
+
+  character, parameter :: newline = new_line("a")
+  !> Lines of a table, at the most.
+  integer, parameter :: most_listed = 60
+  !> Intervals that are wider, relative to the speed, are told by their ends.
+  real(dp), parameter :: wide = 1.0e-4_dp
+  !> Peaks of an order whose part in the vibration is smaller are not listed.
+  real(dp), parameter :: least_share = 0.01_dp
+
+contains
+
+  !> The modes at both ends of the range, and the crossings.
+  pure function report_campbell(campbell, crossings) result(report)
+    type(campbell_type), intent(in) :: campbell
+    type(crossing_type), intent(in) :: crossings(:)
+    character(len=:), allocatable :: report
+    logical, allocatable :: solved(:)
+    integer :: first, last, k
+
+    report = newline // "CAMPBELL DIAGRAM  of " // counted(campbell%modes, "mode") // " at " &
+      & // counted(count(campbell%points%ordered), "speed") // ", about rest" // newline
+    if (campbell_verdict(campbell) /= "stable") report = report // "  " // campbell_verdict(campbell) // newline
+    solved = campbell%points%solved
+    if (.not. any(solved)) then
+      report = report // "  no mode can be told at any of the speeds" // newline
+      return
+    end if
+    first = findloc(solved, .true., dim=1)
+    last = findloc(solved, .true., dim=1, back=.true.)
+    associate (from => campbell%points(first), to => campbell%points(last))
+      report = report // "  mode  " // flush_left("at " // concise(from%speed, 7) // " rpm", 37) // "at " &
+        & // concise(to%speed, 7) // " rpm" // newline
+      do k = 1, campbell%modes
+        report = report // padded(text(k), 6) // "  " // flush_left(words(from%modes(k)), 37) // words(to%modes(k)) // newline
+      end do
+    end associate
+    if (.not. all(solved)) report = report // "  note: at " // counted(count(.not. solved), "speed") &
+      & // " there is no machine or no mode can be told" // newline
+    if (.not. all(campbell%points%sure)) report = report // "  note: about " // unsure(campbell%points) &
+      & // " rpm it is not sure which mode is which: they mix" // newline
+    report = report // crossing_lines(crossings)
+  end function report_campbell
+
+  !> "20.26 Hz, damping ratio 0.000125".
+  pure function words(mode)
+    type(mode_type), intent(in) :: mode
+    character(len=:), allocatable :: words
+
+    if (.not. mode%told) then
+      words = "not told"
+    else
+      words = concise(mode%frequency() / (2 * pi), 6) // " Hz, damping ratio " // ratio(mode)
+    end if
+  end function words
+
+  !> The damping ratio, 0 where it is less than its error.
+  pure function ratio(mode)
+    type(mode_type), intent(in) :: mode
+    character(len=:), allocatable :: ratio
+
+    ratio = "0"
+    if (abs(mode%growth) > mode%error) ratio = concise(mode%damping_ratio(), 4)
+  end function ratio
+
+  !> The first speeds at which modes cannot be told from each other.
+  pure function unsure(points) result(list)
+    type(campbell_point_type), intent(in) :: points(:)
+    character(len=:), allocatable :: list
+    integer, parameter :: most = 5
+    integer :: i, named
+    logical :: before
+
+    list = ""
+    named = 0
+    before = .false.
+    do i = 1, size(points)
+      if (.not. points(i)%sure .and. .not. before) then
+        named = named + 1
+        if (named > 1 .and. named <= most) list = list // ", "
+        if (named <= most) list = list // concise(points(i)%speed, 5)
+      end if
+      before = .not. points(i)%sure
+    end do
+    if (named > most) list = list // ", ..."
+  end function unsure
+
+  pure function crossing_lines(crossings) result(report)
+    type(crossing_type), intent(in) :: crossings(:)
+    character(len=:), allocatable :: report
+    integer :: i
+
+    if (size(crossings) == 0) then
+      report = newline // "  no crossing with a multiple of the speed within the range" // newline
+      return
+    end if
+    report = newline // "  mode  order     crossing at rpm       Hz     damping ratio" // newline
+    do i = 1, min(size(crossings), most_listed)
+      associate (c => crossings(i))
+        report = report // padded(text(c%mode), 6) // padded(concise(c%order, 3), 7) // padded(fixed(c%speed, 5), 20) &
+          & // padded(fixed(c%at%frequency() / (2 * pi), 4), 12) // padded(ratio(c%at), 15)
+        if (.not. noticeably_locked(c)) then
+          report = report // trim(merge("  unstable", "          ", c%at%growth > c%at%error))
+        else if (abs(c%ends(2) - c%ends(1)) > wide * abs(c%speed)) then
+          report = report // "  locked from " // concise(c%ends(1), 7) // " to " // concise(c%ends(2), 7)
+        else
+          report = report // "  locked over " // concise(abs(c%ends(2) - c%ends(1)), 2) // " rpm"
+        end if
+        if (noticeably_locked(c) .and. c%at%growth > c%at%error) report = report // ", unstable"
+        report = report // newline
+      end associate
+    end do
+    if (size(crossings) > most_listed) report = report // "  ... all in crossings.csv" // newline
+  end function crossing_lines
+
+  !> Whether the interval of locking is no small part of the resonance's width, or the vibration grows in it.
+  pure logical function noticeably_locked(crossing)
+    type(crossing_type), intent(in) :: crossing
+    real(dp), parameter :: small_part = 0.1_dp
+    real(dp) :: half_width
+
+    associate (mode => crossing%at)
+      half_width = 60 / (2 * pi) * max(abs(mode%growth), abs(mode%partner_growth)) / crossing%order
+      noticeably_locked = crossing%locked .and. (abs(crossing%ends(2) - crossing%ends(1)) > small_part * half_width &
+        & .or. mode%growth > mode%error)
+    end associate
+  end function noticeably_locked
+
+  !> The critical speeds that can be noticed, of orders 1 to `orders`, under their `verdict`.
+  pure function report_critical(critical, orders, verdict) result(report)
+    type(critical_type), intent(in) :: critical(:)
+    integer, intent(in) :: orders
+    character(len=*), intent(in) :: verdict
+    character(len=:), allocatable :: report
+    character(len=:), allocatable :: force_column
+    type(moved_type), allocatable :: moved(:)
+    integer :: i, listed, quiet
+
+    report = newline // "CRITICAL SPEEDS of the orders 1 to " // text(orders) // ", about rest" // newline
+    if (verdict /= "stable") report = report // "  " // verdict // newline
+    allocate(moved, source=[(critical(i)%moved, i = 1, size(critical))])
+    report = report // beyond_small(pack(moved, [(any(critical(i)%found), i = 1, size(critical))]), "rest")
+    if (size(critical) == 0) then
+      report = report // "  no crossing with a multiple of the speed within the range" // newline
+      return
+    end if
+    report = report // "  mode  order          peak at rpm   half width   amplitude (mm)   force on the ground (N)" // newline
+    listed = 0
+    quiet = 0
+    do i = 1, size(critical)
+      associate (c => critical(i))
+        if (c%outcome == no_peak .or. (c%outcome == peak .and. c%share < least_share)) then
+          quiet = quiet + 1
+          cycle
+        end if
+        listed = listed + 1
+        if (listed > most_listed) cycle
+        report = report // padded(text(c%crossing%mode), 6) // padded(text(nint(c%crossing%order)), 7)
+        if (c%outcome == peak) then
+          report = report // padded(fixed(c%speed(amplitude), 5), 21) // padded(concise(c%half_width, 3), 13) &
+            & // padded(concise(1000 * c%height(amplitude), 4), 17)
+          force_column = ""
+          if (c%found(force)) force_column = concise(c%height(force), 4)
+          force_column = padded(force_column, 26)
+          if (c%verdict /= "stable") force_column = force_column // "  " // trim(c%verdict)
+          if (.not. c%moved%small()) force_column = force_column // "  not small"
+          report = report // trim(force_column)
+        else
+          report = report // padded(fixed(c%crossing%speed, 5), 21) // "   "
+          if (c%outcome == self_excited) then
+            report = report // "unstable: the free vibration grows by itself"
+          else
+            report = report // "no damping within the errors: no bound"
+          end if
+        end if
+        report = report // newline
+      end associate
+    end do
+    if (listed == 0) report = report // "  none: nowhere does an order of the crank stand out" // newline
+    if (listed > most_listed) report = report // "  ... all in critical.csv" // newline
+    if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a peak that can be noticed" // newline
+  end function report_critical
+
+  !> What heads the diagram and its files: "stable" where no free vibration grows, nor may grow, at any of its speeds.
+  pure function campbell_verdict(campbell) result(words)
+    type(campbell_type), intent(in) :: campbell
+    character(len=:), allocatable :: words
+    logical, dimension(size(campbell%points)) :: unstable, undecided
+    real(dp) :: speeds(size(campbell%points))
+    integer :: i
+
+    do i = 1, size(campbell%points)
+      associate (modes => campbell%points(i)%modes(:campbell%modes))
+        unstable(i) = any(modes%told .and. modes%growth > modes%error)
+        undecided(i) = .not. unstable(i) .and. any(modes%told .and. modes%growth >= -modes%error)
+      end associate
+    end do
+    speeds = [(campbell%points(i)%speed, i = 1, size(speeds))]
+    words = left_at(speeds, unstable, undecided, "speeds", "a free vibration grows")
+    if (words == "") words = "stable"
+  end function campbell_verdict
+
+  !> What heads critical speeds and their files: "stable" where the machine keeps to all vibrations that are told and no free
+  !> vibration grows at any speed of the diagram on which they rest; else what is worse, of the vibrations first.
+  pure function critical_verdict(critical, campbell) result(words)
+    type(critical_type), intent(in) :: critical(:)
+    type(campbell_type), intent(in) :: campbell
+    character(len=:), allocatable :: words
+    real(dp) :: speeds(size(critical))
+    logical, dimension(size(critical)) :: unstable, undecided
+    integer :: i
+
+    speeds = [(critical(i)%crossing%speed, i = 1, size(critical))]
+    unstable = [(critical(i)%verdict == "unstable", i = 1, size(critical))]
+    undecided = [(critical(i)%verdict == "undecided", i = 1, size(critical))]
+    words = left_at(speeds, unstable, undecided, "crossings", &
+      & "the machine leaves these vibrations")
+    if (words == "" .or. .not. (any(unstable) .or. campbell_verdict(campbell) == "stable")) words = campbell_verdict(campbell)
+  end function critical_verdict
+
+  !> Filled with blanks to a width.
+  pure function flush_left(string, width) result(column)
+    character(len=*), intent(in) :: string
+    integer, intent(in) :: width
+    character(len=:), allocatable :: column
+
+    column = string // repeat(" ", max(1, width - len(string)))
+  end function flush_left
+
+end module gestell_task_campbell_report

@@ -1,0 +1,228 @@
+!> The frame's outline and its mounts as lines to be drawn.
+module gestell_task_drawing_mounts
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise
+  use gestell_model_frame_mounting, only: support_type
+  implicit none (type, external)
+  private
+
+  public :: append, draw_mount, outline, pair
+
+  character, parameter :: newline = new_line("a")
+  !> Corners of the round that the outline keeps clear of every point.
+  integer, parameter :: corners = 16
+  !> A support's spring is its stiff one if it is as many times as stiff as the other.
+  real(dp), parameter :: much_stiffer = 1.5_dp
+
+  !> Points of lines one behind the other, shape (2, points), and where each line ends.
+  type, public :: drawing_type
+    real(dp), allocatable :: points(:, :)
+    integer, allocatable :: ends(:)
+  contains
+    procedure :: data_lines
+  end type drawing_type
+
+contains
+
+  !> The outline of a frame that carries these points (2, points), at a distance from each: the hull of rounds, whose corners
+  !> are in order.
+  function outline(points, distance) result(hull)
+    real(dp), intent(in) :: points(:, :), distance
+    real(dp), allocatable :: hull(:, :)
+    real(dp) :: all(2, corners * size(points, 2)), chain(2, corners * size(points, 2) + 1), turn
+    integer :: order(corners * size(points, 2)), i, k, n, start
+
+    do i = 1, size(points, 2)
+      do k = 1, corners
+        turn = 2 * pi * (k - 0.5_dp) / corners
+        all(:, corners * (i - 1) + k) = points(:, i) + distance * [cos(turn), sin(turn)]
+      end do
+    end do
+    call sort(all, order)
+    ! Andrew's monotone chain: below from left to right, above back again
+    n = 0
+    do i = 1, size(order)
+      call add(all(:, order(i)), 1)
+    end do
+    start = n
+    do i = size(order) - 1, 1, -1
+      call add(all(:, order(i)), start)
+    end do
+    hull = chain(:, :n - 1)
+  contains
+    subroutine add(point, first)
+      real(dp), intent(in) :: point(2)
+      integer, intent(in) :: first
+
+      do while (n > first)
+        if (cross(chain(:, n) - chain(:, n - 1), point - chain(:, n)) > 0) exit
+        n = n - 1
+      end do
+      n = n + 1
+      chain(:, n) = point
+    end subroutine add
+  end function outline
+
+  pure real(dp) function cross(a, b)
+    real(dp), intent(in) :: a(2), b(2)
+
+    cross = a(1) * b(2) - a(2) * b(1)
+  end function cross
+
+  !> Places of points by x, then y.
+  pure subroutine sort(points, order)
+    real(dp), intent(in) :: points(:, :)
+    integer, intent(out) :: order(:)
+    integer :: i, k, this
+
+    do i = 1, size(order)
+      this = i
+      k = i - 1
+      do while (k > 0)
+        if (.not. before(points(:, this), points(:, order(k)))) exit
+        order(k + 1) = order(k)
+        k = k - 1
+      end do
+      order(k + 1) = this
+    end do
+  end subroutine sort
+
+  pure logical function before(a, b)
+    real(dp), intent(in) :: a(2), b(2)
+
+    before = a(1) < b(1) .or. (.not. a(1) > b(1) .and. a(2) < b(2))
+  end function before
+
+  !> Spring, damper and ground along both axes of a support, away from `middle`, of this length; a spring that is much stiffer
+  !> than the other goes to `stiff`.
+  subroutine draw_mount(drawing, stiff, support, middle, length)
+    type(drawing_type), intent(inout) :: drawing, stiff
+    type(support_type), intent(in) :: support
+    real(dp), intent(in) :: middle(2), length
+    real(dp) :: along(2), across(2), aside, offset, start
+    logical :: spring, damper
+    integer :: axis, main
+
+    do axis = 1, 2
+      along = [cos(support%angle), sin(support%angle)]
+      if (axis == 2) along = [-along(2), along(1)]
+      main = maxloc(abs(along), dim=1)
+      offset = support%position(main) - middle(main)
+      if (abs(offset) > 0.01_dp * length) then
+        along = along * sign(1.0_dp, offset * along(main))
+      else if (along(2) > 0.5_dp) then
+        along = -along
+      end if
+      across = [-along(2), along(1)]
+      spring = support%stiffness(axis) > 0
+      damper = support%damping(axis) > 0
+      if (.not. (spring .or. damper)) cycle
+      aside = merge(0.13_dp, 0.0_dp, spring .and. damper)
+      start = merge(0.15_dp, 0.0_dp, damper)
+      if (support%stiffness(axis) > much_stiffer * support%stiffness(3 - axis)) then
+        call add_shape(stiff, zigzag(start), aside)
+      else if (spring) then
+        call add_shape(drawing, zigzag(start), aside)
+      end if
+      if (damper) call add_shape(drawing, rod(), -aside)
+      if (damper) call add_shape(drawing, cup(), -aside)
+      if (spring .and. damper) call add_shape(drawing, reshape([0.15_dp, -aside, 0.15_dp, aside], [2, 2]), 0.0_dp)
+      if (spring .and. damper) call add_shape(drawing, reshape([0.0_dp, 0.0_dp, 0.15_dp, 0.0_dp], [2, 2]), 0.0_dp)
+      call add_shape(drawing, hatch(), 0.0_dp)
+    end do
+  contains
+    !> A line in the mount's own system: along it, across it, both relative to its length.
+    subroutine add_shape(lines, shape, moved)
+      type(drawing_type), intent(inout) :: lines
+      real(dp), intent(in) :: shape(:, :), moved
+      real(dp) :: points(2, size(shape, 2))
+      integer :: i
+
+      do i = 1, size(shape, 2)
+        points(:, i) = support%position + length * (shape(1, i) * along + (shape(2, i) + moved) * across)
+      end do
+      call append(lines, points)
+    end subroutine add_shape
+  end subroutine draw_mount
+
+  pure function zigzag(start) result(shape)
+    real(dp), intent(in) :: start
+    real(dp) :: shape(2, 10)
+    integer :: i
+
+    shape(:, 1) = [start, 0.0_dp]
+    shape(:, 2) = [0.2_dp, 0.0_dp]
+    do i = 3, 8
+      shape(:, i) = [0.2_dp + 0.1_dp * (i - 2.5_dp), 0.1_dp * (-1)**i]
+    end do
+    shape(:, 9) = [0.8_dp, 0.0_dp]
+    shape(:, 10) = [1.0_dp, 0.0_dp]
+  end function zigzag
+
+  !> A damper's piston with its rod.
+  pure function rod() result(shape)
+    real(dp) :: shape(2, 4)
+
+    shape = reshape([0.15_dp, 0.0_dp, 0.5_dp, 0.0_dp, 0.5_dp, 0.06_dp, 0.5_dp, -0.06_dp], [2, 4])
+  end function rod
+
+  !> A damper's cylinder, with the way to the ground.
+  pure function cup() result(shape)
+    real(dp) :: shape(2, 6)
+
+    shape = reshape([0.35_dp, 0.09_dp, 0.65_dp, 0.09_dp, 0.65_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.65_dp, 0.0_dp, 0.65_dp, -0.09_dp], &
+      & [2, 6])
+  end function cup
+
+  !> The ground: a line and strokes behind it, drawn in one.
+  pure function hatch() result(shape)
+    real(dp) :: shape(2, 17)
+    integer :: i
+
+    do i = 0, 4
+      shape(:, 3 * i + 1) = [1.0_dp, -0.28_dp + 0.14_dp * i]
+      shape(:, 3 * i + 2) = [1.1_dp, -0.36_dp + 0.14_dp * i]
+      shape(:, 3 * i + 3) = shape(:, 3 * i + 1)
+    end do
+    shape(:, 16) = [1.0_dp, 0.28_dp]
+    shape(:, 17) = shape(:, 16)
+  end function hatch
+
+  !> Adds a line.
+  pure subroutine append(drawing, points)
+    type(drawing_type), intent(inout) :: drawing
+    real(dp), intent(in) :: points(:, :)
+    real(dp), allocatable :: longer(:, :)
+    integer :: n
+
+    if (.not. allocated(drawing%points)) allocate(drawing%points(2, 0), drawing%ends(0))
+    n = size(drawing%points, 2)
+    allocate(longer(2, n + size(points, 2)))
+    longer(:, :n) = drawing%points
+    longer(:, n + 1:) = points
+    call move_alloc(longer, drawing%points)
+    drawing%ends = [drawing%ends, n + size(points, 2)]
+  end subroutine append
+
+  !> The lines as data of gnuplot, a blank line behind each.
+  pure function data_lines(self) result(lines)
+    class(drawing_type), intent(in) :: self
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = ""
+    do i = 1, size(self%points, 2)
+      lines = lines // pair(self%points(:, i)) // newline
+      if (any(self%ends == i)) lines = lines // newline
+    end do
+  end function data_lines
+
+  !> A point as gnuplot reads it.
+  pure function pair(point) result(word)
+    real(dp), intent(in) :: point(2)
+    character(len=:), allocatable :: word
+
+    word = concise(point(1), 7) // "," // concise(point(2), 7)
+  end function pair
+
+end module gestell_task_drawing_mounts

@@ -1,0 +1,374 @@
+!> The picture of the mechanism through a turn, with its frame and mounts, to scale.
+module gestell_task_drawing_plot
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_output_picture_script, only: heading, quoted, span, write_script
+  use gestell_task_drawing_guides, only: body_functions, element, guides, sliders
+  use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline, pair
+  use gestell_model_frame, only: frame_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_frame_quantity, only: probe_type
+  use gestell_model_linkage_skeleton, only: skeleton_type
+  implicit none (type, external)
+  private
+
+  public :: plot_mechanism
+
+  character, parameter :: newline = new_line("a")
+  character(len=6), parameter :: colours(0:6) = [character(len=6) :: "555555", "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", &
+    & "56B4E9"]
+  !> The row that is drawn in full, and the rows between the faint ones.
+  integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
+  !> A mechanism with more bars is drawn in fewer positions, one with more joints with smaller names, and then with none but the
+  !> frame's own, more probes have no names; a key with more links would be taller than the picture.
+  integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12, most_marks = 12
+
+contains
+
+  !> mechanism.gp, from the columns of mechanism.csv; `skeleton` is in the frame's system. Error: it cannot be written.
+  subroutine plot_mechanism(folder, preamble, frame, linkage, skeleton, probes, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    class(frame_type), intent(in) :: frame
+    class(linkage_type), intent(in) :: linkage
+    type(skeleton_type), intent(in) :: skeleton
+    type(probe_type), intent(in) :: probes(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(drawing_type) :: mounts, stiff
+    character(len=:), allocatable :: lines, across, upward
+    real(dp), allocatable :: hull(:, :)
+    real(dp) :: low(2), high(2), extent, pixels
+    logical :: at_origin(size(skeleton%grounded))
+    integer :: i
+
+    call extremes(skeleton, frame, probes, low, high)
+    ! the size of symbols: of a long machine less than its length
+    extent = min(maxval(high - low), max(2 * minval(high - low), 0.3_dp * maxval(high - low)))
+    if (.not. extent > 0) extent = 1
+    do i = 1, size(at_origin)
+      at_origin(i) = skeleton%grounded(i) .and. norm2(skeleton%joints(:, i, 1) - frame%origin) < 1.0e-6_dp * extent
+    end do
+    hull = outline(carried(frame, skeleton, probes), 0.025_dp * extent)
+    allocate(mounts%points(2, 0), mounts%ends(0), stiff%points(2, 0), stiff%ends(0))
+    do i = 1, size(frame%supports)
+      call draw_mount(mounts, stiff, frame%supports(i), (low + high) / 2, 0.12_dp * extent)
+    end do
+    do i = 1, 2
+      low(i) = min(low(i), minval(hull(i, :)), minval(mounts%points(i, :)), minval(stiff%points(i, :)))
+      high(i) = max(high(i), maxval(hull(i, :)), maxval(mounts%points(i, :)), maxval(stiff%points(i, :)))
+    end do
+    across = span([low(1), high(1)])
+    upward = span([low(2), high(2) + 0.05_dp * extent])
+    lines = "set title " // heading(preamble, "The mechanism through a turn, bold at a crank angle of " &
+      & // text(nint(sign(1.0_dp, frame%speed)) * bold) // " deg") // " noenhanced" // newline &
+      & // "row = " // text(bold) // newline &
+      & // "step = " // text(merge(wide_step, usual_step, size(skeleton%bars) > many_bars)) // newline &
+      & // "last = 360 - step" // newline &
+      & // "set size ratio -1" // newline // "set xrange " // across // newline // "set yrange " // upward // newline &
+      & // "set xlabel 'ξ (m)'" // newline // "set ylabel 'η (m)'" // newline &
+      & // "set bmargin 6; set key at screen 0.5,screen 0.005 bottom center horizontal samplen 1.5 width 1" // newline &
+      & // body_functions() // frame_lines(frame, at_origin, hull, extent)
+    lines = lines // "$mounts << END" // newline // "x,y" // newline // mounts%data_lines() // "END" // newline &
+      & // "$stiff << END" // newline // "x,y" // newline // stiff%data_lines() // "END" // newline
+    lines = lines // "plot NaN notitle" // guides(skeleton, frame%origin, extent) // bars(linkage, skeleton, .false.) &
+      & // traces(skeleton) // mounts_line("$mounts", mounts, "1") // mounts_line("$stiff", stiff, "2.5") &
+      & // bars(linkage, skeleton, .true.) // sliders(skeleton, extent) // centers(skeleton) // pins(skeleton) &
+      & // names(linkage, skeleton, at_origin) // marks(probes, (low(1) + high(1)) / 2) // key(linkage, skeleton) &
+      & // newline // "unset output" // newline
+    pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
+    call write_script(folder, "mechanism", lines, error, width=800, height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
+  end subroutine plot_mechanism
+
+  !> The box around all that moves, F, the supports and the probes.
+  pure subroutine extremes(skeleton, frame, probes, low, high)
+    type(skeleton_type), intent(in) :: skeleton
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    real(dp), intent(out) :: low(2), high(2)
+    integer :: i, k
+
+    low = 0
+    high = 0
+    do i = 1, 2
+      low(i) = min(low(i), minval(skeleton%joints(i, :, :)), minval(skeleton%centers(i, :, :)))
+      high(i) = max(high(i), maxval(skeleton%joints(i, :, :)), maxval(skeleton%centers(i, :, :)))
+      do k = 1, size(frame%supports)
+        low(i) = min(low(i), frame%supports(k)%position(i))
+        high(i) = max(high(i), frame%supports(k)%position(i))
+      end do
+      do k = 1, size(probes)
+        low(i) = min(low(i), probes(k)%position(i))
+        high(i) = max(high(i), probes(k)%position(i))
+      end do
+    end do
+  end subroutine extremes
+
+  !> Points of the frame, shape (2, points): F, supports, probes, ground joints, ends of the guides that it carries.
+  pure function carried(frame, skeleton, probes) result(points)
+    class(frame_type), intent(in) :: frame
+    type(skeleton_type), intent(in) :: skeleton
+    type(probe_type), intent(in) :: probes(:)
+    real(dp), allocatable :: points(:, :)
+    type(drawing_type) :: all
+    integer :: i, k
+
+    call append(all, reshape([0.0_dp, 0.0_dp], [2, 1]))
+    do i = 1, size(frame%supports)
+      call append(all, reshape(frame%supports(i)%position, [2, 1]))
+    end do
+    do i = 1, size(probes)
+      call append(all, reshape(probes(i)%position, [2, 1]))
+    end do
+    do i = 1, size(skeleton%grounded)
+      if (skeleton%grounded(i)) call append(all, skeleton%joints(:, i, 1:1))
+    end do
+    do i = 1, size(skeleton%sliders)
+      associate (guide => skeleton%sliders(i)%guide, travel => skeleton%sliders(i)%travel)
+        if (any(guide%carriers > 0)) cycle
+        do k = 1, 2
+          call append(all, reshape(frame%origin + guide%point + travel(k) * [cos(guide%angle), sin(guide%angle)], [2, 1]))
+        end do
+      end associate
+    end do
+    points = all%points
+  end function carried
+
+  !> The frame's outline, and the axes at F and O.
+  pure function frame_lines(frame, at_origin, hull, extent) result(lines)
+    class(frame_type), intent(in) :: frame
+    logical, intent(in) :: at_origin(:)
+    real(dp), intent(in) :: hull(:, :), extent
+    character(len=:), allocatable :: lines
+    real(dp) :: middle
+    integer :: i
+
+    middle = (minval(hull(1, :)) + maxval(hull(1, :))) / 2
+    lines = "set style textbox opaque fillcolor rgb '#FFFFFF' noborder margins 0.4,0.4" // newline &
+      & // "set object 1 polygon from " // pair(hull(:, size(hull, 2)))
+    do i = 1, size(hull, 2)
+      lines = lines // " to " // pair(hull(:, i))
+    end do
+    lines = lines // " behind fillcolor rgb '#E9EDF0' fillstyle solid 1 border lc rgb '#8C9BAB'" // newline &
+      & // axes([0.0_dp, 0.0_dp], "F", "ξ", "η", extent, 1) &
+      & // axes(frame%origin, merge(" ", "O", any(at_origin)), "x", "y", extent, 3)
+    do i = 1, size(frame%supports)
+      lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " // pair(frame%supports(i)%position) &
+        & // " " // merge("left offset 0.5  ", "right offset -0.5", frame%supports(i)%position(1) < middle) // ",0.8 font ',12' " &
+        & // "boxed front" // newline
+    end do
+    if (size(frame%supports) == 0) lines = lines // "set label 9 'no &support: what holds the frame is the &foundation' " &
+      & // "at graph 0.01,graph 0.03 font ',11' noenhanced" // newline
+  end function frame_lines
+
+  !> Two arrows at a point with their names.
+  pure function axes(point, name, first, second, extent, number) result(lines)
+    real(dp), intent(in) :: point(2), extent
+    character(len=*), intent(in) :: name, first, second
+    integer, intent(in) :: number
+    character(len=:), allocatable :: lines
+    real(dp) :: length
+
+    length = 0.07_dp * extent
+    lines = "set arrow " // text(number) // " from " // pair(point) // " rto " // concise(length, 4) // ",0 size char 0.6,20 " &
+      & // "filled lt 7 dt 1 lw 1 front" // newline &
+      & // "set arrow " // text(number + 1) // " from " // pair(point) // " rto 0," // concise(length, 4) // " size char 0.6,20 " &
+      & // "filled lt 7 dt 1 lw 1 front" // newline &
+      & // "set label " // text(2 * number) // " '" // name // "' at " // pair(point) &
+      & // " right offset -0.4,-0.6 font ',12' front" &
+      & // newline // "set label " // text(2 * number + 1) // " '" // first // "' at " // pair(point + [length, 0.0_dp]) &
+      & // " left offset 0.3,0 font ',11' front" // newline &
+      & // "set label " // text(2 * number + 2) // " '" // second // "' at " // pair(point + [0.0_dp, length]) &
+      & // " center offset 0,0.6 font ',11' front" // newline
+  end function axes
+
+  pure function bars(linkage, skeleton, in_full) result(words)
+    class(linkage_type), intent(in) :: linkage
+    type(skeleton_type), intent(in) :: skeleton
+    logical, intent(in) :: in_full
+    character(len=:), allocatable :: words, style, at
+    integer :: i
+
+    words = ""
+    if (in_full) words = arms(linkage)
+    do i = 1, size(skeleton%bars)
+      associate (bar => skeleton%bars(i))
+        style = "vectors nohead lt 1 lc rgb "
+        if (in_full) then
+          style = style // "'#" // colour(bar%link) // "' " // merge("dt (6,4) lw 1.5", "dt 1 lw 4.5    ", bar%slides) &
+            & // " notitle"
+          at = "::row::row"
+        else
+          if (bar%slides) cycle
+          style = style // "'#A0" // colour(bar%link) // "' dt 1 lw 1 notitle"
+          at = "step::0::last"
+        end if
+        words = words // element(at, way(bar%joints), style)
+      end associate
+    end do
+  end function bars
+
+  !> Of a link that only translates, the way from its joint to its centre of mass.
+  pure function arms(linkage) result(words)
+    class(linkage_type), intent(in) :: linkage
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, size(linkage%links)
+      associate (link => linkage%links(i))
+        if (link%to > 0 .or. .not. norm2(link%center) > 0) cycle
+        words = words // element("::row::row", text(2 * link%from) // ":" // text(2 * link%from + 1) // ":(" &
+          & // concise(link%center(1), 7) // "):(" // concise(link%center(2), 7) // ")", "vectors nohead lt 1 dt 1 lw 3 lc rgb '#" &
+          & // colour(i) // "' notitle")
+      end associate
+    end do
+  end function arms
+
+  !> The columns from one joint to another.
+  pure function way(joints) result(words)
+    integer, intent(in) :: joints(2)
+    character(len=:), allocatable :: words
+    character(len=:), allocatable :: x1, y1
+
+    x1 = text(2 * joints(1))
+    y1 = text(2 * joints(1) + 1)
+    words = x1 // ":" // y1 // ":($" // text(2 * joints(2)) // " - $" // x1 // "):($" // text(2 * joints(2) + 1) // " - $" // y1 &
+      & // ")"
+  end function way
+
+  !> The ways of joints and of centres of mass that move.
+  pure function traces(skeleton) result(words)
+    type(skeleton_type), intent(in) :: skeleton
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, size(skeleton%grounded)
+      if (.not. skeleton%grounded(i)) words = words // element("1", text(2 * i) // ":" // text(2 * i + 1), &
+        & "lines lt 7 dt 1 lw 0.7 lc rgb '#777777' notitle")
+    end do
+    do i = 1, size(skeleton%centers, 2)
+      words = words // element("1", center_columns(skeleton, i), "lines lt 7 dt (3,3) lw 1 lc rgb '#" // colour(i) &
+        & // "' notitle")
+    end do
+  end function traces
+
+  pure function center_columns(skeleton, i) result(words)
+    type(skeleton_type), intent(in) :: skeleton
+    integer, intent(in) :: i
+    character(len=:), allocatable :: words
+    integer :: first
+
+    first = 2 * (size(skeleton%grounded) + i)
+    words = text(first) // ":" // text(first + 1)
+  end function center_columns
+
+  !> The lines in a block of data.
+  pure function mounts_line(block, drawing, width) result(words)
+    character(len=*), intent(in) :: block, width
+    type(drawing_type), intent(in) :: drawing
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (size(drawing%ends) > 0) words = ", \" // newline // "  " // block // " using 1:2 with lines lt 7 dt 1 lw " // width &
+      & // " notitle"
+  end function mounts_line
+
+  !> Probes, with their names on the side of the `middle`.
+  pure function marks(probes, middle) result(words)
+    type(probe_type), intent(in) :: probes(:)
+    real(dp), intent(in) :: middle
+    character(len=:), allocatable :: words, at
+    integer :: i
+
+    words = ""
+    do i = 1, size(probes)
+      at = "(" // concise(probes(i)%position(1), 7) // "):(" // concise(probes(i)%position(2), 7) // ")"
+      words = words // element("::0::0", at, "points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' notitle")
+      if (size(probes) <= most_marks) words = words // element("::0::0", at // ":(" // quoted(trim(probes(i)%name)) // ")", &
+        & "labels " // merge("left  offset  0.9", "right offset -0.9", probes(i)%position(1) < middle) &
+        & // ",1.8 font ',12' textcolor rgb '#CC0000' noenhanced notitle")
+    end do
+    if (size(probes) > 0) words = words // ", \" // newline &
+      & // "  keyentry with points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' title 'probe'"
+  end function marks
+
+  !> Marks of the centres of mass.
+  pure function centers(skeleton) result(words)
+    type(skeleton_type), intent(in) :: skeleton
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, size(skeleton%centers, 2)
+      words = words // element("::row::row", center_columns(skeleton, i), "points lt 1 pt 7 ps 1.1 lc rgb '#FFFFFF' notitle") &
+        & // element("::row::row", center_columns(skeleton, i), "points lt 1 pt 6 ps 1.1 lw 1 lc rgb '#" // colour(i) &
+        & // "' notitle") &
+        & // element("::row::row", center_columns(skeleton, i), "points lt 1 pt 1 ps 1.1 lw 1 lc rgb '#" // colour(i) &
+        & // "' notitle")
+    end do
+  end function centers
+
+  !> Joints: those of the frame are filled.
+  pure function pins(skeleton) result(words)
+    type(skeleton_type), intent(in) :: skeleton
+    character(len=:), allocatable :: words, columns
+    integer :: i
+
+    words = ""
+    do i = 1, size(skeleton%grounded)
+      columns = text(2 * i) // ":" // text(2 * i + 1)
+      words = words // element("::row::row", columns, "points lt 1 pt 7 ps 0.9 lc rgb '#" &
+        & // merge("000000", "FFFFFF", skeleton%grounded(i)) // "' notitle") &
+        & // element("::row::row", columns, "points lt 1 pt 6 ps 0.9 lw 1.5 lc rgb '#000000' notitle")
+    end do
+  end function pins
+
+  !> The joints' names, on the side away from the others.
+  pure function names(linkage, skeleton, at_origin) result(words)
+    class(linkage_type), intent(in) :: linkage
+    type(skeleton_type), intent(in) :: skeleton
+    logical, intent(in) :: at_origin(:)
+    character(len=:), allocatable :: words, name
+    real(dp) :: middle(2), aside(2)
+    integer :: i, n
+
+    n = size(linkage%joints)
+    middle = sum(skeleton%joints(:, :, bold + 1), dim=2) / n
+    words = ""
+    do i = 1, n
+      if (n > too_many_joints .and. .not. skeleton%grounded(i)) cycle
+      aside = skeleton%joints(:, i, bold + 1) - middle
+      name = linkage%joints(i)%name
+      if (at_origin(i)) name = trim(name) // merge(" = O", "    ", name /= "O")
+      words = words // element("::row::row", text(2 * i) // ":" // text(2 * i + 1) // ":(" // quoted(trim(name)) // ")", &
+        & "labels " // merge("left ", "right", aside(1) >= 0) // " offset " // merge(" 0.8", "-0.8", aside(1) >= 0) &
+        & // "," // merge(" 0.6", "-0.6", aside(2) >= 0) // " font '," // text(merge(10, 13, n > many_joints)) &
+        & // "' noenhanced notitle")
+    end do
+  end function names
+
+  !> The links' names with their colours.
+  pure function key(linkage, skeleton) result(words)
+    class(linkage_type), intent(in) :: linkage
+    type(skeleton_type), intent(in) :: skeleton
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = ""
+    if (size(linkage%links) > longest_key) return
+    do i = 1, size(linkage%links)
+      words = words // ", \" // newline // "  keyentry with linespoints lt 1 dt 1 lw " &
+        & // merge("4.5", "1.0", any(skeleton%bars%link == i)) // " pt 6 ps 1.1 lc rgb '#" // colour(i) // "' title " &
+        & // quoted(linkage%links(i)%name) // " noenhanced"
+    end do
+  end function key
+
+  !> A link's colour; bars of no link are grey.
+  pure character(len=6) function colour(link)
+    integer, intent(in) :: link
+
+    colour = colours(merge(0, 1 + mod(link - 1, 6), link == 0))
+  end function colour
+
+end module gestell_task_drawing_plot

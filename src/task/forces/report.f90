@@ -1,0 +1,153 @@
+!> Forces on the ground, for people.
+module gestell_task_forces_report
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, fixed, text
+  use gestell_output_report_significance, only: noise_of, order_words
+  use gestell_base_wording, only: padded
+  use gestell_output_report_verdict, only: section
+  use gestell_task_forces_ground, only: along_x, along_y, moment, place_type, whole_force
+  implicit none (type, external)
+  private
+
+  public :: force_lines
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Every place and the total, and which support carries most.
+  pure function force_lines(places, speed, verdict) result(lines)
+    type(place_type), intent(in) :: places(:)
+    real(dp), intent(in) :: speed
+    character(len=*), intent(in) :: verdict
+    character(len=:), allocatable :: lines
+    integer :: i, most
+
+    lines = section("FORCES ON THE GROUND (N), " // trim(merge("by the motion ", "without weight", any(places%weighed))) &
+      & // "; f: the size of the vector; %: the order's part of its mean square", verdict) // &
+      & "                                fx peak       rms   fy peak       rms    f peak    error       rms  crest   strongest" &
+      & // newline
+    do i = 1, size(places)
+      lines = lines // place_line(places(i)) // newline
+    end do
+    most = most_loaded(places)
+    if (most > 0) then
+      if (places(most)%statistics(whole_force)%peak > 0) lines = lines // "  support " // trim(places(most)%name) &
+        & // " carries most: up to " // concise(places(most)%statistics(whole_force)%peak, 5) // " N" // newline
+    end if
+    associate (total => places(size(places)))
+      if (most > 0) then
+        if (total%statistics(whole_force)%peak < places(most)%statistics(whole_force)%peak) lines = lines // &
+          & "  the places push against each other: all together exert less than one alone" // newline
+      end if
+      if (total%statistics(whole_force)%peak > 0) lines = lines // "  all together up to " &
+        & // concise(total%statistics(whole_force)%peak, 5) // " N" // crank_angle(total, whole_force) // newline
+      if (total%statistics(moment)%peak * noise_of(total%statistics(moment)%peak, total%statistics(moment)%peak_error, &
+        & arm(places) * total%statistics(whole_force)%peak) > 0) lines = lines // "  their moment about F up to " &
+        & // concise(total%statistics(moment)%peak, 5) // " N m" // crank_angle(total, moment) // ", rms " &
+        & // concise(total%statistics(moment)%rms, 5) // " N m" // newline
+    end associate
+    if (any(places%weighed)) lines = lines // static_lines(places)
+
+  contains
+
+    !> Where the peak is.
+    pure function crank_angle(place, part) result(words)
+      type(place_type), intent(in) :: place
+      integer, intent(in) :: part
+      character(len=:), allocatable :: words
+
+      words = ", at a crank angle of " // fixed(sign(360.0_dp, speed) * place%statistics(part)%peak_phase, 1) // " deg"
+    end function crank_angle
+
+  end function force_lines
+
+  !> Static load and least compression of every place; those of guides act on both sides.
+  pure function static_lines(places) result(lines)
+    type(place_type), intent(in) :: places(:)
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = "                             static fx        fy   least compression    error" // newline
+    do i = 1, size(places)
+      associate (place => places(i), static => cleared(places(i)%static, places(size(places))%static))
+        lines = lines // labelled(place) // padded(concise(static(1), 5), 10) // padded(concise(static(2), 5), 10)
+        if (place%name /= "guide") lines = lines // padded(concise(place%least_compression, 5), 20) &
+          & // padded(concise(place%least_error, 1), 9)
+        if (place%carrying) lines = lines // lift_off(place)
+        lines = lines // newline
+      end associate
+    end do
+  end function static_lines
+
+  !> Whether the frame leaves a support that only stands there.
+  pure function lift_off(place) result(words)
+    type(place_type), intent(in) :: place
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (place%least_compression < place%least_error) words = "   may lift off unless bolted"
+    if (place%least_compression < -place%least_error) words = "   LIFTS OFF unless bolted"
+  end function lift_off
+
+  !> Static forces without what is rounding beside the weight.
+  pure function cleared(force, weight) result(clear)
+    real(dp), intent(in) :: force(2), weight(2)
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    real(dp) :: clear(2)
+
+    clear = merge(0.0_dp, force, abs(force) <= rounding * norm2(weight))
+  end function cleared
+
+  !> The greatest distance of a place from F (m); 1 where all are there.
+  pure real(dp) function arm(places)
+    type(place_type), intent(in) :: places(:)
+    integer :: i
+
+    arm = maxval([(norm2(places(i)%position), i = 1, size(places))])
+    if (.not. arm > 0) arm = 1
+  end function arm
+
+  pure function place_line(place) result(line)
+    type(place_type), intent(in) :: place
+    character(len=:), allocatable :: line
+    real(dp) :: zero(2)
+    integer :: order
+
+    line = labelled(place)
+    associate (fx => place%statistics(along_x), fy => place%statistics(along_y), f => place%statistics(whole_force))
+      order = f%strongest()
+      zero = [noise_of(fx%peak, fx%peak_error, f%peak), noise_of(fy%peak, fy%peak_error, f%peak)]
+      line = line // padded(concise(zero(1) * fx%peak, 5), 10) // padded(concise(zero(1) * fx%rms, 5), 10) &
+        & // padded(concise(zero(2) * fy%peak, 5), 10) // padded(concise(zero(2) * fy%rms, 5), 10) &
+        & // padded(concise(f%peak, 5), 10) // padded(concise(f%peak_error, 1), 9) &
+        & // padded(concise(f%rms, 5), 10) // padded(fixed(f%crest(), 2), 7)
+      if (order > 0) line = line // "   " // order_words(order, f%amplitude(order), f%rms)
+    end associate
+  end function place_line
+
+  !> What a place is called, in a column of its own.
+  pure function labelled(place) result(line)
+    type(place_type), intent(in) :: place
+    character(len=:), allocatable :: line
+
+    line = "  " // trim(place%name)
+    if (.not. place%turns) line = "  support " // trim(place%name) // " at (" // concise(place%position(1), 4) // ", " &
+      & // concise(place%position(2), 4) // ")"
+    line = line // repeat(" ", max(0, 29 - len(line)))
+  end function labelled
+
+  !> The support whose force is greatest; 0: there is none.
+  pure integer function most_loaded(places) result(most)
+    type(place_type), intent(in) :: places(:)
+    integer :: i
+
+    most = 0
+    do i = 1, size(places)
+      if (places(i)%turns) cycle
+      if (most == 0) most = i
+      if (places(i)%statistics(whole_force)%peak > places(most)%statistics(whole_force)%peak) most = i
+    end do
+  end function most_loaded
+
+end module gestell_task_forces_report

@@ -1,0 +1,95 @@
+!> What the drive has to do over a turn, and where its power goes.
+module gestell_task_power_drive
+  use gestell_base_error, only: error_type
+  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_base_kinds, only: dp
+  use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, torque
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_quantity, only: accelerations
+  use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type
+  use gestell_study_vibration_statistics, only: top
+  use gestell_study_vibration, only: check_rows, vibration_type
+  implicit none (type, external)
+  private
+
+  public :: find_drive
+
+  !> A torque over the turn (N m): greatest size with its sign and where (t / T), root of the mean square, mean.
+  type, public :: torque_type
+    real(dp) :: peak = 0, peak_phase = 0, rms = 0, mean = 0
+  end type torque_type
+
+  type, public :: drive_type
+    !> The rows of gestell_model_mechanism_driving at the times of the vibration's history, shape (power_rows, points + 1).
+    real(dp), allocatable :: history(:, :)
+    !> On the frame as it vibrates, with a bound on the peak's error, and on a rigid one.
+    type(torque_type) :: actual, rigid
+    real(dp) :: peak_error = 0
+    !> Means over the turn (W), greatest power of the drive (W).
+    real(dp) :: drive_mean = 0, dampers_mean = 0, greatest = 0
+    !> Whether links and frame weigh something.
+    logical :: weighed = .false.
+    !> Where a flywheel's inertia is known.
+    type(fluctuation_type), allocatable :: fluctuation
+  contains
+    procedure :: defect
+  end type drive_type
+
+contains
+
+  !> `vibration` is that of the periodic model. `known`: the mechanism tells its kinetic energy. Errors: as of the frame's `check`;
+  !> `vibration` does not hold the accelerations.
+  subroutine find_drive(frame, vibration, drive, known, error)
+    class(frame_type), intent(in) :: frame
+    type(vibration_type), intent(in) :: vibration
+    type(drive_type), intent(out) :: drive
+    logical, intent(out) :: known
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: samples(:, :), motion(:, :)
+    integer :: k
+
+    known = .false.
+    drive%weighed = frame%weights%act
+    call frame%check(error)
+    if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
+    if (allocated(error)) return
+    allocate(drive%history(power_rows, size(vibration%motion_history, 2)), samples(power_rows, size(vibration%motion, 2)))
+    associate (points => size(drive%history, 2) - 1, n => size(samples, 2))
+      motion = vibration%motion_history(:accelerations, :)
+      call drive_power(frame, [(real(k, dp) / points, k = 0, points)], motion, drive%history, known)
+      motion = vibration%motion(:accelerations, :)
+      call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], motion, samples, known, vibration%motion_errors%bounds(), &
+        & drive%peak_error)
+      drive%drive_mean = sum(samples(drive_watts, :)) / n
+      drive%dampers_mean = sum(samples(damper_watts, :)) / n
+    end associate
+    if (known .and. frame%flywheel_inertia > 0) then
+      allocate(drive%fluctuation)
+      call find_fluctuation(frame, samples(torque, :), drive%peak_error, size(drive%history, 2) - 1, drive%fluctuation)
+    end if
+    call take_torque(samples(torque, :), drive%actual)
+    call take_torque(samples(rigid_torque, :), drive%rigid)
+    drive%greatest = abs(drive%actual%peak * frame%speed)
+  end subroutine find_drive
+
+  subroutine take_torque(samples, told)
+    real(dp), intent(in) :: samples(:)
+    type(torque_type), intent(out) :: told
+    type(fourier_type) :: series
+
+    series = fourier_series(samples)
+    told%peak = sign(series%peak(samples), samples(maxloc(abs(samples), dim=1)))
+    told%peak_phase = top(abs(samples))
+    told%rms = series%rms()
+    told%mean = series%mean
+  end subroutine take_torque
+
+  !> By how much the means of drive and dampers differ, relative to the greatest power of the drive; zero but for errors.
+  pure real(dp) function defect(self)
+    class(drive_type), intent(in) :: self
+
+    defect = 0
+    if (self%greatest > 0) defect = abs(self%drive_mean - self%dampers_mean) / self%greatest
+  end function defect
+
+end module gestell_task_power_drive

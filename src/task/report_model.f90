@@ -1,0 +1,89 @@
+!> What the report says of the frame's model.
+module gestell_task_report_model
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_task_stability_report, only: modulus, told
+  use gestell_base_wording, only: padded
+  use gestell_study_vibration_analysis, only: tasks_type
+  use gestell_study_frame_model, only: newton_type
+  use gestell_task_trade_frame_models, only: model_finding_type
+  implicit none (type, external)
+  private
+
+  public :: better_line, model_line, newton_line, report_frame_models
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> The head's line.
+  pure function model_line(tasks) result(line)
+    type(tasks_type), intent(in) :: tasks
+    character(len=:), allocatable :: line
+
+    if (tasks%averaged) then
+      line = "  model      averaged: M, B, C constant, their means over the turn; the full load h(t)" // newline
+    else if (tasks%model == "exact") then
+      line = "  model      exact: the frame turns by any angle; multipliers about its periodic vibration" // newline
+    else if (tasks%model == "first_order") then
+      line = "  model      first order: the vibration of the equations about rest; multipliers about that vibration" // newline
+    else
+      line = "  model      about rest, the paper's equations; leave &model frame out for the machine's own vibration" // newline
+    end if
+  end function model_line
+
+  !> How the exact vibration was found; nothing of the other models.
+  pure function newton_line(newton) result(line)
+    type(newton_type), intent(in) :: newton
+    character(len=:), allocatable :: line
+    integer :: k
+
+    line = ""
+    if (.not. allocated(newton%steps)) return
+    line = "  vibration           of the exact frame by Newton's method, steps relative to it"
+    do k = 1, size(newton%steps)
+      line = line // trim(merge(",", " ", k > 1)) // " " // concise(newton%steps(k), 1)
+    end do
+    line = line // newline
+    if (newton%followed) line = line // "                      on a path from rest or from another speed: there may be others" &
+      & // newline
+  end function newton_line
+
+  !> What the multipliers about the vibration say, where those of a cheaper `model` miss it.
+  pure function better_line(better, model) result(line)
+    type(multipliers_type), intent(in), allocatable :: better
+    character(len=*), intent(in) :: model
+    character(len=:), allocatable :: line
+
+    line = ""
+    if (.not. allocated(better)) return
+    line = "  BUT these are the equations " // trim(merge("about rest.    ", "to first order.", model == "rest")) &
+      & // " About its vibration the machine is " // trim(better%verdict()) &
+      & // ", |rho| = " // told(better, 1, 7) // ":" // newline // "  order &model frame='exact'" // newline
+  end function better_line
+
+  !> What every model of the frame finds.
+  pure function report_frame_models(findings) result(lines)
+    type(model_finding_type), intent(in) :: findings(:)
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = newline // "THE FRAME'S MODELS, verdict and vibration" // newline &
+      & // "  model          verdict   largest |rho|    peaks: xi m       eta m     psi rad   milliseconds" // newline
+    do i = 1, size(findings)
+      associate (found => findings(i))
+        lines = lines // "  " // found%model
+        if (len_trim(found%verdict) > 0) lines = lines // padded(trim(found%verdict), 11) &
+          & // padded(modulus(found%log_rho, 10), 16)
+        if (allocated(found%reason)) then
+          lines = lines // "  " // found%reason // newline
+        else
+          lines = lines // padded(concise(found%peak(1), 6), 16) // padded(concise(found%peak(2), 6), 12) &
+            & // padded(concise(found%peak(3), 6), 12) // padded(concise(1000 * found%seconds, 2), 15) // newline
+        end if
+      end associate
+    end do
+  end function report_frame_models
+
+end module gestell_task_report_model

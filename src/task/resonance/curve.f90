@@ -1,0 +1,226 @@
+!> The resonance curve of a machine: peaks, roots of the mean square and orders of quantities of the vibration over the crank
+!> speed, at the speeds of a grid and at those between that make it true.
+!>
+!> The speeds come in rounds, so that a caller may share those of one round among threads:
+!>
+!>     call start_curve(curve, order, grid speeds, error)
+!>     do
+!>       call curve%wanted(speeds)              ! none: done
+!>       (solve_speed_point at each of them)
+!>       call curve%add(points)
+!>     end do
+!>
+!> `solve_curve` does that on one.
+module gestell_task_resonance_curve
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_task_resonance_points, only: curve_point_type, curve_points_type
+  use gestell_study_family, only: family_type
+  use gestell_task_resonance_maxima, only: find_maxima, half_power_speeds, maximum_type, top_speeds
+  use gestell_task_resonance_seeds, only: crossing_speeds
+  use gestell_study_speed_point, only: check_speed_order, marginal, solve_speed_point, speed_order_type, speed_point_type
+  use gestell_study_speeds, only: check_speeds
+  implicit none (type, external)
+  private
+
+  public :: solve_curve, start_curve
+
+  type, public, extends(curve_points_type) :: resonance_curve_type
+    type(speed_order_type) :: order
+    !> Speeds of the grid that stand to be computed.
+    real(dp), allocatable :: grid(:)
+    integer :: rounds = 0
+    !> Whether refinement came to its end, and not to its bounds.
+    logical :: complete = .true.
+    !> The maxima that stand out, by quantity and speed; filled by `finish`.
+    type(maximum_type), allocatable :: maxima(:)
+  contains
+    procedure :: wanted
+    procedure :: add
+    procedure :: finish
+  end type resonance_curve_type
+
+  !> Speeds that are added to those of the grid, and rounds, at the most.
+  integer, parameter, public :: most_refined = 6000, most_rounds = 100
+  !> Two speeds closer than this, relative to themselves, are one.
+  real(dp), parameter :: same = 1.0e-10_dp
+  !> What a straight line between neighbours, in the logarithm of the peak, may miss of the curve.
+  real(dp), parameter, public :: straight = 0.01_dp
+  !> Maxima that are listed stand out of both flanks by this, in the logarithm.
+  real(dp), parameter, public :: standing_out = 0.05_dp
+  !> Where the state changes it is known to this part of the speed.
+  real(dp), parameter :: border = 1.0e-4_dp
+  !> Where the vibration may rise without bounds, beside a border of stability or without damping, intervals are not divided
+  !> below this part of the speed.
+  real(dp), parameter :: coarsest = 1.0e-6_dp
+
+contains
+
+  !> An empty curve over `speeds`, all of one sign, ascending or descending. Errors: they are not; an order that makes no sense.
+  subroutine start_curve(curve, order, speeds, error)
+    type(resonance_curve_type), intent(out) :: curve
+    type(speed_order_type), intent(in) :: order
+    real(dp), intent(in) :: speeds(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_speeds(speeds, error)
+    if (.not. allocated(error)) call check_speed_order(order, error)
+    if (allocated(error)) return
+    curve%order = order
+    allocate(curve%grid, source=speeds)
+    curve%descends = speeds(size(speeds)) < speeds(1)
+    allocate(curve%points(0))
+  end subroutine start_curve
+
+  !> The speeds of the next round, ascending in the direction of the grid; none: the curve is done.
+  subroutine wanted(self, speeds)
+    class(resonance_curve_type), intent(inout) :: self
+    real(dp), allocatable, intent(out) :: speeds(:)
+    real(dp), allocatable :: more(:)
+    integer :: room
+
+    if (allocated(self%grid)) then
+      call move_alloc(self%grid, speeds)
+      return
+    end if
+    allocate(more, source=[real(dp) :: crossing_speeds(self%curve_points_type), borders(self), all_quantities(self)])
+    call self%new_ones(more, same, speeds)
+    room = most_refined - count(self%points%refined)
+    self%complete = size(speeds) <= room .and. (size(speeds) == 0 .or. self%rounds < most_rounds)
+    if (self%rounds >= most_rounds) room = 0
+    self%rounds = self%rounds + 1
+    if (size(speeds) > room) speeds = speeds(:room)
+  end subroutine wanted
+
+  !> Between neighbours in different states, where the vibration begins or ceases to be reached.
+  function borders(self) result(speeds)
+    class(resonance_curve_type), intent(in) :: self
+    real(dp), allocatable :: speeds(:)
+    integer :: i, n
+
+    n = size(self%points) - 1
+    associate (p => self%points)
+      speeds = pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, n)], p(:n)%state /= p(2:)%state &
+        & .and. [(abs(p(i)%speed - p(i + 1)%speed) > border * abs(p(i)%speed), i = 1, n)])
+    end associate
+  end function borders
+
+  !> What the quantities' curves ask for.
+  function all_quantities(self) result(speeds)
+    class(resonance_curve_type), intent(in) :: self
+    real(dp), allocatable :: speeds(:)
+    type(maximum_type), allocatable :: maxima(:)
+    real(dp), allocatable :: level(:)
+    logical, allocatable :: known(:), bent(:)
+    integer :: q, i
+
+    allocate(speeds(0))
+    do q = 1, size(self%order%names)
+      call self%levels(q, level, known)
+      call bent_intervals(self, level, known, bent)
+      associate (p => self%points)
+        speeds = [speeds, pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, size(bent))], &
+          & bent .and. [(divisible(p(i), p(i + 1)), i = 1, size(bent))])]
+      end associate
+      call find_maxima(self%curve_points_type, q, level, known, bent, straight, maxima)
+      speeds = [speeds, top_speeds(self%curve_points_type, maxima), half_power_speeds(self%curve_points_type, maxima, bent)]
+    end do
+  end function all_quantities
+
+  !> The intervals where the curve is not resolved. The straight line through the two points before an interval, continued to
+  !> its other end, misses the point that was computed there by h times the change of slope, and so does the line from behind.
+  !> Between the ends a bend at any one place, as where two maxima over the turn are equal, misses at most half of the greater
+  !> one, a curve of constant curvature a quarter and less. Where one side is not known the other one counts twice; where
+  !> neither is the interval is divided.
+  subroutine bent_intervals(self, level, known, bent)
+    class(resonance_curve_type), intent(in) :: self
+    real(dp), intent(in) :: level(:)
+    logical, intent(in) :: known(:)
+    logical, allocatable, intent(out) :: bent(:)
+    real(dp) :: slope(size(level) - 1), change(size(level)), h(size(level) - 1)
+    logical :: told(size(level))
+    integer :: i, n
+
+    n = size(level)
+    allocate(bent(n - 1), source=.false.)
+    h = abs(self%points(2:)%speed - self%points(:n - 1)%speed)
+    slope = 0
+    where (known(2:) .and. known(:n - 1)) slope = (level(2:) - level(:n - 1)) / h
+    change = 0
+    told = .false.
+    do i = 2, n - 1
+      told(i) = all(known(i - 1:i + 1))
+      if (told(i)) change(i) = abs(slope(i) - slope(i - 1))
+    end do
+    do i = 1, n - 1
+      if (.not. (known(i) .and. known(i + 1))) cycle
+      bent(i) = h(i) * maxval(change(i:i + 1)) > merge(2, 1, all(told(i:i + 1))) * straight .or. .not. any(told(i:i + 1))
+    end do
+  end subroutine bent_intervals
+
+  !> Whether the interval between neighbours is wide enough to be divided.
+  pure logical function divisible(a, b)
+    type(curve_point_type), intent(in) :: a, b
+    real(dp) :: least
+
+    least = 4 * same
+    if (a%state /= b%state .or. a%state == marginal) least = coarsest
+    divisible = abs(a%speed - b%speed) > least * abs(a%speed)
+  end function divisible
+
+  !> Takes the points of a round.
+  subroutine add(self, points)
+    class(resonance_curve_type), intent(inout) :: self
+    type(speed_point_type), intent(in) :: points(:)
+
+    call self%insert(points, refined=self%rounds > 0)
+  end subroutine add
+
+  !> Lists the maxima.
+  subroutine finish(self)
+    class(resonance_curve_type), intent(inout) :: self
+    type(maximum_type), allocatable :: found(:), all(:)
+    real(dp), allocatable :: level(:)
+    logical, allocatable :: known(:), bent(:)
+    integer :: q
+
+    allocate(self%maxima(0))
+    do q = 1, size(self%order%names)
+      call self%levels(q, level, known)
+      call bent_intervals(self, level, known, bent)
+      call find_maxima(self%curve_points_type, q, level, known, bent, standing_out, found)
+      allocate(all(size(self%maxima) + size(found)))
+      all(:size(self%maxima)) = self%maxima
+      all(size(self%maxima) + 1:) = found
+      call move_alloc(all, self%maxima)
+    end do
+  end subroutine finish
+
+  !> The whole curve. Errors: as of `start_curve`; that of the first speed whose parameter makes no sense.
+  subroutine solve_curve(family, order, speeds, curve, error)
+    class(family_type), intent(in) :: family
+    type(speed_order_type), intent(in) :: order
+    real(dp), intent(in) :: speeds(:)
+    type(resonance_curve_type), intent(out) :: curve
+    type(error_type), allocatable, intent(out) :: error
+    type(speed_point_type), allocatable :: points(:)
+    real(dp), allocatable :: round(:)
+    integer :: k
+
+    call start_curve(curve, order, speeds, error)
+    if (allocated(error)) return
+    do
+      call curve%wanted(round)
+      if (size(round) == 0) exit
+      allocate(points(size(round)))
+      do k = 1, size(round)
+        call solve_speed_point(family, round(k), order, points(k), error)
+        if (allocated(error)) return
+      end do
+      call curve%add(points)
+      deallocate(points)
+    end do
+    call curve%finish()
+  end subroutine solve_curve
+
+end module gestell_task_resonance_curve

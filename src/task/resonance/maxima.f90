@@ -1,0 +1,229 @@
+!> The maxima of a resonance curve: where they lie, how high and how wide they are.
+!>
+!> Beside its maximum a resonance goes as P = P_0 / sqrt(1 + u^2), u the distance in half-widths: (P_0 / P)^2 is a parabola
+!> there and sqrt((P_0 / P)^2 - 1) a straight line, which is what is interpolated.
+module gestell_task_resonance_maxima
+  use gestell_base_kinds, only: dp
+  use gestell_task_resonance_points, only: curve_points_type
+  use gestell_study_speed_point, only: in_resonance, marginal, unreached
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: find_maxima, half_power_speeds, top_speeds
+
+  type, public :: maximum_type
+    integer :: quantity = 0
+    !> Its point on the curve, and what that says.
+    integer :: point = 0, state = 0, strongest_order = 0
+    real(dp) :: speed = 0, value = 0
+    !> Where P has fallen to P_0 / sqrt(2) on both sides, their distance, and half of it relative to the speed, the damping
+    !> ratio of a single resonance; NaN where the curve turns up before, or ends.
+    real(dp) :: half(2) = 0, width = 0, damping_ratio = 0
+    !> Whether its surroundings are resolved; whether the vibration grows without bounds there, as at a border of stability.
+    logical :: resolved = .true., unbounded = .false.
+    !> Whether the motion is small enough there for linear equations.
+    logical :: small = .true.
+  end type maximum_type
+
+  !> A maximum is found where the next step is less than this part of the speed and wins no more than this part of the
+  !> value; a half-power speed where (P_0 / P)^2 - 1 is as near to 1 as this.
+  real(dp), parameter, public :: position = 1.0e-7_dp
+  real(dp), parameter :: gain = 1.0e-9_dp, half_power = 1.0e-4_dp
+
+contains
+
+  !> The maxima of quantity `q`, whose ln(peak) is `level`, that stand out of both flanks by more than
+  !> `least` in it. `bent`: the intervals that are not
+  !> resolved; where they cannot be and the stability changes, or is in doubt, the vibration grows without bounds.
+  subroutine find_maxima(curve, q, level, known, bent, least, maxima)
+    class(curve_points_type), intent(in) :: curve
+    integer, intent(in) :: q
+    real(dp), intent(in) :: level(:)
+    logical, intent(in) :: known(:), bent(:)
+    real(dp), intent(in) :: least
+    type(maximum_type), allocatable, intent(out) :: maxima(:)
+    type(maximum_type) :: found(size(level) / 2 + 1)
+    integer :: i, n, last
+
+    n = 0
+    do i = 2, size(level) - 1
+      if (known(i - 1) .and. .not. known(i)) then
+        last = end_of_gap(known, i)
+        if (rises_into(curve, level, known, i, last, least)) then
+          n = n + 1
+          associate (point => curve%points((i + last) / 2))
+            found(n) = maximum_type(q, (i + last) / 2, point%state, curve%points(i - 1)%strongest(q), point%speed)
+          end associate
+          found(n)%value = ieee_value(1.0_dp, ieee_positive_inf)
+          found(n)%half = ieee_value(1.0_dp, ieee_quiet_nan)
+          found(n)%width = found(n)%half(1)
+          found(n)%damping_ratio = found(n)%half(1)
+          found(n)%resolved = .false.
+          found(n)%unbounded = .true.
+          found(n)%small = .false.
+        end if
+      end if
+      if (.not. all(known(i - 1:i + 1))) cycle
+      if (.not. (level(i) > level(i - 1) .and. level(i) >= level(i + 1))) cycle
+      if (min(fall(level, known, i, -1), fall(level, known, i, 1)) <= least) cycle
+      n = n + 1
+      associate (point => curve%points(i), maximum => found(n), states => curve%points(i - 1:i + 1)%state)
+        maximum = maximum_type(q, i, point%state, point%strongest(q), point%speed, point%values(1, q))
+        maximum%resolved = .not. any(bent(i - 1:i))
+        maximum%half = [half_of(curve, level, known, i, -1), half_of(curve, level, known, i, 1)]
+        if (.not. maximum%resolved) maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
+        maximum%width = abs(maximum%half(2) - maximum%half(1))
+        maximum%damping_ratio = maximum%width / (2 * abs(point%speed))
+        maximum%unbounded = .not. maximum%resolved .and. (any(states /= point%state) .or. point%state == marginal)
+        maximum%small = point%moved%small() .and. .not. maximum%unbounded
+        if (maximum%unbounded) maximum%value = ieee_value(1.0_dp, ieee_positive_inf)
+      end associate
+    end do
+    allocate(maxima(n))
+    maxima = found(:n)
+  end subroutine find_maxima
+
+  !> The last of the points from `first` on that are not known.
+  pure integer function end_of_gap(known, first) result(last)
+    logical, intent(in) :: known(:)
+    integer, intent(in) :: first
+
+    last = first
+    do while (last < size(known))
+      if (known(last + 1)) return
+      last = last + 1
+    end do
+  end function end_of_gap
+
+  !> Whether the points from `first` to `last`, none of them known, are a resonance that leaves no vibration, or one beyond its
+  !> error, into which the curve rises by more than `least` from both sides.
+  pure logical function rises_into(curve, level, known, first, last, least)
+    class(curve_points_type), intent(in) :: curve
+    real(dp), intent(in) :: level(:), least
+    logical, intent(in) :: known(:)
+    integer, intent(in) :: first, last
+
+    rises_into = .false.
+    if (last == size(known)) return
+    associate (states => curve%points(first:last)%state)
+      if (.not. all(states == in_resonance .or. states == marginal .or. states == unreached)) return
+    end associate
+    rises_into = min(fall(level, known, first - 1, -1), fall(level, known, last + 1, 1)) > least
+  end function rises_into
+
+  !> How far the curve falls on one side of point `i` before it is higher than there.
+  pure real(dp) function fall(level, known, i, step)
+    real(dp), intent(in) :: level(:)
+    logical, intent(in) :: known(:)
+    integer, intent(in) :: i, step
+    integer :: k
+
+    fall = 0
+    k = i + step
+    do while (k >= 1 .and. k <= size(level))
+      if (.not. known(k)) return
+      if (level(k) > level(i)) return
+      fall = max(fall, level(i) - level(k))
+      k = k + step
+    end do
+  end function fall
+
+  !> The speed on one side of the maximum at point `i` where half of its power is left; NaN: the curve turns up before.
+  real(dp) function half_of(curve, level, known, i, step) result(speed)
+    class(curve_points_type), intent(in) :: curve
+    real(dp), intent(in) :: level(:)
+    logical, intent(in) :: known(:)
+    integer, intent(in) :: i, step
+    real(dp) :: u(2)
+    integer :: k
+
+    speed = ieee_value(1.0_dp, ieee_quiet_nan)
+    k = i + step
+    u = 0
+    do while (k >= 1 .and. k <= size(level))
+      if (.not. known(k)) return
+      if (level(k) > level(k - step)) return
+      u = [u(2), distance(level, i, k)]
+      if (u(2) >= 1) then
+        associate (s => curve%points(k - step)%speed, t => curve%points(k)%speed)
+          speed = s + (t - s) * (1 - u(1)) / (u(2) - u(1))
+        end associate
+        return
+      end if
+      k = k + step
+    end do
+  end function half_of
+
+  !> sqrt((P_i / P_k)^2 - 1).
+  pure real(dp) function distance(level, i, k)
+    real(dp), intent(in) :: level(:)
+    integer, intent(in) :: i, k
+
+    distance = sqrt(max(0.0_dp, exp(min(2 * (level(i) - level(k)), 600.0_dp)) - 1))
+  end function distance
+
+  !> Where the tops must lie, of those whose surroundings are resolved and which are not found.
+  function top_speeds(curve, maxima) result(speeds)
+    class(curve_points_type), intent(in) :: curve
+    type(maximum_type), intent(in) :: maxima(:)
+    real(dp), allocatable :: speeds(:)
+    real(dp) :: h(2), rise(2), a, b, step, won
+    integer :: m
+
+    allocate(speeds(0))
+    do m = 1, size(maxima)
+      associate (i => maxima(m)%point, q => maxima(m)%quantity, s => maxima(m)%speed)
+        if (.not. maxima(m)%resolved) cycle
+        h = [s - curve%points(i - 1)%speed, curve%points(i + 1)%speed - s]
+        ! (P_0 / P)^2 - 1 of both neighbours = a h^2 +- b h
+        rise = [rest(curve, q, i, i - 1), rest(curve, q, i, i + 1)]
+        a = (rise(1) / h(1) + rise(2) / h(2)) / (h(1) + h(2))
+        b = (rise(2) / h(2) * h(1) - rise(1) / h(1) * h(2)) / (h(1) + h(2))
+        if (.not. a > 0) cycle
+        step = -b / (2 * a)
+        won = b**2 / (8 * a)
+        if (abs(step) <= position * abs(s) .and. won <= max(gain, curve%points(i)%values(2, q) / maxima(m)%value)) cycle
+        speeds = [speeds, s + step]
+      end associate
+    end do
+  end function top_speeds
+
+  !> (P_i / P_k)^2 - 1, without loss where it is small.
+  pure real(dp) function rest(curve, q, i, k)
+    class(curve_points_type), intent(in) :: curve
+    integer, intent(in) :: q, i, k
+
+    associate (p => curve%points(i)%values(1, q), other => curve%points(k)%values(1, q))
+      rest = (p - other) * (p + other) / max(other**2, tiny(1.0_dp))
+    end associate
+  end function rest
+
+  !> The half-power speeds of those whose surroundings are resolved, unless a point is as good as there.
+  function half_power_speeds(curve, maxima, bent) result(speeds)
+    class(curve_points_type), intent(in) :: curve
+    type(maximum_type), intent(in) :: maxima(:)
+    logical, intent(in) :: bent(:)
+    real(dp), allocatable :: speeds(:)
+    integer :: m, side, k
+
+    allocate(speeds(0))
+    do m = 1, size(maxima)
+      do side = 1, 2
+        associate (half => maxima(m)%half(side), i => maxima(m)%point)
+          if (ieee_is_nan(half)) cycle
+          k = i
+          do while (k > 1 .and. k < size(bent) + 1)
+            if (abs(curve%points(k)%speed - maxima(m)%speed) >= abs(half - maxima(m)%speed)) exit
+            k = k + merge(-1, 1, side == 1)
+          end do
+          if (any(bent(min(i, k):max(i, k) - 1))) cycle
+          if (abs(rest(curve, maxima(m)%quantity, i, k) - 1) <= half_power) cycle
+          if (abs(rest(curve, maxima(m)%quantity, i, k - merge(-1, 1, side == 1)) - 1) <= half_power) cycle
+          speeds = [speeds, half]
+        end associate
+      end do
+    end do
+  end function half_power_speeds
+
+end module gestell_task_resonance_maxima

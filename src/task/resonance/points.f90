@@ -1,0 +1,136 @@
+!> The points of a resonance curve, in the order of their speeds.
+module gestell_task_resonance_points
+  use gestell_base_kinds, only: dp
+  use gestell_study_speed_point, only: speed_point_type, unreached
+  implicit none (type, external)
+  private
+
+  public :: insertion_order
+
+  type, public, extends(speed_point_type) :: curve_point_type
+    !> Whether the point stands between those of the grid.
+    logical :: refined = .false.
+  end type curve_point_type
+
+  type, public :: curve_points_type
+    !> In the direction of the grid.
+    type(curve_point_type), allocatable :: points(:)
+    logical :: descends = .false.
+  contains
+    procedure :: insert
+    procedure :: new_ones
+    procedure :: levels
+    procedure :: has_values
+  end type curve_points_type
+
+contains
+
+  !> Adds points at speeds that are not there yet, given in the direction of the grid.
+  subroutine insert(self, points, refined)
+    class(curve_points_type), intent(inout) :: self
+    type(speed_point_type), intent(in) :: points(:)
+    logical, intent(in) :: refined
+    type(curve_point_type), allocatable :: all(:)
+    integer :: i, k, n
+
+    n = size(self%points) + size(points)
+    allocate(all(n))
+    i = 1
+    k = 1
+    do n = 1, size(all)
+      if (takes_new(self, points, i, k)) then
+        all(n)%speed_point_type = points(k)
+        all(n)%refined = refined
+        k = k + 1
+      else
+        all(n) = self%points(i)
+        i = i + 1
+      end if
+    end do
+    call move_alloc(all, self%points)
+  end subroutine insert
+
+  !> Whether new point k comes before old point i.
+  pure logical function takes_new(self, points, i, k)
+    class(curve_points_type), intent(in) :: self
+    type(speed_point_type), intent(in) :: points(:)
+    integer, intent(in) :: i, k
+
+    takes_new = i > size(self%points)
+    if (takes_new .or. k > size(points)) return
+    takes_new = (points(k)%speed < self%points(i)%speed) .neqv. self%descends
+  end function takes_new
+
+  !> Those of `speeds` inside the range that are not there yet, nor closer than `same` of themselves to one that is, in the
+  !> direction of the grid.
+  subroutine new_ones(self, speeds, same, new)
+    class(curve_points_type), intent(in) :: self
+    real(dp), intent(in) :: speeds(:), same
+    real(dp), allocatable, intent(out) :: new(:)
+    real(dp) :: sorted(size(speeds)), last, s
+    integer, allocatable :: order(:)
+    integer :: i, k, n
+
+    allocate(order, source=insertion_order(speeds))
+    sorted = speeds(order)
+    if (self%descends) sorted = sorted(size(sorted):1:-1)
+    n = 0
+    i = 1
+    last = 0
+    do k = 1, size(sorted)
+      s = sorted(k)
+      do while (i < size(self%points))
+        if ((self%points(i + 1)%speed > s) .neqv. self%descends) exit
+        i = i + 1
+      end do
+      if (i == size(self%points)) exit
+      if (min(abs(s - self%points(i)%speed), abs(s - self%points(i + 1)%speed), abs(s - last)) <= same * abs(s)) cycle
+      if ((s < self%points(1)%speed) .neqv. self%descends) cycle
+      n = n + 1
+      sorted(n) = s
+      last = s
+    end do
+    allocate(new, source=sorted(:n))
+  end subroutine new_ones
+
+  !> The places of ascending values.
+  pure function insertion_order(values) result(order)
+    real(dp), intent(in) :: values(:)
+    integer :: order(size(values))
+    integer :: k, i
+
+    do k = 1, size(values)
+      do i = k, 2, -1
+        if (values(order(i - 1)) <= values(k)) exit
+        order(i) = order(i - 1)
+      end do
+      order(i) = k
+    end do
+  end function insertion_order
+
+  !> ln(peak) of quantity `q` where it is `known` and more than its error; elsewhere 0.
+  subroutine levels(self, q, level, known)
+    class(curve_points_type), intent(in) :: self
+    integer, intent(in) :: q
+    real(dp), allocatable, intent(out) :: level(:)
+    logical, allocatable, intent(out) :: known(:)
+    integer :: i
+
+    known = self%has_values()
+    allocate(level(size(known)), source=0.0_dp)
+    do i = 1, size(known)
+      if (.not. known(i)) cycle
+      known(i) = self%points(i)%values(1, q) > max(self%points(i)%values(2, q), tiny(1.0_dp))
+      if (known(i)) level(i) = log(self%points(i)%values(1, q))
+    end do
+  end subroutine levels
+
+  !> Where there is a vibration.
+  pure function has_values(self) result(known)
+    class(curve_points_type), intent(in) :: self
+    logical :: known(size(self%points))
+
+    known = self%points%state <= unreached
+  end function has_values
+
+end module gestell_task_resonance_points

@@ -1,0 +1,147 @@
+!> The report on resonance curves for people.
+module gestell_task_resonance_report
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_base_wording, only: counted, padded
+  use gestell_output_report_warnings, only: beyond_small, left_at
+  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_task_resonance_curve, only: resonance_curve_type
+  use gestell_task_resonance_maxima, only: maximum_type
+  use gestell_study_vibration_small_motion, only: moved_type
+  use gestell_study_speed_point, only: in_resonance, marginal, reached, state_names, unreached
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  implicit none (type, external)
+  private
+
+  public :: report_resonance, told_of
+
+  character, parameter :: newline = new_line("a")
+  !> Maxima of a quantity that are listed, at the most.
+  integer, parameter :: most_listed = 8
+
+contains
+
+  pure function report_resonance(quantities, curve, model) result(report)
+    type(quantity_type), intent(in) :: quantities(:)
+    type(resonance_curve_type), intent(in) :: curve
+    character(len=*), intent(in) :: model
+    character(len=:), allocatable :: report
+    type(moved_type), allocatable :: moved(:)
+    logical, allocatable :: vibrates(:)
+    integer :: i, n, refined
+
+    n = size(curve%points)
+    refined = count(curve%points%refined)
+    report = newline // "RESONANCE CURVE  " // concise(curve%points(1)%speed, 9) // " to " // concise(curve%points(n)%speed, 9) &
+      & // " rpm, " // counted(n - refined, "speed") // " of the grid and " // text(refined) // " between" // newline
+    if (told_of(curve) /= "stable") report = report // "  " // told_of(curve) // newline
+    allocate(moved, source=[(curve%points(i)%moved, i = 1, n)])
+    allocate(vibrates, source=[(curve%points(i)%state <= unreached, i = 1, n)])
+    report = report // beyond_small(pack(moved, vibrates), model)
+    do i = unreached + 1, ubound(state_names, 1)
+      if (count(curve%points%state == i) == 0) cycle
+      report = report // "  note: at " // counted(count(curve%points%state == i), "speed") // " " // words(i) // newline
+    end do
+    if (.not. curve%complete) report = report // "  note: the curve is finer than what was computed: a smaller range, or more " &
+      & // "damping, would show it" // newline
+    do i = 1, size(quantities)
+      report = report // curve_of(curve, i, quantities(i), model)
+    end do
+  end function report_resonance
+
+  !> What heads the curve and its files: "stable" where the machine keeps to all of its vibrations.
+  pure function told_of(curve) result(words)
+    type(resonance_curve_type), intent(in) :: curve
+    character(len=:), allocatable :: words
+    real(dp) :: speeds(size(curve%points))
+    logical, dimension(size(curve%points)) :: unstable, undecided
+    integer :: i
+
+    associate (points => curve%points)
+      speeds = [(points(i)%speed, i = 1, size(points))]
+      unstable = [(points(i)%state == unreached, i = 1, size(points))]
+      undecided = [(points(i)%state == marginal, i = 1, size(points))]
+      words = left_at(speeds, unstable, undecided, "speeds", "the machine leaves these vibrations")
+      if (words == "") words = "stable"
+    end associate
+  end function told_of
+
+  pure function words(state) result(sentence)
+    integer, intent(in) :: state
+    character(len=:), allocatable :: sentence
+
+    select case (state)
+    case (in_resonance)
+      sentence = "a resonance leaves no periodic vibration"
+    case default
+      sentence = "the state is '" // trim(state_names(state)) // "'"
+    end select
+  end function words
+
+  !> The greatest maxima of a quantity, and where it is least.
+  pure function curve_of(curve, q, quantity, model) result(report)
+    type(resonance_curve_type), intent(in) :: curve
+    integer, intent(in) :: q
+    type(quantity_type), intent(in) :: quantity
+    character(len=*), intent(in) :: model
+    character(len=:), allocatable :: report, unit
+    logical :: left(size(curve%maxima))
+    integer :: i, k, n, least, most
+
+    report = ""
+    unit = trim(quantity%unit)
+    if (.not. any(curve%has_values())) return
+    left = curve%maxima%quantity == q .and. .not. curve%maxima%unbounded
+    n = count(left)
+    report = "  " // trim(quantity%name) // ": " // text(n) // trim(merge(" maximum", " maxima ", n == 1))
+    if (n > most_listed) report = report // ", the greatest"
+    report = report // newline
+    if (n > 0) report = report // padded("rpm", 16) // padded(unit, 16) // padded("width rpm", 12) // padded("damping", 12) &
+      & // padded("order", 8) // newline
+    do i = 1, min(most_listed, n)
+      k = maxloc(curve%maxima%value, dim=1, mask=left)
+      left(k) = .false.
+      report = report // line_of(curve%maxima(k), model) // newline
+    end do
+    left = curve%maxima%quantity == q .and. curve%maxima%unbounded
+    n = count(left)
+    if (n > 0) report = report // "    grows without bounds at " // counted(n, "speed") // ":"
+    do i = 1, min(most_listed, n)
+      k = findloc(left, .true., dim=1)
+      left(k) = .false.
+      report = report // trim(merge(",", " ", i > 1)) // " " // concise(curve%maxima(k)%speed, 7)
+    end do
+    if (n > most_listed) report = report // ", ..."
+    if (n > 0) report = report // " rpm" // newline
+    least = 0
+    most = 0
+    do i = 1, size(curve%points)
+      if (.not. curve%points(i)%state <= unreached) cycle
+      if (least == 0) least = i
+      if (most == 0) most = i
+      if (curve%points(i)%values(1, q) < curve%points(least)%values(1, q)) least = i
+      if (curve%points(i)%values(1, q) > curve%points(most)%values(1, q)) most = i
+    end do
+    report = report // "    least at " // concise(curve%points(least)%speed, 5) // " rpm, " &
+      & // concise(curve%points(least)%values(1, q), 5) // " " // unit // "; greatest at " &
+      & // concise(curve%points(most)%speed, 5) // " rpm" // trim(merge(", an end of the range", "                     ", &
+      & most == 1 .or. most == size(curve%points))) // ", " // concise(curve%points(most)%values(1, q), 5) // " " // unit // newline
+  end function curve_of
+
+  pure function line_of(maximum, model) result(line)
+    type(maximum_type), intent(in) :: maximum
+    character(len=*), intent(in) :: model
+    character(len=:), allocatable :: line
+
+    line = padded(concise(maximum%speed, 7), 16) // padded(concise(maximum%value, 6), 16)
+    if (ieee_is_nan(maximum%width)) then
+      line = line // padded("-", 12) // padded("-", 12)
+    else
+      line = line // padded(concise(maximum%width, 4), 12) // padded(concise(maximum%damping_ratio, 4), 12)
+    end if
+    line = line // padded(text(maximum%strongest_order), 8)
+    if (maximum%state /= reached) line = line // "  " // trim(state_names(maximum%state))
+    if (.not. maximum%small .and. model /= "exact") line = line // "  not small"
+  end function line_of
+
+end module gestell_task_resonance_report

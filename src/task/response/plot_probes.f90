@@ -1,0 +1,106 @@
+!> Pictures of the vibration at probes.
+module gestell_task_response_plot_probes
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  use gestell_output_picture_script, only: heading, tic, write_script
+  use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
+  use gestell_task_findings, only: findings_type
+  implicit none (type, external)
+  private
+
+  public :: plot_probes
+
+  character, parameter :: newline = new_line("a")
+  !> Columns before those of the probes, and of each: x, y, their size, the same of velocity and acceleration; of harmonics x
+  !> and y alone, amplitude and phase.
+  integer, parameter :: before = 2, of_history = 9, of_harmonics = 12
+
+contains
+
+  !> probes.gp, probes_history.gp, probes_harmonics.gp. Error: one cannot be written.
+  subroutine plot_probes(folder, preamble, findings, harmonics, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(findings_type), intent(in) :: findings
+    integer, intent(in) :: harmonics
+    type(error_type), allocatable, intent(out) :: error
+    character(len=64) :: names(size(findings%watched))
+    integer :: i
+
+    do i = 1, size(names)
+      names(i) = findings%watched(i)%probe%name
+    end do
+    call plot_limits(folder, preamble, names, error)
+    if (.not. allocated(error)) call plot_histories(folder, preamble, names, findings%speed, error)
+    if (.not. allocated(error)) call plot_orders(folder, preamble, names, harmonics, error)
+  end subroutine plot_probes
+
+  !> The vibration velocity in its band, against the limit.
+  subroutine plot_limits(folder, preamble, names, error)
+    character(len=*), intent(in) :: folder, preamble(:), names(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = "set title " // heading(preamble, "Vibration velocity at the probes, rms in the band, against the limit") &
+      & // " noenhanced" // newline // "set xtics noenhanced ("
+    do i = 1, size(names)
+      if (i > 1) lines = lines // ", "
+      lines = lines // tic(trim(names(i))) // " " // text(i - 1)
+    end do
+    lines = lines // ")" // newline // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth 0.24" // newline &
+      & // "set ylabel 'vibration velocity (mm/s)'; set grid noxtics ytics; set xtics scale 0" // newline &
+      & // "set bmargin 5; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
+      & // "most = 0; set table $unused" // newline &
+      & // "plot [0:1] [-1:1] 'probes.csv' using (0):(v = column('v_rms_band_mm_s'), most = v > most ? v : most, " &
+      & // "v = column('limit_mm_s'), most = v > most ? v : most, 0)" // newline // "unset table" // newline &
+      & // "set yrange [0:(most > 0 ? 1.08 * most : 1)]" // newline &
+      & // "limit(v) = v == v ? v : -1" // newline &
+      & // "plot 'probes.csv' using ($0 - 0.26):(column('vx_rms_band_mm_s')) with boxes lt 1 dt 1 lw 1 fs solid 1 border lt -1 " &
+      & // "title 'along x', \" // newline // "  '' using 0:(column('vy_rms_band_mm_s')) with boxes lt 2 dt 1 lw 1 fs pattern 2 " &
+      & // "border lt -1 title 'along y', \" // newline // "  '' using ($0 + 0.26):(column('v_rms_band_mm_s')) with boxes lt 3 " &
+      & // "dt 1 lw 1 fs solid 0.25 border lt -1 title 'greatest direction', \" // newline &
+      & // "  '' using ($0 - 0.42):(limit(column('limit_mm_s'))):(0.84):(0) with vectors nohead lt 7 dt 1 lw 3 " &
+      & // "title 'limit'" // newline
+    call write_script(folder, "probes", lines // "unset output" // newline, error, width=800, height=460)
+  end subroutine plot_limits
+
+  !> Displacement, velocity and acceleration along both axes.
+  subroutine plot_histories(folder, preamble, names, speed, error)
+    character(len=*), intent(in) :: folder, preamble(:), names(:)
+    real(dp), intent(in) :: speed
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: labels(6) = [character(len=12) :: "x (mm)", "y (mm)", "x' (mm/s)", "y' (mm/s)", "x'' (m/s²)", &
+      & "y'' (m/s²)"]
+    integer, parameter :: parts(6) = [1, 2, 4, 5, 7, 8]
+    character(len=:), allocatable :: lines
+    integer :: i, k
+
+    lines = layout_line(6, 2, heading(preamble, "Displacement, velocity and acceleration at the probes over a turn"))
+    do k = 1, 6
+      lines = lines // turn_axis(speed, k > 4) // key_line(k == 2) // history_panel("probes_history.csv", trim(labels(k)), &
+        & merge("1e3", "1  ", k <= 4), [(before + parts(k) + of_history * (i - 1), i = 1, size(names))], names)
+    end do
+    call write_script(folder, "probes_history", lines // "unset multiplot" // newline // "unset output" // newline, error, &
+      & width=880, height=nint(height_of(3)))
+  end subroutine plot_histories
+
+  subroutine plot_orders(folder, preamble, names, harmonics, error)
+    character(len=*), intent(in) :: folder, preamble(:), names(:)
+    integer, intent(in) :: harmonics
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: labels(2) = [character(len=12) :: "x' (mm/s)", "y' (mm/s)"]
+    character(len=:), allocatable :: lines
+    integer :: i, k
+
+    lines = layout_line(2, 1, heading(preamble, "Amplitudes of the vibration velocity at the probes")) // "set grid noxtics ytics" &
+      & // newline
+    do k = 1, 2
+      lines = lines // order_axis(harmonics, k == 2) // key_line(k == 1) // order_panel("probes_harmonics.csv", trim(labels(k)), &
+        & "1e3", [(before + 2 * (k + 1) + 1 + of_harmonics * (i - 1), i = 1, size(names))], names)
+    end do
+    call write_script(folder, "probes_harmonics", lines // "unset multiplot" // newline // "unset output" // newline, error, &
+      & width=800, height=nint(height_of(2)))
+  end subroutine plot_orders
+
+end module gestell_task_response_plot_probes

@@ -1,0 +1,100 @@
+!> What a vibration meter at a point of the frame would show, against the limit that is set there.
+module gestell_task_response_probes
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_quantity, only: accelerations, point_quantity, probe_type, quantity_type
+  use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, take_statistics
+  use gestell_study_vibration, only: check_rows, vibration_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: watch
+
+  !> Displacement, velocity, acceleration: along x, along y, and the size of the vector.
+  integer, parameter, public :: probe_parts = 9, velocity_part = 6
+  character(len=*), parameter, public :: probe_part_names(probe_parts) = &
+    & [character(len=2) :: "x", "y", "d", "vx", "vy", "v", "ax", "ay", "a"]
+
+  type, public :: watched_type
+    type(probe_type) :: probe
+    type(statistics_type), allocatable :: statistics(:)
+    !> At the times of the vibration's history, shape (points + 1, probe_parts).
+    real(dp), allocatable :: history(:, :)
+    !> Velocity in the probe's band of frequencies (m/s, root of the mean square): along x and y, in the direction in which
+    !> it is greatest, and a bound on the latter's error.
+    real(dp) :: band(2) = 0, greatest = 0, error = 0
+  contains
+    procedure :: verdict
+  end type watched_type
+
+contains
+
+  !> All probes. Errors: a position, limit or band that makes no sense; `vibration` does not hold the accelerations.
+  subroutine watch(frame, vibration, probes, watched, error)
+    class(frame_type), intent(in) :: frame
+    type(vibration_type), intent(in) :: vibration
+    type(probe_type), intent(in) :: probes(:)
+    type(watched_type), allocatable, intent(out) :: watched(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(quantity_type) :: quantity
+    real(dp), allocatable :: history(:)
+    integer :: i, k
+
+    call frame%check(error)
+    if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
+    if (.not. allocated(error)) call check_probes(probes, error)
+    if (allocated(error)) return
+    allocate(watched(size(probes)))
+    do i = 1, size(probes)
+      watched(i)%probe = probes(i)
+      allocate(watched(i)%statistics(probe_parts))
+      allocate(watched(i)%history(size(vibration%motion_history, 2), probe_parts))
+      do k = 1, probe_parts
+        call point_quantity(frame, probes(i), trim(probe_part_names(k)), quantity)
+        call take_statistics(vibration, quantity, watched(i)%statistics(k), error)
+        if (.not. allocated(error)) call history_of(vibration, quantity, history, error)
+        if (allocated(error)) return
+        watched(i)%history(:, k) = history
+      end do
+      associate (velocity => watched(i)%statistics(velocity_part))
+        call band_rms(velocity, frame%period, probes(i)%band, watched(i)%band, watched(i)%greatest, error)
+        if (allocated(error)) return
+        ! A part of an error, in the mean square, is at most its greatest value.
+        watched(i)%error = velocity%error
+      end associate
+    end do
+  end subroutine watch
+
+  !> Error: a position that is not finite, a limit that is negative, a band (Hz) that does not ascend.
+  pure subroutine check_probes(probes, error)
+    type(probe_type), intent(in) :: probes(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(probes)
+      if (all(ieee_is_finite([probes(i)%position, probes(i)%limit])) .and. probes(i)%limit >= 0 &
+        & .and. probes(i)%band(1) >= 0 .and. probes(i)%band(1) <= probes(i)%band(2)) cycle
+      call fatal_error(error, "probe '" // trim(probes(i)%name) // "' needs a finite position, a limit that is not " &
+        & // "negative and a band of ascending frequencies", invalid_input)
+      return
+    end do
+  end subroutine check_probes
+
+  !> "within" or "above" the limit, "undecided" where the error reaches across it; empty without a limit.
+  pure character(len=9) function verdict(self)
+    class(watched_type), intent(in) :: self
+
+    if (.not. self%probe%limit > 0) then
+      verdict = ""
+    else if (self%greatest + self%error <= self%probe%limit) then
+      verdict = "within"
+    else if (self%greatest - self%error > self%probe%limit) then
+      verdict = "above"
+    else
+      verdict = "undecided"
+    end if
+  end function verdict
+
+end module gestell_task_response_probes

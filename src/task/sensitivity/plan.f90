@@ -1,0 +1,146 @@
+!> What the task `sensitivity` is about: the parameters, and the machines in which they are changed a little.
+module gestell_task_sensitivity_plan
+  use gestell_base_error, only: error_type
+  use gestell_input_namelist_document, only: document_type, find_entry, group_type, has, name_of, the_group, word_length
+  use gestell_input_machine_family, only: document_family_type, new_relative_family
+  use gestell_input_schema_get, only: get
+  use gestell_input_schema_locate, only: find_target, target_type
+  use gestell_input_namelist_message, only: in_group, input_error
+  use gestell_input_schema, only: real_key, schema_type
+  use gestell_base_wording, only: decimal
+  use gestell_input_schema_units, only: units_type
+  implicit none (type, external)
+  private
+
+  public :: read_sensitivity
+
+  type, public :: sensitivity_plan_type
+    !> The parameters: paths whose numbers change together.
+    character(len=word_length), allocatable :: paths(:)
+    type(document_family_type) :: family
+  end type sensitivity_plan_type
+
+  !> Groups whose numbers belong to the machine.
+  character(len=*), parameter :: machine_groups(*) = [character(len=14) :: "drive", "joint", "link", "mass_functions", "frame", &
+    & "support", "foundation", "gravity"]
+
+contains
+
+  !> The plan of a checked document. Errors: a path that names no number of the machine, or zeros alone.
+  subroutine read_sensitivity(doc, schema, units, plan, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(units_type), intent(in) :: units
+    type(sensitivity_plan_type), intent(out) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type) :: group
+    integer :: i
+
+    group = the_group(doc, "sensitivity")
+    if (has(group, "parameters")) then
+      call get(group, "parameters", plan%paths, error)
+      do i = 1, size(plan%paths)
+        if (allocated(error)) return
+        plan%paths(i) = adjustl(plan%paths(i))
+        call check_path(doc, schema, group, trim(plan%paths(i)), error)
+        if (.not. allocated(error) .and. any(plan%paths(:i - 1) == plan%paths(i))) call input_error(group, "parameters", &
+          & "names '" // trim(plan%paths(i)) // "' twice", error)
+      end do
+    else
+      call usual_paths(doc, schema, plan%paths)
+    end if
+    if (allocated(error)) return
+    call new_relative_family(plan%family, doc, schema, units, plan%paths, error)
+    if (allocated(error) .and. has(group, "parameters")) call in_group(group, error)
+  end subroutine read_sensitivity
+
+  subroutine check_path(doc, schema, group, path, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(group_type), intent(in) :: group
+    character(len=*), intent(in) :: path
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+    type(target_type) :: target
+
+    call find_target(doc, schema, path, "", target, reason)
+    if (allocated(reason)) then
+      call input_error(group, "parameters", reason%message(3:), error)
+    else if (schema%keys(target%rule)%kind /= real_key .or. .not. any(machine_groups == schema%keys(target%rule)%group)) then
+      call input_error(group, "parameters", "'" // path // "' is no number of the machine", error)
+    else if (.not. is_there(doc, target)) then
+      call input_error(group, "parameters", "'" // path // "' is zero, or not given: it cannot change by a percentage", error)
+    end if
+  end subroutine check_path
+
+  !> Whether any of the numbers is given and is not zero.
+  pure logical function is_there(doc, target)
+    type(document_type), intent(in) :: doc
+    type(target_type), intent(in) :: target
+    integer :: i, e, v
+
+    is_there = .false.
+    do i = 1, size(target%groups)
+      associate (group => doc%groups(target%groups(i)))
+        e = find_entry(group, target%key)
+        if (e == 0) cycle
+        do v = 1, size(group%entries(e)%values)
+          if (target%element > 0 .and. v /= target%element) cycle
+          is_there = is_there .or. abs(group%entries(e)%values(v)%number) > 0
+        end do
+      end associate
+    end do
+  end function is_there
+
+  !> Speed, masses, stiffness and damping, all that are given and not zero.
+  subroutine usual_paths(doc, schema, paths)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    character(len=word_length), allocatable, intent(out) :: paths(:)
+    character(len=*), parameter :: single(*) = [character(len=20) :: "drive.speed_rpm", "frame.mass", "frame.inertia"]
+    character(len=*), parameter :: mounting(*) = [character(len=20) :: "support.stiffness", "support.damping", &
+      & "foundation.stiffness", "foundation.damping"]
+    integer :: i, n, supports
+
+    allocate(paths(0))
+    do i = 1, size(single)
+      call add(trim(single(i)))
+    end do
+    do i = 1, size(doc%groups)
+      if (doc%groups(i)%name /= "link") cycle
+      call add("link(" // name_of(doc%groups(i)) // ").mass")
+      call add("link(" // name_of(doc%groups(i)) // ").inertia")
+    end do
+    supports = 0
+    do i = 1, size(doc%groups)
+      if (doc%groups(i)%name == "support") supports = supports + 1
+    end do
+    do i = 1, size(mounting)
+      call add(trim(mounting(i)))
+      if (index(mounting(i), "support.") /= 1 .or. supports < 2) cycle
+      do n = 1, supports
+        call add("support(" // decimal(n) // ")" // trim(mounting(i)(8:)))
+      end do
+    end do
+
+  contains
+
+    subroutine add(path)
+      character(len=*), intent(in) :: path
+      character(len=word_length), allocatable :: longer(:)
+      type(target_type) :: target
+      type(error_type), allocatable :: none
+
+      if (len(path) > word_length) return
+      call find_target(doc, schema, path, "", target, none)
+      if (allocated(none)) return
+      if (.not. is_there(doc, target)) return
+      allocate(longer(size(paths) + 1))
+      longer(:size(paths)) = paths
+      longer(size(longer)) = path
+      call move_alloc(longer, paths)
+    end subroutine add
+
+  end subroutine usual_paths
+
+end module gestell_task_sensitivity_plan

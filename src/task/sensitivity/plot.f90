@@ -1,0 +1,77 @@
+!> The picture of what matters: by how much peaks change with every parameter.
+module gestell_task_sensitivity_plot
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_output_picture_script, only: heading, quoted, span, tic, write_script
+  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_task_sensitivity, only: sensitivity_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: plot_sensitivity
+
+  character, parameter :: newline = new_line("a")
+  !> Quantities that are told apart in one picture.
+  integer, parameter :: most_quantities = 8
+
+contains
+
+  !> sensitivity.gp: a row for every parameter of `paths` with a point for each quantity. Error: it cannot be written.
+  subroutine plot_sensitivity(folder, preamble, quantities, paths, found, error)
+    character(len=*), intent(in) :: folder, preamble(:), paths(:)
+    type(quantity_type), intent(in) :: quantities(:)
+    type(sensitivity_type), intent(in) :: found(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines, points, assignments
+    real(dp) :: aside
+    real(dp) :: changes(size(quantities), size(paths)), effects(size(paths))
+    integer :: order(size(paths)), rows(size(paths)), i, n, longest
+    logical :: left(size(paths))
+
+    n = min(size(quantities), most_quantities)
+    do i = 1, size(paths)
+      changes(:, i) = found(i)%slope(1, :)
+    end do
+    ! rows by the greatest change, what changes nothing last
+    effects = 0
+    do i = 1, size(paths)
+      effects(i) = maxval([0.0_dp, abs(changes(:, i))], mask=ieee_is_finite([0.0_dp, changes(:, i)]))
+    end do
+    left = .true.
+    do i = 1, size(paths)
+      order(i) = maxloc(effects, dim=1, mask=left)
+      left(order(i)) = .false.
+      rows(order(i)) = i
+    end do
+    longest = maxval([10, len_trim(paths)])
+    lines = "set title " // heading(preamble, "Change of the peaks in percent for one percent of each parameter") // " noenhanced" &
+      & // newline // "set xrange " // span([0.0_dp, reshape(changes, [size(changes)])]) // newline &
+      & // "set yrange [" // text(size(paths)) // ".6:0.4]" // newline // "set xlabel 'change of the peak (%)'" // newline &
+      & // "set ytics noenhanced ("
+    do i = 1, size(paths)
+      if (i > 1) lines = lines // ", "
+      lines = lines // tic(trim(paths(order(i)))) // " " // text(i)
+    end do
+    assignments = "# the rows, in the order of the table" // newline
+    do i = 1, size(paths)
+      assignments = assignments // "row[" // text(i) // "] = " // text(rows(i)) // newline
+    end do
+    lines = lines // ")" // newline // "set lmargin " // text(min(longest + 2, 44)) // newline &
+      & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 1" // newline &
+      & // "set arrow 1 from first 0,graph 0 to first 0,graph 1 nohead lt 7 dt 1 lw 1" // newline &
+      & // "array row[" // text(size(paths)) // "]" // newline // assignments &
+      & // "place(i) = row[int(i) + 1]" // newline // "shown(v) = v == v ? v : 1e290" // newline // "plot NaN notitle"
+    do i = 1, n
+      aside = 0.16_dp * (i - 0.5_dp * (n + 1)) * min(1.0_dp, 5.0_dp / n)
+      points = ", \" // newline // "  'sensitivity.csv' every ::" // text(size(paths) * (i - 1)) // "::" &
+        & // text(size(paths) * i - 1) // " using "
+      lines = lines // points // "(shown(column(5))):(place($0) + " // concise(aside, 3) // ") with points lt " // text(i) &
+        & // " ps 1.1 title " // quoted(trim(quantities(i)%name)) // " noenhanced"
+    end do
+    call write_script(folder, "sensitivity", lines // newline // "unset output" // newline, error, width=860, &
+      & height=min(180 + 26 * size(paths) + 30 * (n / 6), 1400))
+  end subroutine plot_sensitivity
+
+end module gestell_task_sensitivity_plot

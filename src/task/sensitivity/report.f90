@@ -1,0 +1,71 @@
+!> The report on sensitivity for people.
+module gestell_task_sensitivity_report
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, fixed
+  use gestell_base_wording, only: padded
+  use gestell_output_report_verdict, only: section
+  use gestell_output_report_warnings, only: beyond_small
+  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type
+  use gestell_study_speed_point, only: state_names
+  implicit none (type, external)
+  private
+
+  public :: report_sensitivity
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  pure function report_sensitivity(quantities, paths, base, found, model) result(report)
+    type(quantity_type), intent(in) :: quantities(:)
+    character(len=*), intent(in) :: paths(:)
+    type(sensitivity_base_type), intent(in) :: base
+    type(sensitivity_type), intent(in) :: found(:)
+    character(len=*), intent(in) :: model
+    character(len=:), allocatable :: report
+    integer :: i
+
+    report = section("SENSITIVITY  per cent of change for one per cent more of a parameter, greatest effect first", &
+      & trim(state_names(base%state))) // beyond_small([base%moved], model)
+    do i = 1, size(quantities)
+      report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &
+        & // trim(quantities(i)%unit) // ", rms " // concise(base%values(2, i), 6) // newline &
+        & // padded("peak", 12) // padded("error", 10) // padded("rms", 12) // "  parameter" // newline
+      report = report // rows(i, paths, found)
+    end do
+  end function report_sensitivity
+
+  !> Of quantity `i`.
+  pure function rows(i, paths, found) result(report)
+    integer, intent(in) :: i
+    character(len=*), intent(in) :: paths(:)
+    type(sensitivity_type), intent(in) :: found(:)
+    character(len=:), allocatable :: report
+    logical :: left(size(found))
+    real(dp) :: effect(size(found))
+    integer :: k, n
+
+    do k = 1, size(found)
+      left(k) = found(k)%state(i) /= "failed"
+      effect(k) = 0
+      if (left(k)) effect(k) = abs(found(k)%slope(1, i))
+    end do
+    report = ""
+    do n = 1, count(left)
+      k = maxloc(effect, dim=1, mask=left)
+      left(k) = .false.
+      associate (one => found(k))
+        report = report // padded(fixed(one%slope(1, i), 4), 12) // padded(concise(one%error(1, i), 1), 10) &
+          & // padded(fixed(one%slope(2, i), 4), 12) // "  " // trim(paths(k))
+        if (one%state(i) /= "ok") report = report // "  " // trim(one%state(i))
+      end associate
+      report = report // newline
+    end do
+    do k = 1, size(found)
+      if (found(k)%state(i) == "failed") report = report // padded("-", 12) // padded("-", 10) // padded("-", 12) // "  " &
+        & // trim(paths(k)) // "  failed" // newline
+    end do
+  end function rows
+
+end module gestell_task_sensitivity_report

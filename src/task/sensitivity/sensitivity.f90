@@ -1,0 +1,223 @@
+!> By how much peaks and roots of the mean square change with the parameters of a machine: d ln(peak) / d ln(parameter), per
+!> cent for each per cent.
+!>
+!> The family's parameters are relative changes, all zero for the machine itself. The derivative is that of the central
+!> differences (F(h) - F(-h)) / (2 h), F the logarithm, whose error is a series in h^2: Neville's table over h, h/2, h/4, ...
+!> extrapolates them to h = 0. Of its entries that one counts whose error, what it differs from its neighbours in the table and
+!> the roundings over h, is the least (Ridders, Adv. Eng. Software 4, 1982, 75).
+module gestell_task_sensitivity
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_period_periodic_solution, only: resonance
+  use gestell_study_family, only: family_type
+  use gestell_study_vibration_small_motion, only: moved_type
+  use gestell_study_speed_point, only: check_speed_order, in_resonance, solve_member, speed_order_type, speed_point_type, &
+    & state_names, unreached
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: solve_base, solve_parameter, solve_sensitivity
+
+  !> What changes: the peak and the root of the mean square.
+  integer, parameter, public :: changes = 2
+
+  !> The machine itself.
+  type, public :: sensitivity_base_type
+    type(speed_order_type) :: order
+    integer :: parameters = 0, state = 0
+    !> How far its frame moves.
+    type(moved_type) :: moved
+    !> Peak and root of the mean square, and the relative error of the peak; shapes (changes, quantities), (quantities).
+    real(dp), allocatable :: values(:, :), relative_error(:)
+    !> The greatest change that is tried, and what rounding leaves of a logarithm.
+    real(dp) :: step = 0, rounding = 0
+  end type sensitivity_base_type
+
+  !> The change with one parameter; all shapes (changes, quantities).
+  type, public :: sensitivity_type
+    !> d ln / d ln and its error; NaN where there is none, as for a quantity that is zero.
+    real(dp), allocatable :: slope(:, :), error(:, :)
+    !> The quantity has a bend there: it goes up and down by different rates, `slope` is their mean.
+    logical, allocatable :: bend(:, :)
+  contains
+    procedure :: state
+  end type sensitivity_type
+
+  !> A derivative whose error is more than this, relative to what is greater, it or 1, is undecided.
+  real(dp), parameter :: too_much = 0.02_dp
+
+  !> Steps h, h/2, ...
+  integer, parameter :: steps = 7
+  !> The greatest step, and how far a step may bring a multiplier towards 1, relative to its distance.
+  real(dp), parameter :: greatest_step = 1.0e-2_dp, part_of_distance = 0.1_dp
+  !> Tolerance of the solutions, if none sharper was ordered; rounding of a logarithm found so, far from resonances.
+  real(dp), parameter :: sharp = 1.0e-12_dp, least_rounding = 1.0e-13_dp
+
+contains
+
+  !> Of quantity `q`: 'ok', 'undecided' or 'failed'.
+  pure character(len=9) function state(self, q)
+    class(sensitivity_type), intent(in) :: self
+    integer, intent(in) :: q
+
+    if (any(ieee_is_nan(self%slope(:, q)))) then
+      state = "failed"
+    else if (any(self%bend(:, q)) .or. any(self%error(:, q) > too_much * max(abs(self%slope(:, q)), 1.0_dp))) then
+      state = "undecided"
+    else
+      state = "ok"
+    end if
+  end function state
+
+  !> The derivatives with respect to each of `parameters` relative changes. Error: that of the machine itself.
+  subroutine solve_sensitivity(family, parameters, order, base, found, error)
+    class(family_type), intent(in) :: family
+    integer, intent(in) :: parameters
+    type(speed_order_type), intent(in) :: order
+    type(sensitivity_base_type), intent(out) :: base
+    type(sensitivity_type), allocatable, intent(out) :: found(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+
+    call solve_base(family, parameters, order, base, error)
+    if (allocated(error)) return
+    allocate(found(parameters))
+    do k = 1, parameters
+      call solve_parameter(family, base, k, found(k), error)
+      if (allocated(error)) return
+    end do
+  end subroutine solve_sensitivity
+
+  !> The machine itself, and how large steps may be: a change p of a parameter turns a free vibration of N swings by at
+  !> most 2 pi N p more in a turn, which has to be little against the distance of its multiplier from 1.
+  !> Errors: no parameters; there is no periodic vibration; what `solve_member` finds.
+  subroutine solve_base(family, parameters, order, base, error)
+    class(family_type), intent(in) :: family
+    integer, intent(in) :: parameters
+    type(speed_order_type), intent(in) :: order
+    type(sensitivity_base_type), intent(out) :: base
+    type(error_type), allocatable, intent(out) :: error
+    type(speed_point_type) :: point
+    real(dp) :: distance, swings
+    integer :: q
+
+    call check_speed_order(order, error)
+    if (allocated(error)) return
+    if (parameters < 1) then
+      call fatal_error(error, "a sensitivity needs one parameter at least", invalid_input)
+      return
+    end if
+    base%order = order
+    base%order%orders = 1
+    base%order%accuracy%tolerance = min(order%accuracy%tolerance, sharp)
+    base%parameters = parameters
+    call solve_member(family, [(0.0_dp, q = 1, parameters)], base%order, point, error)
+    if (allocated(error)) return
+    base%state = point%state
+    base%moved = point%moved
+    if (point%state == in_resonance) then
+      call fatal_error(error, resonance, failed_computation)
+    else if (point%state > unreached) then
+      call fatal_error(error, "there is no vibration whose sensitivity could be told: the state of the machine is '" &
+        & // trim(state_names(point%state)) // "'", failed_computation)
+    end if
+    if (allocated(error)) return
+    base%values = point%values([1, 3], :)
+    base%relative_error = [(point%values(2, q) / max(point%values(1, q), tiny(1.0_dp)), q = 1, size(order%names))]
+    distance = minval(abs(1 - exp(cmplx(max(point%growth, -700.0_dp), 2 * pi * point%turns, dp))))
+    swings = max(1.0_dp, maxval(point%averaged_turns))
+    base%rounding = least_rounding + 4 * epsilon(distance) / max(distance, epsilon(distance))
+    base%step = min(greatest_step, part_of_distance * distance / (2 * pi * swings))
+  end subroutine solve_base
+
+  !> The derivatives with respect to parameter `number`. Errors: there is none of that number, or no base; what
+  !> `solve_member` finds.
+  subroutine solve_parameter(family, base, number, found, error)
+    class(family_type), intent(in) :: family
+    type(sensitivity_base_type), intent(in) :: base
+    integer, intent(in) :: number
+    type(sensitivity_type), intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: above(:, :, :), below(:, :, :)
+    real(dp) :: h(steps)
+    integer :: k, q, change
+    logical :: known
+
+    if (number < 1 .or. number > base%parameters .or. .not. allocated(base%values)) then
+      call fatal_error(error, "a derivative is that of one of the parameters that solve_base was given", invalid_input)
+      return
+    end if
+    associate (n => size(base%order%names))
+      allocate(found%slope(changes, n), found%error(changes, n), source=ieee_value(1.0_dp, ieee_quiet_nan))
+      allocate(found%bend(changes, n), source=.false.)
+      allocate(above(changes, n, steps), below(changes, n, steps))
+    end associate
+    h = [(base%step / 2**k, k = 0, steps - 1)]
+    do k = 1, steps
+      call logarithms(h(k), above(:, :, k), known)
+      if (known) call logarithms(-h(k), below(:, :, k), known)
+      if (allocated(error) .or. .not. known) return
+    end do
+    do q = 1, size(base%order%names)
+      do change = 1, changes
+        if (.not. (base%values(change, q) > 0 .and. base%relative_error(q) < 1)) cycle
+        call differentiate(h, above(change, q, :), below(change, q, :), log(base%values(change, q)), &
+          & base%rounding, found%slope(change, q), found%error(change, q), found%bend(change, q))
+      end do
+    end do
+
+  contains
+
+    !> ln of the values where the parameter is changed by `p`.
+    subroutine logarithms(p, values, known)
+      real(dp), intent(in) :: p
+      real(dp), intent(out) :: values(:, :)
+      logical, intent(out) :: known
+      type(speed_point_type) :: point
+      real(dp) :: parameters(base%parameters)
+
+      parameters = 0
+      parameters(number) = p
+      call solve_member(family, parameters, base%order, point, error)
+      known = .false.
+      if (allocated(error)) return
+      known = point%state <= unreached
+      values = 0
+      if (known) values = log(max(point%values([1, 3], :), tiny(1.0_dp)))
+    end subroutine logarithms
+
+  end subroutine solve_parameter
+
+  !> The derivative at 0 of a function with the value `middle` there, `above` at h and `below` at -h, h descending by halves,
+  !> each known to `noise`.
+  pure subroutine differentiate(h, above, below, middle, noise, slope, error, bend)
+    real(dp), intent(in) :: h(:), above(:), below(:), middle, noise
+    real(dp), intent(out) :: slope, error
+    logical, intent(out) :: bend
+    real(dp) :: table(size(h), size(h)), gap(size(h)), own
+    integer :: i, k, n
+
+    n = size(h)
+    table = 0
+    table(:, 1) = (above - below) / (2 * h)
+    slope = table(n, 1)
+    error = huge(1.0_dp)
+    do i = 2, n
+      do k = 2, i
+        table(i, k) = table(i, k - 1) + (table(i, k - 1) - table(i - 1, k - 1)) / (4.0_dp**(k - 1) - 1)
+        own = max(abs(table(i, k) - table(i, k - 1)), abs(table(i, k) - table(i - 1, k - 1))) + noise / h(i)
+        if (own >= error) cycle
+        error = own
+        slope = table(i, k)
+      end do
+    end do
+    ! The difference of the slopes on both sides goes as h, unless there is a bend.
+    gap = abs(above - middle + (below - middle)) / h
+    bend = gap(n) > 0.75_dp * gap(n - 2) .and. gap(n) / 2 > too_much * max(abs(slope), 1.0_dp)
+    if (.not. bend) return
+    slope = table(n, 1)
+    error = max(abs(slope - table(n - 1, 1)), gap(n) / 2)
+  end subroutine differentiate
+
+end module gestell_task_sensitivity

@@ -1,0 +1,112 @@
+!> Multipliers and exponents for people: with the frequencies that free vibrations really have.
+module gestell_task_stability_report
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_base_wording, only: padded
+  use gestell_study_mode_naming, only: modes_of_multipliers
+  use gestell_study_mode_type, only: mode_type
+  implicit none (type, external)
+  private
+
+  public :: modulus, multiplier_lines, told
+
+  !> ln |rho| beyond which rho leaves the range of numbers.
+  real(dp), parameter, public :: out_of_range = 700
+
+  character, parameter :: newline = new_line("a")
+  !> A mode whose strongest component has less than this of its mean square swings with several frequencies.
+  real(dp), parameter :: half = 0.5_dp
+
+contains
+
+  !> A line for each multiplier, with the frequency of its mode; `speed`: of the crank (rad/s).
+  pure function multiplier_lines(multipliers, modes, speed) result(lines)
+    type(multipliers_type), intent(in) :: multipliers
+    type(mode_type), intent(in) :: modes(:)
+    real(dp), intent(in) :: speed
+    character(len=:), allocatable :: lines
+    integer :: mode(size(multipliers%rho)), k
+
+    mode = modes_of_multipliers(multipliers, modes, speed)
+    lines = newline // "MULTIPLIERS AND EXPONENTS" // newline // "         re rho         im rho          |rho|    error   " // &
+      & "growth 1/s   frequency rad/s  x crank speed" // newline
+    do k = 1, size(multipliers%rho)
+      lines = lines // text(k) // repeat(" ", 2 - len(text(k))) &
+        & // padded(part(multipliers, k, real(multipliers%rho(k))), 15) &
+        & // padded(part(multipliers, k, aimag(multipliers%rho(k))), 15) &
+        & // padded(told(multipliers, k, 9), 15) // padded(error_told(multipliers%error(k)), 9) &
+        & // padded(concise(real(multipliers%exponent(k)), 5), 13)
+      if (mode(k) > 0) then
+        lines = lines // frequency_columns(modes(mode(k)), speed)
+      else
+        lines = lines // padded("-", 18) // padded("-", 15) // "  cannot be told"
+      end if
+      lines = lines // newline
+    end do
+    lines = lines // "  (error: bound relative to |rho|; frequency: of the free vibration's strongest component, " &
+      & // "which the multiplier alone" // newline // "  leaves open up to multiples of the crank speed)" // newline
+    if (any(multipliers%lost())) lines = lines // "  (lost: the bound is as great as |rho|, no digit is sure)" // newline
+  end function multiplier_lines
+
+  !> The real or imaginary part `value` of multiplier k; "-": it overflows.
+  pure function part(multipliers, k, value) result(words)
+    type(multipliers_type), intent(in) :: multipliers
+    integer, intent(in) :: k
+    real(dp), intent(in) :: value
+    character(len=:), allocatable :: words
+
+    words = "-"
+    if (multipliers%log_abs(k) <= out_of_range) words = concise(value, 9)
+  end function part
+
+  !> A modulus, or the power of e that it is where it leaves the range of numbers.
+  pure function told(multipliers, k, digits) result(words)
+    type(multipliers_type), intent(in) :: multipliers
+    integer, intent(in) :: k, digits
+    character(len=:), allocatable :: words
+
+    words = concise(abs(multipliers%rho(k)), digits)
+    if (abs(multipliers%log_abs(k)) > out_of_range) words = "e^" // concise(multipliers%log_abs(k), digits)
+  end function told
+
+  !> The same from its logarithm alone.
+  pure function modulus(log_abs, digits) result(words)
+    real(dp), intent(in) :: log_abs
+    integer, intent(in) :: digits
+    character(len=:), allocatable :: words
+
+    if (abs(log_abs) > out_of_range) then
+      words = "e^" // concise(log_abs, digits)
+    else
+      words = concise(exp(log_abs), digits)
+    end if
+  end function modulus
+
+  pure function error_told(error) result(words)
+    real(dp), intent(in) :: error
+    character(len=:), allocatable :: words
+
+    words = "lost"
+    if (error < 1) words = concise(error, 1)
+  end function error_told
+
+  !> Frequency, its multiple of the crank speed, and what kind of vibration it is.
+  pure function frequency_columns(mode, speed) result(columns)
+    type(mode_type), intent(in) :: mode
+    real(dp), intent(in) :: speed
+    character(len=:), allocatable :: columns
+
+    if (.not. mode%frequency() > 0) then
+      columns = padded("0", 18) // padded("0", 15) // "  does not swing"
+      return
+    end if
+    columns = padded(concise(mode%frequency(), 7), 18) // padded(concise(mode%frequency() / speed, 5), 15)
+    if (mode%real_pair) then
+      columns = columns // "  locked to the crank"
+    else if (mode%share() < half) then
+      columns = columns // "  one of several, mixed"
+    end if
+  end function frequency_columns
+
+end module gestell_task_stability_report

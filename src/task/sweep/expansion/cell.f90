@@ -1,0 +1,213 @@
+!> Cells of a tile: what one expansion covers.
+module gestell_task_sweep_expansion_cell
+  use gestell_base_kinds, only: dp
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: grid_type, tile_type
+  use gestell_task_sweep_expansion_pilot, only: count_points, most_points
+  use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type
+  use gestell_study_point, only: sweep_order_type
+  use gestell_study_tile_results, only: psi_peak, xi_peak
+  use gestell_task_sweep_expansion_variable, only: inverse, itself, logarithm, variable_type
+  implicit none (type, external)
+  private
+
+  public :: cell_points, halves, plan_cell, random_points
+
+  !> What becomes of a cell: it is expanded, solved point by point, or split along an axis.
+  integer, parameter, public :: expand_it = 0, solve_it = -1
+  !> Part of the tolerance that the terms beyond may add up to on a line: a cell has more terms than a line.
+  real(dp), parameter :: part_of_tolerance = 1 / 16.0_dp
+  !> Points more than a line needs: the last terms of the cell's series are to tell what is missing.
+  integer, parameter :: margin = 3
+  !> Points that an axis needs at least where there are two.
+  integer, parameter :: fewest = 5
+  !> Points that an expansion needs are looked for in all variables where they are more than this.
+  integer, parameter :: few_points = 20
+
+contains
+
+  !> The number of points of a cell.
+  pure integer function cell_points(cell)
+    type(tile_type), intent(in) :: cell
+
+    cell_points = product(cell%last - cell%first + 1)
+  end function cell_points
+
+  !> Decides on a cell by expansions along lines through it: both edges and the middle, along each axis. `plan`: `expand_it`
+  !> with the variables and their points, `solve_it`, or the axis along which to split.
+  subroutine plan_cell(family, grid, cell, order, sampler, variables, points, plan)
+    class(family_type), intent(in) :: family
+    type(grid_type), intent(in) :: grid
+    type(tile_type), intent(in) :: cell
+    type(sweep_order_type), intent(in) :: order
+    type(sampler_type), intent(out) :: sampler
+    type(variable_type), allocatable, intent(out) :: variables(:)
+    integer, intent(out) :: points(2), plan
+    logical :: fits
+    integer :: axis, side, needed, most, middle(2)
+    real(dp) :: line(size(grid%axes)), tolerance
+    logical :: pays
+
+    points = 1
+    plan = widest(cell)
+    tolerance = part_of_tolerance * order%accuracy%tolerance
+    middle = (cell%first + cell%last) / 2
+    call new_sampler(sampler, family, corners(grid, cell), order%accuracy, any(order%columns(xi_peak:psi_peak)), fits)
+    if (.not. fits) return
+    allocate(variables(size(grid%axes)))
+    do axis = 1, size(variables)
+      variables(axis) = variable_type(grid%axes(axis)%value(cell%first(axis)), grid%axes(axis)%value(cell%last(axis)), &
+        & merge(logarithm, itself, grid%axes(axis)%logarithmic))
+    end do
+    call try_to_pay(sampler, family, grid%parameters(middle(1), middle(2)), tolerance, variables, order, cell, pays, fits)
+    if (.not. (pays .and. fits)) return
+    do axis = 1, size(variables)
+      line = grid%parameters(middle(1), middle(2))
+      most = most_useful(order, cell, merge(max(points(3 - axis), fewest), 1, size(variables) == 2))
+      call best_variable(sampler, family, axis, line, tolerance, most, variables(axis), points(axis), fits)
+      if (size(variables) == 2) then
+        do side = 1, 2
+          if (points(axis) == 0 .or. .not. fits) exit
+          line(3 - axis) = grid%axes(3 - axis)%value(merge(cell%first(3 - axis), cell%last(3 - axis), side == 1))
+          call count_points(sampler, family, axis, variables(axis), line, tolerance, most, needed, fits)
+          points(axis) = merge(0, max(points(axis), needed), needed == 0)
+        end do
+      end if
+      if (.not. fits) return
+      if (points(axis) == 0) then
+        plan = axis
+        return
+      end if
+      if (points(axis) > 1) points(axis) = points(axis) + margin
+    end do
+    plan = expand_it
+    ! A solution with its bounds is three expansions' points at least.
+    if (order%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
+  end subroutine plan_cell
+
+  !> Whether an expansion may be quicker than solutions of their own: of two axes one at least needs no more points than the root of
+  !> what pays.
+  subroutine try_to_pay(sampler, family, middle, tolerance, variables, order, cell, pays, fits)
+    type(sampler_type), intent(inout) :: sampler
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: middle(:), tolerance
+    type(variable_type), intent(inout) :: variables(:)
+    type(sweep_order_type), intent(in) :: order
+    type(tile_type), intent(in) :: cell
+    logical, intent(out) :: pays, fits
+    integer :: axis, most, needed
+
+    fits = .true.
+    most = nint(sqrt(real(most_useful(order, cell, 1), dp)))
+    pays = order%engine /= "auto" .or. size(variables) == 1
+    do axis = 1, size(variables)
+      if (pays) return
+      call best_variable(sampler, family, axis, middle, tolerance, most, variables(axis), needed, fits)
+      if (.not. fits) return
+      pays = needed > 0
+    end do
+  end subroutine try_to_pay
+
+  !> The most points of an expansion along an axis with which it is quicker than solutions of their own, with `others` points along
+  !> the other one: two of its points cost as much as a solution with its bounds.
+  pure integer function most_useful(order, cell, others) result(most)
+    type(sweep_order_type), intent(in) :: order
+    type(tile_type), intent(in) :: cell
+    integer, intent(in) :: others
+
+    most = most_points
+    if (order%engine == "auto") most = cell_points(cell) / (2 * others)
+  end function most_useful
+
+  !> The variable that needs the fewest points along a line.
+  subroutine best_variable(sampler, family, axis, line, tolerance, most, variable, points, fits)
+    type(sampler_type), intent(inout) :: sampler
+    class(family_type), intent(in) :: family
+    integer, intent(in) :: axis
+    real(dp), intent(in) :: line(:), tolerance
+    integer, intent(in) :: most
+    type(variable_type), intent(inout) :: variable
+    integer, intent(out) :: points
+    logical, intent(out) :: fits
+    type(variable_type) :: other
+    integer :: kind, needed
+
+    call count_points(sampler, family, axis, variable, line, tolerance, most, points, fits)
+    if (.not. fits) return
+    if (points > 0 .and. points <= few_points) return
+    do kind = itself, logarithm
+      other = variable
+      other%kind = kind
+      if (kind == variable%kind .or. .not. (other%suits() .and. differs(other))) cycle
+      call count_points(sampler, family, axis, other, line, tolerance, most, needed, fits)
+      if (.not. fits) return
+      if (needed == 0 .or. (points > 0 .and. needed >= points)) cycle
+      points = needed
+      variable = other
+    end do
+  end subroutine best_variable
+
+  !> Whether the range is so wide that its variables differ.
+  pure logical function differs(variable)
+    type(variable_type), intent(in) :: variable
+    real(dp), parameter :: wide = 1.5_dp
+
+    differs = max(abs(variable%from), abs(variable%to)) > wide * min(abs(variable%from), abs(variable%to))
+  end function differs
+
+  !> The axis along which a cell has the most points.
+  pure integer function widest(cell)
+    type(tile_type), intent(in) :: cell
+
+    widest = maxloc(cell%last - cell%first, dim=1)
+  end function widest
+
+  !> The corners of a cell and its middle, shape (axes, corners).
+  pure function corners(grid, cell)
+    type(grid_type), intent(in) :: grid
+    type(tile_type), intent(in) :: cell
+    real(dp), allocatable :: corners(:, :)
+
+    allocate(corners(size(grid%axes), 5))
+    corners(:, 1) = grid%parameters(cell%first(1), cell%first(2))
+    corners(:, 2) = grid%parameters(cell%last(1), cell%last(2))
+    corners(:, 3) = grid%parameters(cell%first(1), cell%last(2))
+    corners(:, 4) = grid%parameters(cell%last(1), cell%first(2))
+    corners(:, 5) = grid%parameters((cell%first(1) + cell%last(1)) / 2, (cell%first(2) + cell%last(2)) / 2)
+    if (size(grid%axes) == 1) corners = corners(:, [1, 2, 5])
+  end function corners
+
+  !> A cell's halves along an axis.
+  pure function halves(cell, axis)
+    type(tile_type), intent(in) :: cell
+    integer, intent(in) :: axis
+    type(tile_type) :: halves(2)
+
+    halves = cell
+    halves(1)%last(axis) = (cell%first(axis) + cell%last(axis)) / 2
+    halves(2)%first(axis) = halves(1)%last(axis) + 1
+  end function halves
+
+  !> Points of a cell drawn at random, always the same ones; shape (2, n). (The generator of S. K. Park and K. W. Miller,
+  !> Communications of the ACM 31 (1988) 1192.)
+  pure function random_points(cell, n) result(points)
+    type(tile_type), intent(in) :: cell
+    integer, intent(in) :: n
+    integer :: points(2, n)
+    integer, parameter :: multiplier = 48271, modulus = 2147483647
+    integer :: k, i
+    real(dp) :: state
+
+    state = mod(1.0_dp + cell%number + 7919.0_dp * cell%first(1) + 104729.0_dp * cell%first(2), real(modulus, dp))
+    do k = 1, 3
+      state = mod(multiplier * state, real(modulus, dp))
+    end do
+    do k = 1, n
+      do i = 1, 2
+        state = mod(multiplier * state, real(modulus, dp))
+        points(i, k) = cell%first(i) + int(state / modulus * (cell%last(i) - cell%first(i) + 1))
+      end do
+    end do
+  end function random_points
+
+end module gestell_task_sweep_expansion_cell

@@ -1,0 +1,75 @@
+!> The variable in which a parameter is expanded: the motion over a period is smoother in one than in another. The turn of
+!> the vibrations within a period, for instance, goes with the inverse of the speed.
+module gestell_task_sweep_expansion_variable
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  integer, parameter, public :: itself = 1, inverse = 2, logarithm = 3
+
+  !> A range of a parameter, mapped to x in [-1, 1].
+  type, public :: variable_type
+    real(dp) :: from = 0, to = 0
+    integer :: kind = itself
+  contains
+    procedure :: suits
+    procedure :: x_of
+    procedure :: parameter_of
+  end type variable_type
+
+contains
+
+  !> Whether the variable exists all over the range.
+  pure logical function suits(self)
+    class(variable_type), intent(in) :: self
+
+    suits = self%kind == itself .or. self%from * self%to > 0
+  end function suits
+
+  !> x of a parameter: 1 at `to`, -1 at `from`.
+  elemental real(dp) function x_of(self, parameter) result(x)
+    class(variable_type), intent(in) :: self
+    real(dp), intent(in) :: parameter
+    real(dp) :: a, b, u
+
+    x = 0
+    if (.not. abs(self%to - self%from) > 0) return
+    a = mapped(self, self%from)
+    b = mapped(self, self%to)
+    u = mapped(self, parameter)
+    x = max(-1.0_dp, min(1.0_dp, ((u - a) - (b - u)) / (b - a)))
+  end function x_of
+
+  elemental real(dp) function parameter_of(self, x) result(parameter)
+    class(variable_type), intent(in) :: self
+    real(dp), intent(in) :: x
+    real(dp) :: u
+
+    u = (mapped(self, self%from) * (1 - x) + mapped(self, self%to) * (1 + x)) / 2
+    select case (self%kind)
+    case (inverse)
+      parameter = 1 / u
+    case (logarithm)
+      parameter = sign(exp(u), self%from)
+    case default
+      parameter = u
+    end select
+    ! Roundings must not leave the range.
+    parameter = max(min(self%from, self%to), min(max(self%from, self%to), parameter))
+  end function parameter_of
+
+  elemental real(dp) function mapped(self, parameter) result(u)
+    class(variable_type), intent(in) :: self
+    real(dp), intent(in) :: parameter
+
+    select case (self%kind)
+    case (inverse)
+      u = 1 / parameter
+    case (logarithm)
+      u = log(abs(parameter))
+    case default
+      u = parameter
+    end select
+  end function mapped
+
+end module gestell_task_sweep_expansion_variable

@@ -1,0 +1,233 @@
+!> Pictures of sweeps: curves over one parameter, a chart over two.
+module gestell_task_sweep_plot
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_output_picture_script, only: heading, write_script
+  use gestell_output_picture_axis, only: decade_lines, extent_lines, parameter_axis, with_unit
+  use gestell_task_sweep_summary, only: summary_type
+  use gestell_study_grid, only: axis_type, grid_type
+  use gestell_study_tile_results, only: eta_peak, failed, impossible, log_rho_max, psi_peak, rho_max, stable, sweep_columns, &
+    & undecided, unstable, verdict, verdict_behind, verdict_names, xi_peak
+  implicit none (type, external)
+  private
+
+  public :: plot_sweep
+
+  character, parameter :: newline = new_line("a")
+  !> Beyond any picture, but finite.
+  character(len=*), parameter :: nowhere = "1e290"
+
+contains
+
+  !> sweep.gp, over the parameters `paths` in these units, from the columns of sweep.csv that were ordered; with `curves` in
+  !> boundary.csv, of the same parameters, their border is drawn too. Error: it cannot be written.
+  subroutine plot_sweep(folder, preamble, paths, units, grid, columns, summary, error, curves)
+    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
+    type(grid_type), intent(in) :: grid
+    logical, intent(in) :: columns(sweep_columns)
+    type(summary_type), intent(in) :: summary
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: curves
+    integer :: k
+
+    if (size(grid%axes) > 1 .and. all(grid%axes%count > 1)) then
+      call plot_chart(folder, preamble, paths, units, grid, columns, summary, error, curves)
+    else
+      k = maxloc(grid%axes%count, dim=1)
+      call plot_curves(folder, preamble, trim(paths(k)), units(k), grid%axes(k), k, size(paths), columns, summary, &
+        & error)
+    end if
+  end subroutine plot_sweep
+
+  !> Over one parameter, which stands in column `k` behind which come those of the results after all `parameters`.
+  subroutine plot_curves(folder, preamble, path, unit, axis, k, parameters, columns, summary, error)
+    character(len=*), intent(in) :: folder, preamble(:), path, unit
+    type(axis_type), intent(in) :: axis
+    integer, intent(in) :: k, parameters
+    logical, intent(in) :: columns(sweep_columns)
+    type(summary_type), intent(in) :: summary
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines, x, style
+    logical :: growth, peaks
+    integer :: place(sweep_columns), panels
+
+    place = places(columns, parameters)
+    growth = any(columns([rho_max, log_rho_max, verdict, verdict_behind]))
+    peaks = any(columns([xi_peak, eta_peak, psi_peak]))
+    panels = count([growth, peaks])
+    x = "(X(column(" // text(k) // ")))"
+    style = "with lines"
+    if (axis%count < 30) style = "with linespoints ps 0.5"
+    lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // merge("0.12", "0.17", panels == 2) &
+      & // "," // merge("0.86", "0.8 ", panels == 2) // " spacing 0,0.1 title " &
+      & // heading(preamble, "Sweep over " // path // tally(summary)) // " noenhanced" // newline &
+      & // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
+      & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
+    if (panels == 2) lines = lines // "unset xlabel" // newline
+    if (growth) lines = lines // growth_panel(place, x, style, summary)
+    if (peaks) lines = lines // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) // peaks_panel(place, x, style)
+    if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
+    call write_script(folder, "sweep", lines // "unset multiplot" // newline // "unset output" // newline, error, &
+      & width=800, height=merge(680, 440, panels == 2))
+  end subroutine plot_curves
+
+  !> ln |rho| over the parameter, the points of bad verdicts marked.
+  pure function growth_panel(place, x, style, summary) result(lines)
+    integer, intent(in) :: place(sweep_columns)
+    character(len=*), intent(in) :: x, style
+    type(summary_type), intent(in) :: summary
+    character(len=:), allocatable :: lines, marks
+    integer :: i
+    integer, parameter :: marked(4) = [unstable, undecided, impossible, failed]
+    character(len=*), parameter :: points(4) = [character(len=32) :: "lt 2 pt 7 ps 0.6", "lt 5 pt 9 ps 0.8", &
+      & "lt 8 pt 2 ps 0.8", "lt 7 pt 1 ps 0.9"]
+
+    if (place(rho_max) + place(log_rho_max) > 0) then
+      lines = "growth(r) = r > 0 ? log(r) : NaN" // newline // extent_lines("sweep.csv", [growth_of(place)]) &
+        & // "low = low > 0 ? 0 : low; high = high < 0 ? 0 : high" // newline &
+        & // "step = 0.06 * (high - low); low = low - step; high = high + step" // newline &
+        & // "set yrange [low:high]; set ylabel 'ln |ρ|max (growth in a turn)'" // newline &
+        & // "set object 1 rectangle from graph 0,graph 0 to graph 1,first 0 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 " &
+        & // "noborder" // newline // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1.5" // newline &
+        & // "curve(v) = v > low && v < high ? v : NaN" // newline &
+        & // "plot NaN notitle, for [i=1:(high < 1e299)] 'sweep.csv' using " // x // ":(" // growth_of(place) // ") " // style &
+        & // " lt 1 notitle"
+      marks = growth_of(place)
+    else
+      lines = "low = 0; high = 1; set yrange [0:1]; unset ytics; set ylabel 'verdict'" // newline // "plot NaN notitle"
+      marks = "0.5"
+    end if
+    if (place(verdict) > 0) then
+      do i = 1, size(marked)
+        if (summary%verdicts(marked(i)) == 0) cycle
+        lines = lines // ", 'sweep.csv' using " // x // ":(strcol(" // text(place(verdict)) // ") eq '" &
+          & // trim(verdict_names(marked(i))) // "' ? "
+        if (marked(i) == impossible .or. marked(i) == failed) then
+          lines = lines // "low + 0.04 * (high - low)"
+        else
+          lines = lines // marks
+        end if
+        lines = lines // " : " // nowhere // ") with points " // trim(points(i)) &
+          & // " title '" // trim(verdict_names(marked(i))) // "'"
+      end do
+    end if
+    lines = lines // newline // "unset object 1; unset arrow 1; set ytics" // newline
+  end function growth_panel
+
+  !> Peaks of xi, eta, psi on a logarithmic axis.
+  pure function peaks_panel(place, x, style) result(lines)
+    integer, intent(in) :: place(sweep_columns)
+    character(len=*), intent(in) :: x, style
+    character(len=:), allocatable :: lines
+    integer, parameter :: peaks(3) = [xi_peak, eta_peak, psi_peak]
+    character(len=9), parameter :: names(3) = [character(len=9) :: "ξ (mm)", "η (mm)", "ψ (mrad)"]
+    integer :: i
+
+    lines = "over(v) = v > 0 ? v * 1e3 : NaN" // newline // "least = 1e300; most = 0" // newline
+    do i = 1, 3
+      if (place(peaks(i)) == 0) cycle
+      lines = lines // extent_lines("sweep.csv", ["over(column(" // text(place(peaks(i))) // "))"]) &
+        & // "valid" // text(i) // " = high > 0 && most >= 0" // newline &
+        & // "if (low > 0) { least = low < least ? low : least; most = high > most ? high : most } else { valid" // text(i) &
+        & // " = 0 }" // newline
+    end do
+    lines = lines // "if (most > 0) { least = least > 1e-9 * most ? least : 1e-9 * most" // newline &
+      & // decade_lines("least / 1.5", "most * 1.5") // "} else { set yrange [0:1] }" // newline &
+      & // "set ylabel 'peak of the vibration'" // newline // "plot NaN notitle"
+    do i = 1, 3
+      if (place(peaks(i)) == 0) cycle
+      lines = lines // ", for [i=1:valid" // text(i) // "] 'sweep.csv' using " // x // ":(over(column(" // text(place(peaks(i))) &
+        & // "))) " // style // " lt " // text(i) // " title '" // trim(names(i)) // "'"
+    end do
+    lines = lines // newline
+  end function peaks_panel
+
+  !> Over two parameters: ln |rho| as a chart, or what else was ordered.
+  subroutine plot_chart(folder, preamble, paths, units, grid, columns, summary, error, curves)
+    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
+    type(grid_type), intent(in) :: grid
+    logical, intent(in) :: columns(sweep_columns)
+    type(summary_type), intent(in) :: summary
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: curves
+    character(len=:), allocatable :: lines, value, label
+    integer :: place(sweep_columns), i
+
+    place = places(columns, 2)
+    if (columns(log_rho_max) .or. columns(rho_max)) then
+      value = growth_of(place)
+      label = "ln |ρ|max (growth in a turn)"
+    else if (columns(verdict)) then
+      value = "(strcol(" // text(place(verdict)) // ") eq 'stable' ? -1 : strcol(" // text(place(verdict)) &
+        & // ") eq 'unstable' ? 1 : strcol(" // text(place(verdict)) // ") eq 'undecided' ? 0 : NaN)"
+      label = "-1 stable, 0 undecided, 1 unstable"
+    else
+      value = "growth(column(" // text(maxval(place(:psi_peak), mask=[(i /= verdict, i = 1, psi_peak)])) // ")) / log(10)"
+      label = "lg of the peak (m, rad)"
+      if (columns(xi_peak)) value = "growth(column(" // text(place(xi_peak)) // ")) / log(10)"
+    end if
+    lines = "set title " // heading(preamble, "Chart over " // trim(paths(1)) // " and " // trim(paths(2)) // tally(summary)) &
+      & // " noenhanced" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
+      & // "X(v) = v; Y(v) = v" // newline // extent_lines("sweep.csv", [value]) &
+      & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.5_dp / (grid%axes(1)%count - 1)) &
+      & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.5_dp / (grid%axes(2)%count - 1)) &
+      & // "set cbrange [low:high]; set cblabel '" // label // "'" // newline &
+      & // "# stable: blue, paler toward the border; unstable: orange to brown; no result: grey" // newline
+    if (any(columns([rho_max, log_rho_max, verdict]))) then
+      lines = lines // "if (high <= 0) { set palette defined (low '#2A6FA8', high '#E4EEF5') }" // newline &
+        & // "if (low >= 0) { set palette defined (low '#F3A65A', high '#7A2E00') }" // newline &
+        & // "if (low < 0 && high > 0) { set palette defined (low '#2A6FA8', 0 '#E4EEF5', 0 '#F3A65A', high '#7A2E00') }" // newline
+    else
+      lines = lines // "set palette defined (0 '#FFFFFF', 1 '#56B4E9', 2 '#0072B2', 3 '#000000')" // newline
+    end if
+    lines = lines // "set object 1 rectangle from graph 0,graph 0 to graph 1,graph 1 behind fillcolor rgb '#BBBBBB' fillstyle " &
+      & // "solid 1 noborder" // newline &
+      & // "set tics out; unset grid; set rmargin at screen 0.82; set key off" // newline &
+      & // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image"
+    if (present(curves)) then
+      if (curves > 0) lines = lines // ", for [c=1:" // text(curves) // "] 'boundary.csv' using " &
+        & // "(column(1) == c ? X(column(2)) : NaN):(Y(column(3))) with lines lt 7 dt 1 lw 1.5"
+    end if
+    call write_script(folder, "sweep", lines // newline // "unset output" // newline, error, width=800, height=600)
+  end subroutine plot_chart
+
+  !> Column numbers in sweep.csv, 0 where one was not ordered.
+  pure function places(columns, parameters) result(place)
+    logical, intent(in) :: columns(sweep_columns)
+    integer, intent(in) :: parameters
+    integer :: place(sweep_columns)
+    integer :: i
+
+    place = [(merge(parameters + count(columns(:i)), 0, columns(i)), i = 1, sweep_columns)]
+    if (columns(verdict_behind)) place(verdict) = place(verdict_behind)
+  end function places
+
+  !> ln |rho| of the greatest multiplier.
+  pure function growth_of(place) result(expression)
+    integer, intent(in) :: place(sweep_columns)
+    character(len=:), allocatable :: expression
+
+    if (place(log_rho_max) > 0) then
+      expression = "column(" // text(place(log_rho_max)) // ")"
+    else
+      expression = "growth(column(" // text(place(rho_max)) // "))"
+    end if
+  end function growth_of
+
+  !> How many points have which verdict.
+  pure function tally(summary) result(words)
+    type(summary_type), intent(in) :: summary
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = stable, failed
+      if (summary%verdicts(i) == 0) cycle
+      if (words /= "") words = words // ", "
+      words = words // concise(real(summary%verdicts(i), dp), 12) // " " // trim(verdict_names(i))
+    end do
+    if (words /= "") words = ": " // words
+  end function tally
+
+end module gestell_task_sweep_plot

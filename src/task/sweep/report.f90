@@ -1,0 +1,91 @@
+!> The report on a sweep for people.
+module gestell_task_sweep_report
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_sweep_summary, only: summary_type
+  use gestell_base_wording, only: counted
+  use gestell_output_report_warnings, only: small_motion_limits
+  use gestell_study_tile_results, only: rho_max, verdict_column, verdict_names
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: big, report_grid, report_sweep
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> What was ordered: axes, points, tiles, engine.
+  pure function report_grid(plan) result(report)
+    type(sweep_plan_type), intent(in) :: plan
+    character(len=:), allocatable :: report
+    integer :: k
+
+    report = newline // "SWEEP  of " // big(plan%grid%points()) // " points in " // counted(plan%grid%tiles(), "tile") &
+      & // ", engine '" // trim(plan%order%engine) // "'" // newline
+    do k = 1, size(plan%grid%axes)
+      associate (axis => plan%grid%axes(k))
+        report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9)
+        if (axis%count > 1) report = report // " to " // concise(axis%to, 9) // ", " // big(int(axis%count, int64)) &
+          & // " values, " // trim(merge("logarithmic", "linear     ", axis%logarithmic))
+        report = report // newline
+      end associate
+    end do
+  end function report_grid
+
+  !> What was found.
+  pure function report_sweep(plan, summary) result(report)
+    type(sweep_plan_type), intent(in) :: plan
+    type(summary_type), intent(in) :: summary
+    character(len=:), allocatable :: report
+    integer :: k
+
+    report = newline
+    if (verdict_column(plan%order%columns) > 0) then
+      do k = 0, size(summary%verdicts) - 1
+        if (summary%verdicts(k) == 0) cycle
+        report = report // "  " // verdict_names(k) // "  " // big(summary%verdicts(k)) // " points (" &
+          & // concise(100 * real(summary%verdicts(k), dp) / real(summary%points, dp), 3) // " %)" // newline
+      end do
+    end if
+    if (plan%order%columns(rho_max) .and. summary%least <= summary%most) then
+      report = report // "  rho_max     from " // within_range(summary%least) // " to " // within_range(summary%most) &
+        & // ", greatest at"
+      do k = 1, size(plan%paths)
+        report = report // trim(merge(",", " ", k > 1)) // " " // trim(plan%paths(k)) // " = " &
+          & // concise(plan%grid%axes(k)%value(summary%where(k)), 9)
+      end do
+      report = report // newline
+    end if
+    if (summary%turned > 0 .and. plan%order%model /= "exact") report = report // "  BEYOND SMALL MOTIONS at " &
+      & // big(summary%turned) // " points: psi reaches " &
+      & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the equations are linear: psi up to " &
+      & // small_motion_limits(0.0_dp) // newline
+    report = report // "  rests on    " // big(summary%solutions) // " solutions"
+    if (summary%checks > 0) report = report // "; " // big(summary%checks) // " points were compared with solutions of " // &
+      & "their own," // newline // "              greatest deviation of Phi " // concise(summary%deviation, 2)
+    report = report // newline
+  end function report_sweep
+
+  !> A modulus, or that it overflows.
+  pure function within_range(value) result(words)
+    real(dp), intent(in) :: value
+    character(len=:), allocatable :: words
+
+    words = "beyond 1.8e308"
+    if (value <= huge(value)) words = concise(value, 9)
+  end function within_range
+
+  !> A whole number that may be large.
+  pure function big(number) result(text)
+    integer(int64), intent(in) :: number
+    character(len=:), allocatable :: text
+    character(len=20) :: digits
+
+    write (digits, "(i0)") number
+    text = trim(digits)
+  end function big
+
+end module gestell_task_sweep_report

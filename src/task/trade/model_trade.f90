@@ -1,0 +1,170 @@
+!> The model's own trade: what the averaged coefficients miss on the user's own machine, and what they save.
+module gestell_task_trade_model_trade
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, solve_floquet
+  use gestell_model_frame, only: frame_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_task_trade, only: median
+  use gestell_study_vibration, only: quantities
+  use gestell_system_averaged, only: averaged_system
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: measure_model
+
+  !> One model's findings.
+  type, public :: finding_type
+    character(len=9) :: verdict = ""
+    !> ln rho_max, and a bound on its error.
+    real(dp) :: log_rho = 0, log_rho_error = 0
+    !> As in a vibration; unallocated where there is no periodic vibration.
+    real(dp), allocatable :: peak(:), peak_error(:)
+    !> Median time of one solution, as in `trade_row_type` (s).
+    real(dp) :: seconds = 0
+  end type finding_type
+
+  type, public :: model_trade_type
+    type(finding_type) :: periodic, averaged
+    !> Errors of the averaged model against the periodic one, in the measures of `trade_row_type`.
+    real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
+    !> Samples that the averaged model took.
+    integer :: evaluations = 0
+    !> Why the averaged model has no periodic vibration, if so.
+    character(len=:), allocatable :: resonance
+  contains
+    procedure :: peak_miss
+    procedure :: log_rho_miss
+    procedure :: rho_miss
+    procedure :: worst_miss
+  end type model_trade_type
+
+contains
+
+  !> Solves both models, the periodic one to `accuracy`. Errors: those of the periodic model.
+  subroutine measure_model(frame, accuracy, trade, error)
+    class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
+    type(model_trade_type), intent(out) :: trade
+    type(error_type), allocatable, intent(out) :: error
+    type(analysis_type) :: periodic, averaged
+    type(monodromy_type) :: phi, phi_averaged
+    type(averaged_system) :: model
+    type(error_type), allocatable :: failure
+    type(evidence_type) :: found
+    integer :: n, k
+
+    call find(frame, tasks_type(model="rest"), accuracy, periodic, trade%periodic, error)
+    if (allocated(error)) return
+    call find(frame, tasks_type(averaged=.true.), accuracy, averaged, trade%averaged, failure)
+    if (allocated(failure)) then
+      if (.not. allocated(averaged%multipliers)) then
+        call move_alloc(failure, error)
+        return
+      end if
+      trade%resonance = failure%message
+    end if
+    call evidence(averaged%floquet, found)
+    trade%evaluations = found%evaluations
+
+    call frame%averaged(model)
+    call solve_monodromy(frame, accuracy, .false., phi, error)
+    if (.not. allocated(error)) call solve_monodromy(model, accuracy, .false., phi_averaged, error)
+    if (allocated(error)) return
+    n = frame%states
+    associate (d => phi%scale, rho => periodic%multipliers%rho, other => averaged%multipliers%rho)
+      trade%error_phi = norm2((phi_averaged%phi - phi%phi) * spread(d, 1, n) / spread(d, 2, n)) / max(phi%norm, tiny(1.0_dp))
+      trade%error_rho = maxval([(minval(abs(other - rho(k))) / max(abs(rho(k)), tiny(1.0_dp)), k = 1, n)])
+      if (allocated(trade%resonance)) return
+      associate (x0 => periodic%vibration%start%x0, x0_averaged => averaged%vibration%start%x0)
+        trade%error_x0 = norm2((x0_averaged - x0) / d) / max(norm2(x0 / d), tiny(1.0_dp))
+      end associate
+    end associate
+  end subroutine measure_model
+
+  !> What one model finds. Error: there is no periodic vibration, or, without multipliers in `analysis`, nothing at all.
+  subroutine find(frame, tasks, accuracy, analysis, finding, error)
+    class(frame_type), intent(in) :: frame
+    type(tasks_type), intent(in) :: tasks
+    type(accuracy_type), intent(in) :: accuracy
+    type(analysis_type), intent(out) :: analysis
+    type(finding_type), intent(out) :: finding
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: runs = 5
+    type(averaged_system) :: model
+    type(floquet_type) :: floquet
+    type(error_type), allocatable :: failure
+    real(dp) :: times(runs)
+    integer(int64) :: begin, finish, rate
+    integer :: k
+
+    call analyse(frame, tasks, accuracy, analysis, error)
+    if (.not. allocated(analysis%multipliers)) return
+    finding%verdict = analysis%multipliers%verdict()
+    finding%log_rho = analysis%multipliers%log_abs(1)
+    finding%log_rho_error = analysis%multipliers%error(1)
+    if (.not. allocated(error)) then
+      finding%peak = analysis%vibration%peak
+      finding%peak_error = analysis%vibration%peak_error
+    end if
+    do k = 1, runs
+      call system_clock(begin, rate)
+      if (tasks%averaged) then
+        call frame%averaged(model)
+        call solve_floquet(model, accuracy, .true., floquet, failure)
+      else
+        call solve_floquet(frame, accuracy, .true., floquet, failure)
+      end if
+      call system_clock(finish)
+      times(k) = real(finish - begin, dp) / rate
+    end do
+    finding%seconds = median(times)
+  end subroutine find
+
+  !> By how much the averaged model misses the peak of a quantity, relative; zero where that is within the errors of both
+  !> or the quantity rests.
+  pure real(dp) function peak_miss(self, quantity) result(miss)
+    class(model_trade_type), intent(in) :: self
+    integer, intent(in) :: quantity
+    real(dp) :: difference
+
+    miss = 0
+    if (.not. allocated(self%averaged%peak)) return
+    associate (p => self%periodic, a => self%averaged, i => quantity)
+      difference = a%peak(i) - p%peak(i)
+      if (abs(difference) > a%peak_error(i) + p%peak_error(i)) miss = difference / p%peak(i)
+    end associate
+  end function peak_miss
+
+  !> The same for ln rho_max, the rate at which the slowest free vibration dies out or the fastest grows.
+  pure real(dp) function log_rho_miss(self) result(miss)
+    class(model_trade_type), intent(in) :: self
+    real(dp) :: difference
+
+    miss = 0
+    associate (p => self%periodic, a => self%averaged)
+      difference = a%log_rho - p%log_rho
+      if (abs(difference) > a%log_rho_error + p%log_rho_error) miss = difference / abs(p%log_rho)
+    end associate
+  end function log_rho_miss
+
+  !> The same for rho_max itself.
+  pure real(dp) function rho_miss(self) result(miss)
+    class(model_trade_type), intent(in) :: self
+
+    miss = 0
+    if (abs(self%log_rho_miss()) > 0) miss = exp(min(self%averaged%log_rho - self%periodic%log_rho, 700.0_dp)) - 1
+  end function rho_miss
+
+  !> The greatest of all misses.
+  pure real(dp) function worst_miss(self) result(miss)
+    class(model_trade_type), intent(in) :: self
+    integer :: i
+
+    miss = maxval(abs([self%log_rho_miss(), (self%peak_miss(i), i = 1, quantities)]))
+  end function worst_miss
+
+end module gestell_task_trade_model_trade

@@ -1,0 +1,80 @@
+!> The picture of speed against accuracy.
+module gestell_task_trade_plot
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_output_picture_script, only: heading, write_script
+  use gestell_task_trade, only: trade_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: plot_trade
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> trade.gp: the error of Phi(T) over evaluations and over seconds, a line for every method. Error: it cannot be written.
+  subroutine plot_trade(folder, preamble, trade, with_averaged, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(trade_type), intent(in) :: trade
+    !> Whether the averaged model has a row.
+    logical, intent(in) :: with_averaged
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines, curves
+    real(dp) :: evaluations(size(trade%rows)), seconds(size(trade%rows))
+    integer :: i, methods
+
+    evaluations = real(trade%rows%evaluations, dp)
+    seconds = trade%rows%seconds
+    curves = ""
+    methods = 0
+    do i = 1, size(trade%rows)
+      if (i > 1) then
+        if (trade%rows(i)%method == trade%rows(i - 1)%method) cycle
+      end if
+      if (.not. any(trade%rows%method == trade%rows(i)%method .and. ieee_is_finite(trade%rows%error_phi))) cycle
+      methods = methods + 1
+      curves = curves // curve(trim(trade%rows(i)%method), methods)
+    end do
+    if (with_averaged) curves = curves // curve("averaged", methods + 1)
+    if (methods == 0) curves = ", NaN notitle"
+    lines = "set multiplot layout 1,2 margins 0.09,0.83,0.14,0.84 spacing 0.03,0 title " &
+      & // heading(preamble, "Error of Φ(T) against work, measured") // " noenhanced" // newline &
+      & // "above_zero(v) = v > 1e-17 ? v : 1e-17" // newline &
+      & // "set logscale xy; set format '10^{%L}'; set yrange [1e-17:10]" // newline &
+      & // "set key off; set ylabel 'relative error of Φ(T)'; set xlabel 'evaluations in a period'" // newline &
+      & // "set xrange " // decades(evaluations) // newline &
+      & // "work(name) = column(name) > 0 ? column(name) : 1" // newline // "unit = 'evaluations'" // newline &
+      & // "plot " // curves(3:) // newline &
+      & // "set key at screen 0.985,screen 0.84 top right samplen 2 font ',12'" // newline &
+      & // "set format y ''; unset ylabel; set xlabel 'time of a solution (s)'; unit = 'seconds'; set xrange " &
+      & // decades(seconds) // newline &
+      & // "work(name) = column(name) > 1e-9 ? column(name) : 1e-9" // newline &
+      & // "plot " // curves(3:) // newline // "unset multiplot" // newline // "unset output" // newline
+    call write_script(folder, "trade", lines, error, width=960, height=520)
+  end subroutine plot_trade
+
+  !> A range around the values that are above zero.
+  pure function decades(values) result(range)
+    real(dp), intent(in) :: values(:)
+    character(len=:), allocatable :: range
+
+    range = "[1e-3:1]"
+    if (any(values > 0)) range = "[" // concise(minval(values, mask=values > 0) / 2, 3) // ":" // concise(2 * maxval(values), 3) &
+      & // "]"
+  end function decades
+
+  !> A method's points; those of others are left out.
+  pure function curve(method, number) result(words)
+    character(len=*), intent(in) :: method
+    integer, intent(in) :: number
+    character(len=:), allocatable :: words
+
+    words = ", 'trade.csv' using (strcol('method') eq '" // method // "' ? work(unit) : NaN):" &
+      & // "(above_zero(column('error_phi'))) with linespoints lt " // text(1 + mod(number - 1, 8)) // " dt 1 lw 1.2 pt " &
+      & // text(number) // " ps 0.7 title '" // method // "' noenhanced"
+  end function curve
+
+end module gestell_task_trade_plot

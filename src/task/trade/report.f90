@@ -1,0 +1,112 @@
+!> The measured trade of speed for accuracy, for people.
+module gestell_task_trade_report
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_base_wording, only: padded
+  use gestell_task_trade_model_trade, only: model_trade_type
+  use gestell_task_trade, only: cheapest, trade_type
+  implicit none (type, external)
+  private
+
+  public :: report_model, report_trade
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> The cheapest way to some accuracies, and what one more digit costs.
+  function report_trade(trade) result(lines)
+    type(trade_type), intent(in) :: trade
+    character(len=:), allocatable :: lines
+    real(dp), parameter :: wanted(4) = [1.0e-3_dp, 1.0e-6_dp, 1.0e-9_dp, 1.0e-12_dp]
+    integer :: best(size(wanted)), i
+
+    lines = newline // "SPEED FOR ACCURACY, Phi(T) and x_p(T) of this machine on this computer" // newline &
+      & // "  errors of Phi(T) and x0 below      cheapest    steps   evaluations   milliseconds" // newline
+    do i = 1, size(wanted)
+      best(i) = cheapest(trade%rows, wanted(i))
+      lines = lines // "  " // padded(concise(wanted(i), 2), 29)
+      if (best(i) == 0) then
+        lines = lines // "   out of reach" // newline
+        cycle
+      end if
+      associate (row => trade%rows(best(i)))
+        lines = lines // padded(trim(row%method), 14) // padded(text(row%steps), 9) // padded(text(row%evaluations), 14) &
+          & // padded(concise(1000 * row%seconds, 3), 15) // newline
+      end associate
+    end do
+    ! Where one row serves both, more digits cost nothing.
+    if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  from 1e-3 to 1e-9 one more digit costs " &
+      & // concise(100 * ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) &
+      & // " % more time" // newline
+    lines = lines // "  errors are against a converged solution that claims " // concise(trade%floor_phi, 1) &
+      & // " for Phi(T) and " // concise(trade%floor_x0, 1) // " for x0" // newline
+  end function report_trade
+
+  !> What the averaged model misses, and whether the periodic coefficients are worth their price.
+  pure function report_model(trade) result(lines)
+    type(model_trade_type), intent(in) :: trade
+    character(len=:), allocatable :: lines
+    character(len=*), parameter :: names(9) = [character(len=20) :: "peak of xi (m)", "peak of eta (m)", "peak of psi (rad)", &
+      & "peak of xi' (m/s)", "peak of eta' (m/s)", "peak of psi' (rad/s)", "peak of fx (N)", "peak of fy (N)", "peak of m (N m)"]
+    real(dp), parameter :: most = log(huge(1.0_dp)) - 1
+    integer :: i
+
+    lines = newline // "PERIODIC OR AVERAGED COEFFICIENTS" // newline &
+      & // "                              periodic      averaged   averaged is off by" // newline &
+      & // "  verdict               " // padded(trim(trade%periodic%verdict), 14) // padded(trim(trade%averaged%verdict), 14) &
+      & // newline &
+      & // line("largest |rho|", exp(min(trade%periodic%log_rho, most)), exp(min(trade%averaged%log_rho, most)), trade%rho_miss()) &
+      & // line("ln of it, per turn", trade%periodic%log_rho, trade%averaged%log_rho, trade%log_rho_miss())
+    if (allocated(trade%averaged%peak)) then
+      do i = 1, size(names)
+        if (trade%periodic%peak(i) > 0) lines = lines &
+          & // line(names(i), trade%periodic%peak(i), trade%averaged%peak(i), trade%peak_miss(i))
+      end do
+    else
+      lines = lines // "  " // trade%resonance // newline
+    end if
+    lines = lines // "  " // conclusion(trade) // newline // "  (" // concise(1000 * trade%averaged%seconds, 2) &
+      & // " ms against " // concise(1000 * trade%periodic%seconds, 2) // " ms; averaged coefficients never show parametric " &
+      & // "resonance)" // newline
+  end function report_model
+
+  !> One row: what, both values, the relative difference; zero stands for less than the errors of both.
+  pure function line(name, periodic, averaged, miss) result(row)
+    character(len=*), intent(in) :: name
+    real(dp), intent(in) :: periodic, averaged, miss
+    character(len=:), allocatable :: row
+    character(len=22) :: first
+
+    first = name
+    row = "  " // first // padded(concise(periodic, 6), 14) // padded(concise(averaged, 6), 14)
+    if (abs(miss) > 0) then
+      row = row // padded(concise(100 * miss, 2) // " %", 21)
+    else
+      row = row // "   within the errors"
+    end if
+    row = row // newline
+  end function line
+
+  !> In words, whether the periodic coefficients are worth their price.
+  pure function conclusion(trade) result(words)
+    type(model_trade_type), intent(in) :: trade
+    character(len=:), allocatable :: words
+    real(dp), parameter :: negligible = 0.01_dp, passable = 0.1_dp
+    character(len=:), allocatable :: worst
+
+    worst = concise(100 * trade%worst_miss(), 2) // " %"
+    if (trade%periodic%verdict /= trade%averaged%verdict) then
+      words = "The periodic coefficients decide the verdict here: they are worth any price."
+    else if (allocated(trade%resonance)) then
+      words = "The averaged model fails here: the periodic coefficients are needed."
+    else if (trade%worst_miss() > passable) then
+      words = "The averaged model is off by up to " // worst // ": the periodic coefficients are worth their price."
+    else if (trade%worst_miss() > negligible) then
+      words = "The averaged model is off by up to " // worst // ": good for a first look, not for final numbers."
+    else
+      words = "The averaged model is off by " // worst // " at most: it would do for this machine at this speed."
+    end if
+  end function conclusion
+
+end module gestell_task_trade_report

@@ -1,0 +1,256 @@
+!> The trade of speed for accuracy, measured on the user's own machine.
+module gestell_task_trade
+  use gestell_base_error, only: error_type, fatal_error, failed_computation, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: inverse
+  use gestell_math_matrix, only: balanced
+  use gestell_floquet_period_period_map, only: period_map
+  use gestell_floquet_integrator_mesh, only: mesh
+  use gestell_floquet_integrator_method, only: method_type, name_length
+  use gestell_floquet_integrator_methods, only: method_names, new_method
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, solve_floquet, solve_multipliers, solve_periodic
+  use gestell_model_frame, only: frame_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: cheapest, measure_trade, median
+
+  !> One method with one number of steps. Errors are against the converged solution: of Phi(T) and x0 relative to their
+  !> norms in balanced units, of the multipliers the greatest relative one.
+  type, public :: trade_row_type
+    character(len=name_length) :: method = ""
+    integer :: order = 0, steps = 0, evaluations = 0
+    real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
+    !> Median time of one solution for Phi(T) and x_p(T).
+    real(dp) :: seconds = 0
+  end type trade_row_type
+
+  type, public :: trade_type
+    type(trade_row_type), allocatable :: rows(:)
+    !> What the converged solution claims for its own errors, in the same measures.
+    real(dp) :: floor_phi = 0, floor_rho = 0, floor_x0 = 0
+  end type trade_type
+
+  abstract interface
+    !> Told from time to time what part of the work is done.
+    subroutine progress_report(part)
+      import :: dp
+      implicit none (type, external)
+      real(dp), intent(in) :: part
+    end subroutine progress_report
+  end interface
+
+contains
+
+  !> Runs every method over a ladder of steps, each 1.5 times the one before, until its errors reach the converged
+  !> solution's own or the method's share of `budget` (s) is spent, ten times that before its first row; and the
+  !> reduction, if it applies.
+  !> Errors: a budget that is not positive and finite; no converged solution; resonance.
+  subroutine measure_trade(frame, budget, trade, error, progress)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: budget
+    type(trade_type), intent(out) :: trade
+    type(error_type), allocatable, intent(out) :: error
+    procedure(progress_report), optional :: progress
+    type(monodromy_type) :: converged
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+    class(method_type), allocatable :: method
+    character(len=name_length), allocatable :: names(:)
+    integer :: i
+
+    if (.not. (budget > 0 .and. ieee_is_finite(budget))) then
+      call fatal_error(error, "the time allowed must be positive and finite", invalid_input)
+      return
+    end if
+    call solve_monodromy(frame, accuracy_type(tolerance=1.0e-14_dp, method="gauss8"), .true., converged, error)
+    if (.not. allocated(error)) call solve_multipliers(converged, .false., multipliers, error)
+    if (.not. allocated(error)) call solve_periodic(converged, solution, error)
+    if (allocated(error)) return
+    trade%floor_phi = converged%error / converged%norm
+    trade%floor_rho = maxval(multipliers%error)
+    trade%floor_x0 = norm2(solution%error / converged%scale) / max(norm2(solution%x0 / converged%scale), tiny(1.0_dp))
+
+    allocate(trade%rows(0))
+    allocate(names, source=pack(method_names(), method_names() /= "auto"))
+    do i = 1, size(names)
+      call new_method(trim(names(i)), method, error)
+      if (allocated(error)) return
+      call climb(frame, method, converged, multipliers, solution, budget / size(names), trade)
+      deallocate(method)
+      if (present(progress)) call progress(real(i, dp) / size(names))
+    end do
+    call measure_reduction(frame, converged, multipliers, solution, trade)
+    if (size(trade%rows) == 0) call fatal_error(error, "no method came to an end within the time allowed", failed_computation)
+  end subroutine measure_trade
+
+  !> The ladder of one method.
+  subroutine climb(frame, method, converged, multipliers, solution, budget, trade)
+    class(frame_type), intent(in) :: frame
+    class(method_type), intent(in) :: method
+    type(monodromy_type), intent(in) :: converged
+    type(multipliers_type), intent(in) :: multipliers
+    type(periodic_solution_type), intent(in) :: solution
+    real(dp), intent(in) :: budget
+    type(trade_type), intent(inout) :: trade
+    type(trade_row_type) :: row
+    type(error_type), allocatable :: error
+    real(dp), allocatable :: scale(:)
+    real(dp) :: spent, wanted, turns
+    integer :: steps, before
+
+    call survey(frame, scale, turns, error)
+    if (allocated(error)) return
+    before = size(trade%rows)
+    ! Before the fastest vibration turns by less than `order` radians in a step nothing converges.
+    steps = max(frame%least_steps, nint(turns / method%order))
+    spent = 0
+    do
+      call measure(frame, method, steps, converged, multipliers, solution, row, wanted, error)
+      ! A step that is too long can make the equations singular or the numbers overflow: a longer ladder is the answer.
+      spent = spent + wanted
+      if (.not. allocated(error)) then
+        if (row%error_phi < 1) trade%rows = [trade%rows, row]
+        if (row%error_phi <= 2 * trade%floor_phi) exit
+      end if
+      ! A method without a row may spend ten times its share: a busy computer must not drop it.
+      if (spent > merge(0.5_dp, 5.0_dp, size(trade%rows) > before) * budget) exit
+      steps = ceiling(1.5_dp * steps)
+    end do
+  end subroutine climb
+
+  !> One row: the median time of three solutions or more, and the errors. `spent`: the time of them all (s).
+  subroutine measure(frame, method, steps, converged, multipliers, solution, row, spent, error)
+    class(frame_type), intent(in) :: frame
+    class(method_type), intent(in) :: method
+    integer, intent(in) :: steps
+    type(monodromy_type), intent(in) :: converged
+    type(multipliers_type), intent(in) :: multipliers
+    type(periodic_solution_type), intent(in) :: solution
+    type(trade_row_type), intent(out) :: row
+    real(dp), intent(out) :: spent
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: most = 9
+    type(monodromy_type) :: coarse
+    type(multipliers_type) :: its_multipliers
+    type(periodic_solution_type) :: its_solution
+    real(dp) :: times(most), reach
+    integer(int64) :: begin, finish, rate
+    integer :: runs
+
+    coarse = converged
+    if (allocated(coarse%phi_change)) deallocate(coarse%phi_change)
+    coarse%nodes = mesh(frame, steps)
+    spent = 0
+    do runs = 1, most
+      call system_clock(begin, rate)
+      call period_map(frame, method, coarse%nodes, coarse%scale, coarse%phi, error, coarse%xp, reach)
+      call system_clock(finish)
+      times(runs) = real(finish - begin, dp) / rate
+      spent = spent + times(runs)
+      if (allocated(error)) return
+      if (runs >= 3 .and. spent > 0.02_dp) exit
+    end do
+    runs = min(runs, most)
+
+    row%method = method%name
+    row%order = method%order
+    row%steps = size(coarse%nodes) - 1
+    row%evaluations = row%steps * method%stages
+    row%seconds = median(times(:runs))
+    coarse%error = 0
+    call solve_multipliers(coarse, .false., its_multipliers, error)
+    if (.not. allocated(error)) call solve_periodic(coarse, its_solution, error)
+    if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, multipliers, solution, row)
+  end subroutine measure
+
+  !> The row of the reduction, if it applies: Phi(T) from its eigenvectors.
+  subroutine measure_reduction(frame, converged, multipliers, solution, trade)
+    class(frame_type), intent(in) :: frame
+    type(monodromy_type), intent(in) :: converged
+    type(multipliers_type), intent(in) :: multipliers
+    type(periodic_solution_type), intent(in) :: solution
+    type(trade_type), intent(inout) :: trade
+    integer, parameter :: runs = 3
+    type(trade_row_type) :: row
+    type(floquet_type) :: floquet
+    type(evidence_type) :: found
+    type(multipliers_type) :: its_multipliers
+    type(periodic_solution_type) :: its_solution
+    type(error_type), allocatable :: error
+    complex(dp), allocatable :: inverted(:, :)
+    real(dp) :: times(runs)
+    integer(int64) :: begin, finish, rate
+    integer :: k
+
+    do k = 1, runs
+      call system_clock(begin, rate)
+      call solve_floquet(frame, accuracy_type(tolerance=1.0e-12_dp, method="reduced"), .true., floquet, error)
+      call system_clock(finish)
+      times(k) = real(finish - begin, dp) / rate
+      if (allocated(error)) return
+    end do
+    call solve_multipliers(floquet, .true., its_multipliers, error)
+    if (.not. allocated(error)) call solve_periodic(floquet, its_solution, error)
+    if (.not. allocated(error)) call inverse(its_multipliers%vectors, inverted, error)
+    if (allocated(error)) return
+    call evidence(floquet, found)
+    row%method = "reduced"
+    row%steps = found%angles
+    row%evaluations = found%evaluations
+    row%seconds = median(times)
+    associate (v => its_multipliers%vectors, rho => its_multipliers%rho)
+      call compare(real(matmul(v * spread(rho, 1, size(rho)), inverted)), its_multipliers, its_solution, converged, multipliers, &
+        & solution, row)
+    end associate
+    trade%rows = [trade%rows, row]
+  end subroutine measure_reduction
+
+  !> The errors of a row. Multipliers that the converged solution has lost do not count.
+  subroutine compare(phi, its_multipliers, its_solution, converged, multipliers, solution, row)
+    real(dp), intent(in) :: phi(:, :)
+    type(multipliers_type), intent(in) :: its_multipliers, multipliers
+    type(periodic_solution_type), intent(in) :: its_solution, solution
+    type(monodromy_type), intent(in) :: converged
+    type(trade_row_type), intent(inout) :: row
+    integer :: n, k
+
+    n = size(phi, 1)
+    associate (d => converged%scale)
+      row%error_phi = norm2(balanced(phi - converged%phi, d)) / converged%norm
+      row%error_x0 = norm2((its_solution%x0 - solution%x0) / d) / max(norm2(solution%x0 / d), tiny(1.0_dp))
+    end associate
+    row%error_rho = maxval([(minval(abs(its_multipliers%rho - multipliers%rho(k))) / max(abs(multipliers%rho(k)), tiny(1.0_dp)), &
+      & k = 1, n)], mask=multipliers%error < 0.5_dp)
+  end subroutine compare
+
+  !> The quickest row whose errors of Phi(T) and x0 are at most `allowed`; 0 if there is none.
+  pure integer function cheapest(rows, allowed)
+    type(trade_row_type), intent(in) :: rows(:)
+    real(dp), intent(in) :: allowed
+
+    cheapest = minloc(rows%seconds, dim=1, mask=rows%error_phi <= allowed .and. rows%error_x0 <= allowed)
+  end function cheapest
+
+  !> The middle one of the values.
+  pure real(dp) function median(values)
+    real(dp), intent(in) :: values(:)
+    real(dp) :: sorted(size(values)), least
+    integer :: i, k
+
+    sorted = values
+    do i = 1, size(sorted)
+      k = i - 1 + minloc(sorted(i:), dim=1)
+      least = sorted(k)
+      sorted(k) = sorted(i)
+      sorted(i) = least
+    end do
+    median = sorted((size(sorted) + 1) / 2)
+  end function median
+
+end module gestell_task_trade

@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""Whether two builds of the program find the same: every CSV of every input in data/, cell by cell.
+
+usage: validation/same_digits.py BEFORE AFTER [input.nml ...]
+
+Words must be equal. Numbers may differ by the error that their table states for them: a column NAME_error, error_NAME or
+`error` of the row, else 1e-9 of the greatest in the column (numbers that rounding alone decides). Seconds are not compared.
+Columns may be added at the end. The last line counts tables with the same bytes, within the errors, and different.
+"""
+import csv
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parent.parent
+FLOOR = 1e-9
+
+
+def read(path):
+    """Lines of the preamble, names of the columns, rows of cells."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    head = [line for line in lines if line.startswith("#")]
+    rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+    return head, rows[0], rows[1:]
+
+
+def number(cell):
+    """The number in a cell, None for a word."""
+    try:
+        return float(cell)
+    except ValueError:
+        return None
+
+
+def error_of(names, row, k):
+    """The error that a row states for its column k; None where it states none."""
+    for name in (names[k] + "_error", "error_" + names[k], "error"):
+        if name in names and name != names[k]:
+            value = number(row[names.index(name)])
+            return abs(value) if value is not None and math.isfinite(value) else None
+    return None
+
+
+def differences(before, after):
+    """What differs between two tables, in words."""
+    (head, names, rows), (new_head, new_names, new_rows) = read(before), read(after)
+    if head != new_head:
+        yield "preamble: " + "; ".join(line for line in head + new_head if (line in head) != (line in new_head))
+    if new_names[:len(names)] != names:
+        yield f"columns {names} are now {new_names}"
+        return
+    if len(rows) != len(new_rows):
+        yield f"{len(rows)} rows are now {len(new_rows)}"
+        return
+    for k, name in enumerate(names):
+        if name == "seconds":
+            continue
+        greatest = max((abs(x) for x in (number(row[k]) for row in rows) if x is not None and math.isfinite(x)), default=0)
+        worst, told = 0, ""
+        for i, (row, new) in enumerate(zip(rows, new_rows), 1):
+            if row[k] == new[k]:
+                continue
+            a, b = number(row[k]), number(new[k])
+            if a is None or b is None or not (math.isfinite(a) and math.isfinite(b)):
+                yield f"{name}, row {i}: {row[k]} is now {new[k]}"
+                break
+            allowed = max(error_of(names, row, k) or 0, error_of(names, new, k) or 0, FLOOR * greatest)
+            if "error" in name:  # an estimate may move within its own size
+                allowed = max(allowed, 0.1 * max(abs(a), abs(b)))
+            if abs(a - b) > allowed and abs(a - b) > worst * allowed:
+                worst, told = abs(a - b) / allowed if allowed else math.inf, f"{name}, row {i}: {row[k]} is now {new[k]}"
+        if told:
+            yield told + f" ({worst:.2g} times what is allowed)"
+
+
+def main():
+    """Runs both programs on all inputs and tells what differs."""
+    programs = [Path(name).resolve() for name in sys.argv[1:3]]
+    inputs = [Path(name).resolve() for name in sys.argv[3:]] or sorted((CHECKOUT / "data").glob("*.nml"))
+    same = within = different = 0
+    with tempfile.TemporaryDirectory() as scratch:
+        for case in inputs:
+            folders = [Path(scratch, str(k), case.stem) for k in (0, 1)]
+            runs = [subprocess.Popen([program, case, "-q", "-o", folder], cwd=CHECKOUT, stderr=subprocess.PIPE, text=True)
+                    for program, folder in zip(programs, folders)]
+            said = [run.communicate()[1] for run in runs]
+            if runs[0].returncode != runs[1].returncode or said[0] != said[1]:
+                print(f"{case.name}: exit {runs[0].returncode} {said[0]!r} is now {runs[1].returncode} {said[1]!r}")
+                different += 1
+            tables = [{path.name for path in folder.glob("*.csv")} for folder in folders]
+            for name in sorted(tables[0] ^ tables[1]):
+                print(f"{case.stem}/{name}: written by {'the first' if name in tables[0] else 'the second'} only")
+                different += 1
+            for name in sorted(tables[0] & tables[1]):
+                before, after = (folder / name for folder in folders)
+                if before.read_bytes() == after.read_bytes():
+                    same += 1
+                    continue
+                found = list(differences(before, after))
+                within, different = within + (not found), different + bool(found)
+                for line in found:
+                    print(f"{case.stem}/{name}: {line}")
+    print(f"{same} tables the same, {within} within the errors, {different} different")
+    return 1 if different or not same + within else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
