@@ -2,9 +2,8 @@
 module gestell_task_drawing_csv
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_output_table_csv, only: write_table
+  use gestell_output_table_csv, only: field, write_table
   use gestell_task_drawing_plot, only: plot_mechanism
-  use gestell_task_sweep_csv, only: field
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_frame_quantity, only: probe_type

@@ -9,7 +9,7 @@ module gestell_task_sweep_csv
   implicit none (type, external)
   private
 
-  public :: case_lines, field, header, rows
+  public :: case_lines, header, rows
 
   character, parameter :: newline = new_line("a")
 
