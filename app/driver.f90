@@ -19,7 +19,8 @@ module driver
   use gestell_task_boundary_report, only: report_borders, report_search
   use gestell_task_drawing_report, only: report_mechanism
   use gestell_task_sweep_report, only: report_grid, report_sweep
-  use gestell_input_schema, only: input_schema, schema_type
+  use gestell_input_schema, only: schema_type
+  use gestell_task_keys, only: input_schema
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_task_sweep_summary, only: summary_type
   use gestell_base_wording, only: counted, on_one_line

@@ -7,7 +7,7 @@ module boundary_families
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: read_document
   use gestell_input_schema_path, only: set_path_real, set_value
-  use gestell_input_schema, only: input_schema
+  use gestell_task_keys, only: input_schema
   use gestell_study_family, only: family_type
   use gestell_system_periodic, only: periodic_system
   use systems, only: constant_type, mathieu_type

@@ -132,8 +132,9 @@ def options(gestell):
 
 
 def keys():
-    schema = re.findall(r'key_rule\("(\w+)", "(\w+)"', text("src/input/schema/schema.f90"))
-    check("schema was read", len(schema) > 30)
+    sources = "".join(path.read_text() for path in sorted((ROOT / "src").rglob("*.f90")))
+    schema = re.findall(r'key_type\("(\w+)", "(\w+)"', sources)
+    check("schema was read", len(schema) > 60)
     document = text("doc/input.md")
     for group, key in schema:
         section = document.split(f"### `&{group}`")[-1].split("\n### ")[0]

@@ -2,14 +2,16 @@
 module namelist_helpers
   use testdrive, only: check, test_failed, test_error => error_type
   use gestell_base_error, only: error_type
+  use gestell_base_key, only: key_type, range_type, real_key
+  use gestell_base_kinds, only: dp
   use gestell_input_schema_check, only: check_document
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: parse_document
-  use gestell_input_schema, only: input_schema
+  use gestell_task_keys, only: input_schema
   implicit none (type, external)
   private
 
-  public :: read_checked, refused, check_message, check_passed
+  public :: read_checked, refused, check_message, check_passed, key
 
   character(len=*), parameter, public :: nl = new_line("a")
 
@@ -31,6 +33,22 @@ contains
     call parse_document(text, file, doc, failure)
     if (.not. allocated(failure)) call check_document(doc, input_schema(), failure)
   end subroutine read_checked
+
+  !> The record of a key as a test wants it, in a table of its own.
+  pure function key(name, rank, range, default, words)
+    character(len=*), intent(in) :: name
+    integer, intent(in), optional :: rank
+    type(range_type), intent(in), optional :: range
+    real(dp), intent(in), optional :: default
+    character(len=*), intent(in), optional :: words
+    type(key_type) :: key(1)
+
+    key = key_type("", name, real_key)
+    if (present(rank)) key%rank = rank
+    if (present(range)) key%range = range
+    if (present(default)) key%default = default
+    if (present(words)) key%words = words
+  end function key
 
   !> A text must be refused with this message, or, given `part`, with one that has this in it.
   subroutine refused(error, text, message, part)

@@ -3,8 +3,10 @@ module test_html
   use gestell_base_base64, only: base64
   use gestell_output_page_html, only: escaped
   use gestell_output_page_table, only: html_table, label
-  use gestell_input_schema_input_units, only: input_unit
-  use gestell_input_schema_units, only: units_type
+  use gestell_input_machine_frame, only: support_keys
+  use gestell_base_key, only: find_key, of_length
+  use gestell_task_keys, only: case_keys
+  use gestell_input_schema_units, only: unit_symbol, units_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -100,10 +102,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(units_type) :: units
 
-    units%length%name = "cm"
-    call check(error, input_unit("joint", "radius", units), "cm")
-    if (.not. allocated(error)) call check(error, input_unit("support", "angle", units), "deg")
-    if (.not. allocated(error)) call check(error, input_unit("case", "title", units), "")
+    units%of(of_length)%name = "cm"
+    call check(error, unit_symbol(support_keys(find_key(support_keys, "position")), 1, units), "cm")
+    if (.not. allocated(error)) call check(error, unit_symbol(support_keys(find_key(support_keys, "angle")), 0, units), "deg")
+    if (.not. allocated(error)) call check(error, unit_symbol(case_keys(find_key(case_keys, "title")), 0, units), "")
   end subroutine test_units
 
 end module test_html

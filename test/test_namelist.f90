@@ -2,11 +2,12 @@
 module test_namelist
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
   use gestell_base_error, only: error_type
+  use gestell_base_key, only: positive, nonnegative, nonzero
   use gestell_base_kinds, only: dp
+  use gestell_input_schema_read, only: count_values, read
   use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names, has, word_length
-  use gestell_input_schema_get, only: get, positive, nonnegative, nonzero, count_values
   use gestell_input_namelist, only: read_document
-  use namelist_helpers, only: read_checked, refused, check_message, check_passed, nl, file, rest, one_joint
+  use namelist_helpers, only: key, read_checked, refused, check_message, check_passed, nl, file, rest, one_joint
   implicit none (type, external)
   private
 
@@ -50,13 +51,13 @@ contains
     call read_checked(complete, doc, failure)
     call check_passed(error, failure)
     if (allocated(error)) return
-    call get(the_group(doc, "drive"), "speed_rpm", x, failure, must=nonzero)
+    call read(the_group(doc, "drive"), key("speed_rpm", range=nonzero), "speed_rpm", x, failure)
     call check(error, x, 240.0_dp)
     if (allocated(error)) return
-    call get(the_group(doc, "case"), "title", text, failure)
+    call read(the_group(doc, "case"), key("title"), "title", text, failure)
     call check(error, text, "Four-bar")
     if (allocated(error)) return
-    call get(the_group(doc, "case"), "tasks", texts, failure)
+    call read(the_group(doc, "case"), key("tasks"), "tasks", texts, failure)
     call check(error, size(texts) == 2 .and. texts(1) == "stability" .and. texts(2) == "response")
     if (allocated(error)) return
     joints = groups_named(doc, "joint")
@@ -68,10 +69,10 @@ contains
     if (allocated(error)) return
     call check(error, joints(2)%line, 4)
     if (allocated(error)) return
-    call get(joints(2), "lengths", pair, failure, must=positive)
+    call read(joints(2), key("lengths", rank=1, range=positive), "lengths", pair, failure)
     call check(error, all(abs(pair - [0.37_dp, 0.16_dp]) <= 0.0_dp))
     if (allocated(error)) return
-    call get(joints(2), "branch", branch, failure)
+    call read(joints(2), key("branch"), "branch", branch, failure)
     call check(error, branch, 1)
     if (allocated(error)) return
     call check(error, has(joints(1), "position") .and. .not. has(joints(2), "position"))
@@ -79,13 +80,13 @@ contains
     call check(error, count_values(joints(2), "ends") == 2 .and. count_values(joints(1), "ends") == 0)
     if (allocated(error)) return
     ! defaults, of a group that the file has and of one that it has not
-    call get(joints(2), "offset", pair, failure, default=-1.0_dp)
+    call read(joints(2), key("offset", rank=1, default=-1.0_dp), "offset", pair, failure)
     call check(error, all(abs(pair + 1) <= 0.0_dp))
     if (allocated(error)) return
-    call get(the_group(doc, "accuracy"), "method", text, failure, default="auto")
+    call read(the_group(doc, "accuracy"), key("method"), "method", text, failure, default="auto")
     call check(error, text, "auto")
     if (allocated(error)) return
-    call get(the_group(doc, "response"), "points", branch, failure, default=360)
+    call read(the_group(doc, "response"), key("points", default=360.0_dp), "points", branch, failure)
     call check(error, branch, 360)
   end subroutine test_values
 
@@ -120,8 +121,8 @@ contains
     call read_checked(text // nl // "&frame/" // one_joint, doc, failure)
     call check_passed(error, failure)
     if (allocated(error)) return
-    call get(the_group(doc, "drive"), "speed_rpm", speed, failure)
-    call get(the_group(doc, "case"), "title", title, failure)
+    call read(the_group(doc, "drive"), key("speed_rpm"), "speed_rpm", speed, failure)
+    call read(the_group(doc, "case"), key("title"), "title", title, failure)
     call check(error, abs(speed - 240) <= 0.0_dp .and. title == "it's", "wrong values from " // text)
   end subroutine same
 
@@ -155,7 +156,7 @@ contains
     call read_checked("&frame mass=" // text // "/" // rest, doc, failure)
     call check_passed(error, failure)
     if (allocated(error)) return
-    call get(the_group(doc, "frame"), "mass", x, failure)
+    call read(the_group(doc, "frame"), key("mass"), "mass", x, failure)
     call check(error, abs(x - expected) <= 0.0_dp, "wrong number from " // text)
   end subroutine number
 
@@ -169,28 +170,29 @@ contains
       // "&support stiffness(2)=5, stiffness (1) = 4/" // nl // "&support damping(2)=3/" // rest, doc, failure)
     call check_passed(error, failure)
     if (allocated(error)) return
-    call get(the_group(doc, "foundation"), "stiffness", matrix, failure, default=0.0_dp)
+    call read(the_group(doc, "foundation"), key("stiffness", rank=2, default=0.0_dp), "stiffness", matrix, failure)
     call check(error, nint(matrix(3, 1)) == 3 .and. nint(matrix(1, 2)) == 4 .and. nint(matrix(2, 3)) == 7)
     if (allocated(error)) return
     associate (supports => groups_named(doc, "support"))
-      call get(supports(1), "stiffness", pair, failure)
+      call read(supports(1), key("stiffness", rank=1), "stiffness", pair, failure)
       call check(error, all(nint(pair) == [4, 5]))
       if (.not. allocated(error)) then
-        call get(supports(2), "damping", pair, failure, default=0.0_dp)
+        call read(supports(2), key("damping", rank=1, default=0.0_dp), "damping", pair, failure)
         call check(error, all(nint(pair) == [0, 3]))
       end if
       if (.not. allocated(error)) then
-        call get(supports(2), "damping", pair, failure)
+        call read(supports(2), key("damping", rank=1), "damping", pair, failure)
         call check_message(error, failure, "in.nml:2: &support 2: damping(1): must be given")
       end if
     end associate
     if (allocated(error)) return
 
     call read_checked("&frame/ &foundation stiffness(1,3) = -2.5 /" // rest, doc, failure)
-    call get(the_group(doc, "foundation"), "stiffness", matrix, failure, default=0.0_dp)
+    call read(the_group(doc, "foundation"), key("stiffness", rank=2, default=0.0_dp), "stiffness", matrix, failure)
     call check(error, abs(matrix(1, 3) + 2.5_dp) <= 0.0_dp .and. count(abs(matrix) > 0) == 1)
     if (allocated(error)) return
-    call get(the_group(doc, "foundation"), "stiffness", matrix, failure, default=0.0_dp, must=nonnegative)
+    call read(the_group(doc, "foundation"), key("stiffness", rank=2, default=0.0_dp, range=nonnegative), &
+      & "stiffness", matrix, failure)
     call check_message(error, failure, "in.nml:1: &foundation: stiffness(1,3) = -2.5: must not be negative")
   end subroutine test_subscripts
 

@@ -2,12 +2,13 @@
 module test_namelist_errors
   use testdrive, only: new_unittest, unittest_type, test_error => error_type
   use gestell_base_error, only: error_type
+  use gestell_base_key, only: positive, nonnegative, nonzero, range_type
   use gestell_base_kinds, only: dp
+  use gestell_input_schema_read, only: read
   use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names, word_length
-  use gestell_input_schema_get, only: get, positive, nonnegative, nonzero, at_least
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
-  use namelist_helpers, only: read_checked, refused, check_message, check_passed, nl, rest, one_joint
+  use namelist_helpers, only: key, read_checked, refused, check_message, check_passed, nl, rest, one_joint
   implicit none (type, external)
   private
 
@@ -189,25 +190,25 @@ contains
     call check_passed(error, failure)
     if (allocated(error)) return
     joints = groups_named(doc, "joint")
-    call get(joints(2), "lengths", pair, failure, must=positive)
+    call read(joints(2), key("lengths", rank=1, range=positive), "lengths", pair, failure)
     call check_message(error, failure, "in.nml:3: &joint 'B': lengths(2) = -0.16: must be positive")
-    call get(joints(2), "lengths", pair(:1), failure)
+    call read(joints(2), key("lengths", rank=1), "lengths", pair(:1), failure)
     call check_message(error, failure, "in.nml:3: &joint 'B': lengths = 0.37, -0.16: needs 1 value, has 2")
-    call get(joints(2), "radius", x, failure, must=positive)
+    call read(joints(2), key("radius", range=positive), "radius", x, failure)
     call check_message(error, failure, "in.nml:4: &joint 'B': radius = 0d0: must be positive")
-    call get(joints(2), "radius", x, failure, must=nonzero)
+    call read(joints(2), key("radius", range=nonzero), "radius", x, failure)
     call check_message(error, failure, "in.nml:4: &joint 'B': radius = 0d0: must not be zero")
-    call get(the_group(doc, "frame"), "mass", x, failure, must=nonnegative)
+    call read(the_group(doc, "frame"), key("mass", range=nonnegative), "mass", x, failure)
     call check_message(error, failure, "in.nml:4: &frame: mass = -1e-3: must not be negative")
-    call get(joints(2), "branch", n, failure, must=at_least(2))
+    call read(joints(2), key("branch", range=range_type(least=2.0_dp)), "branch", n, failure)
     call check_message(error, failure, "in.nml:3: &joint 'B': branch = +0: must be at least 2")
-    call get(joints(2), "pivot", text, failure)
+    call read(joints(2), key("pivot"), "pivot", text, failure)
     call check_message(error, failure, "in.nml:2: &joint 'B': pivot: must be given")
-    call get(joints(2), "type", text, failure, allowed=[character(len=6) :: "ground", "crank", "RRR"])
+    call read(joints(2), key("type", words="ground, crank, RRR"), "type", text, failure)
     call check_message(error, failure, "in.nml:2: &joint 'B': type = 'RRr': unknown; did you mean 'RRR'?")
-    call get(the_group(doc, "case"), "tasks", texts, failure, allowed=[character(len=9) :: "stability", "modes"])
+    call read(the_group(doc, "case"), key("tasks", words="stability, modes"), "tasks", texts, failure)
     call check_message(error, failure, "in.nml:4: &case: tasks(2) = 'stabilty': unknown; did you mean 'stability'?")
-    call get(the_group(doc, "accuracy"), "tolerance", x, failure)
+    call read(the_group(doc, "accuracy"), key("tolerance"), "tolerance", x, failure)
     call check_message(error, failure, "in.nml: &accuracy: tolerance: must be given")
     call input_error(joints(2), "ends", "unknown joint" // suggestion("B0", group_names(joints)), failure, 2)
     call check_message(error, failure, "in.nml:4: &joint 'B': ends(2) = 'B0': unknown joint; did you mean 'B'?")

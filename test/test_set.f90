@@ -2,15 +2,16 @@
 module test_set
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
   use gestell_base_error, only: error_type, invalid_input, wrong_usage
+  use gestell_base_key, only: positive, nonnegative
   use gestell_base_kinds, only: dp
   use gestell_input_schema_check, only: check_document
+  use gestell_input_schema_read, only: read
   use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, word_length
-  use gestell_input_schema_get, only: get, positive, nonnegative
   use gestell_input_namelist, only: parse_document
   use gestell_input_schema_path, only: set_value, get_path, set_path_real
-  use gestell_input_schema, only: input_schema
+  use gestell_task_keys, only: input_schema
   use gestell_input_namelist_suggest, only: suggestion
-  use namelist_helpers, only: read_checked, check_message, check_passed, file, rest
+  use namelist_helpers, only: key, read_checked, check_message, check_passed, file, rest
   implicit none (type, external)
   private
 
@@ -65,16 +66,16 @@ contains
     call get_path(doc, input_schema(), "foundation.stiffness(2,3)", values, failure)
     call check(error, size(values) == 1 .and. nint(values(1)) == 6)
     if (allocated(error)) return
-    call get(the_group(doc, "accuracy"), "steps", n, failure)
+    call read(the_group(doc, "accuracy"), key("steps"), "steps", n, failure)
     call check(error, n, 64)
     if (allocated(error)) return
-    call get(the_group(doc, "accuracy"), "method", text, failure)
+    call read(the_group(doc, "accuracy"), key("method"), "method", text, failure)
     call check(error, text, "gauss6")
     if (allocated(error)) return
-    call get(the_group(doc, "case"), "title", text, failure)
+    call read(the_group(doc, "case"), key("title"), "title", text, failure)
     call check(error, text, "a, b = c")
     if (allocated(error)) return
-    call get(the_group(doc, "frame"), "dof", texts, failure)
+    call read(the_group(doc, "frame"), key("dof"), "dof", texts, failure)
     call check(error, size(texts) == 2 .and. texts(1) == "xi" .and. texts(2) == "eta")
     if (allocated(error)) return
 
@@ -90,10 +91,10 @@ contains
     ! later checks know where the value came from
     call set(error, doc, "support(1).damping=-1,0")
     allocate(supports, source=groups_named(doc, "support"))
-    call get(supports(1), "damping", pair, failure, must=nonnegative)
+    call read(supports(1), key("damping", rank=1, range=nonnegative), "damping", pair, failure)
     call check_message(error, failure, "--set support(1).damping=-1,0: must not be negative")
     call set_path_real(doc, input_schema(), "frame.mass", -2.0_dp, failure)
-    call get(the_group(doc, "frame"), "mass", x, failure, must=positive)
+    call read(the_group(doc, "frame"), key("mass", range=positive), "mass", x, failure)
     call check_message(error, failure, "at frame.mass=-2.0000000000000000E+000: must be positive")
   end subroutine test_assignments
 

@@ -6,7 +6,7 @@ module library_values
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: read_document
   use gestell_input_schema_path, only: set_path_real
-  use gestell_input_schema, only: input_schema
+  use gestell_task_keys, only: input_schema
   implicit none (type, external)
   private
 

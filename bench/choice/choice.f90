@@ -11,7 +11,8 @@ program choice
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: read_document
   use gestell_input_schema_path, only: set_value
-  use gestell_input_schema, only: input_schema, schema_type
+  use gestell_input_schema, only: schema_type
+  use gestell_task_keys, only: input_schema
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
 

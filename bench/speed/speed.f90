@@ -17,7 +17,8 @@ program speed
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: read_document
   use gestell_input_schema_path, only: set_value
-  use gestell_input_schema, only: input_schema, schema_type
+  use gestell_input_schema, only: schema_type
+  use gestell_task_keys, only: input_schema
   use library_calls, only: map_with_steps, solve_to_tolerance
   use, intrinsic :: iso_fortran_env, only: int64, output_unit
   implicit none (type, external)

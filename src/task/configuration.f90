@@ -2,25 +2,27 @@
 module gestell_task_configuration
   use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_part, only: ways
   use gestell_input_namelist_document, only: document_type, group_type, the_group, word_length
   use gestell_input_schema_fingerprint, only: content_of
   use gestell_input_machine_frame, only: read_frame
-  use gestell_input_schema_get, only: at_least, get, positive
+  use gestell_input_machine_groups, only: read_units
+  use gestell_input_schema_read, only: read
   use gestell_input_machine_mechanism, only: read_mechanism
   use gestell_input_namelist_message, only: input_error
   use gestell_input_machine_quantities, only: read_probes, read_quantities
-  use gestell_input_schema, only: input_schema, schema_type
+  use gestell_input_schema, only: schema_type
+  use gestell_task_keys, only: accuracy_keys, case_keys, input_schema, model_keys
+  use gestell_task_resonance_keys, only: resonance_keys
+  use gestell_task_response_keys, only: response_keys
+  use gestell_task_sensitivity_keys, only: sensitivity_keys
   use gestell_task_sensitivity_plan, only: read_sensitivity, sensitivity_plan_type
   use gestell_task_sweep_plan, only: read_borders, read_sweep, read_speeds, sweep_plan_type
-  use gestell_input_schema_units, only: find_unit, unit_names, unit_type, units_type
+  use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: drive_columns, mechanism_type
   use gestell_model_frame_quantity, only: accelerations, guide_forces, probe_type, quantity_type, velocities
-  use gestell_study_frame_model, only: frame_models
   use gestell_study_vibration_analysis, only: tasks_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -62,11 +64,6 @@ module gestell_task_configuration
     procedure :: over_speed
     procedure :: result_names
   end type configuration_type
-
-  character(len=*), parameter :: task_names(*) = [character(len=11) :: "stability", "modes", "response", "trade", "sweep", &
-    & "boundary", "forces", "power", "drawing", "resonance", "critical", "campbell", "sensitivity"]
-  character(len=*), parameter :: coefficient_names(*) = [character(len=8) :: "periodic", "averaged"]
-  character(len=*), parameter :: vibrations_names(*) = [character(len=3) :: "one", "all"]
 
 contains
 
@@ -161,13 +158,11 @@ contains
     logical :: known
 
     associate (frame => configuration%frame, probes => configuration%probes, tasks => configuration%tasks)
-      call read_quantities(doc, "resonance", frame, probes, .true., configuration%quantities, error)
+      call read_quantities(doc, resonance_keys, frame, probes, .true., configuration%quantities, error)
       if (allocated(error)) return
-      call read_quantities(doc, "sensitivity", frame, probes, .false., configuration%sensitive, error)
+      call read_quantities(doc, sensitivity_keys, frame, probes, .false., configuration%sensitive, error)
       if (allocated(error)) return
-      call get(the_group(doc, "resonance"), "orders", configuration%orders, error, default=6, must=at_least(1))
-      if (allocated(error)) return
-      call at_most(the_group(doc, "resonance"), "orders", configuration%orders, 50, error)
+      call read(the_group(doc, "resonance"), resonance_keys, "orders", configuration%orders, error)
       if (allocated(error)) return
       if (configuration%forces) tasks%rows = merge(velocities, guide_forces, size(frame%free) == 3)
       if (size(probes) > 0 .and. tasks%response) tasks%rows = max(tasks%rows, accelerations)
@@ -202,9 +197,9 @@ contains
     character(len=:), allocatable :: coefficients, model, vibrations
 
     group = the_group(doc, "case")
-    call get(group, "title", configuration%title, error, default="")
+    call read(group, case_keys, "title", configuration%title, error)
     if (allocated(error)) return
-    call get(group, "tasks", tasks, error, default=[character(len=9) :: "stability", "response"], allowed=task_names)
+    call read(group, case_keys, "tasks", tasks, error)
     if (allocated(error)) return
     configuration%tasks%stability = any(tasks == "stability")
     configuration%tasks%modes = any(tasks == "modes")
@@ -222,28 +217,22 @@ contains
     configuration%tasks%verdict = configuration%sensitivity
 
     group = the_group(doc, "response")
-    call get(group, "points", configuration%tasks%points, error, default=360, must=at_least(1))
-    if (allocated(error)) return
-    call get(group, "harmonics", configuration%tasks%harmonics, error, default=20, must=at_least(0))
-    if (allocated(error)) return
-    call at_most(group, "points", configuration%tasks%points, 1000000, error)
-    if (allocated(error)) return
-    call at_most(group, "harmonics", configuration%tasks%harmonics, 8000, error)
+    call read(group, response_keys, "points", configuration%tasks%points, error)
+    if (.not. allocated(error)) call read(group, response_keys, "harmonics", configuration%tasks%harmonics, error)
     if (allocated(error)) return
 
     group = the_group(doc, "model")
-    call get(group, "coefficients", coefficients, error, default="periodic", allowed=coefficient_names)
+    call read(group, model_keys, "coefficients", coefficients, error)
     if (allocated(error)) return
     configuration%tasks%averaged = coefficients == "averaged"
-    call get(group, "frame", model, error, default=trim(merge("rest ", "exact", configuration%tasks%averaged)), &
-      & allowed=frame_models)
+    call read(group, model_keys, "frame", model, error, default=trim(merge("rest ", "exact", configuration%tasks%averaged)))
     if (allocated(error)) return
     configuration%tasks%model = model
     if (configuration%tasks%averaged .and. model /= "rest") then
       call input_error(group, "coefficients", "'averaged' is a simplification of frame='rest'", error)
       return
     end if
-    call get(group, "vibrations", vibrations, error, default="one", allowed=vibrations_names)
+    call read(group, model_keys, "vibrations", vibrations, error)
     if (allocated(error)) return
     configuration%tasks%all_vibrations = vibrations == "all"
     if (configuration%tasks%all_vibrations .and. model /= "exact") then
@@ -253,61 +242,14 @@ contains
 
     group = the_group(doc, "accuracy")
     associate (accuracy => configuration%accuracy)
-      call get(group, "tolerance", accuracy%tolerance, error, default=1.0e-9_dp, must=positive)
-      if (allocated(error)) return
-      if (accuracy%tolerance < 1.0e-15_dp .or. accuracy%tolerance > 0.1_dp) then
-        call input_error(group, "tolerance", "must lie between 1e-15 and 0.1", error)
-        return
-      end if
-      call get(group, "method", accuracy%method, error, default="auto", allowed=ways())
-      if (allocated(error)) return
-      call get(group, "steps", accuracy%steps, error, default=0, must=at_least(0))
-      if (allocated(error)) return
-      call at_most(group, "steps", accuracy%steps, 1048576, error)
+      call read(group, accuracy_keys(), "tolerance", accuracy%tolerance, error)
+      if (.not. allocated(error)) call read(group, accuracy_keys(), "method", accuracy%method, error)
+      if (.not. allocated(error)) call read(group, accuracy_keys(), "steps", accuracy%steps, error)
       if (allocated(error)) return
       if (accuracy%steps > 0 .and. accuracy%method == "reduced") then
         call input_error(group, "steps", "method 'reduced' has no steps", error)
       end if
     end associate
   end subroutine read_orders
-
-  subroutine at_most(group, key, value, limit, error)
-    type(group_type), intent(in) :: group
-    character(len=*), intent(in) :: key
-    integer, intent(in) :: value, limit
-    type(error_type), allocatable, intent(out) :: error
-
-    if (value > limit) call input_error(group, key, "must be at most " // text(limit), error)
-  end subroutine at_most
-
-  !> The units in use.
-  subroutine read_units(doc, units, error)
-    type(document_type), intent(in) :: doc
-    type(units_type), intent(out) :: units
-    type(error_type), allocatable, intent(out) :: error
-
-    call read_unit(doc, "length", units%length, error)
-    if (.not. allocated(error)) call read_unit(doc, "mass", units%mass, error)
-    if (.not. allocated(error)) call read_unit(doc, "inertia", units%inertia, error)
-    if (.not. allocated(error)) call read_unit(doc, "stiffness", units%stiffness, error)
-    if (.not. allocated(error)) call read_unit(doc, "force", units%force, error)
-    if (.not. allocated(error)) call read_unit(doc, "moment", units%moment, error)
-    if (.not. allocated(error)) call read_unit(doc, "damping", units%damping, error)
-    if (.not. allocated(error)) call read_unit(doc, "rotary_damping", units%rotary_damping, error)
-    if (.not. allocated(error)) call read_unit(doc, "angle", units%angle, error)
-  end subroutine read_units
-
-  subroutine read_unit(doc, quantity, unit, error)
-    type(document_type), intent(in) :: doc
-    character(len=*), intent(in) :: quantity
-    type(unit_type), intent(out) :: unit
-    type(error_type), allocatable, intent(out) :: error
-    character(len=12), allocatable :: names(:)
-    character(len=:), allocatable :: name
-
-    allocate(names, source=unit_names(quantity))
-    call get(the_group(doc, "units"), quantity, name, error, default=names(1), allowed=names)
-    if (.not. allocated(error)) unit = find_unit(quantity, name)
-  end subroutine read_unit
 
 end module gestell_task_configuration

@@ -9,7 +9,9 @@ module gestell_task_page
   use gestell_base_files, only: file_size
   use gestell_output_page_html, only: cell, escaped, head, row, tail
   use gestell_output_page_table, only: html_table
-  use gestell_input_schema_input_units, only: input_unit
+  use gestell_input_schema, only: find_key_rule, schema_type
+  use gestell_input_schema_units, only: unit_symbol
+  use gestell_task_keys, only: input_schema
   use gestell_input_namelist_message, only: typed
   use gestell_output_file_output, only: open_output, output_type
   use, intrinsic :: iso_fortran_env, only: int64
@@ -204,8 +206,10 @@ contains
     type(group_type), intent(in) :: group
     character(len=:), allocatable :: words
     character(len=:), allocatable :: heading, line
+    type(schema_type) :: schema
     integer :: i, equals
 
+    schema = input_schema()
     heading = "&" // group%name
     if (len(name_of(group)) > 0) then
       heading = heading // " " // name_of(group)
@@ -219,7 +223,7 @@ contains
         line = typed(entry)
         equals = index(line, " = ")
         words = words // row(cell("row", heading) // cell("td", entry%key) // cell("td", line(equals + 3:)) &
-          & // cell("td", input_unit(group%name, entry%key, configuration%units)))
+          & // cell("td", unit_symbol(schema%keys(find_key_rule(schema, group%name, entry%key)), 0, configuration%units, .true.)))
         heading = ""
       end associate
     end do

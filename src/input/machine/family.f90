@@ -8,7 +8,7 @@ module gestell_input_machine_family
   use gestell_input_schema_locate, only: find_target, target_type
   use gestell_input_machine_mechanism, only: read_mechanism
   use gestell_input_schema_path, only: set_path_real
-  use gestell_input_schema, only: schema_type
+  use gestell_input_schema, only: find_group_rule, mechanism_group, option_group, schema_type
   use gestell_base_wording, only: lower
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type
@@ -18,7 +18,7 @@ module gestell_input_machine_family
   implicit none (type, external)
   private
 
-  public :: moves_mechanism, new_document_family, new_relative_family
+  public :: new_document_family, new_relative_family
 
   !> A number of the document that a parameter stands for.
   type :: place_type
@@ -43,10 +43,6 @@ module gestell_input_machine_family
     procedure :: check
   end type document_family_type
 
-  character(len=*), parameter :: frame_groups(*) = [character(len=10) :: "drive", "frame", "support", "foundation", &
-    & "gravity"]
-  character(len=*), parameter :: mechanism_groups(*) = [character(len=14) :: "joint", "link", "mass_functions"]
-
 contains
 
   !> The family of a checked document in which `paths`, known to be sound, become parameters; `start` is any sound value of
@@ -61,7 +57,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: k
 
-    call begin(family, doc, units, paths, error)
+    call begin(family, doc, schema, units, paths, error)
     if (allocated(error)) return
     do k = 1, size(paths)
       call set_path_real(family%doc, schema, trim(paths(k)), start(k), error)
@@ -85,7 +81,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: k
 
-    call begin(family, doc, units, paths, error)
+    call begin(family, doc, schema, units, paths, error)
     family%relative = .true.
     do k = 1, size(paths)
       if (.not. allocated(error)) call add_places(family, schema, k, trim(paths(k)), error)
@@ -93,9 +89,10 @@ contains
   end subroutine new_relative_family
 
   !> What is the same in both: the groups that are read again, and the mechanism where it stays.
-  subroutine begin(family, doc, units, paths, error)
+  subroutine begin(family, doc, schema, units, paths, error)
     type(document_family_type), intent(inout) :: family
     type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
     type(units_type), intent(in) :: units
     character(len=*), intent(in) :: paths(:)
     type(error_type), allocatable, intent(out) :: error
@@ -104,7 +101,7 @@ contains
 
     family%units = units
     allocate(family%places(0))
-    moves = any([(moves_mechanism(paths(k)), k = 1, size(paths))])
+    moves = any([(about(schema, lower(paths(k)(:scan(paths(k) // ".", "(.") - 1))) == mechanism_group, k = 1, size(paths))])
     if (.not. moves) then
       call read_mechanism(doc, units, family%mechanism, error)
       if (allocated(error)) return
@@ -114,26 +111,32 @@ contains
         if (allocated(error)) return
       end if
     end if
-    call select_groups(doc, moves, family%doc)
+    call select_groups(doc, schema, moves, family%doc)
   end subroutine begin
 
-  !> Whether a path names a key of the mechanism.
-  pure logical function moves_mechanism(path)
-    character(len=*), intent(in) :: path
+  !> What a group is about.
+  pure integer function about(schema, group)
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: group
+    integer :: i
 
-    moves_mechanism = any(mechanism_groups == lower(path(:scan(path // ".", "(.") - 1)))
-  end function moves_mechanism
+    about = option_group
+    i = find_group_rule(schema, group)
+    if (i > 0) about = schema%groups(i)%about
+  end function about
 
   !> The groups of `doc` from which a member is read.
-  pure subroutine select_groups(doc, mechanism, selected)
+  pure subroutine select_groups(doc, schema, mechanism, selected)
     type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
     logical, intent(in) :: mechanism
     type(document_type), intent(out) :: selected
     integer :: i, n
     logical :: wanted(size(doc%groups))
 
     do i = 1, size(doc%groups)
-      wanted(i) = any(frame_groups == doc%groups(i)%name) .or. (mechanism .and. any(mechanism_groups == doc%groups(i)%name))
+      wanted(i) = about(schema, doc%groups(i)%name) /= option_group .and. &
+        & (mechanism .or. about(schema, doc%groups(i)%name) /= mechanism_group)
     end do
     selected%file = doc%file
     selected%normalised = doc%normalised

@@ -1,10 +1,12 @@
 !> Drive, frame and mounting of an input file.
 module gestell_input_machine_frame
   use gestell_base_error, only: error_type
+  use gestell_base_key, only: key_type, nonnegative, nonzero, of_angle, of_damping, of_damping_diagonal, of_inertia, of_length, &
+    & of_mass, of_stiffness, of_stiffness_matrix, positive, real_key, text_key
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, the_group, word_length
-  use gestell_input_schema_get, only: count_values, get, nonnegative, nonzero, positive
+  use gestell_input_schema_read, only: count_values, read
   use gestell_input_machine_mechanism, only: name_line
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_schema_units, only: units_type
@@ -18,6 +20,45 @@ module gestell_input_machine_frame
   private
 
   public :: read_drive_and_frame, read_frame
+
+  type(key_type), parameter, public :: drive_keys(*) = [ &
+    & key_type("drive", "speed_rpm", real_key, "crank speed, counter-clockwise positive", required=.true., symbol="1/min", &
+    &   range=nonzero), &
+    & key_type("drive", "held_by", text_key, "who holds this speed, see below", word="motor", words=trim(holders(1)) // ", " // &
+    &   trim(holders(2)) // ", " // trim(holders(3))), &
+    & key_type("drive", "flywheel_inertia", real_key, "with `held_by='flywheel'` only: what the flywheel has beyond the " // &
+    &   "links, about the crank's axis; then the task `power` tells how evenly it turns", otherwise="none", unit=of_inertia, &
+    &   range=positive)]
+
+  type(key_type), parameter, public :: frame_keys(*) = [ &
+    & key_type("frame", "mass", real_key, "m_F", unit=of_mass, range=positive), &
+    & key_type("frame", "inertia", real_key, "J_F about the frame's centre of mass F", unit=of_inertia, range=positive), &
+    & key_type("frame", "origin", real_key, "the mechanism's origin O in the frame's system, whose origin is F", 1, 2, 2, &
+    &   unit=of_length), &
+    & key_type("frame", "dof", text_key, "the degrees of freedom that are free; the others rest", 1, 1, 3, word="xi, eta, psi", &
+    &   words="xi, eta, psi")]
+
+  type(key_type), parameter, public :: support_keys(*) = [ &
+    & key_type("support", "position", real_key, "in the frame's system", 1, 2, 2, unit=of_length), &
+    & key_type("support", "stiffness", real_key, "along its two axes", 1, 2, 2, unit=of_stiffness, range=nonnegative, &
+    &   alike=.true.), &
+    & key_type("support", "damping", real_key, "along its two axes", 1, 2, 2, unit=of_damping, default=0.0_dp, &
+    &   range=nonnegative, alike=.true.), &
+    & key_type("support", "angle", real_key, "turns the two axes", unit=of_angle, default=0.0_dp), &
+    & key_type("support", "axes", text_key, "whether the axes stay in space or turn with the frame, see below", word="space", &
+    &   words="space, frame")]
+
+  type(key_type), parameter, public :: foundation_keys(*) = [ &
+    & key_type("foundation", "stiffness", real_key, "c_ij added to what the supports give, symmetric and nowhere negative", &
+    &   2, 9, 9, unit=of_stiffness_matrix, default=0.0_dp, rows=3), &
+    & key_type("foundation", "damping", real_key, "b_i added to the diagonal", 1, 3, 3, unit=of_damping_diagonal, &
+    &   default=0.0_dp, range=nonnegative)]
+
+  type(key_type), parameter, public :: gravity_keys(*) = [ &
+    & key_type("gravity", "acceleration", real_key, "of gravity; 0: as without the group", symbol="m/s^2", default=9.80665_dp, &
+    &   range=nonnegative), &
+    & key_type("gravity", "direction", real_key, "of the weights in the frame's axes: 0 along xi, -90 downwards against eta", &
+    &   unit=of_angle, default=-90.0_dp)]
 
   !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing.
   type, public :: frame_data_type
@@ -72,11 +113,9 @@ contains
     if (allocated(error)) return
 
     group = the_group(doc, "frame")
-    call get(group, "mass", data%mass, error, must=positive, unit=units%mass)
-    if (allocated(error)) return
-    call get(group, "inertia", data%inertia, error, must=positive, unit=units%inertia)
-    if (allocated(error)) return
-    call get(group, "origin", data%origin, error, unit=units%length)
+    call read(group, frame_keys, "mass", data%mass, error, units)
+    if (.not. allocated(error)) call read(group, frame_keys, "inertia", data%inertia, error, units)
+    if (.not. allocated(error)) call read(group, frame_keys, "origin", data%origin, error, units)
     if (allocated(error)) return
     call read_freedoms(group, data%free, error)
   end subroutine read_drive_and_frame
@@ -90,18 +129,18 @@ contains
     character(len=:), allocatable :: held_by
     real(dp) :: speed_rpm
 
-    call get(group, "speed_rpm", speed_rpm, error, must=nonzero)
+    call read(group, drive_keys, "speed_rpm", speed_rpm, error)
     if (allocated(error)) return
     if (abs(speed_rpm) < 1.0e-300_dp) then
       call input_error(group, "speed_rpm", "is too small", error)
       return
     end if
     data%speed = speed_rpm * 2 * pi / 60
-    call get(group, "held_by", held_by, error, default="motor", allowed=holders)
+    call read(group, drive_keys, "held_by", held_by, error)
     if (allocated(error)) return
     data%held_by = held_by
     if (count_values(group, "flywheel_inertia") == 0) return
-    call get(group, "flywheel_inertia", data%flywheel_inertia, error, must=positive, unit=units%inertia)
+    call read(group, drive_keys, "flywheel_inertia", data%flywheel_inertia, error, units)
     if (allocated(error)) return
     if (held_by /= "flywheel") call input_error(group, "flywheel_inertia", "needs held_by='flywheel'", error)
   end subroutine read_drive
@@ -116,7 +155,7 @@ contains
     integer :: i, k
 
     damping = 0
-    call get(group, "stiffness", stiffness, error, default=0.0_dp)
+    call read(group, foundation_keys, "stiffness", stiffness, error)
     if (allocated(error)) return
     do i = 1, 3
       k = 1 + mod(i, 3)
@@ -126,21 +165,17 @@ contains
         & element=i + 3 * (k - 1))
       return
     end do
-    stiffness(:2, :2) = units%stiffness%si(stiffness(:2, :2))
-    stiffness(3, :2) = units%force%si(stiffness(3, :2))
-    stiffness(:2, 3) = units%force%si(stiffness(:2, 3))
-    stiffness(3, 3) = units%moment%si(stiffness(3, 3))
+    call read(group, foundation_keys, "stiffness", stiffness, error, units)
     if (negative_somewhere(stiffness)) then
       call input_error(group, "stiffness", "the matrix is not positive (semi-)definite: it would push the frame away in " // &
         & "some direction", error)
       return
     end if
-    call get(group, "damping", b, error, default=0.0_dp, must=nonnegative)
+    call read(group, foundation_keys, "damping", b, error, units)
     if (allocated(error)) return
-
-    damping(1, 1) = units%damping%si(b(1))
-    damping(2, 2) = units%damping%si(b(2))
-    damping(3, 3) = units%rotary_damping%si(b(3))
+    do i = 1, 3
+      damping(i, i) = b(i)
+    end do
   end subroutine read_foundation
 
   !> Whether a symmetric matrix has a principal minor below zero by more than rounding (Sylvester).
@@ -165,23 +200,19 @@ contains
     type(units_type), intent(in) :: units
     type(support_type), allocatable, intent(out) :: supports(:)
     type(error_type), allocatable, intent(out) :: error
-    character(len=5), parameter :: systems(2) = ["space", "frame"]
     character(len=:), allocatable :: axes
     integer :: i
 
     allocate(supports(size(groups)))
     do i = 1, size(groups)
       associate (support => supports(i), group => groups(i))
-        call get(group, "position", support%position, error, unit=units%length)
+        call read(group, support_keys, "position", support%position, error, units)
+        if (.not. allocated(error)) call read(group, support_keys, "stiffness", support%stiffness, error, units)
+        if (.not. allocated(error)) call read(group, support_keys, "damping", support%damping, error, units)
+        if (.not. allocated(error)) call read(group, support_keys, "angle", support%angle, error, units)
+        if (.not. allocated(error)) call read(group, support_keys, "axes", axes, error)
         if (allocated(error)) return
-        call get(group, "stiffness", support%stiffness, error, must=nonnegative, unit=units%stiffness)
-        if (allocated(error)) return
-        call get(group, "damping", support%damping, error, default=0.0_dp, must=nonnegative, unit=units%damping)
-        if (allocated(error)) return
-        call get(group, "angle", support%angle, error, default=0.0_dp, unit=units%angle)
-        if (.not. allocated(error)) call get(group, "axes", axes, error, default=systems(1), allowed=systems)
-        if (allocated(error)) return
-        support%turning = axes == systems(2)
+        support%turning = axes == "frame"
         if (all(ieee_is_finite(stiffness_matrix([support])) .and. ieee_is_finite(damping_matrix([support])))) cycle
         call input_error(group, "position", "so far from F its stiffness or damping about F overflows", error)
         return
@@ -201,9 +232,8 @@ contains
 
     gravity = 0
     if (size(groups) == 0) return
-    call get(groups(1), "acceleration", acceleration, error, default=9.80665_dp, must=nonnegative)
-    if (allocated(error)) return
-    call get(groups(1), "direction", direction, error, default=-pi / 2, unit=units%angle)
+    call read(groups(1), gravity_keys, "acceleration", acceleration, error)
+    if (.not. allocated(error)) call read(groups(1), gravity_keys, "direction", direction, error, units)
     if (allocated(error)) return
     gravity = [cos(direction), sin(direction)]
     gravity = acceleration * merge(gravity, 0.0_dp, abs(gravity) > rounding)
@@ -217,7 +247,7 @@ contains
     character(len=word_length), allocatable :: names(:)
     integer :: i
 
-    call get(group, "dof", names, error, default=freedom_names, allowed=freedom_names)
+    call read(group, frame_keys, "dof", names, error)
     if (allocated(error)) return
     free = pack([1, 2, 3], [(any(names == freedom_names(i)), i = 1, 3)])
     if (size(free) /= size(names)) call input_error(group, "dof", "names a degree of freedom twice", error)

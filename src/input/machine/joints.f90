@@ -2,10 +2,11 @@
 module gestell_input_machine_joints
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
+  use gestell_base_key, only: integer_key, key_type, of_angle, of_length, positive, real_key, text_key
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: group_names, group_type, has, name_of, word_length
-  use gestell_input_schema_get, only: get, positive
+  use gestell_input_schema_read, only: read
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema_units, only: units_type
@@ -17,13 +18,32 @@ module gestell_input_machine_joints
   public :: check_known, read_joint
 
   !> The types of joints, and the keys that each needs and can have, as words between blanks.
-  character(len=*), parameter, public :: joint_types(*) = [character(len=6) :: &
+  character(len=*), parameter :: joint_types(*) = [character(len=6) :: &
     & "ground", "crank", "RRR", "RRP", "RPR", "rigid", "PRP", "RPP"]
   character(len=*), parameter :: guide_keys = " guide guide_point guide_angle "
   character(len=*), parameter :: needed_keys(*) = [character(len=24) :: " position ", " pivot radius ", &
     & " ends lengths branch ", " ends lengths branch ", " ends lengths branch ", " ends offset ", " ", " ends slot_angle "]
   character(len=*), parameter :: optional_keys(*) = [character(len=64) :: " ", " phase ", " ", guide_keys, " ", " ", &
     & guide_keys // "guide2 guide2_point guide2_angle ", guide_keys]
+  type(key_type), parameter, public :: joint_keys(*) = [ &
+    & key_type("joint", "name", text_key, "what other groups call it", required=.true.), &
+    & key_type("joint", "type", text_key, "one of those below", required=.true., &
+    &   words="ground, crank, RRR, RRP, RPR, rigid, PRP, RPP"), &
+    & key_type("joint", "position", real_key, "where it is", 1, 2, 2, unit=of_length), &
+    & key_type("joint", "pivot", text_key, "the joint about which a crank turns"), &
+    & key_type("joint", "radius", real_key, "of a crank", unit=of_length, range=positive), &
+    & key_type("joint", "phase", real_key, "of a crank", unit=of_angle, default=0.0_dp), &
+    & key_type("joint", "ends", text_key, "joints", 1, 1, 2), &
+    & key_type("joint", "lengths", real_key, "lengths", 1, 1, 2, unit=of_length, range=positive), &
+    & key_type("joint", "branch", integer_key, "1 or -1"), &
+    & key_type("joint", "guide_point", real_key, "p", 1, 2, 2, unit=of_length), &
+    & key_type("joint", "guide_angle", real_key, "p", unit=of_angle), &
+    & key_type("joint", "guide", text_key, "p", 1, 2, 2), &
+    & key_type("joint", "guide2_point", real_key, "p", 1, 2, 2, unit=of_length), &
+    & key_type("joint", "guide2_angle", real_key, "p", unit=of_angle), &
+    & key_type("joint", "guide2", text_key, "p", 1, 2, 2), &
+    & key_type("joint", "slot_angle", real_key, "p", unit=of_angle), &
+    & key_type("joint", "offset", real_key, "p", 1, 2, 2, unit=of_length)]
   !> Lines at a smaller angle (rad) are parallel.
   real(dp), parameter :: parallel = 1.0e-9_dp
 
@@ -46,45 +66,45 @@ contains
     integer :: branch
 
     group = joints(i)
-    call get(group, "type", type, error, allowed=joint_types)
+    call read(group, joint_keys, "type", type, error)
     if (.not. allocated(error)) call check_keys(group, type, error)
     if (allocated(error)) return
 
     select case (type)
     case ("ground")
-      call get(group, "position", position, error, unit=units%length)
+      call read(group, joint_keys, "position", position, error, units)
       if (allocated(error)) return
       call linkage%ground(name_of(group), position, error)
     case ("crank")
-      call get(group, "pivot", pivot, error)
+      call read(group, joint_keys, "pivot", pivot, error)
       if (.not. allocated(error)) call check_known(group, "pivot", [pivot], joints, names, i - 1, error)
-      if (.not. allocated(error)) call get(group, "radius", radius, error, must=positive, unit=units%length)
-      if (.not. allocated(error)) call get(group, "phase", angle, error, default=0.0_dp, unit=units%angle)
+      if (.not. allocated(error)) call read(group, joint_keys, "radius", radius, error, units)
+      if (.not. allocated(error)) call read(group, joint_keys, "phase", angle, error, units, default=0.0_dp)
       if (allocated(error)) return
       if (abs(angle) > 2 * pi) angle = modulo(angle, 2 * pi)
       call linkage%crank(name_of(group), pivot, radius, angle, error)
     case ("RRR")
       call get_ends(joints, names, i, 2, ends, error)
-      if (.not. allocated(error)) call get(group, "lengths", lengths, error, must=positive, unit=units%length)
+      if (.not. allocated(error)) call read(group, joint_keys, "lengths", lengths, error, units)
       if (.not. allocated(error)) call get_branch(group, branch, error)
       if (allocated(error)) return
       call linkage%rrr(name_of(group), ends, lengths, branch, error)
     case ("RRP")
       call get_ends(joints, names, i, 1, ends, error)
-      if (.not. allocated(error)) call get(group, "lengths", lengths(:1), error, must=positive, unit=units%length)
+      if (.not. allocated(error)) call read(group, joint_keys, "lengths", lengths(:1), error, units)
       if (.not. allocated(error)) call get_branch(group, branch, error)
       if (.not. allocated(error)) call get_guide(joints, names, i, "guide", units, linkage, guides(1), error)
       if (allocated(error)) return
       call linkage%rrp(name_of(group), ends(1), lengths(1), guides(1), branch, error)
     case ("RPR")
       call get_ends(joints, names, i, 2, ends, error)
-      if (.not. allocated(error)) call get(group, "lengths", lengths(:1), error, must=positive, unit=units%length)
+      if (.not. allocated(error)) call read(group, joint_keys, "lengths", lengths(:1), error, units)
       if (.not. allocated(error)) call get_branch(group, branch, error)
       if (allocated(error)) return
       call linkage%rpr(name_of(group), ends, lengths(1), branch, error)
     case ("rigid")
       call get_ends(joints, names, i, 2, ends, error)
-      if (.not. allocated(error)) call get(group, "offset", position, error, unit=units%length)
+      if (.not. allocated(error)) call read(group, joint_keys, "offset", position, error, units)
       if (allocated(error)) return
       call linkage%rigid(name_of(group), ends, position, error)
     case ("PRP")
@@ -100,7 +120,7 @@ contains
     case default ! RPP
       call get_ends(joints, names, i, 1, ends, error)
       if (.not. allocated(error)) call get_guide(joints, names, i, "guide", units, linkage, guides(1), error)
-      if (.not. allocated(error)) call get(group, "slot_angle", angle, error, unit=units%angle)
+      if (.not. allocated(error)) call read(group, joint_keys, "slot_angle", angle, error, units)
       if (allocated(error)) return
       if (abs(sin(angle)) < parallel) then
         call input_error(group, "slot_angle", "the slot is parallel to the guide", error)
@@ -119,7 +139,7 @@ contains
     character(len=word_length), allocatable, intent(out) :: ends(:)
     type(error_type), allocatable, intent(out) :: error
 
-    call get(joints(i), "ends", ends, error)
+    call read(joints(i), joint_keys, "ends", ends, error)
     if (allocated(error)) return
     if (size(ends) /= number) then
       call input_error(joints(i), "ends", "needs " // trim(merge("1 joint ", "2 joints", number == 1)), error)
@@ -135,7 +155,7 @@ contains
     integer, intent(out) :: branch
     type(error_type), allocatable, intent(out) :: error
 
-    call get(group, "branch", branch, error)
+    call read(group, joint_keys, "branch", branch, error)
     if (allocated(error)) return
     if (abs(branch) /= 1) call input_error(group, "branch", "must be 1 or -1", error)
   end subroutine get_branch
@@ -160,14 +180,14 @@ contains
           & // key // "' of a guide between two joints", error)
         return
       end if
-      call get(joints(i), key // "_point", guide%point, error, unit=units%length)
-      if (.not. allocated(error)) call get(joints(i), key // "_angle", guide%angle, error, unit=units%angle)
+      call read(joints(i), joint_keys, key // "_point", guide%point, error, units)
+      if (.not. allocated(error)) call read(joints(i), joint_keys, key // "_angle", guide%angle, error, units)
       return
     end if
-    call get(joints(i), key, carriers, error)
+    call read(joints(i), joint_keys, key, carriers, error)
     if (.not. allocated(error)) call check_known(joints(i), key, carriers, joints, names, i - 1, error)
-    if (.not. allocated(error)) call get(joints(i), key // "_point", point, error, default=0.0_dp, unit=units%length)
-    if (.not. allocated(error)) call get(joints(i), key // "_angle", angle, error, default=0.0_dp, unit=units%angle)
+    if (.not. allocated(error)) call read(joints(i), joint_keys, key // "_point", point, error, units, default=0.0_dp)
+    if (.not. allocated(error)) call read(joints(i), joint_keys, key // "_angle", angle, error, units, default=0.0_dp)
     if (allocated(error)) return
     if (carriers(1) == carriers(2)) then
       call input_error(joints(i), key, "needs 2 different joints", error)
@@ -280,7 +300,7 @@ contains
     named = .false.
     do k = 1, size(keys)
       if (.not. has(joints(i), trim(keys(k)))) cycle
-      call get(joints(i), trim(keys(k)), names, none)
+      call read(joints(i), joint_keys, trim(keys(k)), names, none)
       if (allocated(none)) cycle
       do n = 1, size(names)
         named = named .or. group_names(joints) == names(n)

@@ -2,10 +2,11 @@
 module gestell_input_machine_mechanism
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_key, only: key_type, nonnegative, of_inertia, of_length, of_mass, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group
-  use gestell_input_schema_get, only: count_values, get, nonnegative
-  use gestell_input_machine_joints, only: check_known, joint_types, read_joint
+  use gestell_input_schema_read, only: count_values, read
+  use gestell_input_machine_joints, only: check_known, joint_keys, read_joint
   use gestell_input_namelist_message, only: in_group, input_error, place
   use gestell_input_schema_units, only: units_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
@@ -15,6 +16,34 @@ module gestell_input_machine_mechanism
   private
 
   public :: name_line, read_mechanism
+
+  type(key_type), parameter, public :: link_keys(*) = [ &
+    & key_type("link", "name", text_key, "names it in messages, reports and paths", required=.true.), &
+    & key_type("link", "from", text_key, "the joint at the origin of the link's system", required=.true.), &
+    & key_type("link", "to", text_key, "the joint that its xi-axis points to; without it the link only translates with " // &
+    &   "`from`, its axes parallel to x and y", otherwise="none"), &
+    & key_type("link", "mass", real_key, "mass of the body", unit=of_mass, range=nonnegative), &
+    & key_type("link", "inertia", real_key, "about the centre of mass; also of a link that only translates: it turns with the " // &
+    &   "frame", unit=of_inertia, range=nonnegative), &
+    & key_type("link", "center", real_key, "centre of mass in the link's system: along the xi-axis from `from`, and across it " // &
+    &   "to the left", 1, 2, 2, unit=of_length, default=0.0_dp)]
+
+  !> Most coefficients of a mass function: mean, cosines and sines of 500 orders.
+  integer, parameter :: most_harmonics = 1001
+
+  type(key_type), parameter, public :: mass_function_keys(*) = [ &
+    & key_type("mass_functions", "mass", real_key, "total mass", symbol="kg", range=nonnegative), &
+    & key_type("mass_functions", "inertia", real_key, "sum of the moments of inertia about the parts' own centres of mass", &
+    &   symbol="kg m^2", range=nonnegative), &
+    & key_type("mass_functions", "a1", real_key, "sum of m x, in the mechanism's x-y system", 1, 1, most_harmonics, &
+    &   symbol="kg m", default=0.0_dp), &
+    & key_type("mass_functions", "a2", real_key, "sum of m y", 1, 1, most_harmonics, symbol="kg m", default=0.0_dp), &
+    & key_type("mass_functions", "a3", real_key, "sum of m (x^2 + y^2)", 1, 1, most_harmonics, symbol="kg m^2", default=0.0_dp), &
+    & key_type("mass_functions", "moment", real_key, "the moment function, sum of m (x y' - y x') + J phi', the angular " // &
+    &   "momentum over the crank speed", 1, 1, most_harmonics, symbol="kg m^2", default=0.0_dp), &
+    & key_type("mass_functions", "energy", real_key, "sum of m (x'^2 + y'^2) + J phi'^2, twice the kinetic energy over the " // &
+    &   "square of the crank speed; only the task `power` needs it, and a speed that is not `held_by` the motor", 1, 1, &
+    &   most_harmonics, symbol="kg m^2", otherwise="none")]
 
 contains
 
@@ -50,8 +79,8 @@ contains
       call input_error(group, "", "stands in place of joints and links: give either", error)
       return
     end if
-    call get(group, "mass", mass, error, must=nonnegative)
-    if (.not. allocated(error)) call get(group, "inertia", inertia, error, must=nonnegative)
+    call read(group, mass_function_keys, "mass", mass, error)
+    if (.not. allocated(error)) call read(group, mass_function_keys, "inertia", inertia, error)
     if (.not. allocated(error)) call get_harmonics(group, "a1", a1, error)
     if (.not. allocated(error)) call get_harmonics(group, "a2", a2, error)
     if (.not. allocated(error)) call get_harmonics(group, "a3", a3, error)
@@ -71,7 +100,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     allocate(values(max(1, count_values(group, key))))
-    call get(group, key, values, error, default=0.0_dp)
+    call read(group, mass_function_keys, key, values, error)
     if (allocated(error)) return
     if (modulo(size(values), 2) == 0) call input_error(group, key, &
       & "is a mean and then pairs of cosine and sine: needs an odd number of values", error)
@@ -146,7 +175,7 @@ contains
 
     found = .false.
     do i = 1, size(joints)
-      call get(joints(i), "type", type, error, allowed=joint_types)
+      call read(joints(i), joint_keys, "type", type, error)
       if (allocated(error)) return
       if (type /= "crank") cycle
       if (found) then
@@ -168,26 +197,19 @@ contains
     character(len=:), allocatable :: from, to
     real(dp) :: mass, inertia, center(2)
 
-    call get(group, "from", from, error)
+    call read(group, link_keys, "from", from, error)
+    if (.not. allocated(error)) call check_known(group, "from", [from], joints, names, size(joints), error)
+    if (.not. allocated(error)) call read(group, link_keys, "to", to, error)
     if (allocated(error)) return
-    call check_known(group, "from", [from], joints, names, size(joints), error)
+    if (has(group, "to")) call check_known(group, "to", [to], joints, names, size(joints), error)
     if (allocated(error)) return
-    to = ""
-    if (has(group, "to")) then
-      call get(group, "to", to, error)
-      if (allocated(error)) return
-      call check_known(group, "to", [to], joints, names, size(joints), error)
-      if (allocated(error)) return
-      if (to == from) then
-        call input_error(group, "to", "is the joint of from, needs another one", error)
-        return
-      end if
+    if (to == from) then
+      call input_error(group, "to", "is the joint of from, needs another one", error)
+      return
     end if
-    call get(group, "mass", mass, error, must=nonnegative, unit=units%mass)
-    if (allocated(error)) return
-    call get(group, "inertia", inertia, error, must=nonnegative, unit=units%inertia)
-    if (allocated(error)) return
-    call get(group, "center", center, error, default=0.0_dp, unit=units%length)
+    call read(group, link_keys, "mass", mass, error, units)
+    if (.not. allocated(error)) call read(group, link_keys, "inertia", inertia, error, units)
+    if (.not. allocated(error)) call read(group, link_keys, "center", center, error, units)
     if (allocated(error)) return
     call linkage%link(name_of(group), from, to, mass, inertia, center, error)
     if (allocated(error)) call in_group(group, error)

@@ -1,9 +1,10 @@
 !> Probes, and quantities by their names, of an input file.
 module gestell_input_machine_quantities
   use gestell_base_error, only: error_type
+  use gestell_base_key, only: key_type, nonnegative, of_length, positive, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group, word_length
-  use gestell_input_schema_get, only: get, nonnegative, positive
+  use gestell_input_schema_read, only: read
   use gestell_input_namelist_message, only: input_error, label
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, freedom_names
@@ -12,6 +13,14 @@ module gestell_input_machine_quantities
   private
 
   public :: read_probes, read_quantities
+
+  type(key_type), parameter, public :: probe_keys(*) = [ &
+    & key_type("probe", "name", text_key, "names it in reports and files: up to 64 characters, no parentheses", required=.true.), &
+    & key_type("probe", "position", real_key, "in the frame's system, from F", 1, 2, 2, required=.true., unit=of_length), &
+    & key_type("probe", "limit_mm_s", real_key, "the vibration velocity that is allowed: root of the mean square within the " // &
+    &   "band, in the direction in which it is greatest", symbol="mm/s", otherwise="none", range=positive), &
+    & key_type("probe", "band_hz", real_key, "the band of frequencies that counts for it, both ends included", 1, 2, 2, &
+    &   symbol="Hz", otherwise="10, 1000", range=nonnegative)]
 
 contains
 
@@ -38,10 +47,10 @@ contains
           call input_error(group, "name", "is the name of " // label(groups(k)) // " already", error)
           return
         end do
-        call get(group, "position", probe%position, error, unit=units%length)
+        call read(group, probe_keys, "position", probe%position, error, units)
         if (allocated(error)) return
         if (has(group, "limit_mm_s")) then
-          call get(group, "limit_mm_s", probe%limit, error, must=positive)
+          call read(group, probe_keys, "limit_mm_s", probe%limit, error)
           if (allocated(error)) return
           probe%limit = probe%limit / 1000
         end if
@@ -57,17 +66,17 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. has(group, "band_hz")) return
-    call get(group, "band_hz", band, error, must=nonnegative)
+    call read(group, probe_keys, "band_hz", band, error)
     if (allocated(error)) return
     if (.not. band(2) > band(1)) call input_error(group, "band_hz", "the band is empty: its upper end must be the greater one", &
       & error)
   end subroutine read_band
 
-  !> The key `quantities` of a group, or those that are usual: the force on the ground, with `coordinates` the free ones before
-  !> it, else the velocity of probes with a limit. Error: no such quantity, or one that is named twice.
-  subroutine read_quantities(doc, name, frame, probes, coordinates, quantities, error)
+  !> The key `quantities` of the group with these keys, or those that are usual: the force on the ground, with `coordinates` the
+  !> free ones before it, else the velocity of probes with a limit. Error: no such quantity, or one that is named twice.
+  subroutine read_quantities(doc, keys, frame, probes, coordinates, quantities, error)
     type(document_type), intent(in) :: doc
-    character(len=*), intent(in) :: name
+    type(key_type), intent(in) :: keys(:)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     logical, intent(in) :: coordinates
@@ -79,9 +88,9 @@ contains
     character(len=80), allocatable :: names(:)
     integer :: i, n
 
-    group = the_group(doc, name)
+    group = the_group(doc, trim(keys(1)%group))
     if (has(group, "quantities")) then
-      call get(group, "quantities", given, error)
+      call read(group, keys, "quantities", given, error)
       if (allocated(error)) return
       names = given
     else if (coordinates) then

@@ -6,7 +6,8 @@ module gestell_input_namelist_merge
   use gestell_input_namelist_message, only: refuse_entry, label, place
   use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, comma_hint, &
     unknown_key
-  use gestell_input_schema, only: schema_type, key_rule, find_key_rule, count_keys
+  use gestell_base_key, only: key_type
+  use gestell_input_schema, only: schema_type, find_key_rule, count_keys
   use gestell_base_wording, only: decimal
   implicit none (type, external)
   private
@@ -55,7 +56,7 @@ contains
   pure subroutine merge_entry(group, entry, rule, merged, error)
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     type(entry_type), intent(inout) :: merged
     type(error_type), allocatable, intent(out) :: error
     integer :: element
@@ -93,7 +94,7 @@ contains
   pure subroutine expand(group, entry, rule, merged, error)
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     type(entry_type), intent(inout) :: merged
     type(error_type), allocatable, intent(out) :: error
     type(value_type) :: value
@@ -124,7 +125,7 @@ contains
   !> A merged entry without values.
   pure subroutine start(entry, rule, n, merged)
     type(entry_type), intent(in) :: entry
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     integer, intent(in) :: n
     type(entry_type), intent(inout) :: merged
 
@@ -139,7 +140,7 @@ contains
   !> Shortens a list that was given by subscripts to its last element; gaps are refused.
   pure subroutine close_list(group, rule, merged, error)
     type(group_type), intent(in) :: group
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     type(entry_type), intent(inout) :: merged
     type(error_type), allocatable, intent(out) :: error
     integer :: i, n

@@ -2,7 +2,8 @@
 module gestell_input_schema_fingerprint
   use gestell_base_hash, only: hash_start, mix, mix_text
   use gestell_input_namelist_document, only: document_type, find_entry, group_type
-  use gestell_input_schema, only: schema_type, text_key
+  use gestell_base_key, only: text_key
+  use gestell_input_schema, only: schema_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private

@@ -7,7 +7,8 @@ module gestell_input_schema_path
   use gestell_input_schema_locate, only: target_type, find_target
   use gestell_input_namelist_merge, only: expand, start
   use gestell_input_schema_rule, only: check_values
-  use gestell_input_schema, only: schema_type, key_rule, text_key
+  use gestell_base_key, only: key_type, text_key
+  use gestell_input_schema, only: schema_type
   use gestell_base_wording, only: shown, without_quotes
   implicit none (type, external)
   private
@@ -88,7 +89,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(target_type) :: target
     type(group_type) :: group
-    type(key_rule) :: rule
+    type(key_type) :: rule
     type(entry_type) :: given, entry
     integer :: i
 
@@ -122,7 +123,7 @@ contains
   pure subroutine put(group, entry, rule, element, error)
     type(group_type), intent(inout) :: group
     type(entry_type), intent(in) :: entry
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     integer, intent(in) :: element
     type(error_type), allocatable, intent(out) :: error
     type(entry_type), allocatable :: entries(:)
@@ -179,7 +180,7 @@ contains
   !> The values of a text between commas; a key that takes one text takes it whole.
   pure subroutine split(text, rule, key, origin, entry, error)
     character(len=*), intent(in) :: text, key, origin
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     type(entry_type), intent(out) :: entry
     type(error_type), allocatable, intent(out) :: error
     integer :: i, n, start_of, next

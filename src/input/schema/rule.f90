@@ -5,7 +5,8 @@ module gestell_input_schema_rule
   use gestell_input_namelist_document, only: group_type, entry_type, value_type, word_length
   use gestell_input_namelist_message, only: refuse_entry
   use gestell_input_namelist_number, only: read_real, read_integer, is_digits
-  use gestell_input_schema, only: schema_type, key_rule, allowed_keys, count_keys, real_key, integer_key, text_key
+  use gestell_base_key, only: integer_key, key_type, real_key, text_key
+  use gestell_input_schema, only: schema_type, allowed_keys, count_keys
   use gestell_input_namelist_suggest, only: nearest_of, listed
   use gestell_base_wording, only: decimal, has_control, shown
   implicit none (type, external)
@@ -21,7 +22,7 @@ contains
   !> Refuses values that are not of the key's kind; numbers are read.
   pure subroutine check_values(group, rule, merged, error)
     type(group_type), intent(in) :: group
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     type(entry_type), intent(inout) :: merged
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: reason
@@ -42,7 +43,7 @@ contains
 
   !> `reason`: why a value is not of the key's kind, empty where it is.
   pure subroutine check_kind(rule, value, reason)
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     type(value_type), intent(inout) :: value
     character(len=:), allocatable, intent(out) :: reason
     integer :: n
@@ -68,7 +69,7 @@ contains
   !> Position of an element in Fortran's order, zero where there is no such element.
   pure integer function element_of(subscript, rule)
     integer, intent(in) :: subscript(:)
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
 
     element_of = 0
     if (size(subscript) /= rule%rank .or. any(subscript < 1) .or. any(subscript > rule%most)) return
@@ -81,7 +82,7 @@ contains
 
   !> "takes 2 values, has 3".
   pure function values_words(rule, total) result(words)
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     real(dp), intent(in) :: total
     character(len=:), allocatable :: words
     integer, parameter :: many = 1000000
@@ -98,7 +99,7 @@ contains
 
   !> "takes one subscript".
   pure function subscript_words(rule) result(words)
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     character(len=:), allocatable :: words
 
     select case (rule%rank)
@@ -113,7 +114,7 @@ contains
 
   !> "the subscript runs from 1 to 2".
   pure function extent_words(rule) result(words)
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     character(len=:), allocatable :: words
 
     if (rule%rank == 2) then
@@ -126,7 +127,7 @@ contains
   !> A hint where too many values look like one number with a decimal comma.
   pure function comma_hint(entry, rule) result(hint)
     type(entry_type), intent(in) :: entry
-    type(key_rule), intent(in) :: rule
+    type(key_type), intent(in) :: rule
     character(len=:), allocatable :: hint
     integer :: i, first
 

@@ -3,12 +3,14 @@ module gestell_task_sensitivity_plan
   use gestell_base_error, only: error_type
   use gestell_input_namelist_document, only: document_type, find_entry, group_type, has, name_of, the_group, word_length
   use gestell_input_machine_family, only: document_family_type, new_relative_family
-  use gestell_input_schema_get, only: get
+  use gestell_base_key, only: real_key
+  use gestell_input_schema_read, only: read
   use gestell_input_schema_locate, only: find_target, target_type
   use gestell_input_namelist_message, only: in_group, input_error
-  use gestell_input_schema, only: real_key, schema_type
+  use gestell_input_schema, only: find_group_rule, option_group, schema_type
   use gestell_base_wording, only: decimal
   use gestell_input_schema_units, only: units_type
+  use gestell_task_sensitivity_keys, only: sensitivity_keys
   implicit none (type, external)
   private
 
@@ -19,10 +21,6 @@ module gestell_task_sensitivity_plan
     character(len=word_length), allocatable :: paths(:)
     type(document_family_type) :: family
   end type sensitivity_plan_type
-
-  !> Groups whose numbers belong to the machine.
-  character(len=*), parameter :: machine_groups(*) = [character(len=14) :: "drive", "joint", "link", "mass_functions", "frame", &
-    & "support", "foundation", "gravity"]
 
 contains
 
@@ -38,7 +36,7 @@ contains
 
     group = the_group(doc, "sensitivity")
     if (has(group, "parameters")) then
-      call get(group, "parameters", plan%paths, error)
+      call read(group, sensitivity_keys, "parameters", plan%paths, error)
       do i = 1, size(plan%paths)
         if (allocated(error)) return
         plan%paths(i) = adjustl(plan%paths(i))
@@ -66,7 +64,8 @@ contains
     call find_target(doc, schema, path, "", target, reason)
     if (allocated(reason)) then
       call input_error(group, "parameters", reason%message(3:), error)
-    else if (schema%keys(target%rule)%kind /= real_key .or. .not. any(machine_groups == schema%keys(target%rule)%group)) then
+    else if (schema%keys(target%rule)%kind /= real_key .or. &
+      & schema%groups(find_group_rule(schema, schema%keys(target%rule)%group))%about == option_group) then
       call input_error(group, "parameters", "'" // path // "' is no number of the machine", error)
     else if (.not. is_there(doc, target)) then
       call input_error(group, "parameters", "'" // path // "' is zero, or not given: it cannot change by a percentage", error)

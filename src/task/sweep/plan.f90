@@ -4,17 +4,19 @@ module gestell_task_sweep_plan
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group, word_length
   use gestell_input_machine_family, only: document_family_type, new_document_family
-  use gestell_input_schema_get, only: at_least, get, positive
-  use gestell_input_schema_input_units, only: element_unit
+  use gestell_base_key, only: integer_key, text_key
+  use gestell_input_schema_read, only: read
   use gestell_input_schema_locate, only: find_target, target_type
   use gestell_input_namelist_message, only: in_group, input_error, label
   use gestell_input_schema_path, only: get_path
-  use gestell_input_schema, only: integer_key, schema_type, text_key
+  use gestell_input_schema, only: find_group_rule, option_group, schema_type
   use gestell_base_wording, only: decimal, lower, shown
-  use gestell_input_schema_units, only: units_type
+  use gestell_input_schema_units, only: unit_symbol, units_type
   use gestell_task_boundary, only: usual_deviation, usual_tolerance
-  use gestell_task_boundary_order, only: greatest_tolerance, least_tolerance, most_searched
+  use gestell_task_boundary_keys, only: boundary_keys
+  use gestell_task_boundary_order, only: most_searched
   use gestell_task_boundary_task, only: border_order_type
+  use gestell_task_sweep_keys, only: sweep_keys
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_order_type
   use gestell_study_tile_results, only: column_names, eta_peak, psi_peak, sweep_columns, verdict, verdict_behind, xi_peak
@@ -39,11 +41,6 @@ module gestell_task_sweep_plan
     real(dp), allocatable :: base(:)
   end type sweep_plan_type
 
-  !> Groups whose keys are orders and no part of the machine.
-  character(len=*), parameter :: orders(*) = [character(len=11) :: "case", "accuracy", "response", "sweep", "boundary", "probe", &
-    & "resonance", "sensitivity"]
-  character(len=*), parameter :: engines(*) = [character(len=9) :: "auto", "expansion", "direct"]
-  character(len=*), parameter :: spacings(*) = [character(len=6) :: "linear", "log"]
   !> Values of an axis that are tried before anything is computed, at the most.
   integer, parameter :: most_tried = 10000
   !> Points of a sweep, and of the search for borders, at the most: their tiles can be counted, what is found can be kept.
@@ -84,9 +81,9 @@ contains
     allocate(character(len=longest) :: plan%paths(size(groups)))
     allocate(plan%units(size(groups)))
     do i = 1, size(groups)
-      call get(groups(i), "parameter", path, error)
+      call read(groups(i), sweep_keys, "parameter", path, error)
       plan%paths(i) = adjustl(path)
-      plan%units(i) = element_unit(trim(schema%keys(targets(i)%rule)%group), targets(i)%key, targets(i)%element, units)
+      plan%units(i) = unit_symbol(schema%keys(targets(i)%rule), targets(i)%element, units)
     end do
     if (size(groups) == 2) then
       if (overlap(doc, targets)) then
@@ -178,13 +175,9 @@ contains
     if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
     if (allocated(error)) return
     group = the_group(doc, "boundary")
-    call get(group, "tolerance", plan%borders%tolerance, error, default=merge(usual_tolerance, usual_deviation, &
-      & size(groups) == 1), must=positive)
+    call read(group, boundary_keys, "tolerance", plan%borders%tolerance, error, default=merge(usual_tolerance, usual_deviation, &
+      & size(groups) == 1))
     if (allocated(error)) return
-    if (plan%borders%tolerance < least_tolerance .or. plan%borders%tolerance > greatest_tolerance) then
-      call input_error(group, "tolerance", "must lie between 1e-13 and 0.1", error)
-      return
-    end if
     call read_base(doc, schema, plan)
   end subroutine read_borders
 
@@ -229,7 +222,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
 
-    call get(group, "parameter", path, error)
+    call read(group, sweep_keys, "parameter", path, error)
     if (allocated(error)) return
     call find_target(doc, schema, path, "", target, reason)
     if (allocated(reason)) then
@@ -237,10 +230,10 @@ contains
       return
     end if
     associate (rule => schema%keys(target%rule))
-      if (any(orders == rule%group)) then
-        call input_error(group, "parameter", "&" // trim(rule%group) // " gives orders, only numbers of the machine can run", error)
-      else if (rule%kind == text_key) then
+      if (rule%kind == text_key) then
         call input_error(group, "parameter", "is a text, only numbers can run", error)
+      else if (schema%groups(find_group_rule(schema, rule%group))%about == option_group) then
+        call input_error(group, "parameter", "&" // trim(rule%group) // " gives orders, only numbers of the machine can run", error)
       else if (rule%kind == integer_key) then
         call input_error(group, "parameter", "is a whole number, which cannot run", error)
       else if (rule%least > 1 .and. target%element == 0 .and. .not. rule%alike) then
@@ -259,12 +252,12 @@ contains
     real(dp) :: from, to
     integer :: count
 
-    call get(group, "from", from, error)
-    if (.not. allocated(error)) call get(group, "count", count, error, must=at_least(1))
-    if (.not. allocated(error)) call get(group, "spacing", spacing, error, default="linear", allowed=spacings)
+    call read(group, sweep_keys, "from", from, error)
+    if (.not. allocated(error)) call read(group, sweep_keys, "count", count, error)
+    if (.not. allocated(error)) call read(group, sweep_keys, "spacing", spacing, error)
     if (allocated(error)) return
     to = from
-    if (count > 1 .or. has(group, "to")) call get(group, "to", to, error)
+    if (count > 1 .or. has(group, "to")) call read(group, sweep_keys, "to", to, error)
     if (allocated(error)) return
     call new_axis(axis, from, to, count, spacing == "log", reason)
     if (allocated(reason)) call input_error(group, trim(merge("count", "to   ", count == 1)), reason%message, error)
@@ -280,7 +273,7 @@ contains
     integer :: i
 
     do i = 1, size(groups)
-      call get(groups(i), "engine", engine, error, default=trim(order%engine), allowed=engines)
+      call read(groups(i), sweep_keys, "engine", engine, error, default=trim(order%engine))
       if (allocated(error)) return
       if (i > 1 .and. has(groups(i), "engine") .and. has(groups(1), "engine") .and. engine /= order%engine) then
         call input_error(groups(i), "engine", "is another one than in " // label(groups(1)), error)
@@ -288,7 +281,7 @@ contains
       end if
       order%engine = engine
       if (.not. has(groups(i), "columns")) cycle
-      call get(groups(i), "columns", columns, error, allowed=column_names(:psi_peak))
+      call read(groups(i), sweep_keys, "columns", columns, error)
       if (allocated(error)) return
       if (i > 1 .and. has(groups(1), "columns") .and. any(wanted(columns) .neqv. order%columns)) then
         call input_error(groups(i), "columns", "are others than in " // label(groups(1)), error)

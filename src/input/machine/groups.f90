@@ -1,0 +1,72 @@
+!> The groups that describe the machine, with their keys, and the units in which they are typed.
+module gestell_input_machine_groups
+  use gestell_base_error, only: error_type
+  use gestell_base_key, only: joined, key_type, quantities, text_key
+  use gestell_input_machine_frame, only: drive_keys, foundation_keys, frame_keys, gravity_keys, support_keys
+  use gestell_input_machine_joints, only: joint_keys
+  use gestell_input_machine_mechanism, only: link_keys, mass_function_keys
+  use gestell_input_machine_quantities, only: probe_keys
+  use gestell_input_namelist_document, only: document_type, the_group
+  use gestell_input_schema, only: frame_group, group_rule, mechanism_group, schema_type
+  use gestell_input_schema_read, only: read
+  use gestell_input_schema_units, only: find_unit, quantity_names, unit_names, units_type
+  implicit none (type, external)
+  private
+
+  public :: machine_schema, read_units
+
+  type(group_rule), parameter :: groups(*) = [ &
+    & group_rule("drive", "the crank's speed and who holds it", required=.true., about=frame_group), &
+    & group_rule("units", "units in which the other groups are typed (not `mass_functions`); results stay in SI"), &
+    & group_rule("joint", "a point of the mechanism", repeatable=.true., about=mechanism_group), &
+    & group_rule("link", "a body on the joints", repeatable=.true., about=mechanism_group), &
+    & group_rule("mass_functions", "in place of joints and links: the sums over the moving masses, in SI", &
+    &   about=mechanism_group), &
+    & group_rule("frame", "the frame that vibrates", required=.true., about=frame_group), &
+    & group_rule("support", "a spring-damper pair between frame and ground", repeatable=.true., about=frame_group), &
+    & group_rule("foundation", "stiffness and damping about F beside those of the supports", about=frame_group), &
+    & group_rule("gravity", "with this group the frame and all moving masses weigh", about=frame_group), &
+    & group_rule("probe", "a point of the frame whose motion is told", repeatable=.true.)]
+
+  !> What each quantity of &units is the unit of.
+  character(len=*), parameter :: measures(quantities) = [character(len=40) :: "lengths and positions", "masses", &
+    & "moments of inertia", "stiffness of supports, c11, c12, c22", "c13, c23 of the foundation", "c33 of the foundation", &
+    & "damping of supports, b1, b2", "b3 of the foundation", "angles"]
+
+contains
+
+  pure function machine_schema() result(schema)
+    type(schema_type) :: schema
+
+    schema%groups = groups
+    schema%keys = [drive_keys, unit_keys(), joint_keys, link_keys, mass_function_keys, frame_keys, support_keys, &
+      & foundation_keys, gravity_keys, probe_keys]
+  end function machine_schema
+
+  pure function unit_keys() result(keys)
+    type(key_type) :: keys(quantities)
+    character(len=12), allocatable :: names(:)
+    integer :: i
+
+    do i = 1, quantities
+      names = unit_names(i)
+      keys(i) = key_type("units", quantity_names(i), text_key, measures(i), word=names(1), words=joined(names))
+    end do
+  end function unit_keys
+
+  !> The units in use.
+  subroutine read_units(doc, units, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(out) :: units
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: name
+    integer :: i
+
+    do i = 1, quantities
+      call read(the_group(doc, "units"), unit_keys(), trim(quantity_names(i)), name, error)
+      if (allocated(error)) return
+      units%of(i) = find_unit(i, name)
+    end do
+  end subroutine read_units
+
+end module gestell_input_machine_groups

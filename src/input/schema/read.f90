@@ -1,0 +1,216 @@
+!> The values of a checked group, by the records of its keys.
+module gestell_input_schema_read
+  use gestell_base_error, only: error_type
+  use gestell_base_key, only: all_words, find_key, integer_key, key_type, unset
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_base_wording, only: decimal
+  use gestell_input_namelist_document, only: group_type, find_entry, word_length
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_namelist_suggest, only: suggestion
+  use gestell_input_schema_units, only: units_type
+  implicit none (type, external)
+  private
+
+  public :: read, count_values
+
+  !> call read(group, keys, name, value, error, units, default): the value of a group's key, whose record stands in `keys`.
+  !> Numbers, vectors and matrices come in SI, with `units`, or as typed without. Where the key is missing its default stands
+  !> for it, the one given here first; for vectors and matrices for every element not given. Errors: a value out of range, a word
+  !> that is not allowed, a key without default that is missing.
+  interface read
+    module procedure read_real
+    module procedure read_vector
+    module procedure read_matrix
+    module procedure read_integer
+    module procedure read_text
+    module procedure read_texts
+  end interface read
+
+contains
+
+  !> Number of values that a key has; zero where it is missing.
+  pure integer function count_values(group, key)
+    type(group_type), intent(in) :: group
+    character(len=*), intent(in) :: key
+    integer :: i
+
+    count_values = 0
+    i = find_entry(group, key)
+    if (i > 0) count_values = size(group%entries(i)%values)
+  end function count_values
+
+  pure subroutine read_real(group, keys, name, value, error, units, default)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    character(len=*), intent(in) :: name
+    real(dp), intent(out) :: value
+    type(error_type), allocatable, intent(out) :: error
+    type(units_type), intent(in), optional :: units
+    real(dp), intent(in), optional :: default
+    real(dp) :: values(1)
+
+    call read_vector(group, keys, name, values, error, units, default)
+    value = values(1)
+  end subroutine read_real
+
+  pure subroutine read_vector(group, keys, name, value, error, units, default)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    character(len=*), intent(in) :: name
+    real(dp), intent(out) :: value(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(units_type), intent(in), optional :: units
+    real(dp), intent(in), optional :: default
+    type(units_type) :: usual
+    character(len=:), allocatable :: reason
+    real(dp) :: missing
+    integer :: i, k, n
+
+    associate (key => keys(find_key(keys, name)))
+      missing = key%default
+      if (present(default)) missing = default
+      i = find_entry(group, name)
+      n = 0
+      if (i > 0) n = size(group%entries(i)%values)
+      if (n > size(value)) then
+        value = 0
+        call input_error(group, name, "needs " // decimal(size(value)) &
+          // trim(merge(" value ", " values", size(value) == 1)) // ", has " // decimal(n), error)
+        return
+      end if
+      do k = 1, size(value)
+        value(k) = missing
+        reason = ""
+        if (k <= n) then
+          if (allocated(group%entries(i)%values(k)%text)) then
+            value(k) = group%entries(i)%values(k)%number
+            reason = broken(key, value(k))
+            if (present(units)) value(k) = units%to_si(key, k, value(k))
+            if (reason == "") cycle
+            if (key%rank == 0) call input_error(group, name, reason, error)
+            if (key%rank > 0) call input_error(group, name, reason, error, k)
+            return
+          end if
+        end if
+        if (.not. missing > unset) then
+          value(k) = 0
+          if (i == 0) call input_error(group, name, "must be given", error)
+          if (i > 0) call input_error(group, name, "must be given", error, k)
+          return
+        end if
+        if (present(units)) value(k) = usual%to_si(key, k, missing)
+      end do
+    end associate
+  end subroutine read_vector
+
+  pure subroutine read_matrix(group, keys, name, value, error, units, default)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    character(len=*), intent(in) :: name
+    real(dp), intent(out) :: value(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(units_type), intent(in), optional :: units
+    real(dp), intent(in), optional :: default
+    real(dp) :: elements(size(value))
+
+    call read_vector(group, keys, name, elements, error, units, default)
+    value = reshape(elements, shape(value))
+  end subroutine read_matrix
+
+  pure subroutine read_integer(group, keys, name, value, error)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    character(len=*), intent(in) :: name
+    integer, intent(out) :: value
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: values(1)
+
+    call read_vector(group, keys, name, values, error)
+    value = nint(values(1))
+  end subroutine read_integer
+
+  pure subroutine read_text(group, keys, name, value, error, default)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable, intent(out) :: value
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), intent(in), optional :: default
+    integer :: i
+
+    associate (key => keys(find_key(keys, name)))
+      value = trim(key%word)
+      if (present(default)) value = default
+      i = find_entry(group, name)
+      if (i == 0) then
+        if (value == "" .and. key%otherwise == "") call input_error(group, name, "must be given", error)
+        return
+      end if
+      value = group%entries(i)%values(1)%text
+      if (.not. allowed(key, value)) call input_error(group, name, "unknown" // suggestion(value, all_words(key%words)), error)
+    end associate
+  end subroutine read_text
+
+  pure subroutine read_texts(group, keys, name, value, error)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    character(len=*), intent(in) :: name
+    character(len=word_length), allocatable, intent(out) :: value(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, k
+
+    associate (key => keys(find_key(keys, name)))
+      i = find_entry(group, name)
+      if (i == 0) then
+        value = all_words(key%word)
+        if (size(value) == 0) call input_error(group, name, "must be given", error)
+        return
+      end if
+      associate (values => group%entries(i)%values)
+        allocate(value(size(values)))
+        do k = 1, size(values)
+          value(k) = values(k)%text
+          if (allowed(key, trim(value(k)))) cycle
+          call input_error(group, name, "unknown" // suggestion(value(k), all_words(key%words)), error, k)
+          return
+        end do
+      end associate
+    end associate
+  end subroutine read_texts
+
+  !> Whether a text is one of the words that a key takes.
+  pure logical function allowed(key, word)
+    type(key_type), intent(in) :: key
+    character(len=*), intent(in) :: word
+
+    allowed = key%words == ""
+    if (.not. allowed) allowed = index(word, ",") == 0 .and. index(", " // trim(key%words) // ",", ", " // trim(word) // ",") > 0
+  end function allowed
+
+  !> What a number must be and is not; empty where it is.
+  pure function broken(key, value) result(reason)
+    type(key_type), intent(in) :: key
+    real(dp), intent(in) :: value
+    character(len=:), allocatable :: reason
+
+    reason = ""
+    associate (least => key%range%least, most => key%range%most)
+      if (key%range%above_zero .and. .not. value > 0) then
+        reason = "must be positive"
+      else if (key%range%not_zero .and. .not. abs(value) > 0) then
+        reason = "must not be zero"
+      else if (least > unset .and. .not. value >= least) then
+        reason = "must be at least " // concise(least)
+        if (key%kind /= integer_key .and. abs(least) <= 0) reason = "must not be negative"
+      else if (most < huge(most) .and. .not. value <= most) then
+        reason = "must be at most " // concise(most, 9)
+      else
+        return
+      end if
+      if (most < huge(most) .and. key%kind /= integer_key .and. (value > 0 .or. .not. key%range%above_zero)) reason = &
+        & "must lie between " // concise(least) // " and " // concise(most)
+    end associate
+  end function broken
+
+end module gestell_input_schema_read

@@ -1,0 +1,13 @@
+!> The keys of the group &sensitivity.
+module gestell_task_sensitivity_keys
+  use gestell_base_key, only: key_type, text_key
+  implicit none (type, external)
+  private
+
+  type(key_type), parameter, public :: sensitivity_keys(*) = [ &
+    & key_type("sensitivity", "quantities", text_key, "whose peak and root of the mean square change, names as for `&resonance`", &
+    &   1, 1, 20, otherwise="`'f'`, and `'probe(NAME).v'` of probes with a limit"), &
+    & key_type("sensitivity", "parameters", text_key, "paths as in `--set`; all numbers that a path names change by the same " // &
+    &   "percentage", 1, 1, 40, otherwise="see below")]
+
+end module gestell_task_sensitivity_keys
