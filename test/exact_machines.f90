@@ -1,5 +1,6 @@
 !> Machines by the models of the frame, and a vibration against d'Alembert's principle.
 module exact_machines
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_math_trigonometric, only: series_type
@@ -13,7 +14,7 @@ module exact_machines
   use reference_exact, only: mean_dissipation, residual
   use reference_linear, only: qp
   use reference_machine, only: crank_speed, joint_data, khang_machine, link_data, machine_data, pi_qp, support_data
-  use testdrive, only: check, error_type, test_failed
+  use testdrive, only: check, error_type
   implicit none (type, external)
   private
 
@@ -71,7 +72,7 @@ contains
 
     call frame_of_machine(machine, frame, failure)
     if (.not. allocated(failure)) call settle(frame, model, accuracy_type(tolerance=1.0e-11_dp), system, failure, newton)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   subroutine solve_multiplier(machine, model, multipliers, error)
@@ -87,7 +88,7 @@ contains
     if (allocated(error)) return
     call solve_floquet(system, accuracy_type(tolerance=1.0e-11_dp), .false., floquet, failure)
     if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve_multiplier
 
   !> q at a crank angle, in quadruple precision.
@@ -115,7 +116,7 @@ contains
 
     select type (system)
     class is (varied_frame_type)
-      call check(error, maxval(abs(system%motion%cosine(1:, 3))) > 1.0e-3_dp, more="the motion is not small")
+      call check_that(error, maxval(abs(system%motion%cosine(1:, 3))), ">", 1.0e-3_dp, "the motion is not small")
       torque = 0
       if (machine%held_by == "flywheel") then
         do i = 1, angles

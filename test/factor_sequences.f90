@@ -1,12 +1,13 @@
 !> Sequences of factors with known multipliers, and all that the library says about one.
 module factor_sequences
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_factors_periodic_bounds, only: periodic_bounds
   use gestell_floquet_factors_periodic_frames, only: periodic_frames
   use gestell_floquet_factors_periodic_schur, only: periodic_multipliers, periodic_schur, schur_residuals
   use reference_random, only: random_type
-  use testdrive, only: check, error_type, test_failed
+  use testdrive, only: check, error_type
   implicit none (type, external)
   private
 
@@ -38,19 +39,17 @@ contains
     if (present(errors)) claims = errors
     associate (o => outcome)
       call periodic_schur(factors, o%q, o%r, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call schur_residuals(factors, o%q, o%r, residual, departure)
       ! Rotations of each factor with an error of 1e-16 each, from both sides: of 6 eigenvalues with 4 iterations each, 6 rotations
       ! in one, about 3e-14; processors differ in the last bits (2.3e-14 was seen).
       call check(error, residual, 0.0_dp, thr=5.0e-14_dp, more="residual")
       if (allocated(error)) return
-      call check(error, departure < 5.0e-14_dp, more="departure")
+      call check_that(error, departure, "<", 5.0e-14_dp, "departure")
       if (allocated(error)) return
       do k = 1, n - 1
-        call check(error, maxval(abs(o%r(k + 1:, k, :))) <= 0, more="triangular")
+        call check_that(error, maxval(abs(o%r(k + 1:, k, :))), "<=", 0.0_dp, "triangular")
         if (allocated(error)) return
       end do
       call periodic_multipliers(o%r, o%log_abs, o%arg)

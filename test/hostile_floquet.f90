@@ -1,5 +1,6 @@
 !> Bad arguments to the procedures that solve a periodic system.
 module hostile_floquet
+  use checks, only: check_that
   use gestell, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, follow, invalid_input, mesh, &
     & method_type, monodromy_type, multipliers_type, new_method, period_map, periodic_solution_type, periodic_system, &
     & solve_floquet, solve_modes, solve_monodromy, solve_multipliers, solve_periodic, trajectory
@@ -205,7 +206,9 @@ contains
     call refuse(failure, invalid_input, "a column missing", complaints)
     call check(error, complaints, "")
     if (allocated(error)) return
-    call check(error, size(mesh(system, 0)) == 2 .and. size(mesh(system, -1)) == 2, more="one step at least")
+    call check_that(error, size(mesh(system, 0)), "==", 2, "one step at least")
+    if (allocated(error)) return
+    call check_that(error, size(mesh(system, -1)), "==", 2, "one step at least")
   end subroutine test_trajectories
 
   !> Neither way of solving takes the system.

@@ -1,5 +1,6 @@
 !> Bad arguments to the procedures that solve families of systems.
 module hostile_studies
+  use checks, only: check_that
   use gestell, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_order_type, campbell_type, &
     & critical_type, crossing_type, dp, error_type, find_borders, find_critical, find_crossings, grid_type, invalid_input, &
     & nearest_stable, nearest_type, new_axis, new_grid, resonance_curve_type, sensitivity_base_type, sensitivity_type, solve_base, &
@@ -48,17 +49,21 @@ contains
     call refuse(failure, invalid_input, "axis without values", complaints)
     call check(error, complaints, "")
     if (allocated(error)) return
-    call check(error, unset%tiles() == 0 .and. unset%points() == 0, more="a grid that was not made has no tiles")
+    call check_that(error, unset%tiles(), "==", 0, "a grid that was not made has no tiles")
+    call check_that(error, int(unset%points()), "==", 0, "a grid that was not made has no tiles")
     if (allocated(error)) return
     tile = unset%tile(1)
-    call check(error, tile%number == 0 .and. tile%last(1) < tile%first(1), more="nor has it the first one")
+    call check_that(error, tile%number, "==", 0, "nor has it the first one")
+    call check_that(error, tile%last(1), "<", tile%first(1), "nor has it the first one")
     if (allocated(error)) return
     call new_grid(grid, [axis], failure)
     tile = grid%tile(0)
-    call check(error, tile%number == 0 .and. tile%last(1) < tile%first(1), more="tile 0")
+    call check_that(error, tile%number, "==", 0, "tile 0")
+    call check_that(error, tile%last(1), "<", tile%first(1), "tile 0")
     if (allocated(error)) return
     tile = grid%tile(99)
-    call check(error, tile%number == 0 .and. tile%last(1) < tile%first(1), more="tile 99")
+    call check_that(error, tile%number, "==", 0, "tile 99")
+    call check_that(error, tile%last(1), "<", tile%first(1), "tile 99")
   end subroutine test_axes
 
   subroutine test_tiles(error)

@@ -1,5 +1,6 @@
 !> What the tests of the input reader share.
 module namelist_helpers
+  use checks, only: check_failure, check_that
   use testdrive, only: check, test_failed, test_error => error_type
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, range_type, real_key
@@ -61,9 +62,9 @@ contains
     if (allocated(error)) return
     call read_checked(text, doc, failure)
     if (present(part)) then
-      call check(error, allocated(failure))
+      call check_failure(error, failure)
       if (allocated(error)) return
-      call check(error, index(failure%message, part) > 0, failure%message)
+      call check_that(error, failure%message, "contains", part)
     else
       call check_message(error, failure, message)
     end if

@@ -1,5 +1,6 @@
 !> What tests of forces, probes and drive share: frames of machines, their places, comparisons with a message.
 module shaken_ground
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -9,7 +10,7 @@ module shaken_ground
   use gestell_task_forces_ground, only: find_places, place_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
-  use testdrive, only: check, error_type, test_failed
+  use testdrive, only: error_type
   implicit none (type, external)
   private
 
@@ -32,12 +33,10 @@ contains
     tasks = tasks_type(model="rest", points=points, rows=guide_forces)
     if (present(averaged)) tasks%averaged = averaged
     call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call find_places(frame, analysis%vibration, places, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve_places
 
   !> A frame of a machine that must be one.
@@ -48,7 +47,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call frame_of_machine(machine, frame, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine make
 
   subroutine near(error, came, expected, tolerance, what)
@@ -60,7 +59,7 @@ contains
     if (allocated(error)) return
     write (numbers, "(3(a, es12.4))") ": off by ", maxval(abs(came - expected)), ", allowed ", tolerance, ", size ", &
       & maxval(abs(expected))
-    call check(error, maxval(abs(came - expected)) <= tolerance, more=what // trim(numbers))
+    call check_that(error, maxval(abs(came - expected)), "<=", tolerance, what // trim(numbers))
   end subroutine near
 
 end module shaken_ground

@@ -1,5 +1,6 @@
 !> Whole sweeps for the tests.
 module sweeps
+  use checks, only: check_success
   use data_files, only: machine_of_file
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
@@ -11,7 +12,7 @@ module sweeps
   use gestell_study_tile_results, only: tile_results_type, verdict
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
-  use testdrive, only: error_type, test_failed
+  use testdrive, only: error_type
   implicit none (type, external)
   private
 
@@ -28,7 +29,7 @@ contains
 
     call machine_of_file("data/khang_four_bar.nml", machine, failure)
     if (.not. allocated(failure)) call frame_of_machine(machine, family%frame, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine new_family
 
   !> All that follows from the multipliers.
@@ -58,10 +59,8 @@ contains
     do k = 1, grid%tiles()
       tile = grid%tile(k)
       call solve_tile(family, grid, tile, order, results, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       values(:, tile%first(2):tile%last(2), tile%first(1):tile%last(1)) = results%values
     end do
     if (present(last)) last = results

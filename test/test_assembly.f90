@@ -1,5 +1,6 @@
 !> What cannot be assembled is refused, with joint and angle; bad parts too.
 module test_assembly
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
@@ -51,14 +52,14 @@ contains
     type(gestell_error), allocatable :: failure
 
     call turn_four_bar(0.2_dp, 0.25_dp, 0.25_dp, 0.4_dp, failure)
-    call check(error, allocated(failure))
+    call check_failure(error, failure)
     if (allocated(error)) return
     call check(error, failure%code, 3)
     if (allocated(error)) return
     call check(error, failure%subject, "joint 'B'")
     if (allocated(error)) return
     ! (0.04 + 0.16 - 0.25) / 0.16 = -0.3125: 108.210 deg.
-    call check(error, index(failure%message, "108.210 deg") > 0, more=failure%message)
+    call check_that(error, failure%message, "contains", "108.210 deg")
   end subroutine test_lost
 
   !> At 180 deg the ends are 1e-9 m too far apart, over 0.004 deg of the turn.
@@ -67,9 +68,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call turn_four_bar(0.2_dp, 0.35_dp, 0.25_dp - 1.0e-9_dp, 0.4_dp, failure)
-    call check(error, allocated(failure))
-    if (allocated(error)) return
-    call check(error, index(failure%message, "179.9") > 0, more=failure%message)
+    call check_failure(error, failure, "179.9")
   end subroutine test_narrow_gap
 
   !> A parallelogram: all four joints on a line at 0 and 180 deg.
@@ -78,12 +77,10 @@ contains
     type(gestell_error), allocatable :: failure
 
     call turn_four_bar(0.2_dp, 0.4_dp, 0.2_dp, 0.4_dp, failure)
-    call check(error, allocated(failure))
+    call check_failure(error, failure, " 0.000 deg")
     if (allocated(error)) return
-    call check(error, index(failure%message, " 0.000 deg") > 0, more=failure%message)
-    if (allocated(error)) return
-    call check(error, index(failure%message, "ends are 0.2 m apart, lengths of 0.4 m and 0.2 m reach from 0.2 m to 0.6 m") > 0, &
-      & more=failure%message)
+    call check_that(error, failure%message, "contains", &
+      & "ends are 0.2 m apart, lengths of 0.4 m and 0.2 m reach from 0.2 m to 0.6 m")
   end subroutine test_change_point
 
   !> 1e-6 of the length short of a change point it still turns, and the feature tells how fine its motion is there.
@@ -92,7 +89,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call turn_four_bar(0.2_dp, 0.35_dp, 0.25_dp + 1.0e-6_dp, 0.4_dp, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine test_nearly_dead
 
   !> The feature of the whole turn is the way to the nearest dead point, real or complex. No bound: its size is what
@@ -135,11 +132,11 @@ contains
     call linkage%moving_guide(["D", "B"], [0.0_dp, 0.0_dp], 0.0_dp, moving, failure)
     call linkage%prp("C", [guide_type(angle=0.0_dp), moving], failure)
     call linkage%prepare(failure)
-    call check(error, .not. allocated(failure), more="a rocker that never lies along the ground link")
+    call check_success(error, failure, "a rocker that never lies along the ground link")
     if (allocated(error)) return
     call linkage%prp("E", [guide_type(angle=1.8_dp), moving], failure)
     call linkage%prepare(failure)
-    call check(error, allocated(failure), more="a guide that the rocker passes")
+    call check_failure(error, failure, what="a guide that the rocker passes")
     if (allocated(error)) return
     call check(error, failure%subject, "joint 'E'")
 
@@ -164,7 +161,8 @@ contains
         call test_failed(error, what // ": " // failure%message)
         return
       end if
-      call check(error, linkage%feature > distance / 2 .and. linkage%feature < 2 * distance, more=what)
+      call check_that(error, linkage%feature, ">", distance / 2, what)
+      call check_that(error, linkage%feature, "<", 2 * distance, what)
     end subroutine compare
 
   end subroutine test_features
@@ -179,7 +177,7 @@ contains
     call linkage%ground("C0", [0.8_dp, 0.1_dp], failure)
     call linkage%rrr("C", ["j4", "C0"], [0.2_dp, 0.17_dp], 1, failure)
     call linkage%prepare(failure)
-    call check(error, allocated(failure))
+    call check_failure(error, failure)
     if (allocated(error)) return
     call check(error, failure%subject, "joint 'C'")
   end subroutine test_second_dyad
@@ -195,7 +193,7 @@ contains
     call linkage%crank("A", "O", 0.1_dp, 0.0_dp, failure)
     call linkage%link("rod", "P", "A", 1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
     call linkage%prepare(failure)
-    call check(error, allocated(failure))
+    call check_failure(error, failure)
     if (allocated(error)) return
     call check(error, failure%message, "link 'rod': its joints meet at a crank angle of 90.000 deg")
   end subroutine test_meeting
@@ -210,57 +208,57 @@ contains
     integer :: i
 
     call linkage%prepare(failure)
-    call check(error, allocated(failure), more="nothing there")
+    call check_failure(error, failure, what="nothing there")
     if (allocated(error)) return
     call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
     call linkage%crank("A", "P", 0.1_dp, 0.0_dp, failure)
-    call check(error, allocated(failure), more="unknown pivot")
+    call check_failure(error, failure, what="unknown pivot")
     if (allocated(error)) return
     call linkage%crank("A", "O", -0.1_dp, 0.0_dp, failure)
-    call check(error, allocated(failure), more="negative radius")
+    call check_failure(error, failure, what="negative radius")
     if (allocated(error)) return
     call linkage%crank("A", "O", 0.1_dp, 0.0_dp, failure)
     call linkage%ground("A", [0.0_dp, 0.0_dp], failure)
-    call check(error, allocated(failure), more="name taken")
+    call check_failure(error, failure, what="name taken")
     if (allocated(error)) return
     call linkage%rrr("B", ["A", "A"], [1.0_dp, 1.0_dp], 1, failure)
-    call check(error, allocated(failure), more="same ends")
+    call check_failure(error, failure, what="same ends")
     if (allocated(error)) return
     call linkage%rrr("B", ["A", "O"], [1.0_dp, 1.0_dp], 0, failure)
-    call check(error, allocated(failure), more="branch")
+    call check_failure(error, failure, what="branch")
     if (allocated(error)) return
     call linkage%link("rod", "O", "A", -1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
-    call check(error, allocated(failure), more="negative mass")
+    call check_failure(error, failure, what="negative mass")
     if (allocated(error)) return
     call linkage%prepare(failure)
-    call check(error, allocated(failure), more="no link")
+    call check_failure(error, failure, what="no link")
     if (allocated(error)) return
     call linkage%link("rod", "O", "A", 1.0_dp, 0.1_dp, [0.05_dp, 0.0_dp], failure)
     zero = 0
     call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 0.0_dp, failure)
-    call check(error, allocated(failure), more="speed zero")
+    call check_failure(error, failure, what="speed zero")
     if (allocated(error)) return
     call new_frame(frame, linkage, -1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
-    call check(error, allocated(failure), more="negative frame mass")
+    call check_failure(error, failure, what="negative frame mass")
     if (allocated(error)) return
     call new_frame(frame, linkage, 1.0_dp, -1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
-    call check(error, allocated(failure), more="negative frame inertia")
+    call check_failure(error, failure, what="negative frame inertia")
     if (allocated(error)) return
     call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure, [0, 1])
-    call check(error, allocated(failure), more="degree of freedom 0")
+    call check_failure(error, failure, what="degree of freedom 0")
     if (allocated(error)) return
     call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure, all_free(1:0))
-    call check(error, allocated(failure), more="no degree of freedom")
+    call check_failure(error, failure, what="no degree of freedom")
     if (allocated(error)) return
     call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure, [1, 4])
-    call check(error, allocated(failure), more="degree of freedom 4")
+    call check_failure(error, failure, what="degree of freedom 4")
     if (allocated(error)) return
     do i = 1, 8
       data = 1
       data(i) = ieee_value(1.0_dp, ieee_positive_inf)
       if (modulo(i, 2) == 0) data(i) = ieee_value(1.0_dp, ieee_quiet_nan)
       call new_frame(frame, linkage, data(1), data(2), data(3:4), zero + data(5), zero + data(6), data(7), failure)
-      call check(error, allocated(failure) .eqv. i < 8, more="data that are not finite")
+      call check_that(error, allocated(failure), "==", i < 8, "data that are not finite")
       if (allocated(error)) return
     end do
 
@@ -272,14 +270,14 @@ contains
     if (allocated(error)) return
     linkage%feature = 1.0e-8_dp
     call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
-    call check(error, allocated(failure), more="too close to a dead point")
+    call check_failure(error, failure, what="too close to a dead point")
     if (allocated(error)) return
     call check(error, failure%code, 3)
     if (allocated(error)) return
 
     call linkage%crank("A2", "O", 0.1_dp, 0.0_dp, failure)
     call linkage%prepare(failure)
-    call check(error, allocated(failure), more="two cranks")
+    call check_failure(error, failure, what="two cranks")
   end subroutine test_refused
 
   subroutine test_dead_points(error)
@@ -316,11 +314,11 @@ contains
         expected = " 270.000 deg"
       end select
       call linkage%prepare(failure)
-      call check(error, allocated(failure), more=expected)
+      call check_failure(error, failure, what=expected)
       if (allocated(error)) return
       call check(error, failure%subject, "joint 'X'")
       if (allocated(error)) return
-      call check(error, index(failure%message, trim(expected)) > 0, more=failure%message)
+      call check_that(error, failure%message, "contains", trim(expected))
       if (allocated(error)) return
     end do
   end subroutine test_dead_points

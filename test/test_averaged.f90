@@ -1,5 +1,6 @@
 !> The averaged model: closed forms by hand, quadruple precision, the general integrator.
 module test_averaged
+  use checks, only: check_failure, check_that
   use gestell_base_error, only: failed_computation, gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -84,17 +85,17 @@ contains
     lambda = cmplx(-d, sqrt(w2 - d**2), dp)
     ! The lightly damped mode first. Roundings of a matrix of size 25 in a period of 1.7.
     do k = 1, 2
-      call check(error, abs(m%rho(2 * k - 1) - exp(lambda(k) * system%period)) < 1.0e-13_dp .or. &
-        & abs(m%rho(2 * k - 1) - exp(conjg(lambda(k)) * system%period)) < 1.0e-13_dp, more="rho")
+      call check_that(error, min(abs(m%rho(2 * k - 1) - exp(lambda(k) * system%period)), &
+        & abs(m%rho(2 * k - 1) - exp(conjg(lambda(k)) * system%period))), "<", 1.0e-13_dp, "rho")
       if (allocated(error)) return
       call check(error, m%log_abs(2 * k), -d(k) * system%period, thr=1.0e-14_dp, more="log_abs")
       if (allocated(error)) return
-      call check(error, abs(m%rho(2 * k - 1) - conjg(m%rho(2 * k))) < tiny(1.0_dp), more="pairs")
+      call check_that(error, abs(m%rho(2 * k - 1) - conjg(m%rho(2 * k))), "<", tiny(1.0_dp), "pairs")
       if (allocated(error)) return
     end do
-    call check(error, all(m%error < 1.0e-12_dp), more="bounds of multipliers are of use")
+    call check_that(error, m%error, "<", 1.0e-12_dp, "bounds of multipliers are of use")
     if (allocated(error)) return
-    call check(error, all(abs(m%exponent - log(m%rho) / system%period) < 1.0e-14_dp), more="exponents")
+    call check_that(error, abs(m%exponent - log(m%rho) / system%period), "<", 1.0e-14_dp, "exponents")
     if (allocated(error)) return
     call check(error, m%verdict(), "stable")
     if (allocated(error)) return
@@ -103,13 +104,13 @@ contains
     modal = [sum(system%amplitude), system%amplitude(1) - system%amplitude(2)] / (2 * 3) &
       & / cmplx(w2 - rate**2, 2 * d * rate, dp)
     q = [sum(modal), modal(1) - modal(2)]
-    call check(error, all(abs(solution%x0 - [real(q), -rate * aimag(q)]) <= solution%error), more="x0")
+    call check_that(error, abs(solution%x0 - [real(q), -rate * aimag(q)]), "<=", solution%error, "x0")
     if (allocated(error)) return
-    call check(error, all(solution%error < 1.0e-12_dp), more="bounds of x0 are of use")
+    call check_that(error, solution%error, "<", 1.0e-12_dp, "bounds of x0 are of use")
     if (allocated(error)) return
     do k = 1, 3
       associate (turn => exp(cmplx(0, 2 * pi * phases(k), dp)))
-        call check(error, all(abs(x(:, k) - [real(q * turn), -rate * aimag(q * turn)]) <= solution%error), more="motion")
+        call check_that(error, abs(x(:, k) - [real(q * turn), -rate * aimag(q * turn)]), "<=", solution%error, "motion")
       end associate
       if (allocated(error)) return
     end do
@@ -142,20 +143,22 @@ contains
     call solve(system, [0.0_dp], m, solution, x, failure)
     if (failed(failure, error)) return
     ! In the order -3/4 (twice), -2, -1e4. A defective eigenvalue moves by the root of the roundings of the whole matrix.
-    call check(error, all(abs(m%log_abs(:2) + 0.75_dp) < m%error(:2)), more="defective, within the bound")
+    call check_that(error, abs(m%log_abs(:2) + 0.75_dp), "<", m%error(:2), "defective, within the bound")
     if (allocated(error)) return
-    call check(error, all(m%error(:2) < 0.1_dp), more="defective, of use")
+    call check_that(error, m%error(:2), "<", 0.1_dp, "defective, of use")
     if (allocated(error)) return
     call check(error, m%log_abs(3), -2.0_dp, thr=1.0e-10_dp)
     if (allocated(error)) return
     call check(error, m%log_abs(4), -1.0e4_dp, thr=1.0e-10_dp)
     if (allocated(error)) return
-    call check(error, abs(m%rho(4)) <= 0 .and. m%error(4) < 1.0e-7_dp, more="underflow")
+    call check_that(error, abs(m%rho(4)), "<=", 0.0_dp, "underflow")
+    call check_that(error, m%error(4), "<", 1.0e-7_dp, "underflow")
     if (allocated(error)) return
     call check(error, m%verdict(), "stable")
     if (allocated(error)) return
     ! Without a load the motion is rest.
-    call check(error, maxval(abs(solution%x0)) <= 0 .and. maxval(abs(x)) <= 0, more="rest")
+    call check_that(error, maxval(abs(solution%x0)), "<=", 0.0_dp, "rest")
+    call check_that(error, maxval(abs(x)), "<=", 0.0_dp, "rest")
     if (allocated(error)) return
 
     ! A negative spring: exp(1e3) is no number.
@@ -200,12 +203,12 @@ contains
     call solve(mathieu, [0.0_dp], m, solution, x, failure)
     if (failed(failure, error)) return
     y = mathieu%h / cmplx(mathieu%a - 4, 2 * mathieu%d, dp)
-    call check(error, all(abs(solution%x0 - [real(y), -2 * aimag(y)]) <= solution%error), more="x0")
+    call check_that(error, abs(solution%x0 - [real(y), -2 * aimag(y)]), "<=", solution%error, "x0")
     if (allocated(error)) return
     ! |4 + 2 i d| + a over |Z|: 7.9 / 0.108.
     call check(error, solution%condition, (4 + 0.04_dp + 3.9_dp) / abs(cmplx(0.1_dp, 0.04_dp, dp)), thr=1.0e-9_dp)
     if (allocated(error)) return
-    call check(error, all(solution%error < 1.0e-11_dp), more="bounds are of use")
+    call check_that(error, solution%error, "<", 1.0e-11_dp, "bounds are of use")
     if (allocated(error)) return
 
     mathieu%d = 0
@@ -231,9 +234,9 @@ contains
       if (.not. allocated(failure)) call solve_multipliers(floquet, .false., m, failure)
       if (failed(failure, error)) return
       call solve_periodic(floquet, solution, failure)
-      call check(error, allocated(failure), more=words)
+      call check_failure(error, failure, words)
       if (allocated(error)) return
-      call check(error, index(failure%message, words) > 0 .and. failure%code == failed_computation, more=failure%message)
+      call check_that(error, failure%code, "==", failed_computation, failure%message)
     end subroutine expect
 
   end subroutine test_resonance
@@ -260,11 +263,11 @@ contains
       system%breaks = [system%edge * system%period]
       call average(system, model)
       mean = 5 + system%step * system%edge
-      call check(error, abs(model%c(1, 1) - mean) <= model%c_error(1, 1), more="mean of C")
+      call check_that(error, abs(model%c(1, 1) - mean), "<=", model%c_error(1, 1), "mean of C")
       if (allocated(error)) return
-      call check(error, model%c_error(1, 1) < 1.0e-3_dp, more="mean of C, of use")
+      call check_that(error, model%c_error(1, 1), "<", 1.0e-3_dp, "mean of C, of use")
       if (allocated(error)) return
-      call check(error, model%m_error(1, 1) < 1.0e-14_dp, more="mean of M")
+      call check_that(error, model%m_error(1, 1), "<", 1.0e-14_dp, "mean of M")
       if (allocated(error)) return
       call solve(system, [0.0_dp], m, solution, x, failure)
       if (failed(failure, error)) return
@@ -275,9 +278,9 @@ contains
         y = h / cmplx(mean - real(k, dp)**2, 0.1_dp * k, dp)
         start = start + [real(y), -k * aimag(y)]
       end do
-      call check(error, all(abs(solution%x0 - start) <= solution%error + [1.0e-9_dp, 4.0e-5_dp]), more="x0")
+      call check_that(error, abs(solution%x0 - start), "<=", solution%error + [1.0e-9_dp, 4.0e-5_dp], "x0")
       if (allocated(error)) return
-      call check(error, all(solution%error < [2.0e-3_dp, 1.0e-2_dp]), more="x0, of use")
+      call check_that(error, solution%error, "<", [2.0e-3_dp, 1.0e-2_dp], "x0, of use")
       if (allocated(error)) return
     end do
   end subroutine test_jumps
@@ -309,18 +312,18 @@ contains
       associate (rho => exp(lambda * frame%period))
         true_error = [(real(minval(abs(rho - m%rho(k)) / abs(rho)), dp), k = 1, 6)]
       end associate
-      call check(error, all(true_error <= m%error), more="multipliers")
+      call check_that(error, true_error, "<=", m%error, "multipliers")
       if (allocated(error)) return
       x_error = maxval(abs(real(x - x_q, dp)), dim=2)
-      call check(error, all(x_error <= solution%error), more="motion")
+      call check_that(error, x_error, "<=", solution%error, "motion")
       if (allocated(error)) return
       width(i) = maxval(m%error) / maxval(true_error)
       width_x(i) = maxval(solution%error) / maxval(x_error)
     end do
     ! Half of the bounds are not wider than a thousand times the true error.
-    call check(error, count(width < 1000) > machines / 2, more="bounds of multipliers are of use")
+    call check_that(error, count(width < 1000), ">", machines / 2, "bounds of multipliers are of use")
     if (allocated(error)) return
-    call check(error, count(width_x < 1000) > machines / 2, more="bounds of the motion are of use")
+    call check_that(error, count(width_x < 1000), ">", machines / 2, "bounds of the motion are of use")
   end subroutine test_bounds
 
   !> A second method for the same model.
@@ -347,17 +350,17 @@ contains
       if (.not. allocated(failure)) call follow(model, monodromy, start, phases, y, failure)
       if (failed(failure, error)) return
       do k = 1, 6
-        call check(error, minval(abs(m%rho - integrated%rho(k))) <= m%error(k) * abs(m%rho(k)) &
-          & + integrated%error(k) * abs(integrated%rho(k)), more="multipliers")
+        call check_that(error, minval(abs(m%rho - integrated%rho(k))), "<=", m%error(k) * abs(m%rho(k)) + integrated%error(k) &
+          & * abs(integrated%rho(k)), "multipliers")
         if (allocated(error)) return
         ! Unit vectors, the largest component real and positive.
-        call check(error, minval(maxval(abs(m%vectors - spread(integrated%vectors(:, k), 2, 6)), dim=1)) < 1.0e-10_dp, &
-          & more="vectors")
+        call check_that(error, minval(maxval(abs(m%vectors - spread(integrated%vectors(:, k), 2, 6)), dim=1)), "<", 1.0e-10_dp, &
+          & "vectors")
         if (allocated(error)) return
       end do
       ! 8: the error of the start may grow on the way, as the scale of the modes has it.
-      call check(error, all(abs(x - y) <= spread(solution%error + 8 * maxval(start%error / monodromy%scale) * monodromy%scale, &
-        & 2, 4)), more="motion")
+      call check_that(error, [abs(x - y)], "<=", &
+        & [spread(solution%error + 8 * maxval(start%error / monodromy%scale) * monodromy%scale, 2, 4)], "motion")
       if (allocated(error)) return
     end do
   end subroutine test_integrator

@@ -1,6 +1,7 @@
 !> Supports whose axes turn with the frame: beside those in space, in closed form, against momentum and energy. What d'Alembert's
 !> principle says of them is with the other tests of the exact frame.
 module test_axes
+  use checks, only: check_success, check_that
   use exact_machines, only: machine_on_supports, solve_multiplier
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
@@ -21,7 +22,7 @@ module test_axes
   use reference_machine, only: crank_speed, khang_machine, machine_data, period
   use reference_momentum, only: derivative
   use shaken_ground, only: make, near
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -57,7 +58,7 @@ contains
       machine%supports%turning = .true.
       if (.not. allocated(error)) call solve_multiplier(machine, trim(models(k)), frame, error)
       if (allocated(error)) return
-      call check(error, maxval(abs(space%log_abs)) > 1.0e-3_dp, more="far from the circle")
+      call check_that(error, maxval(abs(space%log_abs)), ">", 1.0e-3_dp, "far from the circle")
       call near(error, frame%log_abs, space%log_abs, 1.0e-9_dp, models(k))
       if (allocated(error)) return
     end do
@@ -73,7 +74,7 @@ contains
       if (.not. allocated(error)) call solve_multiplier(machine_on_supports(700.0_dp, 10.0_dp, turning=.true.), trim(models(k)), &
         & frame, error)
       if (allocated(error)) return
-      call check(error, maxval(abs(frame%log_abs - space%log_abs)) > 1.0e-3_dp, more=models(k))
+      call check_that(error, maxval(abs(frame%log_abs - space%log_abs)), ">", 1.0e-3_dp, models(k))
       if (allocated(error)) return
     end do
   end subroutine test_different
@@ -117,10 +118,8 @@ contains
       call new_frame(frame, mechanism, m, inertia, [0.0_dp, 0.0_dp], zero, zero, 20.0_dp, failure, gravity=[0.0_dp, -g], &
         & supports=[support_type([0.0_dp, up], [k, 2 * k], turning=.true.)])
       if (.not. allocated(failure)) call frame%natural_frequencies(frequencies, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       expected = reshape([k, 0.0_dp, m * g - k * up, 0.0_dp, 2 * k, 0.0_dp, m * g - k * up, 0.0_dp, k * up**2 - m * g * up], &
         & [3, 3])
       call frame%sample_second_order([0.3_dp], masses, b, c)
@@ -128,7 +127,7 @@ contains
       call frame%averaged(model)
       call near(error, [model%c], [expected], 1.0e-13_dp * k, "averaged C")
       if (allocated(error)) return
-      call check(error, all(abs(model%c - expected) <= model%c_error), more="averaged, claimed error")
+      call check_that(error, [abs(model%c - expected)], "<=", [model%c_error], "averaged, claimed error")
       if (allocated(error)) return
       ! The product of the squares is det C/det M.
       call near(error, [product(sign(frequencies**2, frequencies))], [(expected(1, 1) * expected(3, 3) - expected(1, 3)**2) &
@@ -158,10 +157,8 @@ contains
     call analyse(frame, tasks_type(model="exact", points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-12_dp), &
       & analysis, failure)
     if (.not. allocated(failure)) call find_places(analysis%frame, analysis%vibration, places, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     forces = lost_momentum(machine, analysis%vibration%motion_history(:3, :points))
     sums = 0
     do i = 1, 4
@@ -233,10 +230,8 @@ contains
       call analyse(frame, tasks_type(model=trim(models(k)), points=points, rows=guide_forces), &
         & accuracy_type(tolerance=1.0e-12_dp), analysis, failure)
       if (.not. allocated(failure)) call find_drive(analysis%frame, analysis%vibration, drive, known, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       associate (h => drive%history(:, :points))
         call near(error, derivative(h(stored_energy, :), frame%period), h(drive_watts, :) - h(damper_watts, :), &
           & 1.0e-9_dp * drive%greatest, models(k))

@@ -2,13 +2,14 @@
 module test_boundary
   use boundary_families, only: flutter_family, height_family, mathieu_family
   use boundary_oracles, only: characteristic_values, mathieu_trace
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -44,7 +45,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call find_borders(family, axis, accuracy_type(tolerance=border_accuracy), tolerance, borders, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine borders_of
 
   !> Abramowitz and Stegun, table 20.1: eight decimals.
@@ -104,9 +105,9 @@ contains
       call check(error, size(found), size(values), more="number of values")
       if (allocated(error)) return
       ! What is promised.
-      call check(error, all(abs(found%value - values) < 1.0e-10_dp), more="values")
+      call check_that(error, abs(found%value - values), "<", 1.0e-10_dp, "values")
       if (allocated(error)) return
-      call check(error, all(abs(found%value - values) <= found%error), more="claimed errors")
+      call check_that(error, abs(found%value - values), "<=", found%error, "claimed errors")
     end subroutine compare
 
   end subroutine check_characteristic
@@ -130,7 +131,8 @@ contains
         call check(error, size(borders), size(values), more="number of values")
         if (allocated(error)) return
         ! Each border has its own value.
-        call check(error, all([(any(abs(borders%value - values(n)) <= borders%error), n = 1, size(values))]), more="values")
+        call check_that(error, [(minval(abs(borders%value - values(n)) - borders%error), n = 1, size(values))], "<=", 0.0_dp, &
+          & "values beyond the error of the nearest border")
         if (allocated(error)) return
       end do
     end do
@@ -168,7 +170,7 @@ contains
     do i = 1, size(borders)
       values = characteristic_values(borders(i)%value, borders(i)%kind == "period_doubling", 60.0_dp)
       ! |da/dq| < 2, errors of 2.5e-11 in q.
-      call check(error, minval(abs(values - 3)) < 1.0e-10_dp)
+      call check_that(error, minval(abs(values - 3)), "<", 1.0e-10_dp, "distance to 3")
       if (allocated(error)) return
     end do
     ! A change at every crossing of the eight curves b2 ... b5 and a1 ... a4 that descend through 3 below q = 25.
@@ -203,9 +205,9 @@ contains
         excess(side) = real(abs(mathieu_trace(borders(i)%value + (2 * side - 3) * 1.0e-10_dp - c**2, q)), dp) &
           & - 2 * cosh(c * pi)
       end do
-      call check(error, excess(1) * excess(2) < 0, more="both sides of the border")
+      call check_that(error, excess(1) * excess(2), "<", 0.0_dp, "both sides of the border")
       if (allocated(error)) return
-      call check(error, (excess(1) > 0) .eqv. borders(i)%below == "unstable", more="the unstable side")
+      call check_that(error, (excess(1) > 0), "==", borders(i)%below == "unstable", "the unstable side")
       if (allocated(error)) return
       call check(error, any([borders(i)%below, borders(i)%above] == "stable"), more="the stable side")
       if (allocated(error)) return
@@ -256,9 +258,9 @@ contains
     if (allocated(error)) return
     call check(error, size(borders), 2)
     if (allocated(error)) return
-    call check(error, all(abs(borders%value - [1, 3]) < 1.0e-11_dp))
+    call check_that(error, abs(borders%value - [1, 3]), "<", 1.0e-11_dp, "values")
     if (allocated(error)) return
-    call check(error, all([borders(1)%below, borders(2)%above] == "unstable"))
+    call check_that(error, [borders(1)%below, borders(2)%above], "==", "unstable", "unstable sides")
   end subroutine test_gap
 
   !> The same border found in the logarithm; the error follows the value.
@@ -300,7 +302,10 @@ contains
     type(gestell_error), allocatable :: failure
 
     call nearest_stable(height_family(kind="gap"), [4.0_dp], 1, [range], accuracy_type(), 1.0e-10_dp, nearest, failure)
-    call check(error, nearest%found .and. nearest%verdict == "unstable" .and. nearest%there == "stable")
+    call check_that(error, nearest%found, "==", .true., "found")
+    if (allocated(error)) return
+    call check_that(error, nearest%verdict, "==", "unstable", "verdict here")
+    call check_that(error, nearest%there, "==", "stable", "verdict there")
     if (allocated(error)) return
     ! Tolerance times the range, and the distance of the side that was verified.
     call check(error, nearest%value, 3.0_dp, thr=3.0e-9_dp)
@@ -312,7 +317,8 @@ contains
     if (allocated(error)) return
     ! Stable already.
     call nearest_stable(height_family(kind="gap"), [2.9_dp], 1, [range], accuracy_type(), 1.0e-10_dp, nearest, failure)
-    call check(error, nearest%verdict == "stable" .and. .not. abs(nearest%distance) > 0, more="stable already")
+    call check_that(error, nearest%verdict, "==", "stable", "stable already")
+    call check_that(error, abs(nearest%distance), "<=", 0.0_dp, "stable already")
     if (allocated(error)) return
     ! None in the range; and the second parameter of two, where p2**2 < 1 - 0.6**2.
     call nearest_stable(height_family(kind="gap"), [4.0_dp], 1, [axis_type(3.5_dp, 5.0_dp, 4)], accuracy_type(), 1.0e-10_dp, &
@@ -325,7 +331,8 @@ contains
     ! Unstable where p1 p2 > 1; 4 lies beyond zero from a logarithmic axis.
     call nearest_stable(height_family(kind="saddle", offset=1.0_dp), [4.0_dp, 1.0_dp], 1, &
       & [axis_type(-1.0_dp, -20.0_dp, 15, .true.), range], accuracy_type(), 1.0e-10_dp, nearest, failure)
-    call check(error, nearest%verdict == "unstable" .and. nearest%there == "stable", more="beyond zero")
+    call check_that(error, nearest%verdict, "==", "unstable", "beyond zero")
+    call check_that(error, nearest%there, "==", "stable", "beyond zero")
     if (allocated(error)) return
     call check(error, nearest%distance, -5.0_dp, thr=1.0e-12_dp, more="beyond zero")
   end subroutine test_nearest

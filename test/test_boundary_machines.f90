@@ -1,6 +1,7 @@
 !> Critical values of machines' parameters against plain bisection and a dense sweep.
 module test_boundary_machines
   use boundary_families, only: machine_family, new_machine_family
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -10,7 +11,7 @@ module test_boundary_machines
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_system_periodic, only: periodic_system
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -36,7 +37,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call find_borders(family, axis, accuracy_type(tolerance=border_accuracy), tolerance, borders, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine borders_of
 
   !> Parametric instability near twice the natural frequency, against bisection by solutions of the usual kind.
@@ -48,15 +49,13 @@ contains
     integer :: i
 
     call new_machine_family("data/rocking_sieve.nml", ["drive.speed_rpm"], sieve, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call borders_of(sieve, axis_type(120.0_dp, 300.0_dp, 10), 1.0e-11_dp, borders, error)
     if (allocated(error)) return
     call check(error, size(borders), 2)
     if (allocated(error)) return
-    call check(error, all(borders%kind == "period_doubling"))
+    call check_that(error, borders%kind, "==", "period_doubling", "kinds")
     if (allocated(error)) return
     do i = 1, 2
       ! Verdicts fail to tell sides within their errors, 1e-12, times the change of the speed in which ln rho changes by 1.
@@ -78,18 +77,17 @@ contains
 
     call new_machine_family("data/khang_four_bar.nml", ["drive.speed_rpm"], four_bar, failure, &
       & ["foundation.damping=0.1,0.1,0.01"])
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call borders_of(four_bar, axis_type(1100.0_dp, 2600.0_dp, 40), 1.0e-10_dp, borders, error)
     if (allocated(error)) return
     call check(error, size(borders), 16)
     if (allocated(error)) return
     ! The sweep's step; all of its unstable points lie between the borders.
-    call check(error, all(borders(::2)%value < ranges(1, :) .and. borders(::2)%value > ranges(1, :) - 0.0501_dp))
-    if (allocated(error)) return
-    call check(error, all(borders(2::2)%value > ranges(2, :) .and. borders(2::2)%value < ranges(2, :) + 0.0501_dp))
+    call check_that(error, borders(::2)%value, "<", ranges(1, :), "lower borders")
+    call check_that(error, borders(::2)%value, ">", ranges(1, :) - 0.0501_dp, "lower borders")
+    call check_that(error, borders(2::2)%value, ">", ranges(2, :), "upper borders")
+    call check_that(error, borders(2::2)%value, "<", ranges(2, :) + 0.0501_dp, "upper borders")
     if (allocated(error)) return
     call check(error, count(borders%kind == "flutter"), 8)
     if (allocated(error)) return
@@ -110,10 +108,8 @@ contains
 
     call new_machine_family("data/khang_four_bar.nml", ["support.stiffness"], four_bar, failure, &
       & ["foundation.damping=0.1,0.1,0.01", "drive.speed_rpm=2000           "])
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call borders_of(four_bar, axis_type(49033.25_dp, 392266.0_dp, 15), 1.0e-10_dp, coarse, error)
     if (allocated(error)) return
     call borders_of(four_bar, axis_type(49033.25_dp, 392266.0_dp, 120), 1.0e-10_dp, fine, error)
@@ -122,7 +118,7 @@ contains
     if (allocated(error)) return
     call check(error, size(coarse), 18)
     if (allocated(error)) return
-    call check(error, all(abs(coarse%value - fine%value) <= coarse%error + fine%error))
+    call check_that(error, abs(coarse%value - fine%value), "<=", coarse%error + fine%error, "coarse and fine values")
   end subroutine test_coarse
 
   !> Where the largest multiplier is 1 between two values of the only parameter.

@@ -2,6 +2,7 @@
 module test_boundary_map
   use boundary_families, only: height_family, machine_family, mathieu_family, new_machine_family
   use boundary_oracles, only: characteristic_values, mathieu_trace
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -9,7 +10,7 @@ module test_boundary_map
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type
   use slow_tests, only: new_slow
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -44,7 +45,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call trace_borders(family, grid_type(axes), accuracy_type(tolerance=1.0e-11_dp), deviation, map, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine trace
 
   !> Whether curve `number` ends where it begins.
@@ -87,22 +88,24 @@ contains
 
     call trace(height_family(), [axis, axis], 1.0e-4_dp, map, error)
     if (allocated(error)) return
-    call check(error, map%curves == 1 .and. map%rough == 0)
+    call check_that(error, map%curves, "==", 1, "curves")
+    call check_that(error, map%rough, "==", 0, "rough")
     if (allocated(error)) return
-    call check(error, closed(map, 1))
+    call check_that(error, closed(map, 1), "==", .true., "first curve closed")
     if (allocated(error)) return
     points = along(map)
     ! 1e-4 of the range 4; measured at three parts of each way, a circle deviates most at the middle one.
-    call check(error, maxval(abs(norm2(points, dim=1) - 1)) < 4.0e-4_dp, more="deviation")
+    call check_that(error, maxval(abs(norm2(points, dim=1) - 1)), "<", 4.0e-4_dp, "deviation")
     if (allocated(error)) return
     ! A hundredth of that at the vertices.
-    call check(error, all([(abs(norm2(map%vertices(i)%parameters) - 1) < 4.0e-6_dp, i = 1, size(map%vertices))]))
+    call check_that(error, [(abs(norm2(map%vertices(i)%parameters) - 1), i = 1, size(map%vertices))], "<", 4.0e-6_dp, &
+      & "vertices on the circle")
     if (allocated(error)) return
     ! The unstable outside on the left: clockwise. Area of a circle less than 2 pi times the deviation.
     call check(error, area(map), -acos(-1.0_dp), thr=2.6e-3_dp)
     if (allocated(error)) return
     ! No more vertices than it takes: chords of angle sqrt(8 deviation) and half of that.
-    call check(error, size(map%vertices) < 300)
+    call check_that(error, size(map%vertices), "<", 300, "vertices")
   end subroutine test_circle
 
   !> What the curves enclose, positive where they run counter-clockwise.
@@ -130,7 +133,11 @@ contains
       call trace(height_family(kind="circles"), [merge(up(1), down(1), k == 2), merge(up(2), down(2), k == 1)], 1.0e-3_dp, &
         & map, error)
       if (allocated(error)) return
-      call check(error, map%curves == 2 .and. closed(map, 1) .and. closed(map, 2))
+      call check_that(error, map%curves, "==", 2, "curves")
+      if (allocated(error)) return
+      call check_that(error, closed(map, 1), "==", .true., "first curve closed")
+      if (allocated(error)) return
+      call check_that(error, closed(map, 2), "==", .true., "second curve closed")
       if (allocated(error)) return
       ! Two circumferences of 2 pi times the deviation, 1e-3 of 6.
       call check(error, area(map), -2 * acos(-1.0_dp), thr=0.08_dp)
@@ -147,7 +154,7 @@ contains
     if (allocated(error)) return
     call check(error, map%curves, 2)
     if (allocated(error)) return
-    call check(error, closed(map, 1) .and. closed(map, 2))
+    call check_that(error, [closed(map, 1), closed(map, 2)], "==", [.true., .true.], "closed")
   end subroutine test_circles
 
   subroutine test_cut(error)
@@ -165,7 +172,8 @@ contains
     if (allocated(error)) return
     call check(error, map%vertices(n)%parameters(1), sqrt(0.91_dp), thr=4.0e-5_dp)
     if (allocated(error)) return
-    call check(error, maxval(abs([map%vertices(1)%parameters(2), map%vertices(n)%parameters(2)] - 0.3_dp)) <= 0)
+    call check_that(error, maxval(abs([map%vertices(1)%parameters(2), map%vertices(n)%parameters(2)] - 0.3_dp)), "<=", 0.0_dp, &
+      & "ends on the line")
   end subroutine test_cut
 
   !> p1 p2 = +-1e-3: two branches, in opposite quadrants each time, closer than the search grid's lines.
@@ -183,10 +191,11 @@ contains
       call check(error, map%curves, 2)
       if (allocated(error)) return
       points = along(map)
-      call check(error, all(side * points(1, :) * points(2, :) > 0), more="never into the other quadrants")
+      call check_that(error, side * points(1, :) * points(2, :), ">", 0.0_dp, "never into the other quadrants")
       if (allocated(error)) return
       ! Distance from the hyperbola |p1 p2| = 1e-3: at most the change of p1 p2 over the gradient. 1e-3 of the range 2.
-      call check(error, maxval(abs(abs(points(1, :) * points(2, :)) - 1.0e-3_dp) / norm2(points, dim=1)) < 2.0e-3_dp)
+      call check_that(error, maxval(abs(abs(points(1, :) * points(2, :)) - 1.0e-3_dp) / norm2(points, dim=1)), "<", 2.0e-3_dp, &
+        & "points on the hyperbola")
       if (allocated(error)) return
     end do
   end subroutine test_saddle
@@ -209,12 +218,12 @@ contains
         phase = v%parameters(1) + v%parameters(2) / 4
         phase = abs(phase - nint(phase)) - acos(0.3_dp) / (2 * pi)
         ! The range 6 times the exactness of lines, 1e-8.
-        call check(error, abs(phase) < 1.2e-7_dp, more="on a line")
+        call check_that(error, abs(phase), "<", 1.2e-7_dp, "on a line")
         if (allocated(error)) return
         if (i == 1) cycle
         if (map%vertices(i - 1)%curve /= v%curve) cycle
         associate (w => map%vertices(i - 1)%parameters - v%parameters)
-          call check(error, abs(w(1) + w(2) / 4) < 1.2e-7_dp, more="along it")
+          call check_that(error, abs(w(1) + w(2) / 4), "<", 1.2e-7_dp, "along it")
         end associate
         if (allocated(error)) return
       end associate
@@ -236,7 +245,8 @@ contains
     n = size(map%vertices)
     from_hole = [norm2(map%vertices(1)%parameters - [1, 0]), norm2(map%vertices(n)%parameters - [1, 0])] - 0.4_dp
     ! Two cells of the size of the deviation, 4e-3.
-    call check(error, all(from_hole >= 0 .and. from_hole < 0.012_dp))
+    call check_that(error, from_hole, ">=", 0.0_dp, "distance from the hole")
+    call check_that(error, from_hole, "<", 0.012_dp, "distance from the hole")
   end subroutine test_hole
 
   !> Divergence at p1 = 0 for p2 < 0, flutter at p2 = 0 for p1 < 0.
@@ -256,16 +266,20 @@ contains
       v = map%vertices(i)
       if (v%kind == "divergence") then
         ! A hundredth of the deviation times the ranges.
-        call check(error, abs(v%parameters(1)) < 3.0e-5_dp .and. v%parameters(2) < 3.0e-5_dp .and. abs(v%arg_rad) <= 0)
+        call check_that(error, abs(v%parameters(1)), "<", 3.0e-5_dp, "p1 on the axis")
+        call check_that(error, v%parameters(2), "<", 3.0e-5_dp, "p2")
+        call check_that(error, abs(v%arg_rad), "<=", 0.0_dp, "argument")
         nearest(1) = min(nearest(1), norm2(v%parameters))
       else
-        call check(error, abs(v%parameters(2)) < 3.0e-5_dp .and. v%parameters(1) < 3.0e-5_dp .and. abs(v%arg_rad - 2) < 1.0e-9_dp)
+        call check_that(error, abs(v%parameters(2)), "<", 3.0e-5_dp, "p2 on the axis")
+        call check_that(error, v%parameters(1), "<", 3.0e-5_dp, "p1")
+        call check_that(error, abs(v%arg_rad - 2), "<", 1.0e-9_dp, "argument")
         nearest(2) = min(nearest(2), norm2(v%parameters))
       end if
       if (allocated(error)) return
     end do
     ! The deviation times the ranges.
-    call check(error, maxval(nearest) < 2.2e-3_dp)
+    call check_that(error, maxval(nearest), "<", 2.2e-3_dp, "distance of the corners")
   end subroutine test_corner
 
   !> p1 p2 = 1 is a straight line in the logarithms: nothing to be added to the points on the grid's lines.
@@ -277,10 +291,12 @@ contains
 
     call trace(height_family(kind="saddle", offset=1.0_dp), [axis, axis], 1.0e-3_dp, map, error)
     if (allocated(error)) return
-    call check(error, map%curves == 1 .and. size(map%vertices) <= 12)
+    call check_that(error, map%curves, "==", 1, "curves")
+    call check_that(error, size(map%vertices), "<=", 12, "vertices")
     if (allocated(error)) return
     ! A hundredth of the deviation times ln 1e4, in each of the two.
-    call check(error, all([(abs(log(product(map%vertices(i)%parameters))) < 2.0e-4_dp, i = 1, size(map%vertices))]))
+    call check_that(error, [(abs(log(product(map%vertices(i)%parameters))), i = 1, size(map%vertices))], "<", 2.0e-4_dp, &
+      & "vertices on the hyperbola")
   end subroutine test_logarithmic
 
   subroutine test_mathieu(error)
@@ -298,7 +314,7 @@ contains
       associate (v => map%vertices(i))
         values = characteristic_values(v%parameters(2), v%kind == "period_doubling", 60.0_dp)
         ! A hundredth of the deviation in either direction: 2e-4 in a, 8e-5 in q with |da/dq| < 2.
-        call check(error, minval(abs(values - v%parameters(1))) < 4.0e-4_dp, more="on the curve")
+        call check_that(error, minval(abs(values - v%parameters(1))), "<", 4.0e-4_dp, "on the curve")
         if (allocated(error)) return
       end associate
     end do
@@ -328,7 +344,8 @@ contains
             excess(k) = real(abs(mathieu_trace(corner(1) - d**2 / 4, corner(2))) - 2 * cosh(d * pi / 2), dp)
           end associate
         end do
-        call check(error, minval(excess) <= 0 .and. maxval(excess) >= 0, more="both sides of a vertex")
+        call check_that(error, minval(excess), "<=", 0.0_dp, "both sides of a vertex")
+        call check_that(error, maxval(excess), ">=", 0.0_dp, "both sides of a vertex")
         if (allocated(error)) return
       end associate
     end do
@@ -351,11 +368,11 @@ contains
     if (allocated(error)) return
     ! Each within the deviation of the other, measured at three parts of each way: half as much again for the rest of it.
     do i = 1, size(map%vertices)
-      call check(error, distance(map%vertices(i)%parameters, finer) < 1.5e-3_dp, more="from the finer one")
+      call check_that(error, distance(map%vertices(i)%parameters, finer), "<", 1.5e-3_dp, "from the finer one")
       if (allocated(error)) return
     end do
     do i = 1, size(finer%vertices)
-      call check(error, distance(finer%vertices(i)%parameters, map) < 1.5e-3_dp, more="from the coarser one")
+      call check_that(error, distance(finer%vertices(i)%parameters, map), "<", 1.5e-3_dp, "from the coarser one")
       if (allocated(error)) return
     end do
   end subroutine test_tongues

@@ -1,6 +1,7 @@
 !> Narrow tongues of parametric resonance: none is missed, whatever the search points are.
 module test_boundary_tongues
   use boundary_families, only: machine_family, mathieu_family, new_machine_family
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -13,7 +14,7 @@ module test_boundary_tongues
   use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: stable, tile_results_type, unstable, verdict
   use slow_tests, only: new_slow
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   use weakly_damped, only: new_weak_family, weak_family
   implicit none (type, external)
   private
@@ -89,24 +90,20 @@ contains
     integer :: k
 
     call new_machine_family(file, ["drive.speed_rpm"], machine, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     own = axis
     ends = reshape(tongues, [size(ends)])
     step = abs(axis%to - axis%from) / 1000000
     do k = 1, size(counts)
       own%count = counts(k)
       call find_borders(machine, own, accuracy_type(tolerance=border_accuracy), 1.0e-10_dp, borders, failure, rest)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call check(error, size(borders), number)
       if (allocated(error)) return
       ! Verdicts tell the sides of a border apart at its error.
-      call check(error, all(abs(borders%value - ends(:number)) <= step + borders%error))
+      call check_that(error, abs(borders%value - ends(:number)), "<=", step + borders%error, "ends of tongues")
       if (allocated(error)) return
       call check(error, size(rest%places), 0, more="places left open")
       if (allocated(error)) return
@@ -131,12 +128,12 @@ contains
     do i = 1, 2
       if (i == 2) line%most_meetings = looked_at
       call search_line(mathieu_family(q=0.1_dp, d=1.0e-3_dp), line, range_nodes(10), search, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       if (i == 1) then
-        call check(error, search%meetings >= all_places .and. search%left_out == 0 .and. size(search%doubts) == 0)
+        call check_that(error, search%meetings, ">=", all_places, "meetings")
+        call check_that(error, search%left_out, "==", 0, "places left out")
+        call check_that(error, size(search%doubts), "==", 0, "doubts")
         if (.not. allocated(error)) call check(error, size(search%found%list), 4)
       else
         call check(error, search%meetings, looked_at)
@@ -168,10 +165,8 @@ contains
       axis = family%axis
       axis%count = 10
       call find_borders(family, axis, accuracy_type(tolerance=border_accuracy), 1.0e-10_dp, borders, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call check(error, size(borders), borders_of(k))
       if (.not. allocated(error)) call check_against_sweep(family, axis, borders, error)
       if (allocated(error)) return
@@ -201,10 +196,8 @@ contains
       tile = grid%tile(k)
       first = tile%first(1)
       call solve_tile(family, grid, tile, order, results, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       do i = 1, size(results%values, 3)
         associate (value => grid%axes(1)%value(first + i - 1), found => nint(results%values(1, 1, i)))
           inside = mod(count(borders%value < value), 2) == 1 .neqv. borders(1)%below == "unstable"

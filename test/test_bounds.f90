@@ -1,5 +1,6 @@
 !> Multipliers and periodic solutions, with their bounds, from monodromy matrices whose errors are chosen.
 module test_bounds
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: monodromy_type
@@ -7,7 +8,7 @@ module test_bounds
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use reference_linear, only: eigenvalues, qp, solve
   use systems, only: diagonal
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -98,24 +99,21 @@ contains
         if (j > 1) e = merge(e, 0.0_dp, abs(e) >= maxval(abs(e)))
         e = e * size_of_error / norm2(e)
         if (.not. allocated(failure)) call solve_multipliers(claimed(a + e, scale, 0.0_dp), .false., moved, failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
+        call check_success(error, failure)
+        if (allocated(error)) return
         do k = 1, n
           ! The perturbed ones are known to roundoff, which is inside their own bounds.
-          call check(error, any(abs(moved%rho(k) - m%rho) <= m%error * abs(m%rho) + moved%error(k) * abs(moved%rho(k))), &
-            & more="each one lies in a disc")
-          if (allocated(error)) return
-          call check(error, any(abs(m%rho(k) - moved%rho) <= m%error(k) * abs(m%rho(k)) + moved%error * abs(moved%rho)), &
-            & more="each disc holds one")
+          call check_that(error, minval(abs(moved%rho(k) - m%rho) - m%error * abs(m%rho) - moved%error(k) * abs(moved%rho(k))), &
+            & "<=", 0.0_dp, "each one lies in a disc")
+          call check_that(error, minval(abs(m%rho(k) - moved%rho) - m%error(k) * abs(m%rho(k)) - moved%error * abs(moved%rho)), &
+            & "<=", 0.0_dp, "each disc holds one")
           if (allocated(error)) return
           most = max(most, minval(abs(m%rho(k) - moved%rho)) / (m%error(k) * abs(m%rho(k))))
         end do
       end do
     end do
     ! Gershgorin's theorem gives away a factor of n and the angles between the vectors.
-    call check(error, most > 0.1_dp, more="bounds are of use")
+    call check_that(error, most, ">", 0.1_dp, "bounds are of use")
   end subroutine test_perturbed
 
   !> diag(0.5, 0.5 + gap, -0.3): the discs have the radius 3 |E|. They touch for a gap of 5 |E|, not for one of 7 |E|: then the
@@ -133,9 +131,9 @@ contains
       call solve_multipliers(claimed(diagonal([0.5_dp, 0.5_dp + gaps(i), -0.3_dp]), [1.0_dp, 1.0_dp, 1.0_dp], e), &
         & .false., m, failure)
       ! Up to rounding of order 1e-15.
-      call check(error, maxval(abs(m%error * abs(m%rho) - [bounds(i), bounds(i), third])) < 1.0e-13_dp)
+      call check_that(error, maxval(abs(m%error * abs(m%rho) - [bounds(i), bounds(i), third])), "<", 1.0e-13_dp, "bounds")
       if (allocated(error)) return
-      call check(error, maxval(abs(m%condition - 1)) < 1.0e-13_dp)
+      call check_that(error, maxval(abs(m%condition - 1)), "<", 1.0e-13_dp, "conditions")
       if (allocated(error)) return
     end do
 
@@ -143,13 +141,13 @@ contains
     do i = 1, 3
       call solve_multipliers(claimed(diagonal(cshift([0.5_dp, 0.5_dp + gaps(1), 0.5_dp + 2 * gaps(1)], i)), &
         & [1.0_dp, 1.0_dp, 1.0_dp], e), .false., m, failure)
-      call check(error, maxval(abs(m%error * abs(m%rho) - [13 * e, 8 * e, 13 * e])) < 1.0e-13_dp, more="chain")
+      call check_that(error, maxval(abs(m%error * abs(m%rho) - [13 * e, 8 * e, 13 * e])), "<", 1.0e-13_dp, "chain")
       if (allocated(error)) return
     end do
     call solve_multipliers(claimed(diagonal([0.5_dp, 0.5_dp + 3 * gaps(1), 0.5_dp + gaps(1), 0.5_dp + 2 * gaps(1)]), &
       & [1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp], e), .false., m, failure)
     ! Radius 4 |E|.
-    call check(error, maxval(abs(m%error * abs(m%rho) - [19 * e, 14 * e, 14 * e, 19 * e])) < 1.0e-13_dp, more="chain of four")
+    call check_that(error, maxval(abs(m%error * abs(m%rho) - [19 * e, 14 * e, 14 * e, 19 * e])), "<", 1.0e-13_dp, "chain of four")
   end subroutine test_close
 
   !> D blockdiag(1/2, 2 [cos sin; -sin cos], -3, 0) D^-1: known multipliers and vectors.
@@ -166,29 +164,29 @@ contains
     a(2, 3) = 2 * sin(angle)
     a(3, 2) = -2 * sin(angle)
     call solve_multipliers(claimed(a, scale, 1.0e-9_dp), .true., m, failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     expected = [cmplx(-3, 0, dp), 2 * exp(cmplx(0, angle, dp)), 2 * exp(cmplx(0, -angle, dp)), cmplx(0.5_dp, 0, dp), &
       & cmplx(0.25_dp, 0, dp)]
     ! Roundings of a normal matrix.
-    call check(error, maxval(abs(m%rho - expected)) < 1.0e-14_dp, more="order")
+    call check_that(error, maxval(abs(m%rho - expected)), "<", 1.0e-14_dp, "order")
     if (allocated(error)) return
-    call check(error, maxval(abs(m%log_abs - log(abs(expected)))) < 1.0e-14_dp, more="log_abs")
+    call check_that(error, maxval(abs(m%log_abs - log(abs(expected)))), "<", 1.0e-14_dp, "log_abs")
     if (allocated(error)) return
-    call check(error, abs(m%arg(2) - angle) + abs(m%arg(3) + angle) + abs(abs(m%arg(1)) - acos(-1.0_dp)) + abs(m%arg(4)) &
-      & < 1.0e-14_dp, more="arg")
+    call check_that(error, abs(m%arg(2) - angle) + abs(m%arg(3) + angle) + abs(abs(m%arg(1)) - acos(-1.0_dp)) + abs(m%arg(4)), &
+      & "<", 1.0e-14_dp, "arg")
     if (allocated(error)) return
-    call check(error, maxval(abs(m%exponent - cmplx(m%log_abs, m%arg, dp) / period)) < 1.0e-12_dp, more="exponent")
+    call check_that(error, maxval(abs(m%exponent - cmplx(m%log_abs, m%arg, dp) / period)), "<", 1.0e-12_dp, "exponent")
     if (allocated(error)) return
-    call check(error, maxval(abs(m%error * abs(m%rho) - 1.0e-9_dp)) < 1.0e-13_dp, more="error relative to |rho|")
+    call check_that(error, maxval(abs(m%error * abs(m%rho) - 1.0e-9_dp)), "<", 1.0e-13_dp, "error relative to |rho|")
     if (allocated(error)) return
 
     ! [0.9 5; 0 0.1]: both have the condition sqrt(1 + (5 / 0.8)^2), the third multiplier 1.
     b = diagonal([0.2_dp, 0.9_dp, 0.1_dp])
     b(2, 3) = 5
     call solve_multipliers(claimed(b, scale(:3), 1.0e-9_dp), .false., other, failure)
-    call check(error, maxval(abs(other%condition - [hypot(1.0_dp, 6.25_dp), 1.0_dp, hypot(1.0_dp, 6.25_dp)])) < 1.0e-13_dp, &
-      & more="condition")
+    call check_that(error, maxval(abs(other%condition - [hypot(1.0_dp, 6.25_dp), 1.0_dp, hypot(1.0_dp, 6.25_dp)])), "<", &
+      & 1.0e-13_dp, "condition")
     if (allocated(error)) return
 
     ! Vectors in the model's units, unit norm, the largest component real and positive: (-i / 4, 8) / norm for the pair.
@@ -196,10 +194,10 @@ contains
       call check(error, norm2(abs(m%vectors(:, k))), 1.0_dp, thr=1.0e-14_dp, more="unit")
       if (allocated(error)) return
     end do
-    call check(error, maxval(abs([m%vectors(4, 1), m%vectors(1, 4), m%vectors(5, 5)] - 1)) < 1.0e-14_dp, more="real vectors")
+    call check_that(error, maxval(abs([m%vectors(4, 1), m%vectors(1, 4), m%vectors(5, 5)] - 1)), "<", 1.0e-14_dp, "real vectors")
     if (allocated(error)) return
-    call check(error, abs(m%vectors(3, 2) - 8 / hypot(8.0_dp, 0.25_dp)) + abs(m%vectors(2, 2) &
-      & - cmplx(0, -0.25_dp, dp) / hypot(8.0_dp, 0.25_dp)) < 1.0e-14_dp, more="vector of the pair")
+    call check_that(error, abs(m%vectors(3, 2) - 8 / hypot(8.0_dp, 0.25_dp)) &
+      & + abs(m%vectors(2, 2) - cmplx(0, -0.25_dp, dp) / hypot(8.0_dp, 0.25_dp)), "<", 1.0e-14_dp, "vector of the pair")
   end subroutine test_sorted
 
   !> Moduli and their bounds on either side of 1.
@@ -267,7 +265,7 @@ contains
         monodromy%xp = (xp + ep) * scale
         call solve_periodic(monodromy, moved, failure)
         if (allocated(failure)) cycle
-        call check(error, all(abs(moved%x0 - solution%x0) <= solution%error + moved%error))
+        call check_that(error, abs(moved%x0 - solution%x0), "<=", solution%error + moved%error, "moved solution")
         if (allocated(error)) return
         do k = 1, n
           most(k) = max(most(k), abs(moved%x0(k) - solution%x0(k)) / solution%error(k))
@@ -275,7 +273,7 @@ contains
       end do
     end do
     ! Every component comes close to its bound in some direction.
-    call check(error, all(most > 0.8_dp), more="bounds are of use")
+    call check_that(error, most, ">", 0.8_dp, "bounds are of use")
   end subroutine test_start
 
   !> Where E - Phi can be singular within the error, nothing is said; and a bound before that knows how near it is.
@@ -289,11 +287,11 @@ contains
     monodromy%xp = [1.0_dp]
     monodromy%xp_error = 0
     call solve_periodic(monodromy, solution, failure)
-    call check(error, allocated(failure), more="1 is within the error")
+    call check_failure(error, failure, what="1 is within the error")
     if (allocated(error)) return
     monodromy%error = 0.9e-3_dp
     call solve_periodic(monodromy, solution, failure)
-    call check(error, .not. allocated(failure), more="1 is outside")
+    call check_success(error, failure, "1 is outside")
     if (allocated(error)) return
     ! The true multiplier may be 1 - 1e-4: x0 = 1e4 in place of 1e3.
     call check(error, solution%error(1), 9000.0_dp, thr=1.0e-6_dp)
@@ -304,15 +302,13 @@ contains
     monodromy = claimed(diagonal([1.0_dp, 0.5_dp]), [1.0_dp, 1.0_dp], 0.0_dp)
     monodromy%xp = [1.0_dp, 1.0_dp]
     call solve_periodic(monodromy, solution, failure)
-    call check(error, allocated(failure), more="exactly 1")
-    if (allocated(error)) return
-    call check(error, index(failure%message, "resonance") > 0, more=failure%message)
+    call check_failure(error, failure, "resonance")
     if (allocated(error)) return
     ! The amplification is the norm of the whole inverse, not of its largest entry: 0.9 sqrt(2) > 1.
     monodromy = claimed(diagonal([0.0_dp, 0.0_dp]), [1.0_dp, 1.0_dp], 0.9_dp)
     monodromy%xp = [1.0_dp, 1.0_dp]
     call solve_periodic(monodromy, solution, failure)
-    call check(error, allocated(failure), more="norm of the inverse")
+    call check_failure(error, failure, what="norm of the inverse")
   end subroutine test_untold
 
   !> With no error of Phi, that of the arithmetic is left: against quadruple precision.
@@ -337,17 +333,15 @@ contains
       monodromy%xp = a(:, 3)
       call solve_multipliers(monodromy, .false., m, failure)
       if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call eigenvalues(real(a, qp), rho)
       do k = 1, n
-        call check(error, real(minval(abs(rho - m%rho(k))), dp) <= m%error(k) * abs(m%rho(k)), more="multiplier")
+        call check_that(error, real(minval(abs(rho - m%rho(k))), dp), "<=", m%error(k) * abs(m%rho(k)), "multiplier")
         if (allocated(error)) return
       end do
       x0 = solve(unit - real(a, qp), real(monodromy%xp, qp))
-      call check(error, all(abs(solution%x0 - real(x0, dp)) <= solution%error), more="x0")
+      call check_that(error, abs(solution%x0 - real(x0, dp)), "<=", solution%error, "x0")
       if (allocated(error)) return
     end do
   end subroutine test_rounding

@@ -1,5 +1,6 @@
 !> From an input to the members of its family, from tiles to the table.
 module test_campaign
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: failure_type => error_type, impossible_mechanism, invalid_input, wrong_usage
   use gestell_base_kinds, only: dp
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
@@ -142,11 +143,12 @@ contains
         call system%load(0.1_dp * k * system%period, h)
         call anew%frame%matrices(0.1_dp * k * anew%frame%period, m2, b2, c2)
         call anew%frame%load(0.1_dp * k * anew%frame%period, h2)
-        call check(error, all(abs(m - m2) <= 0) .and. all(abs(b - b2) <= 0) .and. all(abs(c - c2) <= 0) &
-          & .and. all(abs(h - h2) <= 0), path1 // ", " // path2)
-        if (allocated(error)) return
+        call check_that(error, [abs(m - m2)], "<=", 0.0_dp, path1 // ", " // path2)
+        call check_that(error, [abs(b - b2)], "<=", 0.0_dp, path1 // ", " // path2)
+        call check_that(error, [abs(c - c2)], "<=", 0.0_dp, path1 // ", " // path2)
+        call check_that(error, abs(h - h2), "<=", 0.0_dp, path1 // ", " // path2)
       end do
-      call check(error, abs(system%speed - anew%frame%speed) <= 0)
+      call check_that(error, abs(system%speed - anew%frame%speed), "<=", 0.0_dp, "speed")
     class default
       call test_failed(error, "a member is no frame")
     end select
@@ -180,19 +182,20 @@ contains
     if (.not. allocated(failure)) allocate(first, source=configuration%plan%family)
     allocate(second, source=first)
     call second%member([0.3_dp, 9.0_dp], system, failure)
-    call check(error, failure%code, impossible_mechanism)
-    if (allocated(error)) return
+    call check_failure(error, failure, code=impossible_mechanism)
     call second%member([-0.3_dp, 9.0_dp], system, failure)
-    call check(error, failure%code == invalid_input .and. failure%message == "joint(B).lengths(1) = -0.3: must be positive", &
-      & more=failure%message)
+    call check_failure(error, failure, code=invalid_input)
+    if (allocated(error)) return
+    call check_that(error, failure%message, "==", "joint(B).lengths(1) = -0.3: must be positive")
     if (allocated(error)) return
 
     call configure(machine // "&sweep parameter='frame.mass' from=10 to=20 count=3/ &case tasks='sweep'/", &
       & "joint(B).lengths(1)=0.3", "", configuration, failure)
-    call check(error, .not. allocated(failure) .and. allocated(configuration%impossible), more="the machine cannot turn")
+    call check_success(error, failure, "the machine cannot turn")
+    call check_that(error, allocated(configuration%impossible), "==", .true., "the machine cannot turn")
     if (allocated(error)) return
     call configuration%plan%family%member([15.0_dp], system, failure)
-    call check(error, failure%code, impossible_mechanism)
+    call check_failure(error, failure, code=impossible_mechanism)
   end subroutine test_impossible
 
   !> Tiles in any order give rows in the grid's order, whether a tile stands alone or beside others.
@@ -226,17 +229,17 @@ contains
       if (.not. allocated(failure)) call campaign%store(k, results_of(plan%grid%tile(k)), failure)
     end do
     if (.not. allocated(failure)) call open_campaign(campaign, folder, plan, 7_int64, failure)
-    if (.not. allocated(failure)) call check(error, all(campaign%done) .and. campaign%damaged == 0)
+    if (.not. allocated(failure)) call check_that(error, count(campaign%done), "==", size(campaign%done), "tiles done")
+    if (.not. allocated(failure)) call check_that(error, campaign%damaged, "==", 0, "damaged tiles")
     if (.not. allocated(failure)) call campaign%finish(folder, [character(len=5) :: "title"], summary, failure)
     if (.not. allocated(failure)) call campaign%clear()
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
     if (allocated(error)) return
     open (newunit=unit, file=folder // "/sweep.csv", action="read", status="old")
     read (unit, "(a)") line
-    call check(error, trim(line), "# title")
+    call check_that(error, trim(line), "==", "# title")
     read (unit, "(a)") line
-    if (.not. allocated(error)) call check(error, trim(line), """a(1,2)""," &
-      & // trim(merge("b,", "  ", size(counts) == 2)) // "rho_max,verdict")
+    call check_that(error, trim(line), "==", """a(1,2)""," // trim(merge("b,", "  ", size(counts) == 2)) // "rho_max,verdict")
     do i = 1, counts(1)
       do j = 1, product(counts) / counts(1)
         read (unit, "(a)", iostat=status) line
@@ -253,10 +256,11 @@ contains
     end do
     read (unit, "(a)", iostat=status) line
     close (unit)
-    call check(error, status /= 0)
-    if (.not. allocated(error)) call check(error, summary%points == product(counts) .and. summary%verdicts(unstable) == counts(1))
-    if (.not. allocated(error)) call check(error, all(summary%where(:size(counts)) == counts) .and. nint(summary%least) == 1001)
-    if (.not. allocated(error)) call check(error, file_size(folder // "/sweep.blocks/origin") < 0)
+    call check_that(error, status, "/=", 0, "end of the file")
+    call check_that(error, int([summary%points, summary%verdicts(unstable)]), "==", [product(counts), counts(1)], "summary")
+    call check_that(error, int(summary%where(:size(counts))), "==", counts, "where the least is")
+    call check_that(error, nint(summary%least), "==", 1001, "least")
+    call check_that(error, int(file_size(folder // "/sweep.blocks/origin")), "<", 0, "size of the origin")
     call remove_file(folder // "/sweep.csv")
     call remove_folder(folder)
   end subroutine one_table
@@ -305,15 +309,12 @@ contains
     call open_campaign(campaign, folder, plan, 7_int64, failure)
     call campaign%begin(failure)
     call campaign%store(1, results_of(plan%grid%tile(1)), failure)
-    call check(error, .not. allocated(failure))
-    if (allocated(error)) return
+    call check_success(error, failure)
     call open_campaign(campaign, folder, plan, 8_int64, failure)
-    call check(error, allocated(failure))
-    if (allocated(error)) return
-    call check(error, failure%code, wrong_usage)
-    if (allocated(error)) return
+    call check_failure(error, failure, code=wrong_usage)
     call open_campaign(campaign, folder, plan, 7_int64, failure)
-    call check(error, .not. allocated(failure) .and. campaign%done(1))
+    call check_success(error, failure)
+    call check_that(error, campaign%done(1), "==", .true., "tile 1 done")
     call clear_folder
   end subroutine test_foreign
 
@@ -328,13 +329,12 @@ contains
     call open_campaign(one, folder, plan, 7_int64, failure)
     call open_campaign(two, folder, plan, 8_int64, failure)
     call one%begin(failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (.not. allocated(error)) call two%begin(failure)
-    if (.not. allocated(error)) call check(error, allocated(failure))
-    if (.not. allocated(error)) call check(error, failure%code, wrong_usage)
-    if (.not. allocated(error)) call two%store(1, results_of(plan%grid%tile(1)), failure)
-    if (.not. allocated(error)) call check(error, allocated(failure))
-    if (.not. allocated(error)) call check(error, file_size(folder // "/sweep.blocks/0000000001") < 0)
+    call check_failure(error, failure, code=wrong_usage)
+    call two%store(1, results_of(plan%grid%tile(1)), failure)
+    call check_failure(error, failure)
+    call check_that(error, int(file_size(folder // "/sweep.blocks/0000000001")), "<", 0, "size of the block")
     call clear_folder
   end subroutine test_two_inputs
 
@@ -353,15 +353,15 @@ contains
     call two%begin(failure)
     call one%store(1, results_of(plan%grid%tile(1)), failure)
     call two%store(1, results_of(plan%grid%tile(1)), failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     call one%finish(folder, [character(len=5) :: "title"], summary, failure)
-    if (.not. allocated(error)) call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     call one%clear()
     call two%store(1, results_of(plan%grid%tile(1)), failure)
-    if (.not. allocated(error)) call check(error, allocated(failure))
+    call check_failure(error, failure)
     if (.not. allocated(error)) call check(error, failure%message, folder // "/sweep.blocks: is gone: another run has " &
       & // "finished this sweep, or it was removed")
-    if (.not. allocated(error)) call check(error, file_size(folder // "/sweep.csv") > 0)
+    call check_that(error, int(file_size(folder // "/sweep.csv")), ">", 0, "size of the table")
     call clear_folder
   end subroutine test_overtaken
 
@@ -381,10 +381,10 @@ contains
     call remove_file(folder // "/sweep.blocks/origin")
     call two%begin(failure)
     call two%store(1, results_of(plan%grid%tile(1)), failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     call one%finish(folder, [character(len=5) :: "title"], summary, failure)
-    if (.not. allocated(error)) call check(error, allocated(failure))
-    if (.not. allocated(error)) call check(error, max(file_size(folder // "/sweep.csv"), file_size(folder // "/sweep.csv.new")) < 0)
+    call check_failure(error, failure)
+    call check_that(error, int([file_size(folder // "/sweep.csv"), file_size(folder // "/sweep.csv.new")]), "<", 0, "size")
     call clear_folder
   end subroutine test_replaced
 

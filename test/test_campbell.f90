@@ -1,5 +1,6 @@
 !> Modes over the speed, and their crossings with the orders of the crank.
 module test_campbell
+  use checks, only: check_success, check_that
   use data_files, only: machine_of_file
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
@@ -13,7 +14,7 @@ module test_campbell
   use reference_machine, only: khang_machine, machine_data, period
   use slow_tests, only: new_slow
   use test_campbell_modes, only: rotor
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -50,7 +51,7 @@ contains
     call frame_of_machine(machine, family%frame, failure)
     if (.not. allocated(failure)) call solve_campbell(family, speeds, order, campbell, failure)
     if (.not. allocated(failure)) call find_crossings(family, order, campbell, crossings, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   pure function spaced(from, to, count) result(speeds)
@@ -81,16 +82,18 @@ contains
           exact = w(mode) / k * 60 / (2 * pi)
           if (exact < 250 .or. exact > 1500) cycle
           found = found + 1
-          call check(error, found <= size(crossings), more="missing")
+          call check_that(error, found, "<=", size(crossings), "missing")
           if (allocated(error)) return
           associate (c => crossings(found))
-            call check(error, c%mode == mode .and. abs(c%order - k) <= 0 .and. .not. c%locked, more="order")
+            call check_that(error, c%mode, "==", mode, "order")
+            call check_that(error, abs(c%order - k), "<=", 0.0_dp, "order")
+            call check_that(error, c%locked, "==", .false., "order")
             if (allocated(error)) return
             ! Both frequencies have errors.
-            call check(error, abs(c%speed - exact) <= c%error + campbell%points(1)%modes(mode)%error * 60 / (2 * pi * k), &
-              & more="beyond the error")
+            call check_that(error, abs(c%speed - exact), "<=", c%error + campbell%points(1)%modes(mode)%error * 60 / (2 * pi * k), &
+              & "beyond the error")
             if (allocated(error)) return
-            call check(error, c%error < 1.0e-6_dp, more="the error says nothing")
+            call check_that(error, c%error, "<", 1.0e-6_dp, "the error says nothing")
             if (allocated(error)) return
           end associate
         end do
@@ -112,33 +115,33 @@ contains
 
     do way = 1, 2
       call machine_of_file("data/rocking_sieve.nml", machine, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       if (way == 2) machine%foundation_damping = 0
       call solve(machine, spaced(20.0_dp, 300.0_dp, 8), 2, campbell, crossings, error)
       if (allocated(error)) return
       ! Half the speed, where the vibration grows; the speed; twice the speed. Undamped also 1.5, where it grows too.
       call check(error, size(crossings), merge(3, 4, way == 1), more="crossings")
       if (allocated(error)) return
-      call check(error, abs(crossings(1)%order - 0.5_dp) <= 0 .and. crossings(1)%at%growth > 0.5_dp, more="half the speed")
+      call check_that(error, abs(crossings(1)%order - 0.5_dp), "<=", 0.0_dp, "half the speed")
+      call check_that(error, crossings(1)%at%growth, ">", 0.5_dp, "half the speed")
       if (allocated(error)) return
       do i = 1, size(crossings)
         associate (c => crossings(i))
           ! Undamped, (J q')' + c q = 0 with J = J0 + J1 cos(phi) has no intervals of whole orders: two periodic motions coexist
           ! there, as of Ince's equation.
-          call check(error, c%locked .neqv. (way == 2 .and. abs(c%order - anint(c%order)) <= 0), more="locked")
+          call check_that(error, c%locked, "/=", (way == 2 .and. abs(c%order - anint(c%order)) <= 0), "locked")
           if (allocated(error)) return
           ! The ends are zeros of differences of exponents squared, so known to about as many digits as these themselves.
-          call check(error, c%error < 1.0e-7_dp, more="the error says nothing")
+          call check_that(error, c%error, "<", 1.0e-7_dp, "the error says nothing")
           if (allocated(error)) return
           do side = 1, 2
             associate (step => (c%error + 1.0e-11_dp * c%speed) * merge(1, -1, side == 1))
               call discriminant(machine, c%ends(side) + step, inside)
               call discriminant(machine, c%ends(side) - step, outside)
             end associate
-            call check(error, (inside > 0 .eqv. c%locked) .and. outside < 0, more="end beyond its error")
+            call check_that(error, inside > 0, "==", c%locked, "end beyond its error")
+            call check_that(error, outside, "<", 0.0_qp, "end beyond its error")
             if (allocated(error)) return
           end do
         end associate
@@ -169,15 +172,16 @@ contains
     call check(error, size(a), size(b), more="number of crossings")
     if (allocated(error)) return
     do i = 1, size(a)
-      call check(error, a(i)%mode == b(i)%mode .and. abs(a(i)%order - b(i)%order) <= 0, more="mode and order")
+      call check_that(error, a(i)%mode, "==", b(i)%mode, "mode and order")
+      call check_that(error, abs(a(i)%order - b(i)%order), "<=", 0.0_dp, "mode and order")
       if (allocated(error)) return
-      call check(error, abs(a(i)%speed - sign * b(i)%speed) <= a(i)%error + b(i)%error, more="speed")
+      call check_that(error, abs(a(i)%speed - sign * b(i)%speed), "<=", a(i)%error + b(i)%error, "speed")
       if (allocated(error)) return
       ! The error of each is a bound for the growth too.
-      call check(error, abs(a(i)%at%growth - b(i)%at%growth) <= a(i)%at%error + b(i)%at%error, more="growth")
+      call check_that(error, abs(a(i)%at%growth - b(i)%at%growth), "<=", a(i)%at%error + b(i)%at%error, "growth")
       if (allocated(error)) return
       ! At the ends of an interval, where two exponents meet, their errors are of the order of the tolerance's square root.
-      call check(error, a(i)%error < 1.0e-4_dp, more="the error says nothing")
+      call check_that(error, a(i)%error, "<", 1.0e-4_dp, "the error says nothing")
       if (allocated(error)) return
     end do
   end subroutine compare
@@ -220,7 +224,7 @@ contains
       machine%supports(i)%position(2) = -machine%supports(i)%position(2)
     end do
     call solve(machine, spaced(-300.0_dp, -600.0_dp, 5), 4, campbell, there, error)
-    if (.not. allocated(error)) call check(error, size(here) > 3, more="crossings")
+    if (.not. allocated(error)) call check_that(error, size(here), ">", 3, "crossings")
     if (.not. allocated(error)) call compare(here, there, -1.0_dp, error)
   end subroutine test_mirrored
 
@@ -257,7 +261,9 @@ contains
     if (.not. allocated(error)) call compare(few, many, 1.0_dp, error)
     if (allocated(error)) return
     do i = 1, 2
-      call check(error, few(i)%locked .and. few(i)%speed > 600 .and. few(i)%speed < 660, more="not locked")
+      call check_that(error, few(i)%locked, "==", .true., "not locked")
+      call check_that(error, few(i)%speed, ">", 600.0_dp, "not locked")
+      call check_that(error, few(i)%speed, "<", 660.0_dp, "not locked")
       if (allocated(error)) return
       ! A multiplier of the reference there is real: with 1 / rho its characteristic polynomial changes sign between the two.
       machine%speed_rpm = few(i)%speed
@@ -267,7 +273,8 @@ contains
         do k = -1, 1
           particular(k + 2) = polynomial(phi, exp((sum_of_growth + k * (mode%growth - mode%partner_growth)) * t))
         end do
-        call check(error, particular(1) * particular(2) < 0 .and. particular(2) * particular(3) < 0, more="reference")
+        call check_that(error, particular(1) * particular(2), "<", 0.0_qp, "reference")
+        call check_that(error, particular(2) * particular(3), "<", 0.0_qp, "reference")
         if (allocated(error)) return
       end associate
     end do

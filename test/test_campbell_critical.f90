@@ -1,5 +1,6 @@
 !> Critical speeds, against direct solutions and closed forms.
 module test_campbell_critical
+  use checks, only: check_success, check_that
   use data_files, only: machine_of_file
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
@@ -15,7 +16,7 @@ module test_campbell_critical
   use machines, only: frame_of_machine
   use reference_machine, only: joint_data, khang_machine, link_data, machine_data
   use slow_tests, only: new_slow
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -53,7 +54,7 @@ contains
       & order, campbell, failure)
     if (.not. allocated(failure)) call find_crossings(family, order, campbell, crossings, failure)
     if (.not. allocated(failure)) call find_critical(family, order, crossings, critical, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   !> A frame free along x with a mass on the crank: amplitude m r W^2 / |c - W^2 M + i W b| in order 1, nothing in the others.
@@ -87,22 +88,23 @@ contains
         height = 2 * 0.1_dp / 20 / (2 * d * sqrt(1 - d**2))
         call check(error, size(critical), 3, more="crossings")
         if (allocated(error)) return
-        call check(error, critical(1)%outcome == peak .and. all(critical(2:)%outcome == no_peak), more="outcomes")
+        call check_that(error, critical(1)%outcome, "==", peak, "outcomes")
+        call check_that(error, critical(2:)%outcome, "==", no_peak, "outcomes")
         if (allocated(error)) return
         associate (c => critical(1))
           ! Within the error, and what noise of 1e-9 / D of the amplitude leaves of its flat top.
-          call check(error, abs(c%speed(amplitude) - exact) <= c%error(amplitude) + sqrt(1.0e-9_dp / d) * c%half_width, &
-            & more="speed")
+          call check_that(error, abs(c%speed(amplitude) - exact), "<=", c%error(amplitude) + sqrt(1.0e-9_dp / d) * c%half_width, &
+            & "speed")
           if (allocated(error)) return
-          call check(error, c%error(amplitude) < 0.01_dp * c%half_width, more="the error says nothing")
+          call check_that(error, c%error(amplitude), "<", 0.01_dp * c%half_width, "the error says nothing")
           if (allocated(error)) return
           ! Phi(T) to 1e-9, times up to 1 / (2 pi D).
-          call check(error, abs(c%height(amplitude) / height - 1) < 1.0e-6_dp + 1.0e-9_dp / d, more="height")
+          call check_that(error, abs(c%height(amplitude) / height - 1), "<", 1.0e-6_dp + 1.0e-9_dp / d, "height")
           if (allocated(error)) return
           ! D w over the order: D of the speed, whose own damped frequency is less by D^2 / 2.
-          call check(error, abs(c%half_width / (d * 30 * 60 / (2 * pi)) - 1) < 1.0e-3_dp, more="half width")
+          call check_that(error, abs(c%half_width / (d * 30 * 60 / (2 * pi)) - 1), "<", 1.0e-3_dp, "half width")
           if (allocated(error)) return
-          call check(error, c%share > 0.999_dp, more="share")
+          call check_that(error, c%share, ">", 0.999_dp, "share")
           if (allocated(error)) return
         end associate
       end associate
@@ -120,14 +122,18 @@ contains
     ! The amplitude rises with the speed for D > 1 / sqrt(2).
     call solve(unbalance(0.8_dp), 80.0_dp, 500.0_dp, 4, 1, critical, error)
     if (allocated(error)) return
-    call check(error, size(critical) == 1 .and. all(critical%outcome == no_peak), more="much damping")
+    call check_that(error, size(critical), "==", 1, "much damping")
+    if (allocated(error)) return
+    call check_that(error, critical%outcome, "==", no_peak, "much damping")
     if (allocated(error)) return
     call check(error, .not. any(critical%found(amplitude)), more="numbers of no peak")
     if (allocated(error)) return
     ! The paper's machine at 1216 rpm.
     call solve(khang_machine(240.0_dp), 1200.0_dp, 1230.0_dp, 3, 1, critical, error)
     if (allocated(error)) return
-    call check(error, size(critical) == 1 .and. all(critical%outcome == self_excited), more="unstable")
+    call check_that(error, size(critical), "==", 1, "unstable")
+    if (allocated(error)) return
+    call check_that(error, critical%outcome, "==", self_excited, "unstable")
   end subroutine test_outcomes
 
   !> What the vibration is at a speed: the amplitude of an order, all positions together (the frame's mass is about the mass
@@ -151,10 +157,8 @@ contains
     call frame_of_machine(other, frame, failure)
     if (.not. allocated(failure)) call solve_floquet(frame, accuracy_type(), .true., floquet, failure)
     if (.not. allocated(failure)) call solve_vibration(frame, floquet, 64, 20, vibration, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     value = 0
     do i = 1, 3
       if (order == 0) value = hypot(value, weight(i) * norm2(vibration%series(i)%amplitude))
@@ -174,7 +178,9 @@ contains
     call solve(khang_machine(240.0_dp), 230.0_dp, 420.0_dp, 5, 6, critical, error)
     if (allocated(error)) return
     ! 20.2625 Hz in the orders 3 to 5, 32.047 Hz in 5 and 6.
-    call check(error, size(critical) == 5 .and. all(critical%outcome == peak), more="crossings")
+    call check_that(error, size(critical), "==", 5, "crossings")
+    if (allocated(error)) return
+    call check_that(error, critical%outcome, "==", peak, "crossings")
     if (allocated(error)) return
     do i = 1, size(critical)
       associate (c => critical(i))
@@ -184,9 +190,9 @@ contains
           if (allocated(error)) return
         end do
         ! 1 / sqrt(1 + s^2) at s half widths: 0.82 and 0.32.
-        call check(error, all(abs(values([2, 4]) / values(3) - 0.82_dp) < 0.03_dp), more="half a width beside")
+        call check_that(error, abs(values([2, 4]) / values(3) - 0.82_dp), "<", 0.03_dp, "half a width beside")
         if (allocated(error)) return
-        call check(error, all(abs(values([1, 5]) / values(3) - 0.32_dp) < 0.05_dp), more="beside")
+        call check_that(error, abs(values([1, 5]) / values(3) - 0.32_dp), "<", 0.05_dp, "beside")
         if (allocated(error)) return
       end associate
     end do
@@ -201,10 +207,8 @@ contains
     integer :: i, k, shared
 
     call machine_of_file("data/compressor.nml", machine, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call solve(machine, 300.0_dp, 400.0_dp, 5, 3, critical, error)
     if (allocated(error)) return
     shared = 0
@@ -213,16 +217,18 @@ contains
         if (.not. critical(i)%found(k)) cycle
         associate (c => critical(i))
           ! One half width, what the samples are apart, and half of the locked interval.
-          call check(error, abs(c%speed(k) - c%crossing%speed) < 1.5_dp * c%half_width &
-            & + abs(c%crossing%ends(2) - c%crossing%ends(1)), more="too far")
+          call check_that(error, abs(c%speed(k) - c%crossing%speed), "<", 1.5_dp * c%half_width &
+            & + abs(c%crossing%ends(2) - c%crossing%ends(1)), "too far")
           if (allocated(error)) return
-          call check(error, c%prominence(k) > 1.01_dp, more="not prominent")
+          call check_that(error, c%prominence(k), ">", 1.01_dp, "not prominent")
           if (allocated(error)) return
         end associate
       end do
       if (critical(i)%found(force)) shared = shared + count(abs(critical%speed(force) - critical(i)%speed(force)) < 0.1_dp) - 1
     end do
-    call check(error, any(critical%crossing%mode == 1 .and. critical%found(force)) .and. shared == 0, more="shared")
+    call check(error, any(critical%crossing%mode == 1 .and. critical%found(force)), more="shared")
+    if (allocated(error)) return
+    call check_that(error, shared, "==", 0, "shared")
   end subroutine test_belonging
 
   !> With forty times the damping every maximum of the whole vibration over a range is a critical speed, and every critical
@@ -264,7 +270,9 @@ contains
       if (allocated(error)) return
     end do
     ! 20.2625 Hz in the orders 3 to 5, 32.047 Hz in 5 and 6, some of them too weak to be seen in all.
-    call check(error, size(critical) == 5 .and. any(met), more="peaks")
+    call check_that(error, size(critical), "==", 5, "peaks")
+    if (allocated(error)) return
+    call check(error, any(met), more="peaks")
   end subroutine test_all
 
 end module test_campbell_critical

@@ -1,5 +1,6 @@
 !> The modes' exponents against the multipliers of the reference.
 module test_campbell_exponents
+  use checks, only: check_success, check_that
   use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -10,7 +11,7 @@ module test_campbell_exponents
   use reference_linear, only: qp
   use reference_machine, only: khang_machine, machine_data, period
   use test_campbell_modes, only: modes_of
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -41,10 +42,8 @@ contains
 
     call flow_map(frame_of(machine), 0.0_qp, period(machine), 1.0e-22_qp, phi, particular)
     call eigensystem(real(phi, dp), rho, right, left, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     crank = 2 * pi / real(period(machine), dp)
     do k = 1, size(modes)
       call check(error, modes(k)%told, more="a mode is not told")
@@ -56,9 +55,9 @@ contains
         nearest = min(nearest, abs(exponent))
       end do
       ! LAPACK's eigenvalues of the reference's Phi(T) in double precision, of condition up to about 1e4.
-      call check(error, nearest <= modes(k)%error + 1.0e-11_dp * crank, more="exponent beyond its error")
+      call check_that(error, nearest, "<=", modes(k)%error + 1.0e-11_dp * crank, "exponent beyond its error")
       if (allocated(error)) return
-      call check(error, modes(k)%error < 1.0e-5_dp * crank, more="the error says nothing")
+      call check_that(error, modes(k)%error, "<", 1.0e-5_dp * crank, "the error says nothing")
       if (allocated(error)) return
     end do
   end subroutine compare_with_reference
@@ -87,21 +86,20 @@ contains
     type(gestell_error), allocatable :: failure
 
     call machine_of_file("data/rocking_sieve.nml", machine, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call modes_of(machine, modes, error)
     if (allocated(error)) return
     call compare_with_reference(machine, modes, error)
     if (allocated(error)) return
-    call check(error, modes(1)%real_pair .and. modes(1)%growth > 0 .and. modes(1)%partner_growth < modes(1)%growth, &
-      & more="not locked")
+    call check_that(error, modes(1)%real_pair, "==", .true., "not locked")
+    call check_that(error, modes(1)%growth, ">", 0.0_dp, "not locked")
+    call check_that(error, modes(1)%partner_growth, "<", modes(1)%growth, "not locked")
     if (allocated(error)) return
     ! Both halves of a real motion: the component and its conjugate are one vibration.
-    call check(error, modes(1)%share() > 0.99_dp, more="share")
+    call check_that(error, modes(1)%share(), ">", 0.99_dp, "share")
     if (allocated(error)) return
-    call check(error, abs(modes(1)%frequency() / (machine%speed_rpm * pi / 60) - 1) < 1.0e-12_dp, more="half the speed")
+    call check_that(error, abs(modes(1)%frequency() / (machine%speed_rpm * pi / 60) - 1), "<", 1.0e-12_dp, "half the speed")
   end subroutine test_locked
 
   !> The sieve, free along x too and there overdamped: of four real multipliers the two negative ones are the locked mode's, and
@@ -126,21 +124,20 @@ contains
       call flow_map(frame_of(machine), 0.0_qp, period(machine), 1.0e-24_qp, phi, particular)
       call eigensystem(real(phi, dp), rho, right, left, failure)
     end if
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    call check(error, count(real(rho) < 0) == 2 .and. all(abs(aimag(rho)) <= 0), more="not the case that is meant")
+    call check_success(error, failure)
     if (allocated(error)) return
-    call check(error, modes(1)%frequency() <= 0 .and. abs(modes(2)%frequency() * real(period(machine), dp) / pi - 1) < 1.0e-12_dp, &
-      & more="frequencies")
+    call check_that(error, count(real(rho) < 0), "==", 2, "not the case that is meant")
+    call check_that(error, abs(aimag(rho)), "<=", 0.0_dp, "not the case that is meant")
+    if (allocated(error)) return
+    call check_that(error, modes(1)%frequency(), "<=", 0.0_dp, "frequencies")
+    call check_that(error, abs(modes(2)%frequency() * real(period(machine), dp) / pi - 1), "<", 1.0e-12_dp, "frequencies")
     if (allocated(error)) return
     do k = 1, 2
       exponents = log(abs(pack(real(rho), real(rho) > 0 .eqv. k == 1))) / real(period(machine), dp)
       ! The smallest multiplier, 1e-13 of the greatest one, is not known better from Phi(T) in double precision than by a tenth.
-      call check(error, abs(modes(k)%growth - maxval(exponents)) < 1.0e-8_dp, more="growth")
+      call check_that(error, abs(modes(k)%growth - maxval(exponents)), "<", 1.0e-8_dp, "growth")
       if (allocated(error)) return
-      call check(error, abs(modes(k)%partner_growth - minval(exponents)) < merge(1.0_dp, 1.0e-8_dp, k == 1), more="partner")
+      call check_that(error, abs(modes(k)%partner_growth - minval(exponents)), "<", merge(1.0_dp, 1.0e-8_dp, k == 1), "partner")
       if (allocated(error)) return
     end do
   end subroutine test_real

@@ -1,5 +1,6 @@
 !> The modes of periodic systems at one speed.
 module test_campbell_modes
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -12,7 +13,7 @@ module test_campbell_modes
   use reference_frame, only: frame_matrices, frame_of, frame_system
   use reference_linear, only: qp
   use reference_machine, only: joint_data, khang_machine, link_data, machine_data, period, support_data
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
   private
@@ -73,7 +74,7 @@ contains
         call solve_modes(frame, accuracy_type(), modes, mass, failure)
       end if
     end if
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine modes_of
 
   !> The exponents are zeros of det(lambda^2 M + lambda B + C), the shapes its vectors; by both ways to them.
@@ -98,21 +99,21 @@ contains
         z = cmplx(modes(k)%growth, modes(k)%frequency(), qp)
         slope = (determinant(z * (1 + step)) - determinant(z)) / (z * step)
         ! Newton's correction: how far the true zero is.
-        call check(error, abs(determinant(z) / slope) <= modes(k)%error, more="exponent beyond its error")
+        call check_that(error, real(abs(determinant(z) / slope), dp), "<=", modes(k)%error, "exponent beyond its error")
         if (allocated(error)) return
         ! The tolerance of 1e-9 over 0.2 s, and discs as wide as condition and dimension make them.
-        call check(error, modes(k)%error < 1.0e-6_dp, more="the error says nothing")
+        call check_that(error, modes(k)%error, "<", 1.0e-6_dp, "the error says nothing")
         if (allocated(error)) return
         shape = modes(k)%shape()
         ! The shape has the accuracy of the motion, 1e-9, beside terms as large as |lambda^2 M|.
-        call check(error, norm2(abs(matmul(z**2 * m + z * b + c, shape))) < 1.0e-7_qp * abs(z)**2 * norm2(m) * norm2(abs(shape)), &
-          & more="shape")
+        call check_that(error, norm2(abs(matmul(z**2 * m + z * b + c, shape))), "<", 1.0e-7_qp * abs(z)**2 * norm2(m) &
+          & * norm2(abs(shape)), "shape")
         if (allocated(error)) return
-        call check(error, abs(modes(k)%share() - 1) < 1.0e-9_dp, more="share")
+        call check_that(error, abs(modes(k)%share() - 1), "<", 1.0e-9_dp, "share")
         if (allocated(error)) return
       end do
-      call check(error, modes(1)%frequency() < modes(2)%frequency() .and. modes(2)%frequency() < modes(3)%frequency(), &
-        & more="order")
+      call check_that(error, modes(1)%frequency(), "<", modes(2)%frequency(), "order")
+      call check_that(error, modes(2)%frequency(), "<", modes(3)%frequency(), "order")
       if (allocated(error)) return
     end do
 
@@ -152,15 +153,17 @@ contains
       end associate
       call modes_of(machine, modes, error)
       if (allocated(error)) return
-      call check(error, modes(1)%told .and. modes(1)%real_pair .and. modes(1)%frequency() <= 0, more="not overdamped")
+      call check_that(error, modes(1)%told, "==", .true., "not overdamped")
+      call check_that(error, modes(1)%real_pair, "==", .true., "not overdamped")
+      call check_that(error, modes(1)%frequency(), "<=", 0.0_dp, "not overdamped")
       if (allocated(error)) return
       ! Bounds hold, up to the rounding of the closed form: d - sqrt(d^2 - 1) loses d^2 of its digits.
-      call check(error, all(abs([modes(1)%growth, modes(1)%partner_growth] - exact) <= modes(1)%error &
-        & + 4 * ratios(k)**2 * epsilon(1.0_dp) * abs(exact)), more="exponents")
+      call check_that(error, abs([modes(1)%growth, modes(1)%partner_growth] - exact), "<=", modes(1)%error + 4 * ratios(k)**2 &
+        & * epsilon(1.0_dp) * abs(exact), "exponents")
       if (allocated(error)) return
-      call check(error, modes(1)%error < 1.0e-6_dp * abs(exact(2)), more="the error says nothing")
+      call check_that(error, modes(1)%error, "<", 1.0e-6_dp * abs(exact(2)), "the error says nothing")
       if (allocated(error)) return
-      call check(error, abs(modes(1)%damping_ratio() - 1) < 1.0e-12_dp, more="damping ratio")
+      call check_that(error, abs(modes(1)%damping_ratio() - 1), "<", 1.0e-12_dp, "damping ratio")
       if (allocated(error)) return
     end do
   end subroutine test_overdamped
@@ -204,23 +207,22 @@ contains
       system%period = 2 * pi / crank
       exact = sqrt(system%w**2 - system%d**2)
       call solve_modes(system, accuracy_type(), modes, mass, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       associate (mode => modes(1))
-        call check(error, mode%told .and. mode%components == 3, more="components")
+        call check_that(error, mode%told, "==", .true., "components")
+        call check_that(error, mode%components, "==", 3, "components")
         if (allocated(error)) return
-        call check(error, abs(mode%frequency() - exact) <= mode%error .and. abs(mode%growth + system%d) <= mode%error, &
-          & more="exponent")
+        call check_that(error, abs(mode%frequency() - exact), "<=", mode%error, "exponent")
+        call check_that(error, abs(mode%growth + system%d), "<=", mode%error, "exponent")
         if (allocated(error)) return
         ! As exact as Phi(t), 1e-9 and more of the slow crank's roundings.
-        call check(error, abs(mode%share() - 1 / all) < 1.0e-8_dp, more="share of the first")
+        call check_that(error, abs(mode%share() - 1 / all), "<", 1.0e-8_dp, "share of the first")
         if (allocated(error)) return
         call check(error, all_close(mode%shares(2:3), depth**2 / 4 / all), more="shares of the others")
         if (allocated(error)) return
-        call check(error, abs(sum(mode%frequencies(2:3)) - (exact + crank + abs(exact - crank))) < 2 * mode%error + 1.0e-12_dp, &
-          & more="frequencies of the others")
+        call check_that(error, abs(sum(mode%frequencies(2:3)) - (exact + crank + abs(exact - crank))), "<", 2 * mode%error &
+          & + 1.0e-12_dp, "frequencies of the others")
         if (allocated(error)) return
       end associate
     end do
@@ -256,11 +258,12 @@ contains
     call modes_of(machine, modes, error)
     if (allocated(error)) return
     do k = 1, 2
-      call check(error, abs(modes(k)%frequency() - exact(k)) <= modes(k)%error, more="frequency")
+      call check_that(error, abs(modes(k)%frequency() - exact(k)), "<=", modes(k)%error, "frequency")
       if (allocated(error)) return
       shape = modes(k)%shape()
       ! Unit vectors in the norm of the mass: exact but for rounding.
-      call check(error, abs(abs(shape(3 - k)) - 1 / sqrt(mass)) < 1.0e-12_dp .and. abs(shape(k)) <= 0, more="shape")
+      call check_that(error, abs(abs(shape(3 - k)) - 1 / sqrt(mass)), "<", 1.0e-12_dp, "shape")
+      call check_that(error, abs(shape(k)), "<=", 0.0_dp, "shape")
       if (allocated(error)) return
     end do
   end subroutine test_parts
@@ -298,16 +301,14 @@ contains
       if (allocated(failure)) exit
       mean = mean + frozen%frequency() / angles
     end do
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     ! Omega^2 / w of the first order's square is 0.002; the crank's speed, by which a component more or less shows, is 0.52.
-    call check(error, all(abs(modes%frequency() - mean) < 0.01_dp), more="frequency")
+    call check_that(error, abs(modes%frequency() - mean), "<", 0.01_dp, "frequency")
     if (allocated(error)) return
     call solve_modes(frame, accuracy_type(), frozen, mass, failure)
     ! The trapezoidal rule on 60 points: the 60th harmonic of the mechanism's masses is far below rounding.
-    call check(error, all(abs(mass - mean_mass) < 1.0e-12_dp), more="mean mass matrix")
+    call check_that(error, real([abs(mass - mean_mass)], dp), "<", 1.0e-12_dp, "mean mass matrix")
   end subroutine test_slow
 
   !> A crank that turns once in eleven days leaves no phase to be told.
@@ -317,7 +318,9 @@ contains
 
     call modes_of(khang_machine(1.0e-9_dp), modes, error)
     if (allocated(error)) return
-    call check(error, size(modes) == 3 .and. .not. any(modes%told), more="told")
+    call check_that(error, size(modes), "==", 3, "told")
+    if (allocated(error)) return
+    call check(error, .not. any(modes%told), more="told")
     if (allocated(error)) return
     call check(error, all(ieee_is_nan(modes%frequency())) .and. all(ieee_is_nan(modes%damping_ratio())), more="numbers")
   end subroutine test_not_told

@@ -1,5 +1,6 @@
 !> Which mode is which along the speeds.
 module test_campbell_tracking
+  use checks, only: check_success, check_that
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
@@ -11,7 +12,7 @@ module test_campbell_tracking
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -57,25 +58,23 @@ contains
     call frame_of_machine(khang_machine(240.0_dp), family%frame, failure)
     if (.not. allocated(failure)) call solve_campbell(family, [600.0_dp, (680 + 3.1_dp * i, i = 0, 17), 800.0_dp], &
       & campbell_order_type(), campbell, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call check(error, any(.not. campbell%points%sure), more="sure")
     if (allocated(error)) return
-    call check(error, size(campbell%points) < 100, more="too much inserted")
+    call check_that(error, size(campbell%points), "<", 100, "too much inserted")
     if (allocated(error)) return
     do i = 1, size(campbell%points)
       associate (first => campbell%points(1), point => campbell%points(i))
         do k = 1, 3
           ! They repel each other by 0.5 rad/s at the most.
-          call check(error, abs(point%modes(k)%frequency() - first%modes(k)%frequency()) < 1, more="frequency")
+          call check_that(error, abs(point%modes(k)%frequency() - first%modes(k)%frequency()), "<", 1.0_dp, "frequency")
           if (allocated(error)) return
           ! Half of each vibration is the other's shape in the middle of the range in which they mix, 15 rpm wide.
           if (abs(point%speed - 707) < 15) cycle
           call check(error, point%sure, more="not sure")
           if (allocated(error)) return
-          call check(error, assurance(point%modes(k)%shape(), first%modes(k)%shape(), point%mass) > 0.9_dp, more="shape")
+          call check_that(error, assurance(point%modes(k)%shape(), first%modes(k)%shape(), point%mass), ">", 0.9_dp, "shape")
           if (allocated(error)) return
         end do
       end associate
@@ -131,18 +130,18 @@ contains
       if (allocated(failure)) exit
       last = size(campbell%points)
       low = merge(last, 1, way == 3)
-      call check(error, any(.not. campbell%points%ordered) .eqv. way == 1, more="points that are inserted")
+      call check_that(error, any(.not. campbell%points%ordered), "==", way == 1, "points that are inserted")
       if (allocated(error)) return
       associate (at_low => campbell%points(low)%modes(:2)%frequency(), &
         & at_high => campbell%points(1 + last - low)%modes(:2)%frequency())
-        call check(error, at_low(1) < at_low(2), more="numbers")
+        call check_that(error, at_low(1), "<", at_low(2), "numbers")
         if (allocated(error)) return
         ! The axes turn, but the soft one remains the soft one; or soft and stiff change places.
-        call check(error, (at_high(1) < at_high(2)) .eqv. way == 1, more="modes are exchanged")
+        call check_that(error, (at_high(1) < at_high(2)), "==", way == 1, "modes are exchanged")
         if (allocated(error)) return
       end associate
     end do
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine test_changing
 
   subroutine member(self, parameters, system, error)
@@ -173,17 +172,15 @@ contains
     family%hole = [390.0_dp, 420.0_dp]
     if (.not. allocated(failure)) call solve_campbell(family, [(290.0_dp + 10 * i, i = 1, 21)], order, campbell, failure)
     if (.not. allocated(failure)) call find_crossings(family, order, campbell, crossings, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call check(error, count(.not. campbell%points%solved), 2, more="points in the gap")
     if (allocated(error)) return
     do i = 1, size(campbell%points)
       if (.not. campbell%points(i)%solved) cycle
       ! The frequencies change by less than 0.1 rad/s over the range.
-      call check(error, maxval(abs(campbell%points(i)%modes%frequency() - campbell%points(1)%modes%frequency())) < 0.1_dp, &
-        & more="numbers")
+      call check_that(error, maxval(abs(campbell%points(i)%modes%frequency() - campbell%points(1)%modes%frequency())), "<", &
+        & 0.1_dp, "numbers")
       if (allocated(error)) return
     end do
     ! 303.9 (1, 4), 480.7 (2, 4), 384.6 (2, 5); not 405.2 (1, 3).

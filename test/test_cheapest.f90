@@ -1,5 +1,6 @@
 !> What the methods tell of their work, and the choice that rests on it.
 module test_cheapest
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_integrator_method, only: method_type, name_length
@@ -9,7 +10,7 @@ module test_cheapest
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
   implicit none (type, external)
   private
@@ -68,11 +69,12 @@ contains
     before = 0
     do i = 2, size(names)
       call new_method(trim(names(i)), method, failure)
-      call check(error, method%work(6, .true.) > method%work(2, .true.) .and. method%work(2, .true.) > 0, more=names(i))
+      call check_that(error, method%work(6, .true.), ">", method%work(2, .true.), names(i))
+      call check_that(error, method%work(2, .true.), ">", 0.0_dp, names(i))
       if (allocated(error)) return
       if (names(i)(:5) == "gauss") then
-        call check(error, method%work(6, .true.) > before .and. method%work(12, .false.) > 1.5_dp * method%work(12, .true.), &
-          & more=names(i))
+        call check_that(error, method%work(6, .true.), ">", before, names(i))
+        call check_that(error, method%work(12, .false.), ">", 1.5_dp * method%work(12, .true.), names(i))
         if (allocated(error)) return
         before = method%work(6, .true.)
       end if
@@ -89,12 +91,10 @@ contains
     integer :: before, k
 
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call cheapest_method(frame, 1.5_dp, 1.0e-3_dp, method)
-    call check(error, method%order <= 4, more="easy: " // method%name)
+    call check_that(error, method%order, "<=", 4, "easy: " // method%name)
     if (allocated(error)) return
     call cheapest_method(frame, 1500.0_dp, 1.0e-12_dp, method)
     call check(error, method%name, "gauss10", more="hard")
@@ -102,7 +102,7 @@ contains
     before = 0
     do k = 1, 14
       call cheapest_method(frame, 20.0_dp, 10.0_dp**(-k), method)
-      call check(error, method%order >= before, more="the tighter, the higher the order")
+      call check_that(error, method%order, ">=", before, "the tighter, the higher the order")
       if (allocated(error)) return
       before = method%order
     end do
@@ -118,11 +118,11 @@ contains
     if (allocated(error)) return
     still%least_steps = 300
     call cheapest_method(still, 60.0_dp, 1.0e-9_dp, method)
-    call check(error, method%name(:6) /= "magnus", more="fast changes")
+    call check_that(error, method%name(:6), "/=", "magnus", "fast changes")
     if (allocated(error)) return
     still = still_type(states=12, period=1.0_dp, change=5.0_dp)
     call cheapest_method(still, 60.0_dp, 1.0e-9_dp, method)
-    call check(error, method%name(:6) /= "magnus", more="great changes")
+    call check_that(error, method%name(:6), "/=", "magnus", "great changes")
   end subroutine test_choice
 
   !> The paper's machine at two speeds: the steps that each method really takes, times its work.
@@ -147,15 +147,14 @@ contains
         do m = 2, size(names)
           if (.not. allocated(failure)) call solve_monodromy(frame, &
             & accuracy_type(tolerance=10.0_dp**(-k), method=trim(names(m))), .true., monodromy, failure)
-          if (allocated(failure)) then
-            call test_failed(error, failure%message)
-            return
-          end if
+          call check_success(error, failure)
+          if (allocated(error)) return
           work = monodromy%evaluations / monodromy%method%stages * monodromy%method%work(6, .true.)
           least = min(least, work)
           if (names(m) == method%name) chosen = work
         end do
-        call check(error, chosen > 0 .and. chosen <= 1.5_dp * least, more=method%name)
+        call check_that(error, chosen, ">", 0.0_dp, method%name)
+        call check_that(error, chosen, "<=", 1.5_dp * least, method%name)
         if (allocated(error)) return
       end do
     end do
@@ -190,14 +189,14 @@ contains
     do k = 4, 12
       system%w = 10.0_dp**k
       call cheapest_method(system, system%w, 1.0e-6_dp, method)
-      if (.not. allocated(error)) call check(error, method%order >= 8, more=method%name)
+      if (.not. allocated(error)) call check_that(error, method%order, ">=", 8, method%name)
     end do
     allocate(names, source=method_names())
     do i = 2, size(names)
       call new_method(trim(names(i)), method, failure)
       before = 0
       do k = 40, 400, 20
-        if (.not. allocated(error)) call check(error, method%work(k, .false.) > before, more=names(i))
+        if (.not. allocated(error)) call check_that(error, method%work(k, .false.), ">", before, names(i))
         before = method%work(k, .false.)
       end do
     end do
@@ -216,7 +215,7 @@ contains
     system%least_steps = 1
     system%w = 0.01_dp
     call cheapest_method(system, 0.02_dp, 1.0e-3_dp, method)
-    call check(error, method%name(:5) /= "gauss", more=method%name)
+    call check_that(error, method%name(:5), "/=", "gauss", method%name)
   end subroutine test_few_steps
 
 end module test_cheapest

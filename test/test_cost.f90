@@ -1,5 +1,6 @@
 !> What results cost, in counted work: samples, evaluations, intervals, comparisons.
 module test_cost
+  use checks, only: check_failure, check_success, check_that
   use gestell_math_dft, only: dft
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: gestell_error => error_type
@@ -15,7 +16,7 @@ module test_cost
   use reference_cases, only: random_machine
   use reference_linear, only: qp
   use reference_machine, only: khang_machine, machine_data, pi_qp
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   use user_mechanisms, only: timid_joint
   implicit none (type, external)
   private
@@ -55,7 +56,7 @@ contains
       worst = maxval(abs(dft(x) - y)) / sum(abs(x))
       ! A rounding of each root, product and sum, each on one of |x|.
       write (found, "(a, i0, a, es10.2)") "length ", n, ", error ", worst
-      call check(error, worst < 4 * epsilon(1.0_dp), more=found)
+      call check_that(error, real(worst, dp), "<", 4 * epsilon(1.0_dp), found)
       if (allocated(error)) return
     end do
   end subroutine test_dft
@@ -74,18 +75,14 @@ contains
     end do
     machine%frame_mass = 13700.0_dp
     call frame_of_machine(machine, frame, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call compare(frame, "four-bar near a free motion", error)
     if (allocated(error)) return
     do i = 1, 8
       call frame_of_machine(random_machine(i), frame, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call compare(frame, "random machine", error)
       if (allocated(error)) return
     end do
@@ -109,18 +106,17 @@ contains
       do i = 1, size(samples)
         call analyse(frame, tasks_type(model="rest", points=32, rows=rows(k)), &
           & accuracy_type(tolerance=10.0_dp**(1 - 2 * i)), analysis, failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
+        call check_success(error, failure)
+        if (allocated(error)) return
         call evidence(analysis%floquet, found)
         samples(i) = 2 * size(analysis%vibration%series(1)%amplitude) + 2
         evaluations(i) = found%evaluations
       end do
       write (numbers, "(2a, 6(1x, i0), a, 6(1x, i0))") name, ": samples", samples, ", evaluations", evaluations
-      call check(error, all(samples(:5) <= samples(2:)), more=numbers)
+      call check_that(error, samples(:5), "<=", samples(2:), numbers)
       if (allocated(error)) return
-      call check(error, all([(evaluations(i) <= forecast * minval(evaluations(i + 1:)), i = 1, 5)]), more=numbers)
+      call check_that(error, real(evaluations(:5), dp), "<=", &
+        & [(forecast * minval(evaluations(i + 1:)), i = 1, 5)], numbers)
       if (allocated(error)) return
     end do
   end subroutine compare
@@ -173,7 +169,7 @@ contains
       call linkage%link("on " // name, "A", name, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
     end do
     if (.not. allocated(failure)) call linkage%prepare(failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine build_fan
 
   subroutine test_diagnosis(error)
@@ -188,10 +184,8 @@ contains
       call build_fan(more(i), linkage, error)
       if (allocated(error)) return
       call diagnose(linkage, diagnosis, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       placements(i) = diagnosis%placements
     end do
     ! 14 joints and 84: their numbers are as 1 to 6.
@@ -208,7 +202,8 @@ contains
     call build_fan(1, few, error)
     if (.not. allocated(error)) call build_fan(300, many, error)
     if (allocated(error)) return
-    call check(error, few%intervals > 0 .and. many%intervals <= 2 * few%intervals)
+    call check_that(error, few%intervals, ">", 0, "intervals of few")
+    call check_that(error, many%intervals, "<=", 2 * few%intervals, "intervals of many")
   end subroutine test_beside
 
   !> With a gap left of the length to a dead point the motion changes within about the root of it. The intervals there are as
@@ -237,10 +232,8 @@ contains
           end select
           call linkage%link("on B", "B", "", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
           if (.not. allocated(failure)) call linkage%prepare(failure)
-          if (allocated(failure)) then
-            call test_failed(error, failure%message)
-            return
-          end if
+          call check_success(error, failure)
+          if (allocated(error)) return
           intervals(kind, i) = linkage%intervals
         end do
       end associate
@@ -248,7 +241,7 @@ contains
     do kind = 1, 3
       write (found, "(a, i0, a, 4(1x, i0))") "kind ", kind, ", intervals", intervals(kind, :)
       ! A decade of the gap is half a decade of angle, to both sides.
-      call check(error, intervals(kind, 4) - intervals(kind, 1) <= 25 * (decades(4) - decades(1)), more=found)
+      call check_that(error, intervals(kind, 4) - intervals(kind, 1), "<=", 25 * (decades(4) - decades(1)), found)
       if (allocated(error)) return
     end do
     ! The rod on the point that carries its guide stands across it, all but 4e-6 of its length, throughout.
@@ -258,13 +251,11 @@ contains
     call linkage%rrp("C", "B", 0.1_dp * (1 + 4.0e-6_dp), guide, 1, failure)
     call linkage%link("on C", "C", "", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
     if (.not. allocated(failure)) call linkage%prepare(failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     write (found, "(a, i0)") "rod across, intervals ", linkage%intervals
     ! Bounds that do not know that the point goes with the guide: the root of the gap's reciprocal, some times.
-    call check(error, linkage%intervals < 50000, more=found)
+    call check_that(error, linkage%intervals, "<", 50000, found)
 
   contains
 
@@ -286,13 +277,13 @@ contains
     call new_crank(linkage, failure)
     call linkage%add_joint("T", timid_joint(1.0e-7_dp), failure)
     call linkage%prepare(failure)
-    call check(error, allocated(failure), more="it is proved")
+    call check_failure(error, failure, what="it is proved")
     if (allocated(error)) return
     call check(error, failure%code, 3, more=failure%message)
     if (allocated(error)) return
     call check(error, failure%subject, "joint 'T'")
     if (allocated(error)) return
-    call check(error, linkage%intervals <= 1000001, more="intervals")
+    call check_that(error, linkage%intervals, "<=", 1000001, "intervals")
   end subroutine test_ends
 
 end module test_cost

@@ -1,5 +1,6 @@
 !> Every machine in data/, from the file to multipliers and periodic solution, against the reference.
 module test_data
+  use checks, only: check_failure, check_success, check_that
   use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
@@ -79,16 +80,16 @@ contains
     do k = 1, n
       associate (distance => minval(abs(cmplx(rho, kind=dp) - multipliers%rho(k))))
         ! The tolerance 1e-11 leaves two digits for the condition of the multipliers.
-        call check(error, distance < 1.0e-9_dp, more=file // ": multipliers to 1e-9")
+        call check_that(error, distance, "<", 1.0e-9_dp, file // ": multipliers to 1e-9")
         if (allocated(error)) return
-        call check(error, distance <= multipliers%error(k) * abs(multipliers%rho(k)), more=file // ": claimed error")
+        call check_that(error, distance, "<=", multipliers%error(k) * abs(multipliers%rho(k)), file // ": claimed error")
         if (allocated(error)) return
       end associate
     end do
-    call check(error, all(abs(solution%x0 - x0) <= solution%error), more=file // ": claimed error of x0")
+    call check_that(error, real(abs(solution%x0 - x0), dp), "<=", solution%error, file // ": claimed error of x0")
     if (allocated(error)) return
-    call check(error, norm2(real(solution%x0 - x0, dp) / monodromy%scale) &
-      & < 1.0e-9_dp * norm2(solution%x0 / monodromy%scale), more=file // ": x0 to 1e-9")
+    call check_that(error, norm2(real(solution%x0 - x0, dp) / monodromy%scale), "<", 1.0e-9_dp &
+      & * norm2(solution%x0 / monodromy%scale), file // ": x0 to 1e-9")
   end subroutine compare
 
   !> A crank of mass m with its centre at r: a1 = m r cos, a2 = m r sin, a3 = m r^2, H = m r^2 + J; a4 = 0.
@@ -105,13 +106,11 @@ contains
       & "in.nml", doc, failure)
     if (.not. allocated(failure)) call check_document(doc, input_schema(), failure)
     if (.not. allocated(failure)) call read_configuration(doc, configuration, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call configuration%frame%mechanism%mass_functions(phi, a)
-    call check(error, maxval(abs([a%a1%v - m * r * cos(phi), a%a1%dd + m * r * cos(phi), a%a2%v - m * r * sin(phi), &
-      & a%a2%d - m * r * cos(phi), a%a3%v - m * r**2, a%a3%d])) < 1.0e-15_dp)
+    call check_that(error, maxval(abs([a%a1%v - m * r * cos(phi), a%a1%dd + m * r * cos(phi), a%a2%v - m * r * sin(phi), a%a2%d &
+      & - m * r * cos(phi), a%a3%v - m * r**2, a%a3%d])), "<", 1.0e-15_dp, "terms of a point mass")
     if (allocated(error)) return
     ! H has 0.5 sin 2 phi besides, whose derivative is cos 2 phi.
     call check(error, a%a4, cos(2 * phi), thr=1.0e-15_dp)
@@ -124,10 +123,10 @@ contains
     type(gestell_error), allocatable :: failure
 
     call new_harmonic_mechanism(mechanism, 3.0_dp, 0.1_dp, [0.6_dp], [0.0_dp], [0.12_dp], [0.0_dp], failure)
-    call check(error, .not. allocated(failure), more="a point mass at 0.2 m")
+    call check_success(error, failure, "a point mass at 0.2 m")
     if (allocated(error)) return
     call new_harmonic_mechanism(mechanism, 3.0_dp, 0.1_dp, [0.6_dp], [0.0_dp], [0.11_dp], [0.0_dp], failure)
-    call check(error, allocated(failure))
+    call check_failure(error, failure)
     if (allocated(error)) return
     call check(error, failure%code, 2)
   end subroutine test_impossible

@@ -1,5 +1,6 @@
 !> The driving torque and the balance of its power.
 module test_drive
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -17,7 +18,7 @@ module test_drive
   use reference_random, only: random_type
   use shaken_ground, only: make, near
   use systems, only: diagonal
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -50,10 +51,8 @@ contains
 
     call analyse(frame, tasks_type(model="rest", points=points, rows=accelerations), accuracy_type(tolerance=tolerance), &
       & analysis, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call find_drive(frame, analysis%vibration, drive, known, failure)
     call check(error, known, more="known")
   end subroutine solve
@@ -91,8 +90,7 @@ contains
       end do
       do k = 1, 2
         ! The next order, a tenth of that, may add or take a good part.
-        call check(error, miss(k + 1) < 4.0e-3_dp * miss(k) .or. miss(k + 1) < 1.0e-13_dp * abs(power(torque, 1)), &
-          & more="third order")
+        call check_that(error, miss(k + 1), "<", max(4.0e-3_dp * miss(k), 1.0e-13_dp * abs(power(torque, 1))), "third order")
         if (allocated(error)) return
       end do
       exact = exact_torque(machine, sign(1.0_qp, real(frame%speed, qp)) * 2 * pi_qp * phase, [0.0_qp, 0.0_qp, 0.0_qp], &
@@ -167,7 +165,7 @@ contains
         call near(error, [drive%drive_mean, drive%dampers_mean], [sum(h(drive_watts, :)), sum(h(damper_watts, :))] / points, &
           & 1.0e-12_dp * drive%greatest, "means")
         if (allocated(error)) return
-        call check(error, all(h(damper_watts, :) >= 0), more="dampers take")
+        call check_that(error, h(damper_watts, :), ">=", 0.0_dp, "dampers take")
         if (allocated(error)) return
       end associate
     end do
@@ -194,7 +192,7 @@ contains
       speed = merge(omega, -omega, turn == 1)
       call new_frame(frame, mechanism, mass - 2, 1.0_dp, [0.0_dp, 0.0_dp], diagonal([stiffness, 0.0_dp, 0.0_dp]), &
         & diagonal([damping, 0.0_dp, 0.0_dp]), speed, failure, free=[1])
-      if (allocated(failure)) call test_failed(error, failure%message)
+      call check_success(error, failure)
       if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, drive, error)
       if (allocated(error)) return
       do i = 0, points
@@ -246,7 +244,7 @@ contains
       & harmonics(sums(:, 2), orders), harmonics(sums(:, 3), orders), harmonics(sums(:, 4), orders), failure, &
       & energy=harmonics(sums(:, 5), orders))
     call new_frame(other, mechanism, frame%mass, frame%inertia, frame%origin, frame%stiffness, frame%damping, frame%speed, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
     if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, drive, error)
     if (.not. allocated(error)) call solve(other, points, 1.0e-12_dp, same, error)
     ! The harmonics fall below 1e-11 before order 40.
@@ -257,11 +255,12 @@ contains
     deallocate(mechanism%energy)
     call new_frame(other, mechanism, frame%mass, frame%inertia, frame%origin, frame%stiffness, frame%damping, frame%speed, failure)
     call drive_power(other, [0.0_dp], reshape([(0.0_dp, i = 1, 9)], [9, 1]), power, known)
-    call check(error, .not. known .and. all(abs(power) <= 0), more="unknown")
+    call check_that(error, known, "==", .false., "unknown")
+    call check_that(error, [abs(power)], "<=", 0.0_dp, "unknown")
     if (allocated(error)) return
     call new_harmonic_mechanism(mechanism, 1.0_dp, 0.0_dp, [0.0_dp], [0.0_dp], [0.0_dp], [0.0_dp], failure, &
       & energy=[1.0_dp, 2.0_dp])
-    call check(error, allocated(failure), more="an even number of coefficients")
+    call check_failure(error, failure, what="an even number of coefficients")
   end subroutine test_mass_functions
 
   !> Mean, factors of cos and sin, from equidistant samples.
@@ -296,7 +295,7 @@ contains
     damping = diagonal([300.0_dp, 200.0_dp, 20.0_dp])
     damping(2, 1) = 60
     call new_frame(other, frame%mechanism, frame%mass, frame%inertia, frame%origin, stiffness, damping, frame%speed, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
     if (.not. allocated(error)) call solve(other, points, 1.0e-12_dp, drive, error)
     if (allocated(error)) return
     associate (h => drive%history(:, :points))
@@ -336,11 +335,11 @@ contains
         if (allocated(error)) return
         miss = abs(abs(drive%actual%peak) - abs(exact%actual%peak))
         greatest = max(greatest, miss / drive%peak_error)
-        call check(error, miss <= drive%peak_error + exact%peak_error, more="peak")
+        call check_that(error, miss, "<=", drive%peak_error + exact%peak_error, "peak")
         if (allocated(error)) return
       end do
     end do
-    call check(error, greatest > 1.0e-3_dp, more="claims are idle")
+    call check_that(error, greatest, ">", 1.0e-3_dp, "claims are idle")
   end subroutine test_errors
 
 end module test_drive

@@ -1,5 +1,6 @@
 !> The same machine described in another way gives the same numbers; balance; linkages close to their limits.
 module test_equivalence
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -14,7 +15,7 @@ module test_equivalence
   use reference_linear, only: eigenvalues, qp
   use reference_machine, only: khang_machine, machine_data
   use slow_tests, only: new_slow
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -48,7 +49,7 @@ contains
     call frame_of_machine(machine, frame, failure)
     if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(tolerance=1.0e-11_dp), .false., monodromy, failure)
     if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   subroutine compare(machine, other, error)
@@ -63,7 +64,8 @@ contains
     if (allocated(error)) return
     do k = 1, size(one%rho)
       ! Both carry their own bound; within their sum they are the same.
-      call check(error, minval(abs(two%rho - one%rho(k)) - abs(two%rho) * two%error) <= abs(one%rho(k)) * one%error(k))
+      call check_that(error, minval(abs(two%rho - one%rho(k)) - abs(two%rho) * two%error), "<=", abs(one%rho(k)) * one%error(k), &
+        & "nearest multiplier")
       if (allocated(error)) return
     end do
   end subroutine compare
@@ -247,10 +249,8 @@ contains
       machine%links(3)%center = [-coupler%mass * a4 * r3 / a3 / machine%links(3)%mass, 0.0_dp]
     end associate
     call linkage_of_machine(machine, linkage, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     force = 0
     call linkage%mass_functions(0.0_dp, first)
     moment = 0
@@ -260,9 +260,9 @@ contains
       moment = max(moment, abs(a%a4))
     end do
     ! Single terms of the sum are of size 0.05 kg m.
-    call check(error, force < 1.0e-16_dp)
+    call check_that(error, force, "<", 1.0e-16_dp, "force")
     if (allocated(error)) return
-    call check(error, moment > 1.0e-3_dp)
+    call check_that(error, moment, ">", 1.0e-3_dp, "moment")
   end subroutine test_balanced
 
   !> The paper's machine with its ground link so long that crank and ground in line all but stretch the dyad, so short that
@@ -299,20 +299,18 @@ contains
       if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(), .true., monodromy, failure)
       if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
       if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call frame_period(frame_of(machine), 1.0e-22_qp, phi, xp, x0)
       call eigenvalues(phi, rho)
       do k = 1, 6
-        call check(error, minval(abs(cmplx(rho, kind=dp) - multipliers%rho(k))) &
-          & <= multipliers%error(k) * abs(multipliers%rho(k)), more="multipliers")
+        call check_that(error, minval(abs(cmplx(rho, kind=dp) - multipliers%rho(k))), "<=", multipliers%error(k) &
+          & * abs(multipliers%rho(k)), "multipliers")
         if (allocated(error)) return
       end do
-      call check(error, all(abs(solution%x0 - x0) <= solution%error), more="x0")
+      call check_that(error, real(abs(solution%x0 - x0), dp), "<=", solution%error, "x0")
       if (allocated(error)) return
-      call check(error, all(multipliers%error < 1.0e-6_dp), more="useful bounds")
+      call check_that(error, multipliers%error, "<", 1.0e-6_dp, "useful bounds")
       if (allocated(error)) return
     end do
   end subroutine test_change_point

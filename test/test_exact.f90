@@ -1,6 +1,7 @@
 !> The exact frame: its equations against d'Alembert's principle, their derivatives against differences, its vibration and
 !> multipliers against outside programs and laws of scale.
 module test_exact
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_math_trigonometric, only: series_type
@@ -14,7 +15,7 @@ module test_exact
   use machines, only: frame_of_machine
   use exact_machines, only: check_residual, machine_on_supports, solve, solve_multiplier
   use reference_machine, only: khang_machine, machine_data
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -99,10 +100,8 @@ contains
     integer :: i
 
     call frame_of_machine(machine_on_supports(700.0_dp, 10.0_dp, gravity, turning, held_by), frame, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     ! Any large motion and any change of it.
     allocate(motion%cosine(0:3, 3), motion%sine(0:3, 3), change%cosine(0:3, 3), change%sine(0:3, 3))
     motion%cosine = reshape([(0.1_dp * cos(1.3_dp * i), i = 1, 12)], [4, 3])
@@ -193,7 +192,8 @@ contains
     if (allocated(error)) return
     call check(error, exp(exact%log_abs(1)), 1.014767952_dp, thr=1.0e-9_dp, more="rho_max")
     if (allocated(error)) return
-    call check(error, exact%verdict() == "unstable" .and. rest%verdict() == "stable", more="verdicts")
+    call check_that(error, exact%verdict(), "==", "unstable", "verdicts")
+    call check_that(error, rest%verdict(), "==", "stable", "verdicts")
   end subroutine test_tongue
 
   subroutine test_quadratic(error)
@@ -204,7 +204,9 @@ contains
     call solve(khang_machine(2426.0_dp), "exact", system, error, newton)
     if (allocated(error)) return
     ! 4e-3, 2e-8, below the accuracy that is ordered.
-    call check(error, newton%steps(2) < 10 * newton%steps(1)**2 .and. newton%steps(1) > 1.0e-3_dp .and. size(newton%steps) <= 4)
+    call check_that(error, newton%steps(2), "<", 10 * newton%steps(1)**2, "second step, by the first squared")
+    call check_that(error, newton%steps(1), ">", 1.0e-3_dp, "first step")
+    call check_that(error, size(newton%steps), "<=", 4, "steps")
   end subroutine test_quadratic
 
   subroutine test_scale(error)
@@ -233,7 +235,7 @@ contains
     ! Terms of third order are a tenth of those of second where the masses are a tenth.
     call check(error, log10(difference(1, 1) / difference(1, 2)), 2.0_dp, thr=0.1_dp, more="motion")
     if (allocated(error)) return
-    call check(error, log10(difference(2, 1) / difference(2, 2)) > 1.9_dp, more="ln rho_max")
+    call check_that(error, log10(difference(2, 1) / difference(2, 2)), ">", 1.9_dp, "ln rho_max")
 
   contains
 
@@ -288,7 +290,8 @@ contains
       if (allocated(error)) return
       off(i) = maxval(abs(exact%log_abs - rest%log_abs))
     end do
-    call check(error, off(1) < 1.0e-4_dp .and. off(2) < off(1) / 50)
+    call check_that(error, off(1), "<", 1.0e-4_dp, "at small amplitude")
+    call check_that(error, off(2), "<", off(1) / 50, "at a tenth of it")
   end subroutine test_quadratic_mounting
 
   !> Without rotation the equations are linear.
@@ -309,10 +312,8 @@ contains
       do i = 1, size(frame_models)
         if (.not. allocated(failure)) call analyse(frame, tasks_type(model=frame_models(i), points=64, rows=guide_forces), &
           & accuracy_type(tolerance=1.0e-11_dp), analysis, failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
+        call check_success(error, failure)
+        if (allocated(error)) return
         motion(:, :, i) = analysis%vibration%motion_history(3:guide_forces, :)
       end do
       ! About F at rest the exact guides' moment has the force's arm, u x f, too, and of a flywheel's motor the mean torque.

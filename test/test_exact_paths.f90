@@ -1,5 +1,6 @@
 !> The exact frame where its vibration is far from the linear one; its invariants.
 module test_exact_paths
+  use checks, only: check_success, check_that
   use exact_machines, only: check_residual, machine_on_supports, scotch_yoke, solve, solve_multiplier
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
@@ -11,7 +12,7 @@ module test_exact_paths
   use gestell_study_vibration_several, only: index_sum, list_vibrations, search_vibrations, several_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -62,10 +63,8 @@ contains
     machine = scotch_yoke(1138.6_dp)
     call frame_of_machine(machine, frame, failure)
     if (.not. allocated(failure)) call settle(frame, "exact", accuracy, system, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     allocate(list(1))
     select type (system)
     class is (varied_frame_type)
@@ -85,11 +84,12 @@ contains
       deallocate(one)
     end do
     call list_vibrations(list, accuracy, 64, 20, several, failure)
-    call check(error, .not. allocated(failure), more="the list fails")
+    call check_success(error, failure, "the list fails")
     if (allocated(error)) return
     do k = 1, size(several)
       call check(error, several(k)%vibration_index(), merge(-1, 1, k == 2), more="index")
-      if (.not. allocated(error) .and. k > 1) call check(error, several(k)%rms(3) > 1.1_dp * several(k - 1)%rms(3), more="the next")
+      if (.not. allocated(error) .and. k > 1) call check_that(error, several(k)%rms(3), ">", 1.1_dp * several(k - 1)%rms(3), &
+        & "the next")
       if (allocated(error)) return
     end do
     call check(error, index_sum(several), 1, more="sum of the indices")
@@ -118,7 +118,7 @@ contains
     machine = khang_machine(2426.0_dp)
     machine%foundation_damping = 0
     call solve_multiplier(machine, "exact", exact, error)
-    if (.not. allocated(error)) call check(error, exact%log_abs(1) > 0.01_dp, more="a pair off the circle")
+    if (.not. allocated(error)) call check_that(error, exact%log_abs(1), ">", 0.01_dp, "a pair off the circle")
   end subroutine test_reciprocal
 
   !> prod rho = exp(-integral of tr(M^-1 B) over the turn), the integral by the trapezoidal rule, which has the order of the samples

@@ -1,6 +1,7 @@
 !> Multipliers and periodic motion where the product of the period's maps would lose them.
 module test_factors
   use boundary_oracles, only: mathieu_trace
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -10,7 +11,7 @@ module test_factors
     & solve_periodic
   use gestell_system_periodic, only: periodic_system
   use systems, only: mathieu_type, oscillators_type
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   use turning_system, only: turning_type
   implicit none (type, external)
   private
@@ -81,11 +82,11 @@ contains
           call solve_monodromy(system, accuracy_type(tolerance=1.0e-9_dp), .false., monodromy, failure)
           if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
         end if
-        call check(error, .not. allocated(failure))
+        call check_success(error, failure)
         if (allocated(error)) return
-        call check(error, abs(multipliers%log_abs(1) - right) <= multipliers%error(1), "the bound is beaten")
+        call check_that(error, abs(multipliers%log_abs(1) - right), "<=", multipliers%error(1), "the bound is beaten")
         if (allocated(error)) return
-        call check(error, multipliers%error(1) < 1.0e-5_dp, "the bound says nothing")
+        call check_that(error, multipliers%error(1), "<", 1.0e-5_dp, "the bound says nothing")
         if (allocated(error)) return
       end do
     end do
@@ -115,22 +116,22 @@ contains
       call solve_floquet(system, accuracy_type(), .true., floquet, failure)
       if (.not. allocated(failure)) call solve_multipliers(floquet, .true., multipliers, failure)
       if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call check(error, allocated(floquet%parts(1)%factors), more="no factors")
       if (allocated(error)) return
       ! The moduli: -15 + sqrt(224), four times -0.05, -15 - sqrt(224).
       do k = 2, 5
-        call check(error, abs(multipliers%log_abs(k) + 0.05_dp) <= multipliers%error(k), more="modulus")
+        call check_that(error, abs(multipliers%log_abs(k) + 0.05_dp), "<=", multipliers%error(k), "modulus")
         if (allocated(error)) return
-        call check(error, abs(abs(multipliers%arg(k)) - sqrt(1 - 0.05_dp**2)) <= multipliers%error(k) + apart(i), more="argument")
+        call check_that(error, abs(abs(multipliers%arg(k)) - sqrt(1 - 0.05_dp**2)), "<=", multipliers%error(k) + apart(i), &
+          & "argument")
         if (allocated(error)) return
       end do
-      call check(error, count(multipliers%arg > 0.5_dp) == 2 .and. count(multipliers%arg < -0.5_dp) == 2, more="pairs")
+      call check_that(error, count(multipliers%arg > 0.5_dp), "==", 2, "pairs")
+      call check_that(error, count(multipliers%arg < -0.5_dp), "==", 2, "pairs")
       if (allocated(error)) return
-      call check(error, all(abs(solution%x0 - system%start()) <= solution%error), more="x0")
+      call check_that(error, abs(solution%x0 - system%start()), "<=", solution%error, "x0")
       if (allocated(error)) return
     end do
   end subroutine test_equal
@@ -151,11 +152,10 @@ contains
         if (k == 3) system%breaks = [0.5_dp]
         call solve_floquet(system, accuracy_type(), .true., floquet, failure)
         if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
-        call check(error, abs(multipliers%log_abs(1) - rates(i)) <= multipliers%error(1) .and. multipliers%error(1) < 1.0e-6_dp)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        call check_that(error, abs(multipliers%log_abs(1) - rates(i)), "<=", multipliers%error(1), "ln |rho|")
+        call check_that(error, multipliers%error(1), "<", 1.0e-6_dp, "bound")
         if (allocated(error)) return
       end do
     end do
@@ -170,9 +170,10 @@ contains
 
     call solve_floquet(single_type(states=1, period=1.0_dp), accuracy_type(), .true., floquet, failure)
     if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
-    call check(error, abs(multipliers%rho(1) - 1) <= multipliers%error(1) .and. multipliers%error(1) < 1.0e-12_dp)
+    call check_that(error, abs(multipliers%rho(1) - 1), "<=", multipliers%error(1), "rho")
+    call check_that(error, multipliers%error(1), "<", 1.0e-12_dp, "bound")
   end subroutine test_still
 
   subroutine single_matrix(self, t, p)
@@ -204,21 +205,19 @@ contains
     do i = 1, size(tolerances)
       call solve_floquet(colaneri_type(states=2, period=2 * pi), accuracy_type(tolerance=tolerances(i)), .false., floquet, failure)
       if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       associate (found => multipliers%log_abs, exact => 2 * pi * [0.0_dp, -24.0_dp])
-        call check(error, all(abs(found - exact) <= multipliers%error), more="bound")
+        call check_that(error, abs(found - exact), "<=", multipliers%error, "bound")
         if (allocated(error)) return
         ! What a mode of the segment's size may lose against the greatest, 30, and a factor for its condition.
-        call check(error, all(multipliers%error <= 3.0e3_dp * tolerances(i)), more="the bound is too wide")
+        call check_that(error, multipliers%error, "<=", 3.0e3_dp * tolerances(i), "the bound is too wide")
         if (allocated(error)) return
       end associate
     end do
-    call check(error, maxval(abs(real(multipliers%exponent) - [0.0_dp, -24.0_dp])) < 1.0e-10_dp, more="to 1e-10")
+    call check_that(error, maxval(abs(real(multipliers%exponent) - [0.0_dp, -24.0_dp])), "<", 1.0e-10_dp, "to 1e-10")
     if (allocated(error)) return
-    call check(error, abs(real(multipliers%rho(2)) / 3.2355e-66_dp - 1) < 1.0e-4_dp, more="multiplier")
+    call check_that(error, abs(real(multipliers%rho(2)) / 3.2355e-66_dp - 1), "<", 1.0e-4_dp, "multiplier")
   end subroutine test_colaneri
 
   !> The bound of x0 where the errors are not tiny: tolerances from 1e-2 to 1e-8, methods of low and high order.
@@ -240,20 +239,18 @@ contains
       do k = 1, size(tolerances)
         call solve_floquet(system, accuracy_type(tolerance=tolerances(k), method=trim(methods(i))), .true., floquet, failure)
         if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
+        call check_success(error, failure)
+        if (allocated(error)) return
         call check(error, allocated(floquet%parts(1)%factors), more="no factors")
         if (allocated(error)) return
         ratio = minval(solution%error / max(abs(solution%x0 - system%motion(0.0_dp)), tiny(1.0_dp)))
         least = min(least, ratio)
-        call check(error, ratio >= 1, more=trim(methods(i)) // ": bound of x0")
+        call check_that(error, ratio, ">=", 1.0_dp, trim(methods(i)) // ": bound of x0")
         if (allocated(error)) return
       end do
     end do
     ! Of some use: the narrowest of all is not more than this too wide.
-    call check(error, least < 1.0e3_dp, more="bounds too wide")
+    call check_that(error, least, "<", 1.0e3_dp, "bounds too wide")
   end subroutine test_loose_tolerances
 
   !> By integration, not by reduction: the method is named.
@@ -276,10 +273,8 @@ contains
     if (.not. allocated(failure)) call solve_multipliers(floquet, .true., multipliers, failure)
     if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
     if (.not. allocated(failure)) call follow(system, floquet, solution, [(real(k, dp) / points, k = 0, points)], x, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call check(error, allocated(floquet%parts(1)%factors), more="no factors")
     if (allocated(error)) return
     exact = system%logarithms()
@@ -289,20 +284,21 @@ contains
         difference = cmplx(multipliers%log_abs(i) - real(exact(k)), multipliers%arg(i) - aimag(exact(k)), dp)
         nearest = min(nearest, abs(cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)))
       end do
-      call check(error, nearest <= multipliers%error(i), more="a multiplier's bound")
+      call check_that(error, nearest, "<=", multipliers%error(i), "a multiplier's bound")
       if (allocated(error)) return
-      call check(error, multipliers%error(i) < 1.0e-6_dp, more="the bound is too wide")
+      call check_that(error, multipliers%error(i), "<", 1.0e-6_dp, "the bound is too wide")
       if (allocated(error)) return
     end do
-    call check(error, all(abs(solution%x0 - system%motion(0.0_dp)) <= solution%error), more="bound of x0")
+    call check_that(error, abs(solution%x0 - system%motion(0.0_dp)), "<=", solution%error, "bound of x0")
     if (allocated(error)) return
-    call check(error, maxval(solution%error) < 1.0e-6_dp, more="the bound of x0 is too wide")
+    call check_that(error, maxval(solution%error), "<", 1.0e-6_dp, "the bound of x0 is too wide")
     if (allocated(error)) return
     ! Followed from its start to the end it would be amplified by exp(18 pi).
-    call check(error, maxval([(abs(x(:, k + 1) - system%motion(2 * pi * k / points)), k = 0, points)]) < 1.0e-7_dp, more="motion")
+    call check_that(error, maxval([(abs(x(:, k + 1) - system%motion(2 * pi * k / points)), k = 0, points)]), "<", 1.0e-7_dp, &
+      & "motion")
     if (allocated(error)) return
-    call check(error, maxval(abs(multipliers%rho(::2) - conjg(multipliers%rho(2::2))), mask=abs(aimag(multipliers%rho(::2))) &
-      & > 0) <= 0, more="conjugate pairs")
+    call check_that(error, maxval(abs(multipliers%rho(::2) - conjg(multipliers%rho(2::2))), &
+      & mask=abs(aimag(multipliers%rho(::2))) > 0), "<=", 0.0_dp, "conjugate pairs")
   end subroutine test_turning
 
   subroutine test_jumping(error)
@@ -317,21 +313,19 @@ contains
     call solve_floquet(system, accuracy_type(), .true., floquet, failure)
     if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
     if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     associate (exact => 0.25_dp * [100.0_dp, -2000.0_dp] + 0.75_dp * [1195.0_dp, -1175.0_dp])
-      call check(error, all(abs(multipliers%log_abs - exact) <= multipliers%error), more="bound")
+      call check_that(error, abs(multipliers%log_abs - exact), "<=", multipliers%error, "bound")
       if (allocated(error)) return
-      call check(error, all(multipliers%error < 1.0e-6_dp), more="the bound is too wide")
+      call check_that(error, multipliers%error, "<", 1.0e-6_dp, "the bound is too wide")
       if (allocated(error)) return
     end associate
     call check(error, multipliers%verdict(), "unstable")
     if (allocated(error)) return
-    call check(error, all(abs(solution%x0 - system%v) <= solution%error), more="bound of x0")
+    call check_that(error, abs(solution%x0 - system%v), "<=", solution%error, "bound of x0")
     if (allocated(error)) return
-    call check(error, all(solution%error < 1.0e-6_dp), more="the bound of x0 is too wide")
+    call check_that(error, solution%error, "<", 1.0e-6_dp, "the bound of x0 is too wide")
   end subroutine test_jumping
 
   subroutine test_given(error)
@@ -341,7 +335,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call solve_floquet(colaneri_type(states=2, period=2 * pi), accuracy_type(steps=300), .false., floquet, failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     call evidence(floquet, found)
     call check(error, found%steps, 300)

@@ -1,5 +1,6 @@
 !> Monodromy matrices and multipliers against closed forms and published values.
 module test_floquet
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_math_matrix, only: unit_matrix
@@ -7,7 +8,7 @@ module test_floquet
   use gestell_floquet_multipliers, only: arrange, multipliers_type, set_multipliers, solve_multipliers
   use gestell_system_periodic, only: periodic_system
   use systems, only: constant_type, mathieu_type, meissner_type, plain_type, vinograd_type
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -49,7 +50,7 @@ contains
     if (present(method)) accuracy%method = method
     call solve_monodromy(system, accuracy, .false., monodromy, failure)
     if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   !> q'' + 2 D w q' + w^2 q = 0: lambda = -D w +- i w sqrt(1 - D^2), of both signs of 1 - D^2.
@@ -73,10 +74,10 @@ contains
     rho(1:2) = [exp(lambda * system%period), conjg(exp(lambda * system%period))]
     rho(3:4) = exp(w(2) * system%period * [-d(2) + sqrt(d(2)**2 - 1), -d(2) - sqrt(d(2)**2 - 1)])
     do i = 1, 4
-      call check(error, minval(abs(rho - m%rho(i))) <= m%error(i) * abs(m%rho(i)), more="claimed error holds")
+      call check_that(error, minval(abs(rho - m%rho(i))), "<=", m%error(i) * abs(m%rho(i)), "claimed error holds")
       if (allocated(error)) return
       ! The tolerance is relative to the largest entries of Phi, of size 1 here.
-      call check(error, minval(abs(rho - m%rho(i))) < 1.0e-10_dp, more="multiplier")
+      call check_that(error, minval(abs(rho - m%rho(i))), "<", 1.0e-10_dp, "multiplier")
       if (allocated(error)) return
     end do
     call check(error, m%verdict(), "stable")
@@ -115,10 +116,8 @@ contains
 
     do i = 1, 2
       call solve_monodromy(meissner(), accuracy_type(method="rk4", steps=merge(400, 800, i == 1)), .false., monodromy, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       defect(i) = abs(monodromy%phi(1, 1) + monodromy%phi(2, 2) - trace)
     end do
     call check(error, log(defect(1) / defect(2)) / log(2.0_dp), 4.0_dp, thr=0.2_dp)
@@ -135,7 +134,7 @@ contains
     ! rho_2 = exp(-13 pi / 3) = 1e-6 carries the rounding of entries of size 10.
     call check(error, real(m%exponent(2)), -13.0_dp, thr=1.0e-7_dp)
     if (allocated(error)) return
-    call check(error, abs(m%rho(2) / exp(-13 * pi / 3) - 1) <= m%error(2), more="claimed error holds")
+    call check_that(error, abs(m%rho(2) / exp(-13 * pi / 3) - 1), "<=", m%error(2), "claimed error holds")
     if (allocated(error)) return
     call check(error, m%verdict(), "unstable")
   end subroutine test_vinograd
@@ -167,10 +166,8 @@ contains
     do i = 1, 2
       call solve_monodromy(mathieu_type(states=2, period=pi, a=a(i), q=5.0_dp), accuracy_type(tolerance=1.0e-13_dp), &
         & .false., monodromy, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       ! The entries of Phi are of size 400, and the trace moves by 400 for a step of 1 in a.
       call check(error, monodromy%phi(1, 1) + monodromy%phi(2, 2), trace(i), thr=1.0e-10_dp)
       if (allocated(error)) return
@@ -187,7 +184,8 @@ contains
     if (allocated(error)) return
     call solve(mathieu_type(states=2, period=pi, a=1.0_dp, q=0.2_dp), undamped, error, tolerance=1.0e-12_dp)
     if (allocated(error)) return
-    call check(error, maxval(abs(real(damped%exponent - undamped%exponent) + d / 2)) < 1.0e-11_dp)
+    call check_that(error, maxval(abs(real(damped%exponent - undamped%exponent) + d / 2)), "<", 1.0e-11_dp, &
+      & "real parts of exponents")
     if (allocated(error)) return
     call check(error, damped%verdict(), "stable")
   end subroutine test_mathieu_damped
@@ -208,14 +206,12 @@ contains
     do i = 1, size(methods)
       call solve_monodromy(system, accuracy_type(method=methods(i), steps=9), .true., one, failure)
       if (.not. allocated(failure)) call solve_monodromy(plain, accuracy_type(method=methods(i), steps=9), .true., two, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      ! The same collocation, solved for accelerations or for slopes: equal but for rounding.
-      call check(error, maxval(abs(one%phi - two%phi)) < 1.0e-13_dp, more=methods(i))
+      call check_success(error, failure)
       if (allocated(error)) return
-      call check(error, maxval(abs(one%xp - two%xp)) < 1.0e-13_dp, more=methods(i))
+      ! The same collocation, solved for accelerations or for slopes: equal but for rounding.
+      call check_that(error, maxval(abs(one%phi - two%phi)), "<", 1.0e-13_dp, methods(i))
+      if (allocated(error)) return
+      call check_that(error, maxval(abs(one%xp - two%xp)), "<", 1.0e-13_dp, methods(i))
       if (allocated(error)) return
     end do
   end subroutine test_paths
@@ -227,9 +223,9 @@ contains
 
     call solve(mathieu_type(states=2, period=pi, a=-5.800046020851508_dp, q=5.0_dp), m, error, tolerance=1.0e-9_dp)
     if (allocated(error)) return
-    call check(error, all(abs(m%rho - 1) <= m%error * abs(m%rho)), more="claimed error holds")
+    call check_that(error, abs(m%rho - 1), "<=", m%error * abs(m%rho), "claimed error holds")
     if (allocated(error)) return
-    call check(error, all(m%error > 1.0e-9_dp), more="the bound knows that the multiplier is double")
+    call check_that(error, m%error, ">", 1.0e-9_dp, "the bound knows that the multiplier is double")
     if (allocated(error)) return
     call check(error, m%verdict(), "undecided")
   end subroutine test_double
@@ -251,9 +247,9 @@ contains
       print "(a, 4es10.2)", "         coupling, true error, bounds: ", e(k), off, multipliers%error
       ! The second one is relative to 1/2. What is known by direction counts twice, in its square four times. Where the discs come
       ! near each other, at 0.2, the plain ones remain.
-      call check(error, all(multipliers%error * [1.0_dp, 0.5_dp] >= off), more="the bound holds")
-      if (.not. allocated(error) .and. k < 3) call check(error, all(multipliers%error * [1.0_dp, 0.5_dp] <= 6 * off + 1.0e-14_dp), &
-        & more="and is near")
+      call check_that(error, multipliers%error * [1.0_dp, 0.5_dp], ">=", off, "the bound holds")
+      if (.not. allocated(error) .and. k < 3) call check_that(error, multipliers%error * [1.0_dp, 0.5_dp], "<=", 6 * off &
+        & + 1.0e-14_dp, "and is near")
       if (allocated(error)) return
     end do
   end subroutine test_apart
@@ -268,7 +264,8 @@ contains
     unit = unit_matrix(5)
     call set_multipliers([rho, slow, rho, conjg(rho), conjg(rho)], unit, unit, 1.0e-14_dp, multipliers)
     call arrange(multipliers)
-    call check(error, all(abs(multipliers%rho - [rho, conjg(rho), rho, conjg(rho), slow]) <= 0), more="+ - + - and the slow one")
+    call check_that(error, abs(multipliers%rho - [rho, conjg(rho), rho, conjg(rho), slow]), "<=", 0.0_dp, &
+      & "+ - + - and the slow one")
   end subroutine test_twins
 
   subroutine test_vectors(error)
@@ -281,12 +278,11 @@ contains
     call solve_monodromy(mathieu_type(states=2, period=pi, a=3.0_dp, q=0.7_dp, d=0.1_dp), accuracy_type(), .false., &
       & monodromy, failure)
     if (.not. allocated(failure)) call solve_multipliers(monodromy, .true., m, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     do k = 1, 2
-      call check(error, norm2(abs(matmul(monodromy%phi, m%vectors(:, k)) - m%rho(k) * m%vectors(:, k))) < 1.0e-14_dp)
+      call check_that(error, norm2(abs(matmul(monodromy%phi, m%vectors(:, k)) - m%rho(k) * m%vectors(:, k))), "<", 1.0e-14_dp, &
+        & "eigenvector")
       if (allocated(error)) return
       call check(error, norm2(abs(m%vectors(:, k))), 1.0_dp, thr=1.0e-14_dp)
       if (allocated(error)) return
@@ -302,11 +298,11 @@ contains
 
     call solve_monodromy(mathieu_type(states=2, period=pi, a=3.0_dp, h=1.0_dp), accuracy_type(), .false., monodromy, failure)
     if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., m, failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
-    call check(error, .not. allocated(monodromy%xp))
+    call check(error, .not. allocated(monodromy%xp), more="x_p")
     if (allocated(error)) return
-    call check(error, .not. allocated(m%vectors))
+    call check(error, .not. allocated(m%vectors), more="vectors")
   end subroutine test_unasked
 
   subroutine test_refused(error)
@@ -315,10 +311,10 @@ contains
     type(gestell_error), allocatable :: failure
 
     call solve_monodromy(mathieu_type(states=2, period=pi), accuracy_type(method="euler"), .false., monodromy, failure)
-    call check(error, allocated(failure), more="unknown method")
+    call check_failure(error, failure, what="unknown method")
     if (allocated(error)) return
     call solve_monodromy(mathieu_type(states=2, period=pi), accuracy_type(steps=-1), .false., monodromy, failure)
-    call check(error, allocated(failure), more="negative steps")
+    call check_failure(error, failure, what="negative steps")
   end subroutine test_refused
 
 end module test_floquet

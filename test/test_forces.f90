@@ -1,5 +1,6 @@
 !> Forces on the ground, place by place, against momentum, closed forms and limits.
 module test_forces
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
@@ -12,7 +13,7 @@ module test_forces
   use reference_machine, only: khang_machine, machine_data
   use reference_momentum, only: ground_forces
   use shaken_ground, only: make, near, solve => solve_places
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -153,10 +154,8 @@ contains
       call new_harmonic_mechanism(mechanism, m_g, 0.01_dp, [0.0_dp, u, 0.0_dp], [0.0_dp, 0.0_dp, u], [0.01_dp], &
         & [0.0_dp, 0.0_dp, turned_moment], failure)
       call new_frame(frame, mechanism, m_f, 1.0_dp, origin, zero, zero, speed, failure, free=[1, 2], supports=supports)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call solve(frame, points, 1.0e-12_dp, analysis, places, error)
       if (allocated(error)) return
       call check(error, size(places), 4)
@@ -227,15 +226,15 @@ contains
           do k = along_x, moment
             miss = abs(places(j)%statistics(k)%peak - exact(j)%statistics(k)%peak)
             if (places(j)%statistics(k)%peak_error > 0) greatest = max(greatest, miss / places(j)%statistics(k)%peak_error)
-            call check(error, miss <= places(j)%statistics(k)%peak_error + exact(j)%statistics(k)%peak_error, &
-              & more=trim(places(j)%name))
+            call check_that(error, miss, "<=", places(j)%statistics(k)%peak_error + exact(j)%statistics(k)%peak_error, &
+              & trim(places(j)%name))
             if (allocated(error)) return
           end do
         end do
       end do
     end do
     ! They are of use too: somewhere a good part of the claim is real.
-    call check(error, greatest > 1.0e-3_dp, more="claims are idle")
+    call check_that(error, greatest, ">", 1.0e-3_dp, "claims are idle")
   end subroutine test_errors
 
   !> A history of very many rows has times of its own: the same numbers at the times that both have.
@@ -282,15 +281,13 @@ contains
     if (allocated(error)) return
     do i = 1, size(good)
       call find_quantity(frame, probes, trim(good(i)), quantity, failure)
-      call check(error, .not. allocated(failure), more=trim(good(i)))
+      call check_success(error, failure, trim(good(i)))
       if (.not. allocated(error)) call check(error, trim(quantity%unit), trim(units(i)), more=trim(good(i)))
       if (allocated(error)) return
     end do
     do i = 1, size(bad)
       call find_quantity(frame, probes, trim(bad(i)), quantity, failure)
-      call check(error, allocated(failure), more="'" // trim(bad(i)) // "' is none")
-      if (allocated(error)) return
-      call check(error, index(failure%message, "'" // trim(bad(i)) // "'") > 0, more=failure%message)
+      call check_failure(error, failure, "'" // trim(bad(i)) // "'")
       if (allocated(error)) return
     end do
   end subroutine test_names

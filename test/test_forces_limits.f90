@@ -1,5 +1,6 @@
 !> Forces on the ground: what they tend to, and symmetries.
 module test_forces_limits
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
@@ -59,13 +60,13 @@ contains
     call solve(frame, 64, 1.0e-12_dp, analysis, places, error)
     if (allocated(error)) return
     call find_quantity(frame, none, "fx", quantity, failure)
-    call check(error, .not. allocated(failure), more="fx")
+    call check_success(error, failure, "fx")
     if (allocated(error)) return
     call take_statistics(analysis%vibration, quantity, statistics, failure)
-    call check(error, .not. allocated(failure), more="statistics of fx")
+    call check_success(error, failure, "statistics of fx")
     if (allocated(error)) return
     associate (peak => analysis%vibration%peak, bound => analysis%vibration%error)
-      call check(error, peak(x) > 0, more="without roundings nothing is tested")
+      call check_that(error, peak(x), ">", 0.0_dp, "without roundings nothing is tested")
       call near(error, [peak(x)], [0.0_dp], bound(x), "row")
       call near(error, [statistics%peak], [0.0_dp], statistics%error, "quantity")
       ! A few roundings of the whole stiffness.
@@ -87,7 +88,7 @@ contains
     statistics%series(1)%phase = [0.0_dp]
     statistics%series(2)%phase = [0.0_dp]
     call band_rms(statistics, 1.0_dp, [0.5_dp, 1.5_dp], along, greatest, failure)
-    call check(error, .not. allocated(failure), more="band")
+    call check_success(error, failure, "band")
     call near(error, [along, greatest], great / sqrt(2.0_dp) * [3, 4, 5], 1.0e-15_dp * 5 * great, "great amplitudes")
   end subroutine test_great
 
@@ -128,11 +129,12 @@ contains
     end do
     do k = 1, 3
       ! At the first scale higher orders still count; from 1e4 on the first one in 1/s is all, to a few percent.
-      call check(error, miss(k, 1) > 50 * miss(k, 2) .and. miss(k, 1) < 200 * miss(k, 2), more="1e2 to 1e4")
+      call check_that(error, miss(k, 1), ">", 50 * miss(k, 2), "1e2 to 1e4")
+      call check_that(error, miss(k, 1), "<", 200 * miss(k, 2), "1e2 to 1e4")
       if (allocated(error)) return
       call check(error, miss(k, 2) / miss(k, 3), 100.0_dp, thr=5.0_dp, more="1e4 to 1e6")
       if (allocated(error)) return
-      call check(error, miss(k, 3) < 1.0e-6_dp, more="limit")
+      call check_that(error, miss(k, 3), "<", 1.0e-6_dp, "limit")
       if (allocated(error)) return
     end do
   end subroutine test_rigid
@@ -168,7 +170,8 @@ contains
         miss(4, i) = maxval(abs(places(5)%history(:, along_y) - guided(6)%history(:, along_y))) / maxval(abs(held(:, along_y)))
       end associate
     end do
-    call check(error, maxval(miss(:3, 2)) < 1.0e-6_dp .and. miss(4, 2) < 2.0e-5_dp, more="limit")
+    call check_that(error, maxval(miss(:3, 2)), "<", 1.0e-6_dp, "limit")
+    call check_that(error, miss(4, 2), "<", 2.0e-5_dp, "limit")
     if (allocated(error)) return
     do i = 1, 4
       ! First order in 1/stiffness, to a few percent.

@@ -1,5 +1,6 @@
 !> What the fast paths must not do silently: lose digits with small pivots, lose what is no number, mix up steps.
 module test_guards
+  use checks, only: check_failure, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
@@ -95,14 +96,14 @@ contains
     call solve_mass(m, r)
     do k = 1, lanes
       ! The condition of the exchanged equations is below 10, residuals are a few roundings.
-      call check(error, maxval(abs(matmul(m(k, :, :), r(k, :, :)) - before(k, :, :))) < 1.0e-14_dp, more="M X = R")
+      call check_that(error, maxval(abs(matmul(m(k, :, :), r(k, :, :)) - before(k, :, :))), "<", 1.0e-14_dp, "M X = R")
       if (allocated(error)) return
     end do
 
     a = m(:, :2, :2)
     call inverses(a, inverted, failure)
     do k = 1, lanes
-      call check(error, maxval(abs(matmul(a(k, :, :), inverted(k, :, :)) - m(1, :2, :2))) < 1.0e-14_dp, more="inverse")
+      call check_that(error, maxval(abs(matmul(a(k, :, :), inverted(k, :, :)) - m(1, :2, :2))), "<", 1.0e-14_dp, "inverse")
       if (allocated(error)) return
     end do
   end subroutine test_small_pivots
@@ -129,8 +130,8 @@ contains
         system%to = to(k)
         call method%maps(system, from(:steps), to(:steps), a(:, :, :steps), failure, b(:, :steps))
         ! Constant coefficients: all steps are alike but for roundings of their ends.
-        call check(error, maxval(abs(a(:, :, :steps) - spread(one(:, :, 1), 3, steps))) < 1.0e-14_dp &
-          & .and. maxval(abs(b(:, :steps) - spread(load(:, 1), 2, steps))) < 1.0e-14_dp)
+        call check_that(error, maxval(abs(a(:, :, :steps) - spread(one(:, :, 1), 3, steps))), "<", 1.0e-14_dp, "A of every step")
+        call check_that(error, maxval(abs(b(:, :steps) - spread(load(:, 1), 2, steps))), "<", 1.0e-14_dp, "b of every step")
         if (allocated(error)) return
       end do
     end do
@@ -148,9 +149,10 @@ contains
       system%masses = [3.0_dp, 7.0_dp] * [10.0_dp**k, 10.0_dp**(-k)]
       call sample_in_units(system, [0.5_dp], m, b, c, units)
       do i = 1, 2
-        call check(error, m(1, i, i) >= 0.25_dp .and. m(1, i, i) < 2, more="mass")
+        call check_that(error, m(1, i, i), ">=", 0.25_dp, "mass")
+        call check_that(error, m(1, i, i), "<", 2.0_dp, "mass")
         if (allocated(error)) return
-        call check(error, abs(m(1, i, i) / units(i)**2 / system%masses(i) - 1) < 1.0e-15_dp, more="units")
+        call check_that(error, abs(m(1, i, i) / units(i)**2 / system%masses(i) - 1), "<", 1.0e-15_dp, "units")
         if (allocated(error)) return
       end do
     end do
@@ -179,7 +181,7 @@ contains
         r = 1
         call solve_mass(m, r)
         if (.not. allocated(error)) call check(error, any(ieee_is_nan(r(4, :, :))), more="M^-1 R")
-        if (.not. allocated(error)) call check(error, all(abs(r([1, 2, 3, 5, 6, 7, 8], :, :) - 1) <= 0), more="others")
+        if (.not. allocated(error)) call check_that(error, [abs(r([1, 2, 3, 5, 6, 7, 8], :, :) - 1)], "<=", 0.0_dp, "others")
       end do
     end do
     system%states = 4
@@ -193,7 +195,7 @@ contains
           system%bad = [i, j]
           call new_method(trim(names(k)), method, failure)
           call period_map(system, method, mesh(system, 400), [1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp], phi, failure)
-          if (.not. allocated(error)) call check(error, allocated(failure), more=names(k))
+          call check_failure(error, failure, what=names(k))
           deallocate(method)
         end do
       end do
@@ -223,7 +225,7 @@ contains
             a(i, 1, k) = values(v)
             phi = a(:, :, merge(1, 2, k > 1))
             call multiply_maps(a(:, :, :counts(c)), [1.0_dp, 1.0_dp], phi, fits)
-            if (.not. allocated(error)) call check(error, .not. fits)
+            if (.not. allocated(error)) call check(error, .not. fits, more="it must not fit")
           end do
         end do
       end do
@@ -252,7 +254,7 @@ contains
         reach = 0
         call multiply_maps(a(:, :, :steps), scales(i:i), phi, fits, b(:, :steps), xp, reach)
         if (.not. allocated(error)) call check(error, fits .and. ieee_is_finite(reach), more="finite")
-        if (.not. allocated(error)) call check(error, abs(reach * (scales(i) / sizes(i)) - 1) < 1.0e-14_dp, more="reach")
+        if (.not. allocated(error)) call check_that(error, abs(reach * (scales(i) / sizes(i)) - 1), "<", 1.0e-14_dp, "reach")
       end do
     end do
     call ieee_set_flag(ieee_usual, .false.)
@@ -269,9 +271,11 @@ contains
       do while (last < steps)
         first = last + 1
         last = end_of_block(first, steps)
-        call check(error, last >= first .and. last <= steps .and. last - first < 32)
+        call check_that(error, last, ">=", first, "last step")
+        call check_that(error, last, "<=", steps, "last step")
+        call check_that(error, last - first, "<", 32, "steps")
         if (allocated(error)) return
-        call check(error, last - first + 1 >= min(lanes, steps), more="short")
+        call check_that(error, last - first + 1, ">=", min(lanes, steps), "short")
         if (allocated(error)) return
       end do
     end do

@@ -1,6 +1,7 @@
 !> Who holds the speed: a crank that turns evenly in space, against closed forms and laws of conservation. Its exact equations are
 !> held against d'Alembert's principle in test_exact.
 module test_held
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -24,7 +25,7 @@ module test_held
   use reference_random, only: random_type
   use shaken_ground, only: make, near
   use systems, only: diagonal
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -64,10 +65,8 @@ contains
     call crank%link("crank", "O", "A", m, j, [c, 0.0_dp], failure)
     call new_frame(frame, crank, mass, inertia, origin, diagonal([1.0e4_dp, 2.0e4_dp, 1.0e3_dp]), &
       & diagonal([5.0_dp, 7.0_dp, 0.3_dp]), speed, failure, gravity=gravity, held_by="outside")
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call frame%sample_second_order(phases, mm, b, cc, h)
     expected = diagonal([mass + m, mass + m, inertia + m * sum(origin**2)])
     expected(1, 3) = -m * origin(2)
@@ -109,10 +108,8 @@ contains
       if (allocated(error)) return
       call analyse(frame, tasks_type(points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-12_dp), analysis, failure)
       if (.not. allocated(failure)) call find_drive(analysis%frame, analysis%vibration, drive, known, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       ! 1e-12 of the motion, times orders up to 100.
       associate (h => drive%history(:, :points))
         call near(error, derivative(h(stored_energy, :), frame%period), h(drive_watts, :) - h(damper_watts, :), &
@@ -171,7 +168,7 @@ contains
     end do
     ! Terms of third order are a tenth of those of second where the masses are a tenth.
     call near(error, [log10(difference(1, 1) / difference(1, 2))], [2.0_dp], 0.1_dp, "motion")
-    if (.not. allocated(error)) call check(error, log10(difference(2, 1) / difference(2, 2)) > 1.9_dp, more="ln rho_max")
+    if (.not. allocated(error)) call check_that(error, log10(difference(2, 1) / difference(2, 2)), ">", 1.9_dp, "ln rho_max")
 
   contains
 
@@ -259,10 +256,8 @@ contains
       & series(sums(:, 3)), series(sums(:, 4)), failure, energy=series(sums(:, 5)))
     call new_frame(other, mechanism, frame%mass, frame%inertia, frame%origin, 0 * frame%stiffness, frame%damping, frame%speed, &
       & failure, supports=frame%supports, gravity=machine%gravity, held_by="outside")
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     other%damping = frame%damping
     phases = [(0.1_dp * i, i = 1, n)]
     call frame%sample_second_order(phases, m, b, c, h)
@@ -280,11 +275,11 @@ contains
     deallocate(mechanism%energy)
     call new_frame(other, mechanism, frame%mass, frame%inertia, frame%origin, frame%stiffness, zero, frame%speed, failure, &
       & held_by="flywheel")
-    call check(error, allocated(failure), more="without the energy")
+    call check_failure(error, failure, what="without the energy")
     if (allocated(error)) return
     call new_harmonic_mechanism(mechanism, 1.0_dp, 0.0_dp, [1.0_dp], [0.0_dp], [1.0_dp], [1.0_dp], failure, energy=[0.5_dp])
     call new_frame(other, mechanism, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure, held_by="outside")
-    call check(error, allocated(failure), more="an energy that no masses have")
+    call check_failure(error, failure, what="an energy that no masses have")
 
   contains
 

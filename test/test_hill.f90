@@ -1,5 +1,6 @@
 !> The reference without integration: against the one that integrates, against closed forms, and against itself.
 module test_hill
+  use checks, only: check_that
   use reference_cases, only: random_machine
   use reference_flow, only: flow_map, flow_system, periodic_start, system_of
   use reference_frame, only: frame_of
@@ -56,9 +57,9 @@ contains
     call flow_map(system, 0.0_qp, time, tolerance, phi, particular)
     call eigenvalues(phi, rho)
     x0 = periodic_start(phi, particular)
-    call check(error, distance(hill%log_rho, log(rho)) <= allowed, more=more // ": ln(rho)")
+    call check_that(error, distance(hill%log_rho, log(rho)), "<=", allowed, more // ": ln(rho)")
     if (allocated(error)) return
-    call check(error, maxval(abs(hill%x0 - x0)) <= allowed*maxval(abs(x0)), more=more // ": x0")
+    call check_that(error, maxval(abs(hill%x0 - x0)), "<=", allowed*maxval(abs(x0)), more // ": x0")
   end subroutine compare
 
   subroutine test_flow(error)
@@ -101,14 +102,16 @@ contains
     machine = khang_machine(20.0_dp)
     call solve_hill(frame_of(machine), period(machine), direct, 'direct')
     call solve_hill(frame_of(machine), period(machine), followed, 'followed')
-    call check(error, size(direct%log_rho) == 6 .and. size(followed%log_rho) == 6)
+    call check_that(error, size(direct%log_rho), "==", 6, "exponents, direct")
     if (allocated(error)) return
-    call check(error, max(direct%change_rho, followed%change_rho) <= 1.0e-22_qp)
+    call check_that(error, size(followed%log_rho), "==", 6, "exponents, followed")
+    if (allocated(error)) return
+    call check_that(error, max(direct%change_rho, followed%change_rho), "<=", 1.0e-22_qp, "change")
     if (allocated(error)) return
     ! 1e-22 each, and the rounding of 2 pi lambda.
-    call check(error, distance(direct%log_rho, followed%log_rho) <= 1.0e-21_qp)
+    call check_that(error, distance(direct%log_rho, followed%log_rho), "<=", 1.0e-21_qp, "distance")
     if (allocated(error)) return
-    call check(error, max(direct%liouville, followed%liouville) <= 1.0e-25_qp)
+    call check_that(error, max(direct%liouville, followed%liouville), "<=", 1.0e-25_qp, "Liouville's defect")
   end subroutine test_routes
 
   subroutine test_constant(error)
@@ -119,12 +122,13 @@ contains
     call solve_hill(system_of(2, oscillator), 7.0_qp, hill)
     call check(error, size(hill%log_rho), 2)
     if (allocated(error)) return
-    call check(error, distance(hill%log_rho, [(-3.5_qp, 350.0_qp), (-3.5_qp, -350.0_qp)]) <= 1.0e-28_qp .or. &
-      & distance(hill%log_rho, [(-3.5_qp, -350.0_qp), (-3.5_qp, 350.0_qp)]) <= 1.0e-28_qp)
+    call check_that(error, min(distance(hill%log_rho, [(-3.5_qp, 350.0_qp), (-3.5_qp, -350.0_qp)]), &
+      & distance(hill%log_rho, [(-3.5_qp, -350.0_qp), (-3.5_qp, 350.0_qp)])), "<=", 1.0e-28_qp, "exponents in either order")
     if (allocated(error)) return
-    call check(error, allocated(hill%x0))
+    call check(error, allocated(hill%x0), more="no x0")
     if (allocated(error)) return
-    call check(error, abs(hill%x0(1) - 1/2500.25_qp) <= 1.0e-33_qp .and. abs(hill%x0(2)) <= 1.0e-30_qp)
+    call check_that(error, abs(hill%x0(1) - 1/2500.25_qp), "<=", 1.0e-33_qp, "displacement")
+    call check_that(error, abs(hill%x0(2)), "<=", 1.0e-30_qp, "velocity")
   end subroutine test_constant
 
   subroutine test_colaneri(error)
@@ -134,7 +138,7 @@ contains
     call solve_hill(system_of(2, colaneri), 2*pi_qp, hill)
     call check(error, size(hill%log_rho), 2)
     if (allocated(error)) return
-    call check(error, distance(hill%log_rho, [(0.0_qp, 0.0_qp), (-48.0_qp, 0.0_qp)*pi_qp]) <= 1.0e-22_qp)
+    call check_that(error, distance(hill%log_rho, [(0.0_qp, 0.0_qp), (-48.0_qp, 0.0_qp)*pi_qp]), "<=", 1.0e-22_qp, "exponents")
   end subroutine test_colaneri
 
   !> x'' + (1 - 0.4 cos 2 t) x = 0: exponent 0.0995364372755138 + i.
@@ -146,9 +150,9 @@ contains
     call check(error, size(hill%log_rho), 2)
     if (allocated(error)) return
     ! All printed digits.
-    call check(error, abs(real(hill%log_rho(1))/pi_qp - 0.0995364372755138_qp) <= 1.0e-15_qp)
+    call check_that(error, abs(real(hill%log_rho(1))/pi_qp - 0.0995364372755138_qp), "<=", 1.0e-15_qp, "known exponent")
     if (allocated(error)) return
-    call check(error, abs(real(sum(hill%log_rho))) <= 1.0e-25_qp)
+    call check_that(error, abs(real(sum(hill%log_rho))), "<=", 1.0e-25_qp, "sum of exponents")
   end subroutine test_mathieu
 
   !> Coefficients that jump are no trigonometric polynomials.
@@ -157,7 +161,7 @@ contains
     type(hill_solution) :: hill
 
     call solve_hill(system_of(2, meissner), 2*pi_qp, hill)
-    call check(error, hill%change_rho > 1.0e-6_qp)
+    call check_that(error, hill%change_rho, ">", 1.0e-6_qp, "change")
   end subroutine test_unknown
 
   subroutine oscillator(n, t, p, f)

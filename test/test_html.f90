@@ -1,5 +1,6 @@
 !> The pieces of report.html.
 module test_html
+  use checks, only: check_that
   use gestell_base_base64, only: base64
   use gestell_output_page_html, only: escaped
   use gestell_output_page_table, only: html_table, label
@@ -69,11 +70,11 @@ contains
 
     table = html_table("a.csv", "# title" // newline // "name,x_m" // newline // """b, """"c""""""," &
       & // "-1.2345678900000000E-003" // newline // "d,NaN" // newline)
-    call check(error, index(table, "<th scope=""col"">x (m)</th>") > 0, "head")
-    if (.not. allocated(error)) call check(error, index(table, "<td>b, &quot;c&quot;</td><td class=""n"">-0.00123457</td>") > 0, &
-      & "quotes and digits: " // table)
-    if (.not. allocated(error)) call check(error, index(table, "<td>NaN</td>") > 0, "no number")
-    if (.not. allocated(error)) call check(error, index(table, "title") == 0, "preamble")
+    call check_that(error, table, "contains", "<th scope=""col"">x (m)</th>", "head")
+    call check_that(error, table, "contains", &
+      & "<td>b, &quot;c&quot;</td><td class=""n"">-0.00123457</td>", "quotes and digits: " // table)
+    call check_that(error, table, "contains", "<td>NaN</td>", "no number")
+    call check_that(error, index(table, "title"), "==", 0, "preamble")
     if (.not. allocated(error)) call check(error, html_table("a.csv", "# title" // newline // "name,x_m" // newline), "")
   end subroutine test_table
 
@@ -82,7 +83,7 @@ contains
     character(len=:), allocatable :: table
 
     table = html_table("a.csv", "a,b,c,d,e,f,g,h,i,j,k" // newline // "1,2,3,4,5,6,7,8,9,10,11" // newline)
-    call check(error, index(table, "<tr><th scope=""row"">k</th><td class=""n"">11</td></tr>") > 0, table)
+    call check_that(error, table, "contains", "<tr><th scope=""row"">k</th><td class=""n"">11</td></tr>")
   end subroutine test_turned
 
   subroutine test_long(error)
@@ -95,7 +96,7 @@ contains
       lines = lines // "7" // newline
     end do
     table = html_table("a.csv", lines)
-    call check(error, index(table, "the first 60 of 61 rows") > 0, "caption")
+    call check_that(error, table, "contains", "the first 60 of 61 rows", "caption")
   end subroutine test_long
 
   subroutine test_units(error)

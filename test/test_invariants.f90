@@ -1,5 +1,6 @@
 !> What holds for the monodromy matrix of every machine.
 module test_invariants
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -9,7 +10,7 @@ module test_invariants
   use reference_cases, only: random_machine
   use reference_machine, only: machine_data
   use systems, only: again_type
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -35,7 +36,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call solve_monodromy(frame, accuracy_type(tolerance=tolerance), .false., monodromy, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   subroutine random_frame(number, frame, error)
@@ -45,7 +46,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call frame_of_machine(random_machine(number), frame, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine random_frame
 
   !> The library's defect is small, and so is the one of a determinant by the multipliers.
@@ -64,7 +65,8 @@ contains
       if (allocated(error)) return
       call solve_multipliers(monodromy, .false., multipliers, failure)
       ! An error e of Phi changes ln det Phi by up to e |Phi^-1| n.
-      call check(error, abs(monodromy%liouville_defect) <= 1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)))
+      call check_that(error, abs(monodromy%liouville_defect), "<=", 1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)), &
+        & "Liouville's defect")
       if (allocated(error)) return
       call check(error, sum(multipliers%log_abs), -trace_of_damping(frame), &
         & thr=1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)), more="closed form")
@@ -109,16 +111,15 @@ contains
       call frame_of_machine(machine, frame, failure)
       if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(tolerance=1.0e-11_dp), .false., monodromy, failure)
       if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., m, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       do j = 1, 6
         ! The partner is found within the bounds that both carry.
-        call check(error, any(abs(m%rho - 1 / m%rho(j)) <= abs(m%rho) * m%error + abs(1 / m%rho(j)) * m%error(j)))
+        call check_that(error, minval(abs(m%rho - 1 / m%rho(j)) - abs(m%rho) * m%error - abs(1 / m%rho(j)) * m%error(j)), "<=", &
+          & 0.0_dp, "beyond the bounds of the nearest reciprocal")
         if (allocated(error)) return
       end do
-      call check(error, m%verdict() /= "stable", more="an undamped machine is never asymptotically stable")
+      call check_that(error, m%verdict(), "/=", "stable", "an undamped machine is never asymptotically stable")
       if (allocated(error)) return
     end do
   end subroutine test_reciprocal
@@ -138,13 +139,11 @@ contains
       if (allocated(error)) return
       twice = again(frame, 2, 0.0_dp)
       call solve_monodromy(twice, accuracy_type(tolerance=1.0e-11_dp), .false., two, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       ! Errors of Phi and of its square: 1e-11 each, the first twice, times the norm.
-      call check(error, norm2((two%phi - matmul(one%phi, one%phi)) * spread(one%scale, 1, 6) / spread(one%scale, 2, 6)) &
-        & <= 5.0e-11_dp * one%norm**2)
+      call check_that(error, norm2((two%phi - matmul(one%phi, one%phi)) * spread(one%scale, 1, 6) / spread(one%scale, 2, 6)), &
+        & "<=", 5.0e-11_dp * one%norm**2, "Phi(2 T) and Phi(T)^2")
       if (allocated(error)) return
     end do
   end subroutine test_two_turns
@@ -179,12 +178,11 @@ contains
       call solve_monodromy(again(frame, 1, 0.377_dp * frame%period), accuracy_type(tolerance=1.0e-11_dp), .false., &
         & monodromy, failure)
       if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., shifted, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       do k = 1, 6
-        call check(error, minval(abs(m%rho - shifted%rho(k)) - abs(m%rho) * m%error) <= abs(shifted%rho(k)) * shifted%error(k))
+        call check_that(error, minval(abs(m%rho - shifted%rho(k)) - abs(m%rho) * m%error), "<=", abs(shifted%rho(k)) &
+          & * shifted%error(k), "nearest multiplier")
         if (allocated(error)) return
       end do
     end do

@@ -1,5 +1,6 @@
 !> All joints against closed forms, and random linkages of all joints against the reference.
 module test_joints
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp, pi
@@ -15,7 +16,7 @@ module test_joints
     & reference_functions_type => mass_functions_type
   use reference_machine, only: machine_data
   use slow_tests, only: new_slow
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -84,11 +85,11 @@ contains
       phi = 0.5_dp * k
       call linkage%points(phi, at)
       x = cos(phi) - sqrt(l**2 - (sin(phi) - e)**2)
-      call check(error, abs(at(3)%x%v - x) + abs(at(3)%y%v - e) < 1.0e-14_dp, more="branch -1")
+      call check_that(error, abs(at(3)%x%v - x) + abs(at(3)%y%v - e), "<", 1.0e-14_dp, "branch -1")
       if (allocated(error)) return
       along = cos(phi - turn) + sqrt(l**2 - (sin(phi - turn) - e)**2)
-      call check(error, abs(at(4)%x%v - (along * cos(turn) - e * sin(turn))) &
-        & + abs(at(4)%y%v - (along * sin(turn) + e * cos(turn))) < 1.0e-14_dp, more="turned")
+      call check_that(error, abs(at(4)%x%v - (along * cos(turn) - e * sin(turn))) &
+        & + abs(at(4)%y%v - (along * sin(turn) + e * cos(turn))), "<", 1.0e-14_dp, "turned")
       if (allocated(error)) return
     end do
   end subroutine test_slider_branches
@@ -107,8 +108,8 @@ contains
     do k = 0, 12
       phi = 0.5_dp * k
       call linkage%points(phi, at)
-      call check(error, abs(at(3)%x%v - cos(phi)) + abs(at(3)%x%d + sin(phi)) + abs(at(3)%x%dd + cos(phi)) &
-        & + abs(at(3)%y%v) < 1.0e-15_dp * 10)
+      call check_that(error, abs(at(3)%x%v - cos(phi)) + abs(at(3)%x%d + sin(phi)) + abs(at(3)%x%dd + cos(phi)) + abs(at(3)%y%v), &
+        & "<", 1.0e-15_dp * 10, "on a circle")
       if (allocated(error)) return
       ! The slot at 45 deg through the pin meets the x-axis at cos - sin.
       call check(error, at(4)%x%v, cos(phi) - sin(phi), thr=1.0e-14_dp)
@@ -130,7 +131,8 @@ contains
     call linkage%rpr("D", ["A", "P"], 2.0_dp, -1, failure)
     call linkage%link("lever", "P", "C", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
     call linkage%points(pi / 2, at)
-    call check(error, abs(at(4)%x%v) + abs(at(4)%y%v - 2.5_dp) + abs(at(5)%x%v) + abs(at(5)%y%v + 4.5_dp) < 1.0e-14_dp)
+    call check_that(error, abs(at(4)%x%v) + abs(at(4)%y%v - 2.5_dp) + abs(at(5)%x%v) + abs(at(5)%y%v + 4.5_dp), "<", 1.0e-14_dp, &
+      & "places of the joints")
     if (allocated(error)) return
     call diagnose(linkage, diagnosis, failure)
     call check(error, diagnosis%joints(4)%x(2) - diagnosis%joints(4)%x(1), 2 * 5 / 2.5_dp, thr=1.0e-12_dp, more="stroke")
@@ -163,7 +165,8 @@ contains
       ! (S - A) . (N - A) = 0 with S = (3, y).
       call check(error, at(4)%y%v, sin(phi) - (3 - cos(phi)) * (-cos(phi)) / (3 - sin(phi)), thr=1.0e-13_dp)
       if (allocated(error)) return
-      call check(error, abs(at(4)%x%v - 3) + abs(at(5)%x%v - 3) + abs(at(4)%y%dd - at(5)%y%dd) < 1.0e-12_dp)
+      call check_that(error, abs(at(4)%x%v - 3) + abs(at(5)%x%v - 3) + abs(at(4)%y%dd - at(5)%y%dd), "<", 1.0e-12_dp, &
+        & "places on the slide")
       if (allocated(error)) return
     end do
   end subroutine test_trammel
@@ -183,8 +186,8 @@ contains
     call linkage%rigid("R", ["O", "A"], [0.8_dp, 0.6_dp], failure)
     do k = 0, 12
       call linkage%points(0.5_dp * k, at)
-      call check(error, maxval(abs([at(3)%x%v - at(4)%x%v, at(3)%y%v - at(4)%y%v, at(3)%x%d - at(4)%x%d, &
-        & at(3)%y%d - at(4)%y%d, at(3)%x%dd - at(4)%x%dd, at(3)%y%dd - at(4)%y%dd])) < 1.0e-14_dp)
+      call check_that(error, maxval(abs([at(3)%x%v - at(4)%x%v, at(3)%y%v - at(4)%y%v, at(3)%x%d - at(4)%x%d, at(3)%y%d &
+        & - at(4)%y%d, at(3)%x%dd - at(4)%x%dd, at(3)%y%dd - at(4)%y%dd])), "<", 1.0e-14_dp, "two descriptions")
       if (allocated(error)) return
     end do
   end subroutine test_moving_guide
@@ -205,14 +208,14 @@ contains
     call linkage%moving_guide(["P", "B"], [0.0_dp, 0.0_dp], pi, two, failure)
     call linkage%rrp("C", "P", 3.2_dp, one, 1, failure)
     call linkage%prp("D", [one, two], failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     do k = 0, 12
       call linkage%points(0.5_dp * k, at)
       ! The slider's solutions lie on both sides of P's foot on the line; B is the farther one as long as mu < 90 deg.
-      call check(error, maxval(abs([at(4)%x%v - at(5)%x%v, at(4)%y%v - at(5)%y%v, at(4)%x%d - at(5)%x%d, &
-        & at(4)%y%dd - at(5)%y%dd, at(4)%x%v - at(6)%x%v, at(4)%y%v - at(6)%y%v, at(4)%y%d - at(6)%y%d, &
-        & at(4)%x%dd - at(6)%x%dd])) < 1.0e-12_dp)
+      call check_that(error, maxval(abs([at(4)%x%v - at(5)%x%v, at(4)%y%v - at(5)%y%v, at(4)%x%d - at(5)%x%d, at(4)%y%dd &
+        & - at(5)%y%dd, at(4)%x%v - at(6)%x%v, at(4)%y%v - at(6)%y%v, at(4)%y%d - at(6)%y%d, at(4)%x%dd - at(6)%x%dd])), "<", &
+        & 1.0e-12_dp, "three descriptions")
       if (allocated(error)) return
     end do
   end subroutine test_two_ways
@@ -226,7 +229,7 @@ contains
 
     machine = random_linkage(number)
     call linkage_of_machine(machine, linkage, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine random_pair
 
   !> Both of the same linkages: to find one that turns takes longer than to follow it.
@@ -264,7 +267,7 @@ contains
           & maxval(abs([at(j)%x%d, at(j)%y%d] - motion%joint(:, 1, j))), &
           & maxval(abs([at(j)%x%dd, at(j)%y%dd] - motion%joint(:, 2, j)))), dp)
         ! Sizes of 1 m; up to four dyads with a sine of the transmission angle above 0.3 amplify rounding.
-        call check(error, defect < 1.0e-11_dp)
+        call check_that(error, defect, "<", 1.0e-11_dp, "lengths")
         if (allocated(error)) return
       end do
     end do
@@ -284,7 +287,7 @@ contains
     defect = real(maxval(abs([a%a1%v - r%a1(0), a%a2%v - r%a2(0), a%a3%v - r%a3(0), a%a1%d - r%a1(1), &
       & a%a2%d - r%a2(1), a%a3%d - r%a3(1), a%a1%dd - r%a1(2), a%a2%dd - r%a2(2), a%a4 - r%a4])), dp)
     size = real(maxval(abs([r%a1, r%a2, r%a3, r%a4])), dp)
-    call check(error, defect <= 1.0e-11_dp * size)
+    call check_that(error, defect, "<=", 1.0e-11_dp * size, "derivatives")
   end subroutine check_masses
 
   !> The proof of assembly rests on bounds of the joints' speeds over an interval: they hold at sampled angles within.
@@ -315,9 +318,9 @@ contains
         end associate
         do k = -5, 5
           call linkage%points(angle + half_width * k / 5, at)
-          call check(error, hypot(at(j)%x%d, at(j)%y%d) <= speeds(j) + 1.0e-12_dp)
+          call check_that(error, hypot(at(j)%x%d, at(j)%y%d), "<=", speeds(j) + 1.0e-12_dp, "speed")
           if (allocated(error)) return
-          call check(error, hypot(at(j)%x%dd, at(j)%y%dd) <= accelerations(j) + 1.0e-12_dp)
+          call check_that(error, hypot(at(j)%x%dd, at(j)%y%dd), "<=", accelerations(j) + 1.0e-12_dp, "acceleration")
           if (allocated(error)) return
         end do
       end do
@@ -341,9 +344,10 @@ contains
     if (allocated(error)) return
     call check(error, diagnosis%links, 4)
     if (allocated(error)) return
-    call check(error, index(diagnosis%grashof, "crank-rocker") == 1)
+    call check_that(error, index(diagnosis%grashof, "crank-rocker"), "==", 1, "place of 'crank-rocker'")
     if (allocated(error)) return
-    call check(error, diagnosis%turns(1) .and. .not. diagnosis%turns(2))
+    call check_that(error, diagnosis%turns(1), "==", .true., "the first turns")
+    call check_that(error, diagnosis%turns(2), "==", .false., "the second turns")
     if (allocated(error)) return
     ! Of sampled angles: an extreme is met within a quarter of a degree, where it is flat.
     call check(error, diagnosis%swing(2), angle_at(c, d, b + a) - angle_at(c, d, b - a), thr=1.0e-5_dp)

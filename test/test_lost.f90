@@ -1,5 +1,6 @@
 !> What is not known is said to be lost: too few given steps, numbers whose squares underflow.
 module test_lost
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_methods, only: method_names
@@ -14,7 +15,7 @@ module test_lost
   use reference_linear, only: qp
   use reference_machine, only: khang_machine, machine_data
   use slow_tests, only: new_slow
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -60,7 +61,8 @@ contains
       end do
     end do
     write(counts, "(i0, a, i0, a)") told, " told, ", lost, " lost"
-    call check(error, told > 500 .and. lost > 500, more=trim(counts))
+    call check_that(error, told, ">", 500, trim(counts))
+    call check_that(error, lost, ">", 500, trim(counts))
   end subroutine test_given_steps
 
   subroutine check_claim(frame, truth, accuracy, told, lost, error)
@@ -86,7 +88,7 @@ contains
       distance = distance / max(abs(multipliers%rho(k)), tiny(1.0_dp))
       write(label, "(2a, i0, a, 3es10.2)") accuracy%method, " with ", accuracy%steps, ": |rho|, error, true error ", &
         & abs(multipliers%rho(k)), multipliers%error(k), distance
-      call check(error, distance <= multipliers%error(k), more=trim(label))
+      call check_that(error, distance, "<=", multipliers%error(k), trim(label))
       if (allocated(error)) return
     end do
     told = told + count(.not. multipliers%lost())
@@ -99,7 +101,7 @@ contains
     if (allocated(failure) .or. .not. allocated(truth%x0)) return
     write(label, "(2a, i0, a, 2es10.2)") accuracy%method, " with ", accuracy%steps, ": error of x0, its bound ", &
       & maxval(real(abs(solution%x0 - truth%x0), dp) / solution%error), norm2(solution%error)
-    call check(error, all(real(abs(solution%x0 - truth%x0), dp) <= solution%error), more=trim(label))
+    call check_that(error, real(abs(solution%x0 - truth%x0), dp), "<=", solution%error, trim(label))
   end subroutine check_claim
 
   !> A turn of 16 swings by one step.
@@ -112,13 +114,17 @@ contains
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
     if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(method="explicit8", &
       & steps=2), analysis, failure)
-    call check(error, allocated(failure) .and. .not. allocated(analysis%vibration), more="no vibration")
+    call check_failure(error, failure, what="no vibration")
     if (allocated(error)) return
-    call check(error, index(failure%message, "steps") > 0, more=failure%message)
+    call check(error, .not. allocated(analysis%vibration), more="no vibration")
+    if (allocated(error)) return
+    call check_that(error, failure%message, "contains", "steps")
     if (allocated(error)) return
     call check(error, analysis%multipliers%verdict(), "undecided")
     if (allocated(error)) return
-    call check(error, analysis%multipliers%untold() .and. all(analysis%multipliers%lost()), more="all lost")
+    call check_that(error, analysis%multipliers%untold(), "==", .true., "all lost")
+    if (allocated(error)) return
+    call check(error, all(analysis%multipliers%lost()), more="all lost")
   end subroutine test_too_few
 
   !> The motion is linear in the links' masses where these are nothing beside the frame's: against 1e-100 times the motion of
@@ -139,20 +145,19 @@ contains
     do i = 1, size(factors)
       if (.not. allocated(failure)) call frame_of_machine(lighter(machine, factors(i)), frame, failure)
       if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", points=64), accuracy_type(), analysis, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       associate (few => analysis%vibration, many => light%vibration)
         do k = 1, size(few%peak)
           write(label, "(a, es8.1, i3, 4es11.3)") "factor, quantity, peak, rms, error, expected", factors(i), k, few%peak(k), &
             & few%rms(k), few%peak_error(k), many%peak(k) * factors(i)
-          call check(error, few%peak_error(k) > 0, more="an error of zero: " // trim(label))
+          call check_that(error, few%peak_error(k), ">", 0.0_dp, "an error of zero: " // trim(label))
           if (allocated(error)) return
-          call check(error, abs(few%peak(k) - many%peak(k) * factors(i)) <= few%peak_error(k) + many%peak_error(k) * factors(i), &
-            & more=trim(label))
+          call check_that(error, abs(few%peak(k) - many%peak(k) * factors(i)), "<=", few%peak_error(k) + many%peak_error(k) &
+            & * factors(i), trim(label))
           if (allocated(error)) return
-          call check(error, few%rms(k) <= few%peak(k) .and. few%rms(k) > 0.01_dp * few%peak(k), more=trim(label))
+          call check_that(error, few%rms(k), "<=", few%peak(k), trim(label))
+          call check_that(error, few%rms(k), ">", 0.01_dp * few%peak(k), trim(label))
           if (allocated(error)) return
         end do
       end associate

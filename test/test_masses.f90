@@ -1,12 +1,13 @@
 !> Masses of a crank by hand: averaged over the turn, and balanced but for the rounding.
 module test_masses
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mass_functions_type
   use systems, only: diagonal
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -41,17 +42,17 @@ contains
     call new_frame(frame, linkage, 4.0_dp, 1.25_dp, [0.0_dp, 0.0_dp], stiffness, diagonal([0.0_dp, 0.0_dp, 0.0_dp]), 30.0_dp, &
       & failure)
     if (.not. allocated(failure)) call frame%natural_frequencies(w, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     ! m = 4 + 2, J = 1.25 + 0.25 + 2 * 0.25.
-    call check(error, maxval(abs(w - [-5.0_dp, 1.0_dp, 7.0_dp])) < 1.0e-13_dp)
+    call check_that(error, maxval(abs(w - [-5.0_dp, 1.0_dp, 7.0_dp])), "<", 1.0e-13_dp, "frequencies")
     if (allocated(error)) return
     call new_frame(frame, linkage, 4.0_dp, 1.25_dp, [0.0_dp, 0.0_dp], stiffness, diagonal([0.0_dp, 0.0_dp, 0.0_dp]), 30.0_dp, &
       & failure, [3])
     call frame%natural_frequencies(w, failure)
-    call check(error, size(w) == 1 .and. abs(w(1) - 1) < 1.0e-14_dp)
+    call check_that(error, size(w), "==", 1, "degrees of freedom")
+    if (allocated(error)) return
+    call check_that(error, abs(w(1) - 1), "<", 1.0e-14_dp, "frequency")
   end subroutine test_averaged
 
   !> m c of the crank's two bodies cancel but for the rounding of the products, at all angles, those on the axes too,

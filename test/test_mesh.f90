@@ -1,5 +1,6 @@
 !> Steps over the period.
 module test_mesh
+  use checks, only: check_that
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_mesh, only: merged, mesh
   use systems, only: constant_type
@@ -27,19 +28,20 @@ contains
     nodes = mesh(system, 7)
     call check(error, size(nodes), 8)
     if (allocated(error)) return
-    call check(error, maxval(abs(nodes - [(i / 7.0_dp, i = 0, 7)])) < epsilon(1.0_dp))
+    call check_that(error, maxval(abs(nodes - [(i / 7.0_dp, i = 0, 7)])), "<", epsilon(1.0_dp), "even nodes")
     if (allocated(error)) return
     ! Breaks at 1/8, 1/4 and just before the end; a third of a step becomes a whole one, three steps of a sixth stay so.
     system%breaks = [1.0_dp, 2.0_dp, 8 * (1 - 1.0e-9_dp)]
     nodes = mesh(system, 4)
     call check(error, size(nodes), 7)
     if (allocated(error)) return
-    call check(error, maxval(abs(nodes - [0.0_dp, 0.125_dp, 0.25_dp, 0.5_dp, 0.75_dp, 1 - 1.0e-9_dp, 1.0_dp])) < 1.0e-9_dp)
+    call check_that(error, maxval(abs(nodes - [0.0_dp, 0.125_dp, 0.25_dp, 0.5_dp, 0.75_dp, 1 - 1.0e-9_dp, 1.0_dp])), "<", &
+      & 1.0e-9_dp, "nodes with breaks")
     if (allocated(error)) return
-    call check(error, all(nodes([2, 3, 6, 7]) <= [0.125_dp, 0.25_dp, 1 - 1.0e-9_dp, 1.0_dp]) &
-      & .and. all(nodes([2, 3, 6, 7]) >= [0.125_dp, 0.25_dp, 1 - 1.0e-9_dp, 1.0_dp]), more="breaks to the last digit")
+    call check_that(error, nodes([2, 3, 6, 7]), "<=", [0.125_dp, 0.25_dp, 1 - 1.0e-9_dp, 1.0_dp], "breaks to the last digit")
+    call check_that(error, nodes([2, 3, 6, 7]), ">=", [0.125_dp, 0.25_dp, 1 - 1.0e-9_dp, 1.0_dp], "breaks to the last digit")
     if (allocated(error)) return
-    call check(error, all(nodes(2:) > nodes(:6)), more="ascending")
+    call check_that(error, nodes(2:), ">", nodes(:6), "ascending")
     if (allocated(error)) return
     ! Segments that the steps fit are not given one more by rounding.
     do i = 1, 40

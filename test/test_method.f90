@@ -1,5 +1,6 @@
 !> Single steps, the effort, and that no more is claimed than was ordered.
 module test_method
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_period_map, only: period_map, trajectory
@@ -10,7 +11,7 @@ module test_method
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   use systems, only: constant_type, diagonal, mathieu_type, meissner_type, scalar_type, vinograd_type
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
   implicit none (type, external)
   private
@@ -92,7 +93,7 @@ contains
     system%states = 4
     system%least_steps = 100
     call solve_monodromy(system, accuracy_type(tolerance=1.0e-3_dp), .false., monodromy, failure)
-    call check(error, monodromy%steps >= 100, more="least steps")
+    call check_that(error, monodromy%steps, ">=", 100, "least steps")
     if (allocated(error)) return
     system%least_steps = 8
     call solve_monodromy(system, accuracy_type(steps=5, method="gauss3"), .false., monodromy, failure)
@@ -107,7 +108,7 @@ contains
     call check(error, monodromy%steps, 3, more="steps between breaks")
     if (allocated(error)) return
     call solve_monodromy(system, accuracy_type(steps=4194305), .false., monodromy, failure)
-    call check(error, allocated(failure), more="too many steps")
+    call check_failure(error, failure, what="too many steps")
     if (allocated(error)) return
 
     call solve_monodromy(system, accuracy_type(), .true., monodromy, failure)
@@ -150,13 +151,11 @@ contains
     do i = 1, size(methods)
       call solve_monodromy(quadrature_type(states=1, period=2 * pi), accuracy_type(tolerance=1.0e-8_dp, method=trim(methods(i))), &
         & .true., monodromy, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      call check(error, abs(monodromy%xp(1) - sum_of_samples) <= monodromy%xp_error, more=methods(i) // ": claim")
+      call check_success(error, failure)
       if (allocated(error)) return
-      call check(error, monodromy%xp_error <= 1.0e-8_dp * sum_of_samples, more=methods(i) // ": order")
+      call check_that(error, abs(monodromy%xp(1) - sum_of_samples), "<=", monodromy%xp_error, methods(i) // ": claim")
+      if (allocated(error)) return
+      call check_that(error, monodromy%xp_error, "<=", 1.0e-8_dp * sum_of_samples, methods(i) // ": order")
       if (allocated(error)) return
       call check(error, monodromy%method%name, trim(methods(i)))
       if (allocated(error)) return
@@ -167,23 +166,23 @@ contains
       call solve_monodromy(mathieu_type(states=2, period=pi, a=30.0_dp, q=4.0_dp), accuracy_type(tolerance=1.0e-12_dp, &
         & method="gauss6"), .false., monodromy, failure)
       ! Some hundred roundings.
-      call check(error, monodromy%roundoff <= 1.0e-13_dp * monodromy%norm, more="roundoff")
+      call check_that(error, monodromy%roundoff, "<=", 1.0e-13_dp * monodromy%norm, "roundoff")
       if (allocated(error)) return
       ! exp(-10 pi): what is ordered and claimed is relative to Phi.
       call solve_monodromy(scalar_type(states=1, period=2 * pi, c=-5.0_dp), accuracy_type(tolerance=1.0e-8_dp, &
         & method=trim(methods(i))), .false., monodromy, failure)
-      call check(error, abs(monodromy%phi(1, 1) - exp(-10 * pi)) <= monodromy%error .and. monodromy%error &
-        & <= 1.0e-8_dp * exp(-10 * pi), more=methods(i) // ": damped")
+      call check_that(error, abs(monodromy%phi(1, 1) - exp(-10 * pi)), "<=", monodromy%error, methods(i) // ": damped")
+      call check_that(error, monodromy%error, "<=", 1.0e-8_dp * exp(-10 * pi), methods(i) // ": damped")
       if (allocated(error)) return
       do k = 4, 36
         tolerance = 10.0_dp**(-k / 4.0_dp)
         call solve_monodromy(mathieu_type(states=2, period=pi, a=30.0_dp, q=4.0_dp, d=0.1_dp, h=1.0_dp), &
           & accuracy_type(tolerance=tolerance, method=trim(methods(i))), .true., monodromy, failure)
-        call check(error, .not. allocated(failure))
+        call check_success(error, failure)
         if (allocated(error)) return
         ! Ten times the evaluations of the finest solution are too many.
-        call check(error, monodromy%error <= tolerance * monodromy%norm .and. monodromy%evaluations &
-          & <= 10 * monodromy%steps * stages(i), more=methods(i) // ": ordered")
+        call check_that(error, monodromy%error, "<=", tolerance * monodromy%norm, methods(i) // ": ordered")
+        call check_that(error, monodromy%evaluations, "<=", 10 * monodromy%steps * stages(i), methods(i) // ": ordered")
         if (allocated(error)) return
       end do
     end do
@@ -207,10 +206,8 @@ contains
       system%b = diagonal([0.5_dp, 0.25_dp]) / unit
       system%c = diagonal([200.0_dp, 900.0_dp]) / unit**2
       if (.not. allocated(failure)) call solve_monodromy(system, accuracy_type(), .true., there, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call check(error, there%steps, here%steps)
       if (allocated(error)) return
       call check(error, maxval(abs(there%phi(:2, :2) - here%phi(:2, :2)) + abs(there%phi(3:, :2) * unit - here%phi(3:, :2))), &
@@ -235,7 +232,8 @@ contains
     call method%maps(system, [from], [to], a, failure)
     do i = 1, 2
       ! The ends of the step are taken 2e-15 inside, times derivatives of some hundred.
-      call check(error, maxval(abs(a(:, i, 1) - stepped(merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], i == 1)))) < 1.0e-11_dp)
+      call check_that(error, maxval(abs(a(:, i, 1) - stepped(merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], i == 1)))), "<", &
+        & 1.0e-11_dp, "columns of the step")
       if (allocated(error)) return
     end do
     call method%maps(scalar_type(states=1, period=2.0_dp, c=1.0_dp), [from], [to], a1, failure, b)
@@ -294,11 +292,11 @@ contains
     call new_method("gauss3", method, failure)
     call period_map(system, method, nodes, scale, phi, failure, xp, reach)
     call trajectory(system, method, nodes, [0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], nodes, x, failure)
-    call check(error, maxval(abs(x(:, 9) - xp)) < 1.0e-15_dp)
+    call check_that(error, maxval(abs(x(:, 9) - xp)), "<", 1.0e-15_dp, "end of the period")
     if (allocated(error)) return
     call check(error, reach, maxval(norm2(x / spread(scale, 2, 9), dim=1)), thr=1.0e-15_dp)
     if (allocated(error)) return
-    call check(error, reach > 1.1_dp * norm2(xp / scale), more="the end is not the greatest")
+    call check_that(error, reach, ">", 1.1_dp * norm2(xp / scale), "the end is not the greatest")
     if (allocated(error)) return
 
     call solve_monodromy(scalar_type(states=1, period=2 * pi, breaks=[1.0_dp], c=-0.5_dp), accuracy_type(steps=20), .false., &
@@ -320,7 +318,7 @@ contains
     if (allocated(error)) return
     do i = 1, size(names)
       call new_method(trim(names(i)), method, failure)
-      call check(error, .not. allocated(failure), more=names(i))
+      call check_success(error, failure, names(i))
       if (allocated(error)) return
     end do
     call check(error, accuracy%tolerance, 1.0e-9_dp, thr=0.0_dp, more="default tolerance of the manual")
@@ -334,9 +332,7 @@ contains
 
     system = constant_type(states=4, period=1.0_dp, m=diagonal([1.0_dp, 0.0_dp]), c=diagonal([1.0_dp, 1.0_dp]))
     call solve_monodromy(system, accuracy_type(), .false., monodromy, failure)
-    call check(error, allocated(failure))
-    if (allocated(error)) return
-    call check(error, index(failure%message, "mass matrix is singular") > 0, more=failure%message)
+    call check_failure(error, failure, "mass matrix is singular")
   end subroutine test_massless
 
   !> exp(1600) is beyond the numbers: an error that says so. The overflow is meant: traps are off.
@@ -352,9 +348,7 @@ contains
       & monodromy, failure)
     call ieee_set_flag(ieee_usual, .false.)
     call ieee_set_halting_mode(ieee_usual, traps)
-    call check(error, allocated(failure))
-    if (allocated(error)) return
-    call check(error, index(failure%message, "range of the numbers") > 0, more=failure%message)
+    call check_failure(error, failure, "range of the numbers")
   end subroutine test_overflow
 
 end module test_method

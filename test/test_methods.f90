@@ -1,5 +1,6 @@
 !> The family of methods: coefficients, single steps, and the orders and error constants that they tell of themselves.
 module test_methods
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_integrator_cooper_verner, only: cooper_verner_tableau
@@ -11,7 +12,7 @@ module test_methods
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_system_periodic, only: periodic_system
   use systems, only: constant_type, diagonal
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -91,7 +92,8 @@ contains
       if (allocated(error)) return
     end do
     ! No more than order 8: the tall tree with nine vertices.
-    call check(error, abs(dot_product(b, matmul(a, trees(n)%value)) - 1 / (9 * trees(n)%density)) > 1.0e-6_dp)
+    call check_that(error, abs(dot_product(b, matmul(a, trees(n)%value)) - 1 / (9 * trees(n)%density)), ">", 1.0e-6_dp, &
+      & "tree of order nine")
 
   contains
 
@@ -149,7 +151,7 @@ contains
     e = expm(a)
     call check(error, e(1, 2), (exp(-1.0_dp) - exp(-30.0_dp)) / 29, thr=1.0e-15_dp, more="stiff")
     if (allocated(error)) return
-    call check(error, abs(e(1, 1) / exp(-30.0_dp) - 1) < 1.0e-13_dp, more="the small one, relative")
+    call check_that(error, abs(e(1, 1) / exp(-30.0_dp) - 1), "<", 1.0e-13_dp, "the small one, relative")
   end subroutine test_expm
 
   !> One step over the period, in which motions turn by 30 and 3 radians; a great load on the first of two disturbs neither
@@ -170,8 +172,8 @@ contains
       call new_method(merge("magnus4", "magnus6", i == 0), method, failure)
       call period_map(system, method, [0.0_dp, 1.0_dp], [1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp], phi, failure, xp, reach)
       ! Scaling by 2^-6: 64 epsilon, some times.
-      call check(error, maxval(abs([phi(1, 1) - cos(w(1)), phi(2, 2) - cos(w(2)), phi(3, 1) * unit / w(1) + sin(w(1)), &
-        & phi(2, 4) / unit * w(2) - sin(w(2)), phi(1, 2)])) < 1.0e-13_dp, more="free motion")
+      call check_that(error, maxval(abs([phi(1, 1) - cos(w(1)), phi(2, 2) - cos(w(2)), phi(3, 1) * unit / w(1) + sin(w(1)), &
+        & phi(2, 4) / unit * w(2) - sin(w(2)), phi(1, 2)])), "<", 1.0e-13_dp, "free motion")
       if (allocated(error)) return
       call check(error, xp(2), 0.0_dp, thr=0.0_dp)
       if (allocated(error)) return
@@ -228,10 +230,8 @@ contains
       do k = 1, 2
         call solve_monodromy(system, accuracy_type(method=trim(methods(i)), steps=steps(i) * (1 + k) / 2), .true., monodromy, &
           & failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
+        call check_success(error, failure)
+        if (allocated(error)) return
         phi_error(k) = norm2(monodromy%phi - phi)
         xp_error(k) = norm2(monodromy%xp - xp)
       end do

@@ -1,5 +1,6 @@
 !> Kinematics, assembly and the frame's matrices against the reference and against closed forms.
 module test_model
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
@@ -16,7 +17,7 @@ module test_model
     & reference_functions_type => mass_functions_type
   use reference_machine, only: khang_machine, machine_data
   use reference_newton, only: newton_orders
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -80,7 +81,7 @@ contains
     machine = khang_machine(240.0_dp)
     if (present(branch)) machine%joints(4)%branch = branch
     call linkage_of_machine(machine, linkage, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine paper_linkage
 
   !> K1 cos psi - K2 cos phi + K3 = cos(phi - psi) for the angles of crank and rocker (F. Freudenstein, Trans. ASME 77,
@@ -106,7 +107,7 @@ contains
       if (allocated(error)) return
       call check(error, hypot(at(4)%x%v - d, at(4)%y%v), c, thr=1.0e-15_dp, more="rocker's length")
       if (allocated(error)) return
-      call check(error, sin(psi) > 0, more="open branch")
+      call check_that(error, sin(psi), ">", 0.0_dp, "open branch")
       if (allocated(error)) return
     end do
   end subroutine test_freudenstein
@@ -173,13 +174,13 @@ contains
       call linkage%points(phi + h, plus)
       call linkage%points(phi - h, minus)
       ! h^2 / 6 times a third derivative below 1 m.
-      call check(error, maxval(abs(at%x%d - (plus%x%v - minus%x%v) / (2 * h))) < 2.0e-9_dp)
+      call check_that(error, maxval(abs(at%x%d - (plus%x%v - minus%x%v) / (2 * h))), "<", 2.0e-9_dp, "x'")
       if (allocated(error)) return
-      call check(error, maxval(abs(at%y%d - (plus%y%v - minus%y%v) / (2 * h))) < 2.0e-9_dp)
+      call check_that(error, maxval(abs(at%y%d - (plus%y%v - minus%y%v) / (2 * h))), "<", 2.0e-9_dp, "y'")
       if (allocated(error)) return
-      call check(error, maxval(abs(at%x%dd - (plus%x%d - minus%x%d) / (2 * h))) < 5.0e-9_dp)
+      call check_that(error, maxval(abs(at%x%dd - (plus%x%d - minus%x%d) / (2 * h))), "<", 5.0e-9_dp, "x''")
       if (allocated(error)) return
-      call check(error, maxval(abs(at%y%dd - (plus%y%d - minus%y%d) / (2 * h))) < 5.0e-9_dp)
+      call check_that(error, maxval(abs(at%y%dd - (plus%y%d - minus%y%d) / (2 * h))), "<", 5.0e-9_dp, "y''")
       if (allocated(error)) return
     end do
   end subroutine test_differences
@@ -198,7 +199,7 @@ contains
     do k = 0, 20
       call left%points(0.3_dp * k, at_left)
       call right%points(-0.3_dp * k, at_right)
-      call check(error, maxval(abs([at_left%x%v - at_right%x%v, at_left%y%v + at_right%y%v])) < 1.0e-15_dp)
+      call check_that(error, maxval(abs([at_left%x%v - at_right%x%v, at_left%y%v + at_right%y%v])), "<", 1.0e-15_dp, "mirrored")
       if (allocated(error)) return
     end do
   end subroutine test_branches
@@ -216,10 +217,8 @@ contains
     do i = 1, 200
       machine = random_machine(i)
       call linkage_of_machine(machine, linkage, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       do k = 1, 5
         angle = 1.3_dp * k - 2
         call linkage%mass_functions(angle, a)
@@ -228,7 +227,7 @@ contains
           & a%a2%d - r%a2(1), a%a3%d - r%a3(1), a%a1%dd - r%a1(2), a%a2%dd - r%a2(2), a%a4 - r%a4])), dp)
         size = real(maxval(abs([r%a1, r%a2, r%a3, r%a4])), dp)
         ! A transmission angle with cosine 0.95 amplifies the roundings of the second derivatives some hundredfold.
-        call check(error, defect <= 1.0e-12_dp * size)
+        call check_that(error, defect, "<=", 1.0e-12_dp * size, "equations")
         if (allocated(error)) return
         call check(error, linkage%mass, real(r%mass, dp), thr=1.0e-14_dp * linkage%mass)
         if (allocated(error)) return
@@ -250,23 +249,21 @@ contains
     do i = 1, 100
       machine = random_machine(i)
       call frame_of_machine(machine, frame, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       do k = 0, 3
         t = 0.27_dp * k * frame%period
         call frame%matrices(t, m, b, c)
         call frame%load(t, h)
         call frame_matrices(frame_of(machine), real(t, qp), m_q, b_q, c_q, h_q)
         ! As above, and the crank angle Omega t is rounded.
-        call check(error, maxval(abs(m - m_q)) <= 1.0e-12_dp * maxval(abs(m)), more="M")
+        call check_that(error, real(maxval(abs(m - m_q)), dp), "<=", 1.0e-12_dp * maxval(abs(m)), "M")
         if (allocated(error)) return
-        call check(error, maxval(abs(b - b_q)) <= 1.0e-11_dp * maxval(abs(b)), more="B")
+        call check_that(error, real(maxval(abs(b - b_q)), dp), "<=", 1.0e-11_dp * maxval(abs(b)), "B")
         if (allocated(error)) return
-        call check(error, maxval(abs(c - c_q)) <= 1.0e-11_dp * maxval(abs(c)), more="C")
+        call check_that(error, real(maxval(abs(c - c_q)), dp), "<=", 1.0e-11_dp * maxval(abs(c)), "C")
         if (allocated(error)) return
-        call check(error, maxval(abs(h - h_q)) <= 1.0e-11_dp * maxval(abs(h)), more="h")
+        call check_that(error, real(maxval(abs(h - h_q)), dp), "<=", 1.0e-11_dp * maxval(abs(h)), "h")
         if (allocated(error)) return
       end do
     end do
@@ -281,7 +278,7 @@ contains
 
     do i = 1, 5
       call newton_orders(random_machine(i), 0.9_qp * i, 1.0e-5_qp, orders, defect)
-      call check(error, all(orders > 1.99_qp))
+      call check_that(error, [orders], ">", 1.99_qp, "orders of the defects")
       if (allocated(error)) return
     end do
   end subroutine test_newton
@@ -299,14 +296,14 @@ contains
     c(1, :) = [sum(k), 0.0_dp, -sum(k * y)]
     c(2, :) = [0.0_dp, sum(kb), sum(kb * x)]
     c(3, :) = [-sum(k * y), sum(kb * x), sum(k * y**2 + kb * x**2)]
-    call check(error, maxval(abs(stiffness_matrix(supports) - c)) < 1.0e-14_dp)
+    call check_that(error, maxval(abs(stiffness_matrix(supports) - c)), "<", 1.0e-14_dp, "C of the supports")
     if (allocated(error)) return
 
     ! Turned by a right angle the axes change places; a damper stands where the spring stood.
     do i = 1, 2
       supports(i)%angle = pi / 2
     end do
-    call check(error, maxval(abs(damping_matrix(supports) - c)) < 1.0e-14_dp)
+    call check_that(error, maxval(abs(damping_matrix(supports) - c)), "<", 1.0e-14_dp, "B of the supports")
   end subroutine test_supports
 
   subroutine test_freedoms(error)
@@ -332,7 +329,7 @@ contains
       & + maxval(abs(h(free) - h2)), 0.0_dp)
     if (allocated(error)) return
     call new_frame(part, linkage, 18.0_dp, 0.78_dp, [-0.2_dp, 0.2_dp], stiffness, stiffness, 30.0_dp, failure, [3, 3])
-    call check(error, allocated(failure), more="a degree of freedom twice")
+    call check_failure(error, failure, what="a degree of freedom twice")
   end subroutine test_freedoms
 
   !> Without the mechanism's mass: sqrt(k / m) and, with springs that do not couple, sqrt(c33 / J).
@@ -350,11 +347,9 @@ contains
     call new_frame(frame, linkage, 4.0_dp, 0.5_dp, [0.3_dp, 0.1_dp], diagonal([400.0_dp, 100.0_dp, 32.0_dp]), &
       & diagonal([0.0_dp, 0.0_dp, 0.0_dp]), 30.0_dp, failure)
     if (.not. allocated(failure)) call frame%natural_frequencies(w, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    call check(error, maxval(abs(w - [5.0_dp, 8.0_dp, 10.0_dp])) < 1.0e-13_dp)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check_that(error, maxval(abs(w - [5.0_dp, 8.0_dp, 10.0_dp])), "<", 1.0e-13_dp, "natural frequencies")
   end subroutine test_frequencies
 
   pure function diagonal(d) result(a)

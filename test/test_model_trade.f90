@@ -1,5 +1,6 @@
 !> The averaged model against the periodic one: where they agree, how the miss grows, how it is told.
 module test_model_trade
+  use checks, only: check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -43,27 +44,29 @@ contains
     if (.not. allocated(failure)) call analyse(frame, tasks_type(averaged=.true.), accuracy_type(), averaged, failure)
     if (failed(failure, error)) return
     associate (p => periodic%vibration, a => averaged%vibration)
-      call check(error, all(abs(a%start%x0 - p%start%x0) <= a%start%error + p%start%error), more="x0")
+      call check_that(error, abs(a%start%x0 - p%start%x0), "<=", a%start%error + p%start%error, "x0")
       if (allocated(error)) return
-      call check(error, all(abs(a%peak - p%peak) <= a%peak_error + p%peak_error), more="peaks")
+      call check_that(error, abs(a%peak - p%peak), "<=", a%peak_error + p%peak_error, "peaks")
       if (allocated(error)) return
-      call check(error, all(a%peak([1, 2, 4, 5, 7, 8]) > 1.0e3_dp * a%peak_error([1, 2, 4, 5, 7, 8])), more="there are peaks")
+      call check_that(error, a%peak([1, 2, 4, 5, 7, 8]), ">", 1.0e3_dp * a%peak_error([1, 2, 4, 5, 7, 8]), "there are peaks")
       if (allocated(error)) return
       ! Both start with the same rows.
-      call check(error, maxval(abs(a%history - p%history)) < 1.0e-9_dp * maxval(abs(p%history)), more="history")
+      call check_that(error, maxval(abs(a%history - p%history)), "<", 1.0e-9_dp * maxval(abs(p%history)), "history")
       if (allocated(error)) return
     end associate
     do k = 1, 4
-      call check(error, minval(abs(averaged%multipliers%rho - periodic%multipliers%rho(k))) &
-        & <= periodic%multipliers%error(k) + maxval(averaged%multipliers%error), more="multipliers")
+      call check_that(error, minval(abs(averaged%multipliers%rho - periodic%multipliers%rho(k))), "<=", &
+        & periodic%multipliers%error(k) + maxval(averaged%multipliers%error), "multipliers")
       if (allocated(error)) return
     end do
     call measure_model(frame, accuracy_type(), trade, failure)
     if (failed(failure, error)) return
-    call check(error, trade%worst_miss() <= 0 .and. abs(trade%rho_miss()) <= 0, more="nothing is missed")
+    call check_that(error, trade%worst_miss(), "<=", 0.0_dp, "nothing is missed")
+    call check_that(error, abs(trade%rho_miss()), "<=", 0.0_dp, "nothing is missed")
     if (allocated(error)) return
-    call check(error, trade%error_phi < 1.0e-8_dp .and. trade%error_rho < 1.0e-8_dp .and. trade%error_x0 < 1.0e-7_dp, &
-      & more="errors of the row")
+    call check_that(error, trade%error_phi, "<", 1.0e-8_dp, "errors of the row")
+    call check_that(error, trade%error_rho, "<", 1.0e-8_dp, "errors of the row")
+    call check_that(error, trade%error_x0, "<", 1.0e-7_dp, "errors of the row")
   end subroutine test_agreement
 
   !> The periodic parts of M, B, C are in proportion to the mechanism's masses, and so, to first order, is what the
@@ -85,7 +88,7 @@ contains
     if (allocated(error)) return
     call check(error, trade(1)%error_x0 / trade(2)%error_x0, 10.0_dp, thr=1.0_dp, more="x0")
     if (allocated(error)) return
-    call check(error, abs(trade(1)%peak_miss(1)) > 5 * abs(trade(2)%peak_miss(1)), more="peak")
+    call check_that(error, abs(trade(1)%peak_miss(1)), ">", 5 * abs(trade(2)%peak_miss(1)), "peak")
   end subroutine test_light
 
   subroutine test_trade(error)
@@ -104,7 +107,8 @@ contains
     trade%periodic%peak_error = [0.1_dp, 0.1_dp, (0.0_dp, i = 3, 9)]
     trade%averaged%peak_error = trade%periodic%peak_error
     ! 0.1 of 1 is within 0.1 + 0.1; -0.5 of 2 is not within 0.2.
-    call check(error, maxval(abs([(trade%peak_miss(i), i = 1, 9)] - [0.0_dp, -0.25_dp, (0.0_dp, i = 3, 9)])) < 1.0e-15_dp)
+    call check_that(error, maxval(abs([(trade%peak_miss(i), i = 1, 9)] - [0.0_dp, -0.25_dp, (0.0_dp, i = 3, 9)])), "<", &
+      & 1.0e-15_dp, "misses of peaks")
     if (allocated(error)) return
     call check(error, trade%log_rho_miss(), 0.2_dp, thr=1.0e-15_dp)
     if (allocated(error)) return
@@ -113,16 +117,20 @@ contains
     call check(error, trade%worst_miss(), 0.25_dp, thr=1.0e-15_dp)
     if (allocated(error)) return
     trade%averaged%log_rho_error = 0.11_dp
-    call check(error, abs(trade%log_rho_miss()) + abs(trade%rho_miss()) <= 0, more="within the errors")
+    call check_that(error, abs(trade%log_rho_miss()) + abs(trade%rho_miss()), "<=", 0.0_dp, "within the errors")
     if (allocated(error)) return
 
     machine = khang_machine(360.0_dp)
     call frame_of_machine(machine, frame, failure)
     call measure_model(frame, accuracy_type(), trade, failure)
     if (failed(failure, error)) return
-    call check(error, trade%periodic%verdict == "stable" .and. trade%averaged%verdict == "stable")
+    call check_that(error, trade%periodic%verdict, "==", "stable", "periodic")
+    call check_that(error, trade%averaged%verdict, "==", "stable", "averaged")
     if (allocated(error)) return
-    call check(error, .not. allocated(trade%resonance) .and. trade%evaluations > 0 .and. trade%averaged%seconds > 0)
+    call check_that(error, allocated(trade%resonance), "==", .false., "resonance")
+    if (allocated(error)) return
+    call check_that(error, trade%evaluations, ">", 0, "evaluations")
+    call check_that(error, trade%averaged%seconds, ">=", 0.0_dp, "seconds")
     if (allocated(error)) return
 
     ! Without damping, at a fifth of the lowest natural frequency, which the periodic coefficients shift a little.
@@ -134,9 +142,11 @@ contains
     if (failed(failure, error)) return
     call check(error, allocated(trade%resonance) .and. .not. allocated(trade%averaged%peak), more="resonance")
     if (allocated(error)) return
-    call check(error, index(trade%resonance, "harmonic 5") > 0 .and. allocated(trade%periodic%peak), more=trade%resonance)
+    call check_that(error, trade%resonance, "contains", "harmonic 5")
     if (allocated(error)) return
-    call check(error, abs(trade%peak_miss(1)) <= 0, more="no peaks to compare")
+    call check(error, allocated(trade%periodic%peak), more=trade%resonance)
+    if (allocated(error)) return
+    call check_that(error, abs(trade%peak_miss(1)), "<=", 0.0_dp, "no peaks to compare")
   end subroutine test_trade
 
   logical function failed(failure, error)

@@ -1,5 +1,6 @@
 !> Truncated, changed and random input: accepted or refused in good form, never worse.
 module test_namelist_fuzz
+  use checks, only: check_that
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
   use gestell_base_error, only: error_type, invalid_input
   use gestell_input_schema_check, only: check_document
@@ -102,8 +103,9 @@ contains
       call set_value(doc, input_schema(), text, failure)
       if (.not. allocated(failure)) call check_document(doc, input_schema(), failure)
       if (.not. allocated(failure)) cycle
-      call check(error, index(failure%message, "--set ") == 1 .and. scan(failure%message, nl // achar(0)) == 0, &
-        failure%message)
+      call check_that(error, index(failure%message, "--set "), "==", 1, failure%message)
+      if (allocated(error)) return
+      call check_that(error, scan(failure%message, nl // achar(0)), "==", 0, failure%message)
       if (allocated(error)) return
     end do
   end subroutine test_fuzz
@@ -124,14 +126,18 @@ contains
     end do
     call check(error, failure%code, invalid_input)
     if (allocated(error)) return
-    call check(error, scan(failure%message, nl // achar(13) // achar(0)) == 0 .and. len(failure%message) < 500, text)
+    call check_that(error, scan(failure%message, nl // achar(13) // achar(0)), "==", 0, text)
+    if (allocated(error)) return
+    call check_that(error, len(failure%message), "<", 500, text)
     if (allocated(error)) return
     if (index(failure%message, file // ": ") == 1) return
     call check(error, index(failure%message, file // ":"), 1, failure%message)
     if (allocated(error)) return
     i = len(file) + 2
     read(failure%message(i:i+index(failure%message(i:), ":")-2), *, iostat=status) line
-    call check(error, status == 0 .and. line >= 1 .and. line <= lines, failure%message)
+    call check_that(error, status, "==", 0, failure%message)
+    call check_that(error, line, ">=", 1, failure%message)
+    call check_that(error, line, "<=", lines, failure%message)
   end subroutine judge
 
   !> A number from 0 to n-1.

@@ -1,5 +1,6 @@
 !> Newton's method for the exact frame's vibration: what its quick solutions miss, and what is left where it stops.
 module test_newton
+  use checks, only: check_success, check_that
   use exact_machines, only: scotch_yoke
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
@@ -11,7 +12,7 @@ module test_newton
   use gestell_study_frame_model_newton, only: values_of
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -45,7 +46,7 @@ contains
       machine = khang_machine(speeds(number))
     end if
     call frame_of_machine(machine, frame, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine make
 
   !> Against a quick solution of 1e-10; the model's rounding is below that.
@@ -76,7 +77,8 @@ contains
         off = maxval(norm2((motion%x - fine%x) / spread(fine%scale, 2, phases), dim=1)) &
           & / maxval(norm2(fine%x / spread(fine%scale, 2, phases), dim=1))
         greatest = max(greatest, off / motion%truncation)
-        call check(error, off <= motion%truncation + finest .and. motion%truncation <= ordered)
+        call check_that(error, off, "<=", motion%truncation + finest, "distance to the fine solution")
+        call check_that(error, motion%truncation, "<=", ordered, "truncation")
         if (allocated(error)) then
           print "(a, i0, 3es10.1)", "         machine, ordered, estimate, error: ", number, ordered, motion%truncation, off
           return
@@ -105,15 +107,13 @@ contains
       if (allocated(error)) return
       call settle(frame, "exact", accuracy_type(tolerance=tolerance), coarse, failure)
       if (.not. allocated(failure)) call settle(frame, "exact", accuracy_type(tolerance=finest), fine, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       q = moved(coarse)
       q_fine = moved(fine)
       off = maxval(abs(q - q_fine)) / maxval(abs(q_fine))
       greatest = max(greatest, off)
-      call check(error, off <= part_left * tolerance)
+      call check_that(error, off, "<=", part_left * tolerance, "distance")
       if (allocated(error)) print "(a, i0, es10.1)", "         machine, what is left: ", number, off
       if (allocated(error)) return
     end do

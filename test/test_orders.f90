@@ -1,5 +1,6 @@
 !> Orders of convergence, and errors against the quadruple-precision reference.
 module test_orders
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -80,10 +81,8 @@ contains
       do k = 1, 2
         if (.not. allocated(failure)) call solve_monodromy(frame, &
           & accuracy_type(method=trim(methods(i)), steps=steps(i) * (1 + k) / 2), .true., monodromy, failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
+        call check_success(error, failure)
+        if (allocated(error)) return
         phi_error(k) = scaled_norm(monodromy%phi - phi, monodromy%scale)
         xp_error(k) = norm2((monodromy%xp - xp) / monodromy%scale)
       end do
@@ -117,11 +116,9 @@ contains
       if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(), .true., monodromy, failure)
       if (.not. allocated(failure)) call solve_multipliers(monodromy, .false., multipliers, failure)
       if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      call check(error, all(abs(solution%x0 - x0(:, i)) <= unit(:, i) / 2), more="x0")
+      call check_success(error, failure)
+      if (allocated(error)) return
+      call check_that(error, abs(solution%x0 - x0(:, i)), "<=", unit(:, i) / 2, "x0")
       if (allocated(error)) return
       call check(error, abs(multipliers%rho(1)), rho_max(i), thr=0.5e-6_dp)
       if (allocated(error)) return
@@ -152,25 +149,25 @@ contains
       return
     end if
     true_error = scaled_norm(monodromy%phi - phi, monodromy%scale)
-    call check(error, true_error <= monodromy%error, more=label // ": claimed error of Phi")
+    call check_that(error, true_error, "<=", monodromy%error, label // ": claimed error of Phi")
     if (allocated(error)) return
-    call check(error, true_error <= max(needed * monodromy%norm, monodromy%roundoff), more=label // ": tolerance")
+    call check_that(error, true_error, "<=", max(needed * monodromy%norm, monodromy%roundoff), label // ": tolerance")
     if (allocated(error)) return
-    call check(error, norm2((monodromy%xp - xp) / monodromy%scale) <= monodromy%xp_error, more=label // ": claimed error of x_p")
+    call check_that(error, norm2((monodromy%xp - xp) / monodromy%scale), "<=", monodromy%xp_error, label &
+      & // ": claimed error of x_p")
     if (allocated(error)) return
     do k = 1, 6
-      call check(error, minval(abs(rho - multipliers%rho(k))) / abs(multipliers%rho(k)) <= multipliers%error(k), &
-        & more=label // ": claimed error of a multiplier")
+      call check_that(error, minval(abs(rho - multipliers%rho(k))) / abs(multipliers%rho(k)), "<=", multipliers%error(k), label &
+        & // ": claimed error of a multiplier")
       if (allocated(error)) return
     end do
-    call check(error, .not. (multipliers%verdict() == "stable" .and. any(abs(rho) > 1)), more=label // ": false stable")
-    if (allocated(error)) return
-    call check(error, .not. (multipliers%verdict() == "unstable" .and. all(abs(rho) <= 1)), more=label // ": false unstable")
+    if (multipliers%verdict() == "stable") call check_that(error, maxval(abs(rho)), "<=", 1.0_dp, label // ": false stable")
+    if (multipliers%verdict() == "unstable") call check_that(error, maxval(abs(rho)), ">", 1.0_dp, label // ": false unstable")
     if (allocated(error)) return
 
     call solve_periodic(monodromy, solution, failure)
     if (allocated(failure)) return
-    call check(error, all(abs(solution%x0 - x0) <= solution%error), more=label // ": claimed error of x0")
+    call check_that(error, abs(solution%x0 - x0), "<=", solution%error, label // ": claimed error of x0")
   end subroutine check_claims
 
   subroutine test_tolerances(error)
@@ -256,10 +253,8 @@ contains
       machine = random_machine(numbers(i))
       call reference(machine, phi, xp, x0, rho)
       call frame_of_machine(machine, frame, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       tolerance = 10.0_dp**(-3 - modulo(i, 10))
       write (label, "(a, i0, a, es8.1)") "machine ", numbers(i), " to", tolerance
       call check_claims(frame, accuracy_type(tolerance=tolerance), phi, xp, x0, rho, tolerance, trim(label), error)
@@ -286,10 +281,8 @@ contains
         & + [300.0_dp, 600.0_dp, 300.0_dp] * machine%frame_mass
       call reference(machine, phi, xp, x0, rho)
       call frame_of_machine(machine, frame, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call check_claims(frame, accuracy_type(tolerance=1.0e-8_dp, method=methods(i)), phi, xp, x0, rho, 1.0e-8_dp, &
         & methods(i), error)
       if (allocated(error)) return
@@ -314,15 +307,13 @@ contains
       s = sin(w * [pi / 3, 2 * pi / 3])
       trace = 2 * c(1) * c(2) - (w(1) / w(2) + w(2) / w(1)) * s(1) * s(2)
       call solve_monodromy(system, accuracy_type(tolerance=1.0e-3_dp, method="gauss2"), .false., monodromy, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       ! The trace is off by at most sqrt(2) times the norm of the error.
       if (abs(monodromy%phi(1, 1) + monodromy%phi(2, 2) - trace) > sqrt(2.0_dp) * monodromy%error) wrong = wrong + 1
     end do
     ! Where the jump falls within a step is a matter of chance: an estimate by three solutions can miss it now and then.
-    call check(error, wrong <= 3)
+    call check_that(error, wrong, "<=", 3, "estimates that are wrong")
   end subroutine test_undeclared_jump
 
 end module test_orders

@@ -1,5 +1,6 @@
 !> What does not couple is found and solved apart, and comes together in the right places.
 module test_parts
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -13,7 +14,7 @@ module test_parts
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine
   use systems, only: diagonal
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -81,11 +82,9 @@ contains
       character(len=*), intent(in) :: name
 
       if (allocated(error)) return
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      call check(error, all(independent_parts(frame) == parts), more=name)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      call check_that(error, independent_parts(frame), "==", parts, name)
     end subroutine expect
 
   end subroutine test_frames
@@ -117,24 +116,22 @@ contains
       if (.not. allocated(failure)) call solve_periodic(monodromy, expected, failure)
       if (.not. allocated(failure)) call follow(frame, monodromy, expected, phases, y, failure)
     end associate
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call check(error, size(floquet%parts), 2)
     if (allocated(error)) return
     ! Each claims 1e-12 of Phi; the condition is below 100.
     do i = 1, 4
-      call check(error, minval(abs(apart%rho(i) - together%rho)) < 1.0e-11_dp, more="multipliers")
+      call check_that(error, minval(abs(apart%rho(i) - together%rho)), "<", 1.0e-11_dp, "multipliers")
       if (allocated(error)) return
       defect = matmul(monodromy%phi, apart%vectors(:, i)) - apart%rho(i) * apart%vectors(:, i)
-      call check(error, norm2(abs(defect)) < 1.0e-10_dp, more="eigenvectors")
+      call check_that(error, norm2(abs(defect)), "<", 1.0e-10_dp, "eigenvectors")
       if (allocated(error)) return
     end do
-    call check(error, all(abs(start%x0 - expected%x0) <= start%error + expected%error), more="start")
+    call check_that(error, abs(start%x0 - expected%x0), "<=", start%error + expected%error, "start")
     if (allocated(error)) return
-    call check(error, maxval(abs(x - y) / spread(floquet%scale, 2, points + 1)) < 1.0e-9_dp &
-      & * maxval(abs(y) / spread(floquet%scale, 2, points + 1)), more="motion")
+    call check_that(error, maxval(abs(x - y) / spread(floquet%scale, 2, points + 1)), "<", 1.0e-9_dp &
+      & * maxval(abs(y) / spread(floquet%scale, 2, points + 1)), "motion")
   end subroutine test_same
 
   subroutine test_woven(error)
@@ -149,19 +146,17 @@ contains
     call solve_floquet(system, accuracy_type(), .true., floquet, failure)
     if (.not. allocated(failure)) call solve_multipliers(floquet, .true., multipliers, failure)
     if (.not. allocated(failure)) call solve_periodic(floquet, start, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call check(error, size(floquet%parts), 2)
     if (allocated(error)) return
-    call check(error, maxval(abs(real(multipliers%exponent) - [2.0_dp, -0.5_dp, -13.0_dp])) < 1.0e-8_dp, more="exponents")
+    call check_that(error, maxval(abs(real(multipliers%exponent) - [2.0_dp, -0.5_dp, -13.0_dp])), "<", 1.0e-8_dp, "exponents")
     if (allocated(error)) return
-    call check(error, maxval(abs(multipliers%vectors([1, 3], 2))) + maxval(abs(multipliers%vectors(2, [1, 3]))) <= 0, &
-      & more="eigenvectors")
+    call check_that(error, maxval(abs(multipliers%vectors([1, 3], 2))) + maxval(abs(multipliers%vectors(2, [1, 3]))), "<=", &
+      & 0.0_dp, "eigenvectors")
     if (allocated(error)) return
     ! y' = -y / 2 + cos t: y = (2 cos t + 4 sin t) / 5.
-    call check(error, maxval(abs(start%x0 - [0.0_dp, 0.4_dp, 0.0_dp])) < 1.0e-8_dp, more="start")
+    call check_that(error, maxval(abs(start%x0 - [0.0_dp, 0.4_dp, 0.0_dp])), "<", 1.0e-8_dp, "start")
   end subroutine test_woven
 
   subroutine woven_matrix(self, t, p)

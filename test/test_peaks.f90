@@ -1,5 +1,6 @@
 !> The greatest displacements that a sweep tells.
 module test_peaks
+  use checks, only: check_success, check_that
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_math_fourier, only: greatest
@@ -50,7 +51,7 @@ contains
       ! Half the spacing of the dense samples squared, times f'' / 2 < 7^2 |f|, and roundings.
       call check(error, greatest(sparse), dense, thr=1.0e-7_dp * dense)
       if (allocated(error)) return
-      call check(error, greatest(sparse) >= dense * (1 - 1.0e-13_dp))
+      call check_that(error, greatest(sparse), ">=", dense * (1 - 1.0e-13_dp), "not below dense samples")
       if (allocated(error)) return
     end do
   end subroutine test_between
@@ -76,7 +77,7 @@ contains
     call new_grid(grid, [axis_type(400.0_dp, 450.0_dp, 100), axis_type(0.9_dp, 1.1_dp, 100)], failure)
     call solve_grid(family, grid, sweep_order_type(), values, error, last)
     if (allocated(error)) return
-    call check(error, last%checks > 0, "the expansion was not used")
+    call check_that(error, last%checks, ">", 0, "the expansion was not used")
     if (allocated(error)) return
     call compare_peaks(family, grid, sweep_order_type(), values, error)
   end subroutine test_machine
@@ -98,7 +99,7 @@ contains
     if (allocated(error)) return
     call compare_peaks(family, grid, sweep_order_type(), values, error)
     if (allocated(error)) return
-    call check(error, maxval(values(xi_peak, :, :)) > 100 * minval(values(xi_peak, :, :)), "there is no resonance")
+    call check_that(error, maxval(values(xi_peak, :, :)), ">", 100 * minval(values(xi_peak, :, :)), "there is no resonance")
   end subroutine test_resonance
 
   !> Harmonics that are weak where the cell's corners lie are amplified in between: with twelve digits ordered all count.
@@ -124,8 +125,8 @@ contains
     do i = 1, size(values, 3), 3
       call solve_point(family, grid%parameters(i, 1), order, own, failure)
       ! Of each peak by itself, much less than what is promised for the greatest.
-      call check(error, all(abs(values(xi_peak:psi_peak, 1, i) / own(xi_peak:psi_peak) - 1) &
-        & <= 0.05_dp * peak_limit(order)), "a peak is wrong")
+      call check_that(error, abs(values(xi_peak:psi_peak, 1, i) / own(xi_peak:psi_peak) - 1), "<=", 0.05_dp * peak_limit(order), &
+        & "a peak is wrong")
       if (allocated(error)) return
     end do
   end subroutine test_twelve_digits
@@ -155,7 +156,7 @@ contains
       call check(error, values(rho_max, 1, i), own(rho_max), rel=.true., thr=1.0e-5_dp)
       if (allocated(error)) return
       ! Gershgorin's discs are 6 |E| at least, and norms vary within a cell.
-      call check(error, values(rho_error, 1, i) < 1.0e-3_dp, "the bound says nothing")
+      call check_that(error, values(rho_error, 1, i), "<", 1.0e-3_dp, "the bound says nothing")
       if (allocated(error)) return
     end do
   end subroutine test_small
@@ -174,14 +175,14 @@ contains
     do i = 1, size(values, 3), 7
       do j = 1 + mod(i, 7), size(values, 2), 7
         call solve_point(family, grid%parameters(i, j), order, own, failure)
-        call check(error, .not. allocated(failure))
+        call check_success(error, failure)
         if (allocated(error)) return
         call check(error, all(ieee_is_nan(own(xi_peak:psi_peak)) .eqv. ieee_is_nan(values(xi_peak:psi_peak, j, i))), &
           & "a resonance is missed")
         if (allocated(error)) return
         ! eta, psi, xi of this machine are of one size in balanced units.
-        if (.not. ieee_is_nan(own(xi_peak))) call check(error, all(abs(values(xi_peak:psi_peak, j, i) - own(xi_peak:psi_peak)) &
-          & <= 2 * peak_limit(order) * maxval(own(xi_peak:psi_peak))), "a peak is wrong")
+        if (.not. ieee_is_nan(own(xi_peak))) call check_that(error, abs(values(xi_peak:psi_peak, j, i) - own(xi_peak:psi_peak)), &
+          & "<=", 2 * peak_limit(order) * maxval(own(xi_peak:psi_peak)), "a peak is wrong")
         if (allocated(error)) return
       end do
     end do

@@ -1,5 +1,6 @@
 !> The periodic solution against closed forms, and beside a resonance.
 module test_periodic
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_math_trigonometric, only: series_through
@@ -8,7 +9,7 @@ module test_periodic
   use gestell_floquet_period_quick_motion, only: quick_motion_type, solve_quickly
   use gestell_system_corrected, only: corrected_system
   use systems, only: constant_type, scalar_type
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -45,19 +46,17 @@ contains
     call solve_monodromy(system, accuracy_type(tolerance=1.0e-12_dp), .true., monodromy, failure)
     if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
     if (.not. allocated(failure)) call follow(system, monodromy, solution, [(real(k, dp) / points, k = 0, points)], x, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     w = 2 * pi / system%period
     q = response(system)
     do k = 0, points
       t = system%period * k / points
       ! Condition of E - Phi is below 100 here: 1e-12 becomes at most 1e-10 of the motion's size 0.06.
-      call check(error, maxval(abs(x(:2, k + 1) - real(q * exp(cmplx(0, w * t, dp))))) < 1.0e-11_dp, more="displacement")
+      call check_that(error, maxval(abs(x(:2, k + 1) - real(q * exp(cmplx(0, w * t, dp))))), "<", 1.0e-11_dp, "displacement")
       if (allocated(error)) return
-      call check(error, maxval(abs(x(3:, k + 1) - real(cmplx(0, w, dp) * q * exp(cmplx(0, w * t, dp))))) < 1.0e-10_dp, &
-        & more="velocity")
+      call check_that(error, maxval(abs(x(3:, k + 1) - real(cmplx(0, w, dp) * q * exp(cmplx(0, w * t, dp))))), "<", 1.0e-10_dp, &
+        & "velocity")
       if (allocated(error)) return
     end do
   end subroutine test_transfer
@@ -112,7 +111,9 @@ contains
     off(2) = maxval(abs(found + transpose(motion%x(:2, :)) - exact)) / maxval(abs(exact))
     print "(a, 2es9.1)", "         errors of the motion, and corrected:", off
     ! Beside the square of the first error, its rounding times the condition.
-    call check(error, off(1) > 1.0e-12_dp .and. off(1) < rough .and. off(2) < rough * off(1) + 1.0e-13_dp, more="errors")
+    call check_that(error, off(1), ">", 1.0e-12_dp, "errors")
+    call check_that(error, off(1), "<", rough, "errors")
+    call check_that(error, off(2), "<", rough * off(1) + 1.0e-13_dp, "errors")
   end subroutine test_quick
 
   !> Undamped oscillators at twice the frequency of the excitation: no digits.
@@ -139,10 +140,8 @@ contains
 
     call solve_monodromy(scalar_type(states=1, period=2 * pi, c=0.0_dp), accuracy_type(tolerance=1.0e-12_dp), .true., &
       & monodromy, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     ! Phi(t) = exp(sin t), so x_p(T) is the integral of exp(-sin s) exp(sin s) = T.
     call check(error, monodromy%phi(1, 1), 1.0_dp, thr=1.0e-12_dp)
     if (allocated(error)) return
@@ -153,13 +152,11 @@ contains
     call solve_monodromy(scalar_type(states=1, period=2 * pi, c=-0.5_dp), accuracy_type(tolerance=1.0e-12_dp), .true., &
       & monodromy, failure)
     if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call check(error, solution%x0(1), 2.0_dp, thr=1.0e-11_dp)
     if (allocated(error)) return
-    call check(error, abs(solution%x0(1) - 2) <= solution%error(1), more="claimed error holds")
+    call check_that(error, abs(solution%x0(1) - 2), "<=", solution%error(1), "claimed error holds")
   end subroutine test_scalar
 
   !> An undamped oscillator of exactly twice the frequency of its excitation: rho = 1.
@@ -173,9 +170,7 @@ contains
     system = oscillators(4.0_dp)
     call solve_monodromy(system, accuracy_type(tolerance=1.0e-13_dp), .true., monodromy, failure)
     if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-    call check(error, allocated(failure), more="resonance must be refused")
-    if (allocated(error)) return
-    call check(error, index(failure%message, "resonance") > 0)
+    call check_failure(error, failure, "resonance")
     if (allocated(error)) return
     call check(error, failure%code, 4)
   end subroutine test_resonance
@@ -206,15 +201,13 @@ contains
       gap = 10.0_dp**(-2 * i)
       call solve_monodromy(oscillators(1 + gap), accuracy_type(tolerance=1.0e-13_dp), .true., monodromy, failure)
       if (.not. allocated(failure)) call solve_periodic(monodromy, solution, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       exact = 1 / ((1 + gap) - 1)
-      call check(error, abs(solution%x0(1) - exact) <= solution%error(1), more="claimed error holds")
+      call check_that(error, abs(solution%x0(1) - exact), "<=", solution%error(1), "claimed error holds")
       if (allocated(error)) return
       ! E - Phi has the smallest singular value pi gap and the largest 2 pi gap: but its norm is E's and Phi's.
-      call check(error, solution%error(1) < 1.0e-10_dp * exact / gap, more="claimed error is not absurd")
+      call check_that(error, solution%error(1), "<", 1.0e-10_dp * exact / gap, "claimed error is not absurd")
       if (allocated(error)) return
     end do
   end subroutine test_near_resonance

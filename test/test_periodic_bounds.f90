@@ -1,5 +1,6 @@
 !> Frames, and bounds on the errors of multipliers, from factors whose product is never formed.
 module test_periodic_bounds
+  use checks, only: check_that
   use factor_sequences, only: distances, hidden, outcome_type, random_matrix, solve
   use gestell_base_kinds, only: dp
   use gestell_floquet_factors_periodic_bounds, only: periodic_bounds
@@ -44,25 +45,25 @@ contains
       do k = 1, counts(i)
         next = modulo(k, counts(i)) + 1
         ! Roundoff of factors of norm 4; swaps cost some times that.
-        call check(error, maxval(abs(matmul(factors(:, :, k), o%x(:, :, k)) - o%x(:, :, next) * spread(o%lambda(:, k), 1, n))) &
-          & < 1.0e-13_dp, more="right")
+        call check_that(error, maxval(abs(matmul(factors(:, :, k), o%x(:, :, k)) - o%x(:, :, next) &
+          & * spread(o%lambda(:, k), 1, n))), "<", 1.0e-13_dp, "right")
         if (allocated(error)) return
-        call check(error, maxval(abs(matmul(o%y(:, :, next), factors(:, :, k)) - spread(o%lambda(:, k), 2, n) * o%y(:, :, k))) &
-          & < 1.0e-12_dp * maxval(o%condition), more="left")
+        call check_that(error, maxval(abs(matmul(o%y(:, :, next), factors(:, :, k)) - spread(o%lambda(:, k), 2, n) &
+          & * o%y(:, :, k))), "<", 1.0e-12_dp * maxval(o%condition), "left")
         if (allocated(error)) return
         product = matmul(o%y(:, :, k), o%x(:, :, k)) - diagonal([(1.0_dp, j = 1, n)])
-        call check(error, maxval(abs(product)) < 1.0e-12_dp * maxval(o%condition), more="Y = X^-1")
+        call check_that(error, maxval(abs(product)), "<", 1.0e-12_dp * maxval(o%condition), "Y = X^-1")
         if (allocated(error)) return
-        call check(error, maxval(abs(norm2(abs(o%x(:, :, k)), dim=1) - 1)) < 1.0e-13_dp, more="unit columns")
+        call check_that(error, maxval(abs(norm2(abs(o%x(:, :, k)), dim=1) - 1)), "<", 1.0e-13_dp, "unit columns")
         if (allocated(error)) return
       end do
-      call check(error, maxval(abs(sum(log(abs(o%lambda)), dim=2) - o%log_abs)) < 1.0e-11_dp, more="growth over the period")
+      call check_that(error, maxval(abs(sum(log(abs(o%lambda)), dim=2) - o%log_abs)), "<", 1.0e-11_dp, "growth over the period")
       if (allocated(error)) return
       ! Frames that are wrong by 1e-3 somewhere.
       o%x(:, 2, 1) = o%x(:, 2, 1) + 1.0e-3_dp * o%x(:, 1, 1)
       call periodic_bounds(factors, o%log_abs, o%arg, o%x, o%y, o%lambda, [(0.0_dp, j = 1, counts(i))], o%bound, o%most, &
         & o%condition)
-      call check(error, o%bound(2) > 1.0e-4_dp, more="poor frames")
+      call check_that(error, o%bound(2), ">", 1.0e-4_dp, "poor frames")
       if (allocated(error)) return
       deallocate(factors)
     end do
@@ -97,19 +98,20 @@ contains
       if (allocated(error)) return
       do j = 1, n
         if (log_abs(j) < -100) cycle
-        call check(error, all(distances(log_abs(j:j), arg(j:j), o%log_abs, o%arg) < 1.0e-9_dp), more="the others")
+        call check_that(error, distances(log_abs(j:j), arg(j:j), o%log_abs, o%arg), "<", 1.0e-9_dp, "the others")
         if (allocated(error)) return
       end do
       j = count(log_abs < -100)
       ! Two of them are defective: the root of roundoff.
-      call check(error, all(o%log_abs(n - j + 1:) < log(1.0e-6_dp)), more="zeros")
+      call check_that(error, o%log_abs(n - j + 1:), "<", log(1.0e-6_dp), "zeros")
       if (allocated(error)) return
-      call check(error, all(o%bound(n - j + 1:) > 0.5_dp) .and. all(o%bound(:n - j) < 1.0e-6_dp), more="zeros are lost")
+      call check_that(error, o%bound(n - j + 1:), ">", 0.5_dp, "zeros are lost")
+      call check_that(error, o%bound(:n - j), "<", 1.0e-6_dp, "zeros are lost")
       if (allocated(error)) return
       do k = 1, length
         associate (moved => o%x(:, :, modulo(k, length) + 1) * spread(o%lambda(:, k), 1, n))
           ! Two zeros are brought apart by roundoff only.
-          call check(error, maxval(abs(matmul(factors(:, :, k), o%x(:, :, k)) - moved)) < 1.0e-12_dp, more="frames")
+          call check_that(error, maxval(abs(matmul(factors(:, :, k), o%x(:, :, k)) - moved)), "<", 1.0e-12_dp, "frames")
           if (allocated(error)) return
         end associate
       end do
@@ -118,10 +120,11 @@ contains
     t(:, :, 3) = 0
     call solve(t, o, error, spread(1.0e-3_dp, 1, length))
     if (allocated(error)) return
-    call check(error, all(o%log_abs < -700), more="zero factor")
+    call check_that(error, o%log_abs, "<", -700.0_dp, "zero factor")
     if (allocated(error)) return
     ! An error of 1e-3 there can bring multipliers of about as much.
-    call check(error, all(o%most > log(1.0e-3_dp)) .and. all(o%bound > 1.0e250_dp), more="bounds of zero")
+    call check_that(error, o%most, ">", log(1.0e-3_dp), "bounds of zero")
+    call check_that(error, o%bound, ">", 1.0e250_dp, "bounds of zero")
     if (allocated(error)) return
 
     do k = 1, length
@@ -131,10 +134,11 @@ contains
     if (allocated(error)) return
     call solve(2.0_dp**700 * t, o, error)
     if (allocated(error)) return
-    call check(error, maxval(abs(small%log_abs - o%log_abs + length * 700 * log(2.0_dp))) < 1.0e-11_dp, more="small factors")
+    call check_that(error, maxval(abs(small%log_abs - o%log_abs + length * 700 * log(2.0_dp))), "<", 1.0e-11_dp, "small factors")
     if (allocated(error)) return
     ! The residuals are roundoff, which moduli of very small numbers may change.
-    call check(error, all(small%bound < 10 * o%bound .and. o%bound < 10 * small%bound), more="bounds of small factors")
+    call check_that(error, small%bound, "<", 10 * o%bound, "bounds of small factors")
+    call check_that(error, o%bound, "<", 10 * small%bound, "bounds of small factors")
   end subroutine test_singular
 
   !> Factors with errors as large as claimed, in random directions and along y x^H, which moves one multiplier most; e is
@@ -180,26 +184,26 @@ contains
         end do
         call solve(factors + e, moved, error)
         if (allocated(error)) return
-        call check(error, all(distances(o%log_abs, o%arg, moved%log_abs, moved%arg) <= o%bound + moved%bound), more="each disc")
+        call check_that(error, distances(o%log_abs, o%arg, moved%log_abs, moved%arg), "<=", o%bound + moved%bound, "each disc")
         if (allocated(error)) return
-        call check(error, moved%log_abs(1) <= maxval(o%most), more="most")
+        call check_that(error, moved%log_abs(1), "<=", maxval(o%most), "most")
         if (allocated(error)) return
         do k = 1, n
-          call check(error, any(distances(o%log_abs, o%arg, moved%log_abs(k:k), moved%arg(k:k)) <= o%bound + moved%bound), &
-            & more="each one")
+          call check_that(error, minval(distances(o%log_abs, o%arg, moved%log_abs(k:k), moved%arg(k:k)) - o%bound - moved%bound), &
+            & "<=", 0.0_dp, "each one")
           if (allocated(error)) return
         end do
         ratio(i) = max(ratio(i), maxval(distances(o%log_abs, o%arg, moved%log_abs, moved%arg) / o%bound))
       end do
     end do
     ! Gershgorin's theorem gives away n = 4, and the direction is that of first order.
-    call check(error, maxval(ratio) > 0.2_dp, more="sharp for one")
+    call check_that(error, maxval(ratio), ">", 0.2_dp, "sharp for one")
     if (allocated(error)) return
-    call check(error, count(ratio > 0.01_dp) > samples / 2, more="median")
+    call check_that(error, count(ratio > 0.01_dp), ">", samples / 2, "median")
     if (allocated(error)) return
     call solve(reshape([((1.0_dp, 0.0_dp), j = 1, length)], [1, 1, length]), o, error, [(0.05_dp, j = 1, length)])
     if (allocated(error)) return
-    call check(error, abs(o%bound(1) / (1.05_dp**length - 1) - 1) < 1.0e-12_dp, more="large errors multiply")
+    call check_that(error, abs(o%bound(1) / (1.05_dp**length - 1) - 1), "<", 1.0e-12_dp, "large errors multiply")
   end subroutine test_bounds
 
   !> Jordan blocks of 2 to 4 multipliers 1, hidden and not, and exactly double ones: errors e along the corner move them
@@ -236,15 +240,15 @@ contains
         if (allocated(error)) return
         call solve(corner, moved, error)
         if (allocated(error)) return
-        call check(error, all(distances(o%log_abs, o%arg, moved%log_abs, moved%arg) <= o%bound), more="within the bound")
+        call check_that(error, distances(o%log_abs, o%arg, moved%log_abs, moved%arg), "<=", o%bound, "within the bound")
         if (allocated(error)) return
         change = maxval(hypot(moved%log_abs(:m), moved%arg(:m)))
-        call check(error, change > 0.3_dp * e**(1.0_dp / m), more="they do move")
+        call check_that(error, change, ">", 0.3_dp * e**(1.0_dp / m), "they do move")
         if (allocated(error)) return
-        call check(error, all(o%bound(:m) < 100 * change), more="bound is of use")
+        call check_that(error, o%bound(:m), "<", 100 * change, "bound is of use")
         if (allocated(error)) return
         ! Unless the discs of the others are reached, 0.5 away.
-        call check(error, all(o%bound(m + 1:) < 100 * e) .or. o%bound(1) > 0.3_dp, more="the others are not touched")
+        if (o%bound(1) <= 0.3_dp) call check_that(error, o%bound(m + 1:), "<", 100 * e, "the others are not touched")
         if (allocated(error)) return
       end do
     end do
@@ -253,7 +257,7 @@ contains
     end do
     call solve(factors, o, error, [(1.0e-6_dp, j = 1, length)])
     if (allocated(error)) return
-    call check(error, all(abs(o%bound - 3.0e-5_dp) < 1.0e-8_dp), more="five the same, any vectors: n sum e")
+    call check_that(error, abs(o%bound - 3.0e-5_dp), "<", 1.0e-8_dp, "five the same, any vectors: n sum e")
   end subroutine test_defective
 
 end module test_periodic_bounds

@@ -1,5 +1,6 @@
 !> Multipliers from factors whose product is never formed.
 module test_periodic_schur
+  use checks, only: check_failure, check_success, check_that
   use factor_sequences, only: distances, hidden, outcome_type, random_matrix, reflected, solve
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -11,7 +12,7 @@ module test_periodic_schur
   use gestell_system_periodic, only: periodic_system
   use reference_linear, only: eigenvalues, qp
   use reference_random, only: random_type
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -71,19 +72,19 @@ contains
         if (allocated(error)) return
         ! Rounding of the entries moves the smallest by 1e-13, K times.
         off = abs(o%log_abs - k * log(moduli))
-        call check(error, all(off <= 1.0e-10_dp * max(1.0_dp, k * abs(log(moduli)))), more="modulus")
+        call check_that(error, off, "<=", 1.0e-10_dp * max(1.0_dp, k * abs(log(moduli))), "modulus")
         if (allocated(error)) return
         off = abs(abs(exp(cmplx(0, o%arg, dp))) - 1)
-        call check(error, abs(cos(o%arg(2)) - cos(k * angle)) + abs(sin(abs(o%arg(2))) - abs(sin(k * angle))) < 1.0e-10_dp, &
-          & more="argument")
+        call check_that(error, abs(cos(o%arg(2)) - cos(k * angle)) + abs(sin(abs(o%arg(2))) - abs(sin(k * angle))), "<", &
+          & 1.0e-10_dp, "argument")
         if (allocated(error)) return
-        call check(error, abs(sin(o%arg(1))) + abs(sin(o%arg(4))) < 1.0e-10_dp, more="real ones")
+        call check_that(error, abs(sin(o%arg(1))) + abs(sin(o%arg(4))), "<", 1.0e-10_dp, "real ones")
         if (allocated(error)) return
         ! n eps |y| |x| |A| / |lambda| a factor, with |y| |x| = 1, and as much of residuals some times over.
-        call check(error, all(o%bound < k * 1.0e-13_dp / moduli), more="bound")
+        call check_that(error, o%bound, "<", k * 1.0e-13_dp / moduli, "bound")
         if (allocated(error)) return
         off = distances(o%log_abs, o%arg, k * log(moduli), [0.0_dp, k * angle, -k * angle, 0.0_dp, 0.0_dp])
-        call check(error, all(off <= o%bound), more="within the bound")
+        call check_that(error, off, "<=", o%bound, "within the bound")
         if (allocated(error)) return
       end associate
     end do
@@ -104,16 +105,17 @@ contains
         call solve(spread(cmplx(a, kind=dp), 3, k), o, error, spread(1.0e-15_dp, 1, k))
         if (allocated(error)) return
         truth = k * log([0.9_dp, 0.5_dp, 0.5_dp])
-        call check(error, abs(o%log_abs(1) - truth(1)) < k * 1.0e-14_dp, more="single one")
+        call check_that(error, abs(o%log_abs(1) - truth(1)), "<", k * 1.0e-14_dp, "single one")
         if (allocated(error)) return
         ! sqrt(1e-15) a factor.
-        call check(error, maxval(abs(o%log_abs(2:) - truth(2:))) < k * 4.0e-7_dp, more="double one")
+        call check_that(error, maxval(abs(o%log_abs(2:) - truth(2:))), "<", k * 4.0e-7_dp, "double one")
         if (allocated(error)) return
-        call check(error, all(distances(o%log_abs, o%arg, truth, [0.0_dp, 0.0_dp, 0.0_dp]) <= o%bound), more="within the bound")
+        call check_that(error, distances(o%log_abs, o%arg, truth, [0.0_dp, 0.0_dp, 0.0_dp]), "<=", o%bound, "within the bound")
         if (allocated(error)) return
-        call check(error, all(o%most >= truth), more="most")
+        call check_that(error, o%most, ">=", truth, "most")
         if (allocated(error)) return
-        call check(error, o%bound(1) < k * 1.0e-12_dp .and. all(o%bound(2:) < k * 4.0e-6_dp), more="bounds are of use")
+        call check_that(error, o%bound(1), "<", k * 1.0e-12_dp, "bounds are of use")
+        call check_that(error, o%bound(2:), "<", k * 4.0e-6_dp, "bounds are of use")
         if (allocated(error)) return
       end associate
     end do
@@ -138,23 +140,21 @@ contains
       do k = 1, counts(i)
         call period_map(system, method, [((k - 1 + real(j, dp) / steps) / counts(i), j = 0, steps)], [1.0_dp, 1.0_dp], phi, &
           & failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
+        call check_success(error, failure)
+        if (allocated(error)) return
         factors(:, :, k) = phi
       end do
       call solve(factors, o, error)
       if (allocated(error)) return
-      call check(error, abs(o%log_abs(1) / system%period) < 1.0e-10_dp, more="exponent 0")
+      call check_that(error, abs(o%log_abs(1) / system%period), "<", 1.0e-10_dp, "exponent 0")
       if (allocated(error)) return
-      call check(error, abs(o%log_abs(2) / system%period + 24) < 1.0e-10_dp, more="exponent -24")
+      call check_that(error, abs(o%log_abs(2) / system%period + 24), "<", 1.0e-10_dp, "exponent -24")
       if (allocated(error)) return
-      call check(error, maxval(abs(o%arg)) < 1.0e-10_dp, more="positive multipliers")
+      call check_that(error, maxval(abs(o%arg)), "<", 1.0e-10_dp, "positive multipliers")
       if (allocated(error)) return
       deallocate(factors)
     end do
-    call check(error, abs(exp(o%log_abs(2)) / 3.2355e-66_dp - 1) < 1.0e-4_dp, more="published multiplier")
+    call check_that(error, abs(exp(o%log_abs(2)) / 3.2355e-66_dp - 1), "<", 1.0e-4_dp, "published multiplier")
   end subroutine test_colaneri
 
   !> Moduli 1e300, ..., 1e-300 of the product, in every order along the diagonal; neighbours 120 decades apart.
@@ -181,16 +181,16 @@ contains
         end do
       end do
       call periodic_multipliers(t, log_abs, arg)
-      call check(error, maxval(abs(log_abs - decades * log(10.0_dp))) < 1.0e-10_dp, more="what is hidden")
+      call check_that(error, maxval(abs(log_abs - decades * log(10.0_dp))), "<", 1.0e-10_dp, "what is hidden")
       if (allocated(error)) return
       call solve(hidden(random, t), o, error)
       if (allocated(error)) return
       ! The smallest grows by 0.18 a factor of norm 10: an error of 1e-14 each, 400 times.
-      call check(error, maxval(abs(o%log_abs - log(10.0_dp) * [300, 180, 60, -60, -180, -300])) < 1.0e-10_dp, more="moduli")
+      call check_that(error, maxval(abs(o%log_abs - log(10.0_dp) * [300, 180, 60, -60, -180, -300])), "<", 1.0e-10_dp, "moduli")
       if (allocated(error)) return
-      call check(error, all(distances(o%log_abs, o%arg, log_abs, arg) < 1.0e-10_dp), more="arguments")
+      call check_that(error, distances(o%log_abs, o%arg, log_abs, arg), "<", 1.0e-10_dp, "arguments")
       if (allocated(error)) return
-      call check(error, all(o%bound < 1.0e-8_dp), more="bounds")
+      call check_that(error, o%bound, "<", 1.0e-8_dp, "bounds")
       if (allocated(error)) return
     end do
   end subroutine test_hidden
@@ -211,11 +211,11 @@ contains
         call solve(reshape(a, [n, n, 1]), o, error)
         if (allocated(error)) return
         ! Both are wrong by roundoff times the condition, which the bound knows.
-        call check(error, all(distances(o%log_abs, o%arg, log(abs(values)), atan2(aimag(values), real(values))) &
-          & <= o%bound), more="in LAPACK's")
+        call check_that(error, distances(o%log_abs, o%arg, log(abs(values)), atan2(aimag(values), real(values))), "<=", o%bound, &
+          & "in LAPACK's")
         if (allocated(error)) return
         ! Conditions of 1e4 occur.
-        call check(error, all(o%bound < 1.0e-9_dp), more="bound is of use")
+        call check_that(error, o%bound, "<", 1.0e-9_dp, "bound is of use")
         if (allocated(error)) return
       end do
     end do
@@ -246,10 +246,10 @@ contains
       call solve(factors, o, error)
       if (allocated(error)) return
       off = distances(o%log_abs, o%arg, real(log(abs(rho)), dp), real(atan2(rho%im, rho%re), dp))
-      call check(error, all(off <= o%bound), more="within the bound")
+      call check_that(error, off, "<=", o%bound, "within the bound")
       if (allocated(error)) return
       ! Products of random matrices are well conditioned, now and then by 1e4 worse.
-      call check(error, all(off < 1.0e-10_dp), more="accuracy")
+      call check_that(error, off, "<", 1.0e-10_dp, "accuracy")
       if (allocated(error)) return
     end do
   end subroutine test_quadruple
@@ -277,15 +277,15 @@ contains
         call solve(factors, o, error)
         if (allocated(error)) return
         ! Some factors are close to singular; their roundoff is inside the bounds.
-        call check(error, abs(sum(o%log_abs) - log_det) < min(1.0e-6_dp, 1.0e-13_dp + sum(o%bound)), more="Liouville")
+        call check_that(error, abs(sum(o%log_abs) - log_det), "<", min(1.0e-6_dp, 1.0e-13_dp + sum(o%bound)), "Liouville")
         if (allocated(error)) return
-        call check(error, all(o%log_abs(2:) <= o%log_abs(:n - 1) + 1.0e-7_dp), more="descending")
+        call check_that(error, o%log_abs(2:), "<=", o%log_abs(:n - 1) + 1.0e-7_dp, "descending")
         if (allocated(error)) return
-        call check(error, all(distances(o%log_abs, -o%arg, o%log_abs, o%arg) <= 2 * o%bound), more="conjugate pairs")
+        call check_that(error, distances(o%log_abs, -o%arg, o%log_abs, o%arg), "<=", 2 * o%bound, "conjugate pairs")
         if (allocated(error)) return
         call solve(cshift(factors, counts(i) / 3 + 1, dim=3), turned, error)
         if (allocated(error)) return
-        call check(error, all(distances(o%log_abs, o%arg, turned%log_abs, turned%arg) <= 2 * o%bound), more="cyclic start")
+        call check_that(error, distances(o%log_abs, o%arg, turned%log_abs, turned%arg), "<=", 2 * o%bound, "cyclic start")
         if (allocated(error)) return
         deallocate(factors)
       end do
@@ -347,9 +347,7 @@ contains
     factors = 1
     factors(2, 1, 2) = cmplx(0, ieee_value(1.0_dp, ieee_quiet_nan), dp)
     call periodic_schur(factors, q, r, failure)
-    call check(error, allocated(failure))
-    if (allocated(error)) return
-    call check(error, index(failure%message, "not finite") > 0)
+    call check_failure(error, failure, "not finite")
   end subroutine test_refused
 
 end module test_periodic_schur

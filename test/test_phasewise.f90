@@ -1,6 +1,7 @@
 !> What the reduction is made of: matrices at many phases at once, conjugate modes in real numbers, trigonometric
 !> interpolation, against the same one by one, in complex numbers, in closed form.
 module test_phasewise
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_reduction_conjugates, only: add_coordinate, add_entry, complex_columns, coordinate, counts, entry, &
@@ -66,16 +67,19 @@ contains
         allocate(v, mold=a(:, :, 1))
         call multiply(a, b, c)
         call multiply(a, b(:, :, 1), v)
-        call check(error, maxval([(maxval(abs(c(k, :, :) - matmul(a(k, :, :), b(k, :, :)))), k = 1, numbers(i))]) < roundoff)
-        if (.not. allocated(error)) call check(error, maxval(abs(v - c(:, :, 1))) < roundoff)
+        call check_that(error, maxval([(maxval(abs(c(k, :, :) - matmul(a(k, :, :), b(k, :, :)))), k = 1, numbers(i))]), "<", &
+          & roundoff, "product of all phases")
+        if (.not. allocated(error)) call check_that(error, maxval(abs(v - c(:, :, 1))), "<", roundoff, "with a vector")
         if (allocated(error)) return
         constant = a(1, :, :)
         call multiply(constant, b, c)
-        call check(error, maxval([(maxval(abs(c(k, :, :) - matmul(a(1, :, :), b(k, :, :)))), k = 1, numbers(i))]) < roundoff)
+        call check_that(error, maxval([(maxval(abs(c(k, :, :) - matmul(a(1, :, :), b(k, :, :)))), k = 1, numbers(i))]), "<", &
+          & roundoff, "constant first factor")
         if (allocated(error)) return
         constant = b(1, :, :)
         call multiply(a, constant, c)
-        call check(error, maxval([(maxval(abs(c(k, :, :) - matmul(a(k, :, :), b(1, :, :)))), k = 1, numbers(i))]) < roundoff)
+        call check_that(error, maxval([(maxval(abs(c(k, :, :) - matmul(a(k, :, :), b(1, :, :)))), k = 1, numbers(i))]), "<", &
+          & roundoff, "constant second factor")
         if (allocated(error)) return
         deallocate(a, b, c, v)
       end do
@@ -98,21 +102,21 @@ contains
     a(5, :, :) = reshape([0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, &
       & 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp], [n, n])
     call inverses(a, inverted, failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     call multiply(a, inverted, product)
     do k = 1, n
       product(:, k, k) = product(:, k, k) - 1
     end do
     ! The condition of these matrices is below 10.
-    call check(error, maxval(abs(product)) < 10 * roundoff)
+    call check_that(error, maxval(abs(product)), "<", 10 * roundoff, "inverse")
     if (allocated(error)) return
-    call check(error, maxval(abs(inverted(5, :, :) - a(5, :, :))) < roundoff)
+    call check_that(error, maxval(abs(inverted(5, :, :) - a(5, :, :))), "<", roundoff, "inverse of a phase")
     if (allocated(error)) return
     expected = a(:, :, 1)
     call multiply(a, expected, right)
     call solve(a, right, failure)
-    call check(error, maxval(abs(right - expected)) < 10 * roundoff)
+    call check_that(error, maxval(abs(right - expected)), "<", 10 * roundoff, "solution")
   end subroutine test_inverses
 
   subroutine test_singular(error)
@@ -126,7 +130,7 @@ contains
     a(:, 2, 2) = 1
     a(3, 2, 2) = 4
     call inverses(a, inverted, failure)
-    call check(error, allocated(failure))
+    call check_failure(error, failure)
   end subroutine test_singular
 
   !> What is no number does not come out as a number. (Traps are off: it is meant.)
@@ -143,7 +147,7 @@ contains
     a(:, 2, 2) = 1
     a(4, 1, 1) = ieee_value(1.0_dp, ieee_quiet_nan)
     call inverses(a, inverted, failure)
-    if (.not. allocated(failure)) call check(error, any(ieee_is_nan(inverted(4, :, :))))
+    if (.not. allocated(failure)) call check(error, any(ieee_is_nan(inverted(4, :, :))), more="a singular matrix has an inverse")
     call ieee_set_flag(ieee_usual, .false.)
     call ieee_set_halting_mode(ieee_usual, traps)
   end subroutine test_no_number
@@ -179,23 +183,24 @@ contains
     do k = 1, n
       call coordinate(w, conjugate, k, re, im)
       if (k <= conjugate(k)) call add_coordinate(re, im, conjugate, k, w_again)
-      call check(error, abs(cmplx(re(2), im(2), dp) - y(k)) < roundoff, more="coordinate")
+      call check_that(error, abs(cmplx(re(2), im(2), dp) - y(k)), "<", roundoff, "coordinate")
       if (allocated(error)) return
       do l = 1, n
         call entry(g, conjugate, k, l, re, im)
-        call check(error, abs(cmplx(re(2), im(2), dp) - d(k, l)) < roundoff, more="entry")
+        call check_that(error, abs(cmplx(re(2), im(2), dp) - d(k, l)), "<", roundoff, "entry")
         if (allocated(error)) return
         if (counts(conjugate, k, l)) call add_entry(re, im, conjugate, k, l, again)
       end do
     end do
-    call check(error, maxval(abs(again - g)) < roundoff .and. maxval(abs(w_again - w)) < roundoff, more="back again")
+    call check_that(error, maxval(abs(again - g)), "<", roundoff, "back again")
+    call check_that(error, maxval(abs(w_again - w)), "<", roundoff, "back again")
     if (allocated(error)) return
     r = g(2, :, :)
     s = complex_columns(r, conjugate)
-    call check(error, maxval(abs(s - matmul(r, to))) < roundoff .and. maxval(abs(real_columns(s, conjugate) - r)) < roundoff, &
-      & more="columns")
+    call check_that(error, maxval(abs(s - matmul(r, to))), "<", roundoff, "columns")
+    call check_that(error, maxval(abs(real_columns(s, conjugate) - r)), "<", roundoff, "columns")
     if (allocated(error)) return
-    call check(error, abs(norm2(abs(s))**2 - sum(spread(weights(conjugate), 1, n) * r**2)) < 10 * roundoff, more="norm")
+    call check_that(error, abs(norm2(abs(s))**2 - sum(spread(weights(conjugate), 1, n) * r**2)), "<", 10 * roundoff, "norm")
   end subroutine test_conjugates
 
   !> exp(2 pi i k phase) for all orders that N phases resolve, and the cosine of order N / 2.
@@ -211,18 +216,24 @@ contains
       cosine = cos(2 * pi * k * equidistant(n))
       sine = sin(2 * pi * k * equidistant(n))
       ! Sums of n terms up to n pi.
-      call check(error, maxval(abs(matmul(differentiation(n), cosine) + 2 * pi * k * sine)) < 100 * roundoff)
-      if (.not. allocated(error)) call check(error, &
-        & maxval(abs(matmul(middle_interpolation(n), cosine) - cos(2 * pi * k * middle))) < 10 * roundoff)
-      if (.not. allocated(error)) call check(error, &
-        & maxval(abs(matmul(middle_differentiation(n), cosine) + 2 * pi * k * sin(2 * pi * k * middle))) < 100 * roundoff)
-      if (.not. allocated(error)) call check(error, &
-        & maxval(abs(matmul(interpolation(n, elsewhere), cosine) - cos(2 * pi * k * elsewhere))) < 10 * roundoff)
+      call check_that(error, maxval(abs(matmul(differentiation(n), cosine) + 2 * pi * k * sine)), "<", 100 * roundoff, &
+        & "derivative of the cosine")
+      if (.not. allocated(error)) call check_that(error, &
+        & maxval(abs(matmul(middle_interpolation(n), cosine) - cos(2 * pi * k * middle))), "<", 10 * roundoff, &
+        & "cosine in the middle")
+      if (.not. allocated(error)) call check_that(error, &
+        & maxval(abs(matmul(middle_differentiation(n), cosine) + 2 * pi * k * sin(2 * pi * k * middle))), "<", 100 * roundoff, &
+        & "derivative in the middle")
+      if (.not. allocated(error)) call check_that(error, &
+        & maxval(abs(matmul(interpolation(n, elsewhere), cosine) - cos(2 * pi * k * elsewhere))), "<", 10 * roundoff, &
+        & "cosine elsewhere")
       if (allocated(error)) return
       if (k == n / 2) cycle
-      call check(error, maxval(abs(matmul(differentiation(n), sine) - 2 * pi * k * cosine)) < 100 * roundoff)
-      if (.not. allocated(error)) call check(error, &
-        & maxval(abs(matmul(interpolation(n, elsewhere), sine) - sin(2 * pi * k * elsewhere))) < 10 * roundoff)
+      call check_that(error, maxval(abs(matmul(differentiation(n), sine) - 2 * pi * k * cosine)), "<", 100 * roundoff, &
+        & "derivative of the sine")
+      if (.not. allocated(error)) call check_that(error, &
+        & maxval(abs(matmul(interpolation(n, elsewhere), sine) - sin(2 * pi * k * elsewhere))), "<", 10 * roundoff, &
+        & "sine elsewhere")
       if (allocated(error)) return
     end do
   end subroutine test_harmonics
@@ -241,13 +252,14 @@ contains
       a(:, 1, 1) = (1 - q**2) / (1 + q**2 - 2 * q * cos(2 * pi * equidistant(n)))
       expected = 8 * ceiling(2 * log(allowed / 2) / log(q) / 8)
       if (expected >= most) expected = n
-      call check(error, abs(phases_needed(a, allowed, most) - max(n, expected)) <= 8)
+      call check_that(error, abs(phases_needed(a, allowed, most) - max(n, expected)), "<=", 8, "phases")
       if (allocated(error)) return
     end do
     ! Even harmonics only, 0.1^j of order 2 j: from order 20.6 on they are below 1e-10. Those foretold from are up to an order
     ! nearer to each other than counted.
     a(:, 1, 1) = 0.99_dp / (1.01_dp - 0.2_dp * cos(4 * pi * equidistant(n)))
-    call check(error, phases_needed(a, allowed, most) >= 41 .and. phases_needed(a, allowed, most) <= 56, more="even harmonics")
+    call check_that(error, phases_needed(a, allowed, most), ">=", 41, "even harmonics")
+    call check_that(error, phases_needed(a, allowed, most), "<=", 56, "even harmonics")
     if (allocated(error)) return
     ! Straight lines are foretold exactly, to the next multiple of 8: order 33.2 for 0.5.
     a(:, 1, 1) = 0.75_dp / (1.25_dp - cos(2 * pi * equidistant(n)))
@@ -282,10 +294,10 @@ contains
     start = reshape([1.0_dp, 0.0_dp, 3.0_dp, 1.0_dp], [2, 2])
     start_inverse = reshape([1.0_dp, 0.0_dp, -3.0_dp, 1.0_dp], [2, 2])
     call measure(a, s, d, modes, start, start_inverse, residuals, between, failure)
-    call check(error, abs(residuals%residual - sqrt(2.0_dp)) < 100 * roundoff, more="residual")
+    call check_that(error, abs(residuals%residual - sqrt(2.0_dp)), "<", 100 * roundoff, "residual")
     if (allocated(error)) return
     ! The norms of the columns `start` and of their inverse are sqrt(1 + 9 + 1).
-    call check(error, abs(residuals%condition - 11) < 100 * roundoff, more="condition")
+    call check_that(error, abs(residuals%condition - 11), "<", 100 * roundoff, "condition")
     if (allocated(error)) return
     ! Without a response the load is all there is: (1 3; 0 1) (1, 4) = (13, 4); half its fast part is not removed.
     f(:, 1) = 1
@@ -293,9 +305,9 @@ contains
     p = 0
     g = 0.5_dp * f
     call measure_forcing(a, f, p, g, between, modes, start, 2.0_dp, residuals)
-    call check(error, abs(residuals%effort - sqrt(185.0_dp)) < 100 * roundoff, more="effort")
+    call check_that(error, abs(residuals%effort - sqrt(185.0_dp)), "<", 100 * roundoff, "effort")
     if (allocated(error)) return
-    call check(error, abs(residuals%forcing_residual - 6) < 100 * roundoff, more="what is left of the load")
+    call check_that(error, abs(residuals%forcing_residual - 6), "<", 100 * roundoff, "what is left of the load")
   end subroutine test_residuals
 
 end module test_phasewise

@@ -1,6 +1,7 @@
 !> Claims over a population of random machines, against quadruple precision; the program validation/population examines
 !> thousands of them.
 module test_population
+  use checks, only: check_that
   use gestell_base_kinds, only: dp
   use population_check, only: comparison_type, compare, disagreement, liouville_bound, partners, truth_of, truth_type, &
     & unpaired
@@ -43,19 +44,21 @@ contains
       call check(error, .false., more=trim(tally%failures(1)))
       return
     end do
-    call check(error, quantile(tally%rho%ratio, 0.5_dp) <= most_median, more="median bound of rho")
+    call check_that(error, quantile(tally%rho%ratio, 0.5_dp), "<=", most_median, "median bound of rho")
     if (allocated(error)) return
-    call check(error, quantile(tally%x0%ratio, 0.5_dp) <= most_median, more="median bound of x0")
+    call check_that(error, quantile(tally%x0%ratio, 0.5_dp), "<=", most_median, "median bound of x0")
     if (allocated(error)) return
-    call check(error, quantile(tally%phi%ratio, 0.5_dp) <= most_median, more="median bound of Phi")
+    call check_that(error, quantile(tally%phi%ratio, 0.5_dp), "<=", most_median, "median bound of Phi")
     if (allocated(error)) return
     ! The population holds machines of all kinds: a fifth or more of all claims could be tested in each way.
-    call check(error, min(tally%stable, tally%undecided, tally%reciprocal, tally%agreement, tally%liouville) > machines / 5 &
-      & .and. tally%unstable > 0 .and. size(tally%rho%ratio) > machines, more="what was tested")
+    call check_that(error, min(tally%stable, tally%undecided, tally%reciprocal, tally%agreement, tally%liouville), ">", machines &
+      & / 5, "what was tested")
+    call check_that(error, tally%unstable, ">", 0, "what was tested")
+    call check_that(error, size(tally%rho%ratio), ">", machines, "what was tested")
     if (allocated(error)) return
     ! Who is undecided sits on the border or needs a smaller tolerance, but for a few set within 1e-11 of it on purpose.
-    call check(error, tally%near_border <= machines / 20 .and. tally%undecided == tally%decided_later + tally%on_border &
-      & + tally%near_border, more="undecided")
+    call check_that(error, tally%near_border, "<=", machines / 20, "undecided")
+    call check_that(error, tally%undecided, "==", tally%decided_later + tally%on_border + tally%near_border, "undecided")
   end subroutine test_machines
 
   !> Machines whose bounds were beaten: 59, 202, 384 and 900 of the vibration, by a motion compared with none of far more steps,
@@ -95,11 +98,12 @@ contains
         return
       end do
     end do
-    call check(error, size(tally%turn%ratio) > 5 * machines .and. quantile(tally%turn%ratio, 0.5_dp) <= most_median, &
-      & more="median bound of rows")
+    call check_that(error, size(tally%turn%ratio), ">", 5 * machines, "median bound of rows")
+    if (allocated(error)) return
+    call check_that(error, quantile(tally%turn%ratio, 0.5_dp), "<=", most_median, "median bound of rows")
     if (allocated(error)) return
     ! One in fifty rows may tell nothing beside its peak, as a component that hardly moves.
-    call check(error, tally%lost_rows <= tally%rows / 50, more="rows that tell nothing")
+    call check_that(error, tally%lost_rows, "<=", tally%rows / 50, "rows that tell nothing")
   end subroutine test_kinds
 
   !> Claims on the paper's machine made false by a little.
@@ -116,9 +120,10 @@ contains
     truth = truth_of(machine)
     call solve_by_library(machine, 1.0e-6_dp, "auto", claim)
     call compare(claim, truth, .false., c)
-    call check(error, max(c%rho_used, c%log_used, c%x0_used, c%phi_used) < 1 .and. .not. c%verdict_wrong, more="as claimed")
+    call check_that(error, max(c%rho_used, c%log_used, c%x0_used, c%phi_used), "<", 1.0_dp, "as claimed")
+    call check_that(error, c%verdict_wrong, "==", .false., "as claimed")
     if (allocated(error)) return
-    call check(error, min(c%rho_used, c%log_used, c%x0_used, c%phi_used) > 0, more="with errors")
+    call check_that(error, min(c%rho_used, c%log_used, c%x0_used, c%phi_used), ">", 0.0_dp, "with errors")
     if (allocated(error)) return
     call compare(claim, truth, .true., c)
     call check(error, c%verdict_wrong, more="stable without damping")
@@ -126,23 +131,27 @@ contains
 
     ! The vibration over the turn: each claim made false by a little, alone.
     turn = compare_turn(claim, truth%turn)
-    call check(error, max(turn%rows, turn%peaks, turn%rms, turn%harmonics) < 1 .and. turn%rows > 0, more="turn as claimed")
+    call check_that(error, max(turn%rows, turn%peaks, turn%rms, turn%harmonics), "<", 1.0_dp, "turn as claimed")
+    call check_that(error, turn%rows, ">", 0.0_dp, "turn as claimed")
     if (allocated(error)) return
     other = claim
     other%turn(8, 40) = other%turn(8, 40) + 2.1_dp * claim%turn_error(8)
     turn = compare_turn(other, truth%turn)
-    call check(error, turn%rows > 1 .and. max(turn%peaks, turn%rms, turn%harmonics) < 1, more="a row")
+    call check_that(error, turn%rows, ">", 1.0_dp, "a row")
+    call check_that(error, max(turn%peaks, turn%rms, turn%harmonics), "<", 1.0_dp, "a row")
     if (allocated(error)) return
     other = claim
     other%peak(4) = other%peak(4) + 2.1_dp * claim%peak_error(4)
     turn = compare_turn(other, truth%turn)
-    call check(error, turn%peaks > 1 .and. max(turn%rows, turn%rms, turn%harmonics) < 1, more="a peak")
+    call check_that(error, turn%peaks, ">", 1.0_dp, "a peak")
+    call check_that(error, max(turn%rows, turn%rms, turn%harmonics), "<", 1.0_dp, "a peak")
     if (allocated(error)) return
     other = claim
     other%rms(9) = other%rms(9) - 2.1_dp * claim%turn_error(9)
     other%amplitude(3, 1) = other%amplitude(3, 1) + 3.1_dp * claim%turn_error(1)
     turn = compare_turn(other, truth%turn)
-    call check(error, min(turn%rms, turn%harmonics) > 1 .and. max(turn%rows, turn%peaks) < 1, more="rms, harmonic")
+    call check_that(error, min(turn%rms, turn%harmonics), ">", 1.0_dp, "rms, harmonic")
+    call check_that(error, max(turn%rows, turn%peaks), "<", 1.0_dp, "rms, harmonic")
     if (allocated(error)) return
 
     other = claim
@@ -150,7 +159,7 @@ contains
     if (allocated(error)) return
     other%x0(2) = other%x0(2) + 2.1_dp * claim%x0_error(2)
     call compare(other, truth, .false., c)
-    call check(error, c%x0_used > 1, more="x0")
+    call check_that(error, c%x0_used, ">", 1.0_dp, "x0")
     if (allocated(error)) return
     call check(error, disagreement(claim, other), 1.05_dp, thr=1.0e-6_dp, more="other x0")
     if (allocated(error)) return
@@ -160,22 +169,23 @@ contains
     other%phi(1, 1) = other%phi(1, 1) + 2.1_dp * claim%phi_error
     other%verdict = "unstable"
     call compare(other, truth, .false., c)
-    call check(error, min(c%rho_used, c%log_used, c%phi_used) > 1 .and. c%verdict_wrong, more="rho, ln |rho|, Phi, verdict")
+    call check_that(error, min(c%rho_used, c%log_used, c%phi_used), ">", 1.0_dp, "rho, ln |rho|, Phi, verdict")
+    call check_that(error, c%verdict_wrong, "==", .true., "rho, ln |rho|, Phi, verdict")
     if (allocated(error)) return
-    call check(error, disagreement(claim, other) > 1, more="other rho")
+    call check_that(error, disagreement(claim, other), ">", 1.0_dp, "other rho")
     if (allocated(error)) return
 
     ! Damped as little as the paper's machine is, it is no Hamiltonian system: ln |rho| = -0.001.
-    call check(error, unpaired(claim) > 1, more="no reciprocal pairs")
+    call check_that(error, unpaired(claim), ">", 1.0_dp, "no reciprocal pairs")
     if (allocated(error)) return
     do i = 1, size(machine%supports)
       machine%supports(i)%damping = 0
     end do
     machine%foundation_damping = 0
     call solve_by_library(machine, 1.0e-6_dp, "auto", claim)
-    call check(error, unpaired(claim) < 1, more="reciprocal pairs")
+    call check_that(error, unpaired(claim), "<", 1.0_dp, "reciprocal pairs")
     if (allocated(error)) return
-    call check(error, abs(claim%liouville_defect) < liouville_bound(claim), more="Liouville")
+    call check_that(error, abs(claim%liouville_defect), "<", liouville_bound(claim), "Liouville")
   end subroutine test_noticed
 
   !> The cheapest pairing can lie outside a bound where another lies within all.
@@ -186,20 +196,20 @@ contains
     cost(1, :) = [0.0_dp, 0.9_dp, 5.0_dp]
     cost(2, :) = [0.9_dp, 1.1_dp, 5.0_dp]
     cost(3, :) = [5.0_dp, 5.0_dp, 0.1_dp]
-    call check(error, all(partners(cost) == [2, 1, 3]), more="within all bounds")
+    call check_that(error, partners(cost), "==", [2, 1, 3], "within all bounds")
     if (allocated(error)) return
     cost(2, 2) = 0.5_dp
-    call check(error, all(partners(cost) == [1, 2, 3]), more="cheapest")
+    call check_that(error, partners(cost), "==", [1, 2, 3], "cheapest")
     if (allocated(error)) return
-    call check(error, all(partners(cshift(cost, 1, dim=2)) == [3, 1, 2]), more="permuted")
+    call check_that(error, partners(cshift(cost, 1, dim=2)), "==", [3, 1, 2], "permuted")
   end subroutine test_partners
 
   subroutine test_quantile(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: values(5) = [3.0_dp, 1.0_dp, 5.0_dp, 1.0_dp, 4.0_dp]
 
-    call check(error, all(abs([quantile(values, 0.5_dp), quantile(values, 0.99_dp), quantile(values, 0.2_dp)] &
-      & - [3.0_dp, 5.0_dp, 1.0_dp]) <= 0))
+    call check_that(error, abs([quantile(values, 0.5_dp), quantile(values, 0.99_dp), quantile(values, 0.2_dp)] &
+      & - [3.0_dp, 5.0_dp, 1.0_dp]), "<=", 0.0_dp, "quantiles")
   end subroutine test_quantile
 
 end module test_population

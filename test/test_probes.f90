@@ -1,5 +1,6 @@
 !> Points of the frame that are watched.
 module test_probes
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -14,7 +15,7 @@ module test_probes
   use reference_momentum, only: derivative
   use shaken_ground, only: make, near
   use systems, only: diagonal
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -51,12 +52,10 @@ contains
     tasks = tasks_type(model="rest", points=points, rows=accelerations)
     if (present(averaged)) tasks%averaged = averaged
     call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call watch(frame, analysis%vibration, probes, watched, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   !> Peaks do not depend on the rows that are ordered: samples are added until the motion is resolved, accelerations too. With
@@ -103,7 +102,7 @@ contains
     call new_harmonic_mechanism(mechanism, 2.0_dp, 0.01_dp, a1, [0.0_dp], [0.01_dp], [0.01_dp], failure)
     call new_frame(frame, mechanism, mass - 2, 1.0_dp, [0.0_dp, 0.0_dp], diagonal([spring, 1.0_dp, 1.0_dp]), &
       & diagonal([damping, 1.0_dp, 1.0_dp]), omega, failure, free=[1])
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
     ! As if nothing were known of the load.
     frame%least_steps = 8
     if (.not. allocated(error)) call solve(frame, 8, 1.0e-10_dp, [probe_at(0.0_dp, 0.0_dp)], analysis, watched, error)
@@ -176,7 +175,7 @@ contains
     do turn = 1, 2
       call new_frame(frame, mechanism, 10.0_dp, inertia - 0.5_dp, [0.0_dp, 0.0_dp], diagonal([1.0e4_dp, 1.0e4_dp, stiffness]), &
         & diagonal([1.0_dp, 1.0_dp, damping]), merge(omega, -omega, turn == 1), failure)
-      if (allocated(failure)) call test_failed(error, failure%message)
+      call check_success(error, failure)
       if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, [probe_at(at(1), at(2))], analysis, watched, error)
       if (allocated(error)) return
       associate (h => watched(1)%history, s => watched(1)%statistics)
@@ -279,7 +278,7 @@ contains
         ! A direction is at most 0.1 deg away: 1 - cos of it.
         call near(error, [watched(k)%greatest], [greatest], 2.0e-6_dp * greatest, "greatest")
         if (allocated(error)) return
-        call check(error, watched(k)%greatest >= greatest * (1 - 1.0e-12_dp), more="no direction exceeds the greatest")
+        call check_that(error, watched(k)%greatest, ">=", greatest * (1 - 1.0e-12_dp), "no direction exceeds the greatest")
         if (allocated(error)) return
       end do
     end do
@@ -314,7 +313,8 @@ contains
     if (.not. allocated(error)) call solve(frame, 64, 1.0e-4_dp, [probe_at(0.2_dp, -0.15_dp)], analysis, watched, error)
     if (allocated(error)) return
     associate (w => watched(1))
-      call check(error, w%error > 1.0e-9_dp * w%greatest .and. w%error < 0.1_dp * w%greatest, more="an error that is of use")
+      call check_that(error, w%error, ">", 1.0e-9_dp * w%greatest, "an error that is of use")
+      call check_that(error, w%error, "<", 0.1_dp * w%greatest, "an error that is of use")
       limits = [w%greatest + 2 * w%error, w%greatest - 2 * w%error, w%greatest + w%error / 2, w%greatest - w%error / 2, 0.0_dp]
       do k = 1, size(limits)
         w%probe%limit = limits(k)
@@ -345,17 +345,17 @@ contains
           miss = max(abs(watched(1)%statistics(k)%peak - exact(1)%statistics(k)%peak), &
             & abs(watched(1)%statistics(k)%rms - exact(1)%statistics(k)%rms))
           greatest = max(greatest, miss / watched(1)%statistics(k)%peak_error)
-          call check(error, miss <= watched(1)%statistics(k)%peak_error + exact(1)%statistics(k)%peak_error, more="peak or rms")
+          call check_that(error, miss, "<=", watched(1)%statistics(k)%peak_error + exact(1)%statistics(k)%peak_error, "peak or rms")
           if (allocated(error)) return
         end do
         miss = maxval(abs([watched(1)%band - exact(1)%band, watched(1)%greatest - exact(1)%greatest]))
-        call check(error, miss <= watched(1)%error + exact(1)%error .and. &
-          & abs(watched(1)%error - watched(1)%statistics(velocity_part)%error) <= 0, more="band")
+        call check_that(error, miss, "<=", watched(1)%error + exact(1)%error, "band")
+        call check_that(error, abs(watched(1)%error - watched(1)%statistics(velocity_part)%error), "<=", 0.0_dp, "band")
         if (allocated(error)) return
       end do
     end do
     ! They are of use too: somewhere a good part of the claim is real.
-    call check(error, greatest > 1.0e-3_dp, more="claims are idle")
+    call check_that(error, greatest, ">", 1.0e-3_dp, "claims are idle")
   end subroutine test_errors
 
   !> An unbalance u on one spring: (k + i omega b - omega^2 m) x = u omega^2. Soft springs leave accelerations to the load alone,
@@ -378,7 +378,7 @@ contains
       damping = 1.0e-3_dp * sqrt(springs(i) * mass)
       call new_frame(frame, mechanism, mass - 2, 1.0_dp, [0.0_dp, 0.0_dp], diagonal([springs(i), 1.0_dp, 1.0_dp]), &
         & diagonal([damping, 1.0_dp, 1.0_dp]), omega, failure, free=[1])
-      if (allocated(failure)) call test_failed(error, failure%message)
+      call check_success(error, failure)
       if (.not. allocated(error)) call solve(frame, 36, 1.0e-10_dp, [probe_at(0.0_dp, 0.0_dp)], analysis, watched, error)
       if (allocated(error)) return
       do k = 0, 2

@@ -1,5 +1,6 @@
 !> What joints claim of an interval of the crank angle holds in it, however their earlier joints move.
 module test_reach
+  use checks, only: check_that
   use gestell_math_jet, only: jet
   use gestell_base_kinds, only: dp
   use gestell_model_joints_driven, only: crank_joint
@@ -88,17 +89,17 @@ contains
     claim = joint%reach(moved(0.0_dp), norm2(velocities, dim=1), spread(0.0_dp, 1, earlier), half_width)
     if (.not. claim%assembled) return
     proved = proved + 1
-    call check(error, claim%feature > 0, more="feature")
+    call check_that(error, claim%feature, ">", 0.0_dp, "feature")
     if (allocated(error)) return
     do k = -samples, samples
       call joint%place(0.0_dp, moved(half_width * k / samples), here)
       speed = hypot(here%x%d, here%y%d)
-      call check(error, hypot(here%x%dd, here%y%dd) <= claim%acceleration * (1 + 1.0e-9_dp) + 1.0e-9_dp, more="acceleration")
+      call check_that(error, hypot(here%x%dd, here%y%dd), "<=", claim%acceleration * (1 + 1.0e-9_dp) + 1.0e-9_dp, "acceleration")
       if (allocated(error)) return
       call check(error, ieee_is_finite(speed), more="claimed to be assembled")
       if (allocated(error)) return
       ! Roundings of a few epsilon; beside a dead point they are amplified.
-      call check(error, speed <= claim%speed * (1 + 1.0e-9_dp) + 1.0e-12_dp, more="claimed speed")
+      call check_that(error, speed, "<=", claim%speed * (1 + 1.0e-9_dp) + 1.0e-12_dp, "claimed speed")
       if (allocated(error)) return
       if (claim%speed > 0) tightest = max(tightest, speed / claim%speed)
     end do
@@ -132,9 +133,9 @@ contains
     integer, intent(in) :: proved
     type(error_type), allocatable, intent(out) :: error
 
-    call check(error, tightest > least, more="bounds are of use")
+    call check_that(error, tightest, ">", least, "bounds are of use")
     if (allocated(error)) return
-    call check(error, proved > 100, more="something is proved")
+    call check_that(error, proved, ">", 100, "something is proved")
   end subroutine check_use
 
   subroutine test_rrr(error)

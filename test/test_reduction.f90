@@ -1,5 +1,6 @@
 !> Fast free vibrations without integration: multipliers and periodic motion against closed forms and a second method.
 module test_reduction
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -82,28 +83,28 @@ contains
       own = 4 * epsilon(1.0_dp) * maxval(abs(exact))
       ! exp of a logarithm of up to 700 is rounded as that is.
       difference = exp(cmplx(min(multipliers%log_abs(i), 700.0_dp), multipliers%arg(i), dp))
-      call check(error, multipliers%log_abs(i) > 700 .or. abs(multipliers%rho(i) - difference) <= 1.0e-12_dp * abs(difference))
+      if (multipliers%log_abs(i) <= 700) then
+        call check_that(error, abs(multipliers%rho(i) - difference), "<=", 1.0e-12_dp * abs(difference), name // ": rho")
+      end if
       if (allocated(error)) return
-      call check(error, nearest <= multipliers%error(i) + own, more=name // ": a multiplier's bound")
-      if (allocated(error)) return
-      call check(error, multipliers%error(i) <= 2.0e-8_dp + 1.0e4_dp * own, more=name // ": the bound is too wide")
+      call check_that(error, nearest, "<=", multipliers%error(i) + own, name // ": a multiplier's bound")
+      call check_that(error, multipliers%error(i), "<=", 2.0e-8_dp + 1.0e4_dp * own, name // ": the bound is too wide")
       if (allocated(error)) return
     end do
-    call check(error, all(multipliers%log_abs(2:) <= multipliers%log_abs(:5)), more=name // ": order")
-    if (allocated(error)) return
-    call check(error, all(abs(solution%x0 - system%motion(0.0_dp)) <= solution%error), more=name // ": bound of x0")
+    call check_that(error, multipliers%log_abs(2:), "<=", multipliers%log_abs(:5), name // ": order")
+    call check_that(error, abs(solution%x0 - system%motion(0.0_dp)), "<=", solution%error, name // ": bound of x0")
     if (allocated(error)) return
     ! What was ordered is 1e-9; the motion's size is 2, the greatest condition of E - Phi in these cases about 10, and the
     ! forcing is rounded as the coefficients are.
-    call check(error, maxval(solution%error) < 1.0e-6_dp + 1.0e2_dp * own, more=name // ": the bound of x0 is too wide")
+    call check_that(error, maxval(solution%error), "<", 1.0e-6_dp + 1.0e2_dp * own, name // ": the bound of x0 is too wide")
     if (allocated(error)) return
     do k = 0, points
-      call check(error, maxval(abs(x(:, k + 1) - system%motion(2 * pi * k / points))) < 1.0e-7_dp + own, &
-        & more=name // ": motion")
+      call check_that(error, maxval(abs(x(:, k + 1) - system%motion(2 * pi * k / points))), "<", 1.0e-7_dp + own, name &
+        & // ": motion")
       if (allocated(error)) return
     end do
-    call check(error, abs(floquet%parts(1)%reduced%liouville_defect) <= 1.0e-12_dp * sum(abs(exact)) + 1.0e-8_dp, &
-      & more=name // ": Liouville")
+    call check_that(error, abs(floquet%parts(1)%reduced%liouville_defect), "<=", 1.0e-12_dp * sum(abs(exact)) + 1.0e-8_dp, name &
+      & // ": Liouville")
   end subroutine compare
 
   subroutine test_fast(error)
@@ -167,11 +168,11 @@ contains
     do k = 1, 2
       call solve_floquet(turning_type(states=6, period=2 * pi, rate=[-0.1_dp, -0.02_dp, 0.05_dp], &
         & frequency=[1.003_dp, 2.502_dp, 9.001_dp] * 1.0e3_dp**(2 * k - 1)), accuracy_type(), .false., floquet, failure)
-      if (allocated(failure)) call test_failed(error, failure%message)
+      call check_success(error, failure)
       if (allocated(error)) return
       call evidence(floquet, found(k))
     end do
-    call check(error, found(2)%evaluations <= found(1)%evaluations)
+    call check_that(error, found(2)%evaluations, "<=", found(1)%evaluations, "evaluations")
   end subroutine test_cost
 
   !> A frequency that is a whole multiple of the crank's, without damping: rho = 1 and no periodic motion; with damping one
@@ -185,9 +186,7 @@ contains
     call solve_floquet(turning_type(states=6, period=2 * pi, rate=[0.0_dp, -0.02_dp, -0.05_dp], &
       & frequency=[200.0_dp, 450.2_dp, 900.1_dp]), accuracy_type(method="reduced"), .true., floquet, failure)
     if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
-    call check(error, allocated(failure))
-    if (allocated(error)) return
-    call check(error, index(failure%message, "resonance") > 0)
+    call check_failure(error, failure, "resonance")
     if (allocated(error)) return
     call compare(error, turning_type(states=6, period=2 * pi, rate=[-1.0e-3_dp, -0.02_dp, -0.05_dp], &
       & frequency=[200.0_dp, 450.2_dp, 900.1_dp]), "reduced", "damped resonance")
@@ -208,20 +207,18 @@ contains
       & amplitude=[3.0_dp, -1.0_dp])
     call solve_floquet(system, accuracy_type(), .true., floquet, failure)
     if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call check(error, allocated(floquet%parts(1)%reduced), more="not reduced")
     if (allocated(error)) return
     w = 2 * pi / system%period
     z = cmplx(system%c - w**2 * system%m, w * system%b, dp)
     q = [z(2, 2) * system%amplitude(1) - z(1, 2) * system%amplitude(2), &
       & z(1, 1) * system%amplitude(2) - z(2, 1) * system%amplitude(1)] / (z(1, 1) * z(2, 2) - z(1, 2) * z(2, 1))
-    call check(error, all(abs(solution%x0 - [real(q), real(cmplx(0, w, dp) * q)]) <= solution%error), more="bound")
+    call check_that(error, abs(solution%x0 - [real(q), real(cmplx(0, w, dp) * q)]), "<=", solution%error, "bound")
     if (allocated(error)) return
     ! Of what has the size 1e-3 in displacement.
-    call check(error, maxval(solution%error(:2)) < 1.0e-14_dp, more="the bound is too wide")
+    call check_that(error, maxval(solution%error(:2)), "<", 1.0e-14_dp, "the bound is too wide")
   end subroutine test_transfer
 
   !> The load of the slow vibration needs more phases than the strong one of the fast vibration, and its bound is its own.
@@ -246,11 +243,9 @@ contains
         end if
         call solve_floquet(system, accuracy_type(), .true., floquet, failure)
         if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
-        call check(error, all(abs(solution%x0 - system%start()) <= solution%error), more="bound")
+        call check_success(error, failure)
+        if (allocated(error)) return
+        call check_that(error, abs(solution%x0 - system%start()), "<=", solution%error, "bound")
         if (allocated(error)) return
       end do
     end do
@@ -268,19 +263,17 @@ contains
     call solve_floquet(oscillators_type(states=4, period=1.0_dp, square=[4.0e6_dp, 0.0_dp], damping=[0.1_dp, 0.0_dp], &
       & amplitude=[1.0_dp, 1.0_dp]), accuracy_type(), .true., floquet, failure)
     if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     do k = 1, 4
-      call check(error, min(abs(multipliers%log_abs(k)), abs(multipliers%log_abs(k) + 0.05_dp)) <= multipliers%error(k), &
-        & more="bound")
+      call check_that(error, min(abs(multipliers%log_abs(k)), abs(multipliers%log_abs(k) + 0.05_dp)), "<=", multipliers%error(k), &
+        & "bound")
       if (allocated(error)) return
     end do
-    call check(error, multipliers%verdict() == "undecided", more="verdict")
+    call check_that(error, multipliers%verdict(), "==", "undecided", "verdict")
     if (allocated(error)) return
     call solve_periodic(floquet, solution, failure)
-    call check(error, allocated(failure), more="a periodic motion")
+    call check_failure(error, failure, what="a periodic motion")
   end subroutine test_loose
 
   subroutine test_unequal(error)
@@ -293,14 +286,12 @@ contains
     system = unequal_type(states=4, period=1.0_dp)
     call solve_floquet(system, accuracy_type(method="reduced"), .true., floquet, failure)
     if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    call check(error, all(abs(solution%x0 - system%v) <= solution%error), more="bound")
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check_that(error, abs(solution%x0 - system%v), "<=", solution%error, "bound")
     if (allocated(error)) return
     ! 1e-9 was ordered, |(E - Phi)^-1| is about 1e2.
-    call check(error, maxval(solution%error) < 1.0e-5_dp, more="the bound is too wide")
+    call check_that(error, maxval(solution%error), "<", 1.0e-5_dp, "the bound is too wide")
   end subroutine test_unequal
 
   subroutine unequal_matrix(self, t, p)
@@ -359,7 +350,7 @@ contains
         if (allocated(error)) return
         call solve_floquet(oscillators_type(states=2, period=1.0_dp, square=squares(k:k), damping=[0.1_dp], amplitude=[1.0_dp]), &
           & accuracy, .false., floquet, failure)
-        call check(error, allocated(failure))
+        call check_failure(error, failure)
       end do
     end subroutine expect
 
@@ -389,11 +380,11 @@ contains
         call test_failed(error, words // ": no refusal")
         return
       end if
-      call check(error, index(failure%message, words) > 0, more=failure%message)
+      call check_that(error, failure%message, "contains", words)
       if (allocated(error)) return
       ! The same system goes through by integration.
       call solve_floquet(system, accuracy_type(), .false., floquet, failure)
-      call check(error, .not. allocated(failure), more=words // ": integration")
+      call check_success(error, failure, words // ": integration")
     end subroutine expect
   end subroutine test_refused
 

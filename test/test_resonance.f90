@@ -1,5 +1,6 @@
 !> Beside a resonance: the digits that are lost are those that the error claims, and the report knows what resonates.
 module test_resonance
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type, failed_computation
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -61,10 +62,8 @@ contains
       call one_freedom(detunings(i), frame, stiffness, failure)
       if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(tolerance=1.0e-12_dp), &
         & analysis, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call frame%sample_second_order([(real(k, dp) / samples, k = 0, samples - 1)], m, b, c, load)
       mass = m(1, 1, 1)
       exact = sum(load) / samples / stiffness
@@ -75,20 +74,20 @@ contains
       ! C - 25 W^2 M is what rounding leaves of two numbers that agree to twice the detuning.
       oracle = 4 * epsilon(1.0_dp) / detunings(i) * abs(exact)
       associate (start => analysis%vibration%start)
-        call check(error, abs(start%x0(1) - exact) <= start%error(1) + oracle, more="bound of x0")
+        call check_that(error, abs(start%x0(1) - exact), "<=", start%error(1) + oracle, "bound of x0")
         if (allocated(error)) return
         ! |1 - rho| = 2 pi 5 x detuning amplifies an error of 1e-12 and the roundoff of the steps.
-        call check(error, start%error(1) <= 1.0e-10_dp * abs(exact) / detunings(i), more="the bound is too wide")
+        call check_that(error, start%error(1), "<=", 1.0e-10_dp * abs(exact) / detunings(i), "the bound is too wide")
         if (allocated(error)) return
         ! (1 + |Phi|) / |1 - rho|, with |Phi| between 1 and 2.
-        call check(error, abs(log10(start%condition * 2 * pi * order * detunings(i) / 2.5_dp)) < 0.3_dp, more="digits")
+        call check_that(error, abs(log10(start%condition * 2 * pi * order * detunings(i) / 2.5_dp)), "<", 0.3_dp, "digits")
         if (allocated(error)) return
       end associate
       call check(error, allocated(analysis%resonance), more="not called near resonance")
       if (allocated(error)) return
       call check(error, analysis%resonance%order, order)
       if (allocated(error)) return
-      call check(error, abs(analysis%resonance%distance / (2 * pi * order * detunings(i)) - 1) < 0.01_dp, more="distance")
+      call check_that(error, abs(analysis%resonance%distance / (2 * pi * order * detunings(i)) - 1), "<", 0.01_dp, "distance")
       if (allocated(error)) return
     end do
   end subroutine test_digits
@@ -108,10 +107,11 @@ contains
     end if
     call check(error, failure%code, failed_computation)
     if (allocated(error)) return
-    call check(error, index(failure%message, "multiplier 1 lies ") > 0 .and. index(failure%message, "order 5") > 0, &
-      & more=failure%message)
+    call check_that(error, failure%message, "contains", "multiplier 1 lies ")
     if (allocated(error)) return
-    call check(error, allocated(analysis%multipliers) .and. .not. allocated(analysis%vibration))
+    call check_that(error, failure%message, "contains", "order 5")
+    if (allocated(error)) return
+    call check_that(error, [allocated(analysis%multipliers), allocated(analysis%vibration)], "==", [.true., .false.], "results")
   end subroutine test_singular
 
   subroutine test_loose(error)
@@ -123,14 +123,10 @@ contains
     call frame_of_machine(khang_machine(240.0_dp), whole, failure)
     if (.not. allocated(failure)) call new_frame(frame, whole%mechanism, whole%mass, whole%inertia, whole%origin, &
       & diagonal([0.0_dp, 1.0e5_dp, 1.0e4_dp]), diagonal([0.0_dp, 1.0_dp, 1.0_dp]), whole%speed, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
-    call check(error, allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
-    call check(error, index(failure%message, "holds the frame") > 0, more=failure%message)
+    call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
+    call check_failure(error, failure, "holds the frame")
   end subroutine test_loose
 
   !> The paper's frame, free along x only, the crank 32, 64 and 128 times as fast as its vibration: |1 - rho| is about 2 pi / 32
@@ -146,11 +142,9 @@ contains
     do i = 1, 3
       call one_freedom(order * 16 * 2.0_dp**i - 1, frame, stiffness, failure)
       if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      call check(error, analysis%vibration%start%condition > 10, more="condition")
+      call check_success(error, failure)
+      if (allocated(error)) return
+      call check_that(error, analysis%vibration%start%condition, ">", 10.0_dp, "condition")
       if (allocated(error)) return
       call check(error, .not. allocated(analysis%resonance), more="called near resonance")
       if (allocated(error)) return

@@ -1,5 +1,6 @@
 !> Resonance curves: a closed form, a search by brute force, what must not depend on the grid.
 module test_resonance_curve
+  use checks, only: check_success, check_that
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -14,7 +15,7 @@ module test_resonance_curve
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use slow_tests, only: new_slow
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -55,7 +56,7 @@ contains
     c(1, 1) = total * natural**2
     b(1, 1) = 2 * ratio * total * natural
     call new_frame(family%frame, linkage, total - 2, 1.0_dp, [0.0_dp, 0.0_dp], c, b, 1.0_dp, failure, free=[1])
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine unbalanced_family
 
   !> |xi| of M xi'' + b xi' + c xi = m e Omega^2 cos(Omega t).
@@ -93,7 +94,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call solve_curve(family, order_of(names), speeds, curve, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   subroutine test_closed_form(error)
@@ -122,25 +123,22 @@ contains
 
     n = size(curve%points)
     rpm = direction * curve%points%speed
-    call check(error, all(curve%points%state == reached) .and. curve%complete)
-    if (allocated(error)) return
+    call check_that(error, curve%points%state, "==", reached, "states")
+    call check_that(error, curve%complete, "==", .true., "complete")
     do i = 1, n
       associate (p => curve%points(i)%values(:, 1), right => amplitude(rpm(i), ratio))
         ! Phi is known to 1e-9, beside the resonance x0 to 1e-9 / (2 pi ratio); in fact to much less
-        call check(error, p(1), right, thr=1.0e-9_dp * right / min(1.0_dp, 2 * pi * ratio))
-        if (.not. allocated(error)) call check(error, p(3), right / sqrt(2.0_dp), thr=1.0e-9_dp * right / min(1.0_dp, 2*pi * ratio))
-        if (.not. allocated(error)) call check(error, p(4), right, thr=1.0e-9_dp * right / min(1.0_dp, 2*pi * ratio))
+        call check_that(error, abs([p(1), p(3) * sqrt(2.0_dp), p(4)] / right - 1), "<=", &
+          & 1.0e-9_dp / min(1.0_dp, 2 * pi * ratio), "vibration")
         ! one harmonic: the others are rounding
-        if (.not. allocated(error)) call check(error, all(p(5:6) < 1.0e-11_dp * right))
+        call check_that(error, p(5:6), "<", 1.0e-11_dp * right, "other orders")
       end associate
-      if (allocated(error)) return
     end do
     ! what a straight line misses
     between = (rpm(2:) + rpm(:n - 1)) / 2
-    call check(error, maxval(abs(log(amplitude(between, ratio)) - (log(amplitude(rpm(2:), ratio)) &
-      & + log(amplitude(rpm(:n - 1), ratio))) / 2)) < 0.01_dp)
-    if (allocated(error)) return
-    call check(error, size(curve%maxima), 1)
+    call check_that(error, maxval(abs(log(amplitude(between, ratio)) &
+      & - (log(amplitude(rpm(2:), ratio)) + log(amplitude(rpm(:n - 1), ratio))) / 2)), "<", 0.01_dp, "logarithm between points")
+    call check_that(error, size(curve%maxima), "==", 1, "maxima")
     if (allocated(error)) return
     associate (maximum => curve%maxima(1))
       ! top at 1 / sqrt(1 - 2 ratio^2), (m e / M) / (2 ratio sqrt(1 - ratio^2)); half power where s = r^2 solves
@@ -180,7 +178,8 @@ contains
 
     call unbalanced_family(0.01_dp, family, error)
     if (.not. allocated(error)) call solve(family, ["xi"], grid(-50.0_dp, -1000.0_dp, 6), curve, error)
-    if (.not. allocated(error)) call check(error, all(curve%points(2:)%speed < curve%points(:size(curve%points) - 1)%speed))
+    if (allocated(error)) return
+    call check_that(error, curve%points(2:)%speed, "<", curve%points(:size(curve%points) - 1)%speed, "speeds descend")
     if (.not. allocated(error)) call check_curve(curve, 0.01_dp, -1.0_dp, error)
     if (.not. allocated(error)) call solve(family, ["xi"], grid(1000.0_dp, 50.0_dp, 6), curve, error)
     if (.not. allocated(error)) call check_curve(curve, 0.01_dp, 1.0_dp, error)
@@ -194,11 +193,13 @@ contains
     call unbalanced_family(0.0_dp, family, error)
     if (.not. allocated(error)) call solve(family, ["xi"], grid(50.0_dp, 1000.0_dp, 6), curve, error)
     ! at a half, a third, ... of the natural frequency Phi = E: the free vibration is periodic itself, how large is left open
-    if (.not. allocated(error)) call check(error, all(curve%points%state == marginal .or. curve%points%state == in_resonance) &
-      & .and. curve%complete)
-    if (.not. allocated(error)) call check(error, size(curve%maxima), 1)
     if (allocated(error)) return
-    call check(error, curve%maxima(1)%unbounded .and. curve%maxima(1)%value > huge(1.0_dp))
+    call check(error, all(curve%points%state == marginal .or. curve%points%state == in_resonance), more="states")
+    call check_that(error, curve%complete, "==", .true., "complete")
+    call check_that(error, size(curve%maxima), "==", 1, "maxima")
+    if (allocated(error)) return
+    call check_that(error, curve%maxima(1)%unbounded, "==", .true., "unbounded")
+    call check_that(error, curve%maxima(1)%value, ">", huge(1.0_dp), "maximum")
     ! intervals there are a millionth wide
     if (.not. allocated(error)) call check(error, curve%maxima(1)%speed, natural_rpm, thr=1.0e-6_dp * natural_rpm)
   end subroutine test_undamped
@@ -218,14 +219,15 @@ contains
     do k = 1, 2
       order%averaged = k == 2
       call solve_curve(family, order, natural_rpm * grid(0.6_dp, 1.4_dp, 9), curve, failure)
-      if (allocated(failure)) call test_failed(error, failure%message)
-      if (.not. allocated(error)) call check(error, count(curve%points%state == in_resonance), 1)
-      if (.not. allocated(error)) call check(error, size(curve%maxima), 1)
+      call check_success(error, failure)
       if (allocated(error)) return
-      call check(error, curve%maxima(1)%unbounded .and. curve%maxima(1)%value > huge(1.0_dp))
+      call check_that(error, count(curve%points%state == in_resonance), "==", 1, "points in resonance")
+      call check_that(error, size(curve%maxima), "==", 1, "maxima")
+      if (allocated(error)) return
+      call check_that(error, curve%maxima(1)%unbounded, "==", .true., "unbounded")
+      call check_that(error, curve%maxima(1)%value, ">", huge(1.0_dp), "maximum")
       ! the resonance's own speed is one of those that were solved
       if (.not. allocated(error)) call check(error, curve%maxima(1)%speed, natural_rpm, thr=1.0e-9_dp * natural_rpm)
-      if (allocated(error)) return
     end do
   end subroutine test_none_left
 
@@ -240,7 +242,7 @@ contains
     machine = khang_machine(240.0_dp)
     machine%foundation_damping = factor * machine%foundation_damping
     call frame_of_machine(machine, family%frame, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine khang_family
 
   !> At one of two places within every interval the machine is solved by itself; where two maxima are equal the peaks have bends.
@@ -252,7 +254,6 @@ contains
     type(analysis_type) :: analysis
     type(gestell_error), allocatable :: failure
     class(periodic_system), allocatable :: system
-    character(len=80) :: found
     real(dp) :: worst
     integer :: d, i
 
@@ -267,19 +268,15 @@ contains
           select type (system)
           class is (frame_type)
             if (.not. allocated(failure)) call analyse(system, tasks_type(model="rest", stability=.false., points=64), &
-              & accuracy_type(), &
-              & analysis, failure)
+              & accuracy_type(), analysis, failure)
           end select
-          if (allocated(failure)) then
-            call test_failed(error, failure%message)
-            return
-          end if
+          call check_success(error, failure)
+          if (allocated(error)) return
           worst = max(worst, maxval(abs(log(analysis%vibration%peak(:3)) - (1 - place) * log(a%values(1, :)) &
             & - place * log(b%values(1, :)))))
         end associate
       end do
-      write (found, "(a, es10.3, a, i0, a)") "misses ", worst, " with ", size(curve%points), " points"
-      call check(error, worst < 0.01_dp, more=found)
+      call check_that(error, worst, "<", 0.01_dp, "straight lines miss")
       if (allocated(error)) return
     end do
   end subroutine test_straight
@@ -307,10 +304,8 @@ contains
       class is (frame_type)
         call analyse(system, tasks_type(model="rest", stability=.false., points=360), accuracy_type(), analysis, failure)
       end select
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       associate (history => analysis%vibration%history)
         peak(i, :) = [maxval(abs(history(3, :))), maxval(hypot(history(7, :), history(8, :)))]
       end associate
@@ -322,12 +317,12 @@ contains
         found = found + 1
         away = minval(abs(curve%maxima%speed - speeds(i)), mask=curve%maxima%quantity == q &
           & .and. curve%maxima%value > (1 - 1.0e-6_dp) * peak(i, q))
-        call check(error, away < 2 * (speeds(2) - speeds(1)), "a maximum is missed")
+        call check_that(error, away, "<", 2 * (speeds(2) - speeds(1)), "a maximum is missed")
         if (allocated(error)) return
       end do
     end do
     ! orders 1 to 4 of the lowest frequency, 1216 rpm, in both at least
-    call check(error, found >= 8)
+    call check_that(error, found, ">=", 8, "maxima found")
   end subroutine test_brute_force
 
   !> By which factor the maximum at place i stands above the higher one of the dips that part it from what is higher.
@@ -359,8 +354,9 @@ contains
     call khang_family(1.0_dp, family, error)
     if (.not. allocated(error)) call solve(family, ["f"], grid(450.0_dp, 1150.0_dp, 5), coarse, error)
     if (.not. allocated(error)) call solve(family, ["f"], grid(450.0_dp, 1150.0_dp, 30), fine, error)
-    if (.not. allocated(error)) call check(error, size(coarse%maxima), size(fine%maxima))
-    if (.not. allocated(error)) call check(error, size(fine%maxima) >= 5)
+    if (allocated(error)) return
+    call check_that(error, size(coarse%maxima), "==", size(fine%maxima), "maxima")
+    call check_that(error, size(fine%maxima), ">=", 5, "maxima")
     if (allocated(error)) return
     do i = 1, size(fine%maxima)
       associate (one => coarse%maxima(i), other => fine%maxima(i))
@@ -384,14 +380,17 @@ contains
 
     call khang_family(1.0_dp, family, error)
     if (.not. allocated(error)) call solve(family, ["psi"], grid(1200.0_dp, 1230.0_dp, 7), curve, error)
-    if (.not. allocated(error)) call check(error, any(curve%points%state == unreached) .and. curve%complete)
-    if (.not. allocated(error)) call check(error, count(curve%maxima%unbounded), 2)
+    if (allocated(error)) return
+    call check_that(error, count(curve%points%state == unreached), ">", 0, "unreached points")
+    call check_that(error, count(curve%maxima%unbounded), "==", 2, "maxima without a bound")
+    call check_that(error, curve%complete, "==", .true., "complete")
     if (allocated(error)) return
     ends = pack([(curve%maxima(i)%speed, i = 1, size(curve%maxima))], [(curve%maxima(i)%unbounded, i = 1, size(curve%maxima))])
     do i = 1, size(curve%points)
       associate (s => curve%points(i)%speed, inside => curve%points(i)%state == unreached)
         ! the borders are known to the last interval, a millionth wide
-        if (minval(abs(s - ends)) > 4.0e-6_dp * s) call check(error, inside .eqv. (s > ends(1) .and. s < ends(2)))
+        if (minval(abs(s - ends)) > 4.0e-6_dp * s) call check_that(error, inside, "==", (s > ends(1) .and. s < ends(2)), &
+          & "inside the tongue")
       end associate
       if (allocated(error)) return
     end do

@@ -1,5 +1,6 @@
 !> Rows and samples of the vibration: however many rows are ordered, the motion is sampled until it is resolved.
 module test_rows
+  use checks, only: check_success, check_that
   use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
@@ -10,7 +11,7 @@ module test_rows
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use systems, only: diagonal
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -39,17 +40,15 @@ contains
       & accuracy_type(), many, failure)
     if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=500), &
       & accuracy_type(), some, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call check(error, size(many%vibration%history, 2), 1501)
     if (allocated(error)) return
     call check(error, maxval(abs(many%vibration%history(:6, 1) - many%vibration%start%x0)), 0.0_dp)
     if (allocated(error)) return
     ! Two integrations with different steps, each to 1e-9, times the condition away from resonance.
-    call check(error, all(maxval(abs(many%vibration%history(:, ::3) - some%vibration%history), dim=2) &
-      & < 1.0e-7_dp * some%vibration%peak))
+    call check_that(error, maxval(abs(many%vibration%history(:, ::3) - some%vibration%history), dim=2), "<", 1.0e-7_dp &
+      & * some%vibration%peak, "rows")
   end subroutine test_many
 
   !> Shaking forces of order 40 that the mechanism does not announce: 64 samples would take them for order 24. With eta
@@ -73,18 +72,16 @@ contains
     if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=1), &
       & accuracy_type(), few, &
       & failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     associate (amplitude => few%vibration%series(1)%amplitude)
-      call check(error, size(amplitude) > 40)
+      call check_that(error, size(amplitude), ">", 40, "harmonics")
       if (allocated(error)) return
       call check(error, maxloc(amplitude(2:), dim=1) + 1, 40)
       if (allocated(error)) return
     end associate
     do i = 1, 9
-      call check(error, few%vibration%series(i)%tail() < 1.0e-9_dp, more="tail")
+      call check_that(error, few%vibration%series(i)%tail(), "<", 1.0e-9_dp, "tail")
       if (allocated(error)) return
     end do
   end subroutine test_hidden
@@ -106,14 +103,12 @@ contains
     if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false.), &
       & accuracy_type(tolerance=1.0e-12_dp), &
       & tight, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
-    call check(error, all(abs(loose%vibration%peak - tight%vibration%peak) <= loose%vibration%peak_error))
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check_that(error, abs(loose%vibration%peak - tight%vibration%peak), "<=", loose%vibration%peak_error, "peaks")
     if (allocated(error)) return
     ! 360 rows ordered, doubled once at most.
-    call check(error, size(loose%vibration%series(3)%amplitude) < 360)
+    call check_that(error, size(loose%vibration%series(3)%amplitude), "<", 360, "harmonics")
   end subroutine test_few_samples
 
 end module test_rows

@@ -1,5 +1,6 @@
 !> Sensitivity of peaks: closed forms of a mass on a spring, with one harmonic and with two whose peaks are equal.
 module test_sensitivity
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
@@ -8,7 +9,7 @@ module test_sensitivity
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_sensitivity
   use gestell_study_speed_point, only: speed_order_type
   use gestell_system_periodic, only: periodic_system
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -73,7 +74,7 @@ contains
       a1(2 * k:2 * k + 1) = [real(a), -aimag(a)]
     end do
     call new_harmonic_mechanism(family%mechanism, total - frame_mass, 0.0_dp, a1, [0.0_dp], [10.0_dp], [0.0_dp], failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine new_family
 
   !> D_k = c - M k^2 Omega^2 + i b k Omega.
@@ -114,7 +115,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call solve_sensitivity(family, 4, order_of(name), base, found, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   !> F = (c + i b Omega) x on the ground, below, at and above the resonance; peak and root of the mean square alike.
@@ -140,12 +141,12 @@ contains
         do k = 1, 4
           if (allocated(error)) return
           ! within what is claimed, and that is little: rounding over a step, which is a small part of that |1 - rho|
-          call check(error, all(abs(found(k)%slope(:, 1) - real(g(k))) < found(k)%error(:, 1)), "more than claimed")
-          if (.not. allocated(error)) call check(error, all(found(k)%error < 1.0e-4_dp * max(1.0_dp, maxval(abs(g)))), &
+          call check_that(error, abs(found(k)%slope(:, 1) - real(g(k))), "<", found(k)%error(:, 1), "more than claimed")
+          call check_that(error, [found(k)%error], "<", 1.0e-4_dp * max(1.0_dp, maxval(abs(g))), &
             & "claims too much")
           ! with much damping the step is 1e-2, rounding 1e-13 over a few hundredths of it; no difference alone comes so far
-          if (.not. allocated(error) .and. j == 1) call check(error, all(found(k)%error < 1.0e-9_dp), "not extrapolated")
-          if (.not. allocated(error)) call check(error, found(k)%state(1) == "ok")
+          if (j == 1) call check_that(error, [found(k)%error], "<", 1.0e-9_dp, "not extrapolated")
+          call check_that(error, found(k)%state(1), "==", "ok", "state")
         end do
         if (allocated(error)) return
       end do
@@ -174,14 +175,16 @@ contains
     do k = 1, 4
       slope = [(sum([real(x(1) * g(k, 1) * exp(cmplx(0.0_dp, theta(i), dp))), real(x(2) * g(k, 2) &
         & * exp(cmplx(0.0_dp, 2 * theta(i), dp)))]) / sign(0.75e-3_dp * sqrt(3.0_dp), cos(theta(i))), i = 1, 2)]
-      call check(error, found(k)%bend(1, 1) .and. found(k)%state(1) == "undecided")
+      call check_that(error, found(k)%bend(1, 1), "==", .true., "bend")
+      if (allocated(error)) return
+      call check_that(error, found(k)%state(1), "==", "undecided", "state")
       ! the mean of both, but for what their own bends leave at the smallest step, 1e-2 / 64
       if (.not. allocated(error)) call check(error, found(k)%slope(1, 1), sum(slope) / 2, thr=1.0e-3_dp * maxval(abs(slope)))
       if (.not. allocated(error)) call check(error, found(k)%error(1, 1), abs(slope(1) - slope(2)) / 2, &
         & thr=0.01_dp * abs(slope(1) - slope(2)))
       mean_square = sum(abs(x)**2 * real(g(k, :))) / sum(abs(x)**2)
-      if (.not. allocated(error)) call check(error, abs(found(k)%slope(2, 1) - mean_square) < found(k)%error(2, 1) &
-        & .and. .not. found(k)%bend(2, 1))
+      call check_that(error, abs(found(k)%slope(2, 1) - mean_square), "<", found(k)%error(2, 1), "slope of the mean square")
+      call check_that(error, found(k)%bend(2, 1), "==", .false., "bend of the mean square")
       if (allocated(error)) return
     end do
   end subroutine test_bend
@@ -196,12 +199,12 @@ contains
 
     call new_family(0.8_dp, 0.05_dp, [(1.0e-3_dp, 0.0_dp)], family, error)
     if (.not. allocated(error)) call solve(family, "eta", base, found, error)
-    if (.not. allocated(error)) call check(error, found(1)%state(1) == "failed")
+    if (.not. allocated(error)) call check_that(error, found(1)%state(1), "==", "failed", "state")
     if (allocated(error)) return
     family%damping = 0
     family%speed = sqrt(stiffness / total)
     call solve_sensitivity(family, 4, order_of("xi"), base, found, failure)
-    call check(error, allocated(failure))
+    call check_failure(error, failure)
   end subroutine test_nothing
 
 end module test_sensitivity

@@ -1,5 +1,6 @@
 !> Values set from outside the file, and suggestions for misspelt words.
 module test_set
+  use checks, only: check_that
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
   use gestell_base_error, only: error_type, invalid_input, wrong_usage
   use gestell_base_key, only: positive, nonnegative
@@ -58,13 +59,15 @@ contains
     if (allocated(error)) return
 
     call get_path(doc, input_schema(), "support.stiffness", values, failure)
-    call check(error, all(nint(values) == [100000, 100000, 7, 100000]))
+    call check_that(error, nint(values), "==", [100000, 100000, 7, 100000], "counts")
     if (allocated(error)) return
     call get_path(doc, input_schema(), "joint(1).lengths", values, failure)
-    call check(error, all(abs(values - [0.37_dp, 0.5_dp]) <= 0.0_dp))
+    call check_that(error, abs(values - [0.37_dp, 0.5_dp]), "<=", 0.0_dp, "lengths")
     if (allocated(error)) return
     call get_path(doc, input_schema(), "foundation.stiffness(2,3)", values, failure)
-    call check(error, size(values) == 1 .and. nint(values(1)) == 6)
+    call check_that(error, size(values), "==", 1, "values")
+    if (allocated(error)) return
+    call check_that(error, nint(values(1)), "==", 6, "value")
     if (allocated(error)) return
     call read(the_group(doc, "accuracy"), key("steps"), "steps", n, failure)
     call check(error, n, 64)
@@ -76,7 +79,10 @@ contains
     call check(error, text, "a, b = c")
     if (allocated(error)) return
     call read(the_group(doc, "frame"), key("dof"), "dof", texts, failure)
-    call check(error, size(texts) == 2 .and. texts(1) == "xi" .and. texts(2) == "eta")
+    call check_that(error, size(texts), "==", 2, "texts")
+    if (allocated(error)) return
+    call check_that(error, texts(1), "==", "xi", "first")
+    call check_that(error, texts(2), "==", "eta", "second")
     if (allocated(error)) return
 
     ! 17 digits bring back the same number
@@ -85,7 +91,7 @@ contains
     call check_passed(error, failure)
     if (allocated(error)) return
     call get_path(doc, input_schema(), "drive.speed_rpm", values, failure)
-    call check(error, abs(values(1) - x) <= 0.0_dp)
+    call check_that(error, abs(values(1) - x), "<=", 0.0_dp, "value")
     if (allocated(error)) return
 
     ! later checks know where the value came from

@@ -1,5 +1,6 @@
 !> Greatest multipliers eight at a time: against eigenvalues that are known by construction, and LAPACK one by one.
 module test_spectra
+  use checks, only: check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: eigensystem
@@ -62,22 +63,23 @@ contains
 
     call spectral_radii(phi, perturbation, radius, log_radius, bound, stable, unstable, singly)
     call spectral_radii(phi, perturbation, quick, log_quick, singly=singly_quick)
-    call check(error, singly <= most .and. singly_quick <= singly, more="too many singly")
+    call check_that(error, singly, "<=", most, "too many singly")
+    call check_that(error, singly_quick, "<=", singly, "too many singly")
     if (allocated(error)) return
     do k = 1, size(phi, 1)
       expected = by_lapack(phi(k, :), perturbation)
       ! Each is within the roundoff part of the bounds, n^2 epsilon norm condition, of what it stands for.
-      call check(error, abs(radius(k) - abs(expected%rho(1))) <= 1.0e-3_dp * bound(k) * radius(k), more="radius")
+      call check_that(error, abs(radius(k) - abs(expected%rho(1))), "<=", 1.0e-3_dp * bound(k) * radius(k), "radius")
       if (allocated(error)) return
-      call check(error, abs(quick(k) - radius(k)) <= 1.0e-3_dp * bound(k) * radius(k), more="radius alone")
+      call check_that(error, abs(quick(k) - radius(k)), "<=", 1.0e-3_dp * bound(k) * radius(k), "radius alone")
       if (allocated(error)) return
       ! The logarithm has a rounding of its argument.
-      call check(error, abs(log_radius(k) - log(radius(k))) <= 1.0e-15_dp * max(1.0_dp, abs(log_radius(k))) .and. &
-        & abs(log_quick(k) - log(quick(k))) <= 1.0e-15_dp * max(1.0_dp, abs(log_quick(k))), more="logarithm")
+      call check_that(error, abs(log_radius(k) - log(radius(k))), "<=", 1.0e-15_dp * max(1.0_dp, abs(log_radius(k))), "logarithm")
+      call check_that(error, abs(log_quick(k) - log(quick(k))), "<=", 1.0e-15_dp * max(1.0_dp, abs(log_quick(k))), "logarithm")
       if (allocated(error)) return
       ! Two of equal modulus may stand in either order. The residual counts, but no more than roundoff.
-      call check(error, any(abs(bound(k) - expected%error) < 0.02_dp * bound(k) .and. &
-        & abs(expected%log_abs - expected%log_abs(1)) < 1.0e-6_dp), more="bound")
+      call check_that(error, minval(abs(bound(k) - expected%error), abs(expected%log_abs - expected%log_abs(1)) < 1.0e-6_dp), "<", &
+        & 0.02_dp * bound(k), "bound")
       if (allocated(error)) return
       call check(error, merge("stable   ", merge("unstable ", "undecided", unstable(k)), stable(k)), expected%verdict(), &
         & more="verdict")
@@ -148,13 +150,13 @@ contains
         end do
         call spectral_radii(phi, changes(j), radius, log_radius, bound, unstable=unstable, singly=singly)
         deviation = real(maxval(abs(radius - exact) / (bound * exact)), dp)
-        call check(error, deviation < 1, more="outside")
+        call check_that(error, deviation, "<", 1.0_dp, "outside")
         if (allocated(error)) return
         ! n |E| / |y' x| is 6 times what one direction of E can do; a random one in 36 dimensions does about a sixth of that.
-        if (j > 1) call check(error, deviation > 0.005_dp, more="far from it")
+        if (j > 1) call check_that(error, deviation, ">", 0.005_dp, "far from it")
         if (allocated(error)) return
         ! X is nearly the unit matrix the first time, so that nothing but a few roundings is in it.
-        if (i == 1 .and. j == 1) call check(error, maxval(abs(radius - exact)) < 5.0e-15_qp, more="roundoff")
+        if (i == 1 .and. j == 1) call check_that(error, maxval(abs(radius - exact)), "<", 5.0e-15_qp, "roundoff")
         if (allocated(error)) return
         call check(error, .not. any(unstable), more="verdict")
         if (allocated(error)) return
@@ -185,8 +187,8 @@ contains
       end do
       call spectral_radii(phi, perturbation, radius, log_radius, bound, singly=singly)
       ! The eigenvalue 0.9 next to 0.05 n. Roundoff: n^2 / 2 turns of the norm 1 + c times the condition.
-      call check(error, all(abs(radius - 0.9_dp) < n**2 * epsilon(1.0_dp) * (1 + c) * sqrt(1 + (c / (0.9_dp - 0.05_dp * n))**2)), &
-        & more="radius")
+      call check_that(error, abs(radius - 0.9_dp), "<", n**2 * epsilon(1.0_dp) * (1 + c) &
+        & * sqrt(1 + (c / (0.9_dp - 0.05_dp * n))**2), "radius")
       if (allocated(error)) return
       conditions = 1
       do k = 1, size(c)
@@ -287,11 +289,11 @@ contains
         phi(k, :) = reshape(a, [n * n])
       end do
       call spectral_radii(phi, 1.0e-12_dp, radius, log_radius, bound, stable, unstable, singly)
-      call check(error, all(abs(radius - 1) < bound), more="off the circle")
+      call check_that(error, abs(radius - 1), "<", bound, "off the circle")
       if (allocated(error)) return
       call check(error, .not. any(stable .or. unstable), more="verdict")
       if (allocated(error)) return
-      call check(error, singly <= count / 50, more="singly")
+      call check_that(error, singly, "<=", count / 50, "singly")
       if (allocated(error)) return
       call compare(phi, 1.0e-9_dp, count, error)
       if (allocated(error)) return

@@ -1,5 +1,6 @@
 !> Greatest multipliers eight at a time where eigenvalues are close, far apart, on the border of a verdict, or none at all.
 module test_spectra_edges
+  use checks, only: check_that
   use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
@@ -63,20 +64,20 @@ contains
         end do
         call spectral_radii(phi, perturbation, radius, log_radius, bound, singly=singly)
         call spectral_radii(phi, perturbation, quick, log_radius, singly=singly_quick)
-        call check(error, all(abs(radius - exact) < bound * exact), more="bound")
+        call check_that(error, abs(radius - exact), "<", bound * exact, "bound")
         if (allocated(error)) return
         ! A hundred roundings times the condition c / d, but not more than the root of them.
         roundoff = 100 * epsilon(1.0_dp) * 2
         if (c(i) > 0) roundoff = max(roundoff, min(sqrt(roundoff), roundoff / max(d, tiny(1.0_dp))))
-        call check(error, all(abs(quick - exact) < roundoff), more="radius alone")
-        if (allocated(error)) return
-        call check(error, all(abs(radius - exact) < roundoff), more="radius")
+        call check_that(error, abs(quick - exact), "<", roundoff, "radius alone")
+        call check_that(error, abs(radius - exact), "<", roundoff, "radius")
         if (allocated(error)) return
         ! Discs touch where 2 n 1e-11 max(1, c / d) > d.
         call check(error, singly, merge(6, 3, c(i) > 0), more="touching discs")
         if (allocated(error)) return
         ! Roots are not told apart where the roundoff in them is a part of d: 1e-16 max(1, c / d) > 1e-4 d, about.
-        call check(error, singly_quick > 0 .and. singly_quick <= merge(6, 3, c(i) > 0), more="singly")
+        call check_that(error, singly_quick, ">", 0, "singly")
+        call check_that(error, singly_quick, "<=", merge(6, 3, c(i) > 0), "singly")
         if (allocated(error)) return
       end do
     end do
@@ -100,14 +101,13 @@ contains
     end do
     call spectral_radii(phi, 0.0_dp, radius, log_radius, bound, stable, unstable)
     ! A normal or nearly normal matrix: roundings of turning and of finding, some of each.
-    call check(error, all(abs(radius - 10.0_dp**[(merge(-0.5_dp, 8.0_dp, k > 6), k = 1, 9)]) < 1.0e-14_dp * radius))
+    call check_that(error, abs(radius - 10.0_dp**[(merge(-0.5_dp, 8.0_dp, k > 6), k = 1, 9)]), "<", 1.0e-14_dp * radius, "radius")
+    call check_that(error, bound, "<", 1.0e-13_dp, "bound")
     if (allocated(error)) return
-    call check(error, all(bound < 1.0e-13_dp), more="bound")
-    if (allocated(error)) return
-    call check(error, all(unstable .neqv. [(k > 6, k = 1, 9)]) .and. all(stable .eqv. [(k > 6, k = 1, 9)]), more="verdict")
-    if (allocated(error)) return
-    call check(error, maxval(abs(log_radius - log(10.0_dp) * [(merge(-0.5_dp, 8.0_dp, k > 6), k = 1, 9)])) < 1.0e-13_dp, &
-      & more="logarithm")
+    call check_that(error, unstable, "/=", [(k > 6, k = 1, 9)], "unstable")
+    call check_that(error, stable, "==", [(k > 6, k = 1, 9)], "stable")
+    call check_that(error, maxval(abs(log_radius - log(10.0_dp) * [(merge(-0.5_dp, 8.0_dp, k > 6), k = 1, 9)])), "<", 1.0e-13_dp, &
+      & "logarithm")
   end subroutine test_spread
 
   !> A rotation times a number near 1: normal, so its discs have the radius perturbation.
@@ -133,12 +133,10 @@ contains
         phi(k, :) = reshape(a, [n * n])
       end do
       call spectral_radii(phi, perturbation, radius, log_radius, bound, stable, unstable, singly)
-      call check(error, all(stable .eqv. [.true., .true., .false., .false., .false., .false.]), more="stable")
-      if (allocated(error)) return
-      call check(error, all(unstable .eqv. [.false., .false., .false., .false., .true., .true.]), more="unstable")
-      if (allocated(error)) return
+      call check_that(error, stable, "==", [.true., .true., .false., .false., .false., .false.], "stable")
+      call check_that(error, unstable, "==", [.false., .false., .false., .false., .true., .true.], "unstable")
       ! The nearest two of 12 are 0.12 apart: to second order 11 e / 0.12.
-      call check(error, all(abs(bound * radius - perturbation) < 2.0e-5_dp * n * perturbation), more="bound")
+      call check_that(error, abs(bound * radius - perturbation), "<", 2.0e-5_dp * n * perturbation, "bound")
       if (allocated(error)) return
       call check(error, singly, 0, more="singly")
       if (allocated(error)) return
@@ -153,7 +151,10 @@ contains
       phi(1, :) = 0
       phi(1, [1, n + 1, n + 2]) = 1
       call spectral_radii(phi(:1, :), perturbation, radius(:1), log_radius(:1), bound(:1), stable(:1), unstable(:1), singly)
-      call check(error, singly == 1 .and. .not. stable(1) .and. .not. unstable(1) .and. bound(1) > 1.0e-3_dp, more="double")
+      call check_that(error, singly, "==", 1, "double")
+      call check_that(error, stable(1), "==", .false., "double")
+      call check_that(error, unstable(1), "==", .false., "double")
+      call check_that(error, bound(1), ">", 1.0e-3_dp, "double")
       if (allocated(error)) return
       deallocate(phi, a)
     end do
@@ -184,15 +185,17 @@ contains
     end do
     call spectral_radii(phi, perturbation, radius, log_radius, bound, stable, unstable, singly)
     ! As it was thought out: 0.95 surely inside, 0.75 perhaps not; 1.3 perhaps inside, 1.2 surely not.
-    call check(error, r(1) + disc(1, 1) < 1 .and. u(1) + disc(3, 1) > 1 .and. v(2) - disc(4, 2) < 1 .and. r(2) - disc(1, 2) > 1 &
-      & .and. singly == 0, more="the case")
+    call check_that(error, r(1) + disc(1, 1), "<", 1.0_dp, "the case")
+    call check_that(error, u(1) + disc(3, 1), ">", 1.0_dp, "the case")
+    call check_that(error, v(2) - disc(4, 2), "<", 1.0_dp, "the case")
+    call check_that(error, r(2) - disc(1, 2), ">", 1.0_dp, "the case")
+    call check_that(error, singly, "==", 0, "the case")
+    call check_that(error, abs(radius(1) - r(1)), "<", 1.0e-12_dp, "radius")
+    call check_that(error, abs(radius(2) - v(2)), "<", 1.0e-11_dp, "radius")
+    call check_that(error, abs(bound(1) * r(1) - disc(1, 1)), "<", 1.0e-9_dp, "bound")
+    call check_that(error, abs(bound(2) * v(2) - disc(4, 2)), "<", 1.0e-7_dp, "bound")
     if (allocated(error)) return
-    call check(error, abs(radius(1) - r(1)) < 1.0e-12_dp .and. abs(radius(2) - v(2)) < 1.0e-11_dp, more="radius")
-    if (allocated(error)) return
-    call check(error, abs(bound(1) * r(1) - disc(1, 1)) < 1.0e-9_dp .and. abs(bound(2) * v(2) - disc(4, 2)) < 1.0e-7_dp, &
-      & more="bound")
-    if (allocated(error)) return
-    call check(error, .not. any(stable) .and. all(unstable .eqv. [.false., .true.]), more="verdict")
+    call check_that(error, [stable, unstable], "==", [.false., .false., .false., .true.], "verdicts")
   end subroutine test_discs
 
   !> A matrix in other units has the same bounds.
@@ -208,18 +211,17 @@ contains
     do k = 1, 8
       call spectral_radii(phi * units(k), 1.0e-8_dp * units(k), radius(:, k), log_radius(:, k), bound(:, k), singly=singly(k))
     end do
-    call check(error, all(singly == [0, 0, 0, 0, 0, 0, 1, 1]), more="singly")
+    call check_that(error, singly, "==", [0, 0, 0, 0, 0, 0, 1, 1], "singly")
     if (allocated(error)) return
     ! The elements are rounded in other units: 36 roundings times a condition of a few.
-    call check(error, all(abs(radius(1, :) / units - radius(1, 1)) < 1.0e-13_dp), more="radius")
-    if (allocated(error)) return
-    call check(error, all(abs(bound(1, :) - bound(1, 1)) < 1.0e-5_dp * bound(1, 1)), more="bound")
-    if (allocated(error)) return
-    call check(error, all(abs(log_radius(1, :) - log(units) - log_radius(1, 1)) < 1.0e-13_dp), more="logarithm")
+    call check_that(error, abs(radius(1, :) / units - radius(1, 1)), "<", 1.0e-13_dp, "radius")
+    call check_that(error, abs(bound(1, :) - bound(1, 1)), "<", 1.0e-5_dp * bound(1, 1), "bound")
+    call check_that(error, abs(log_radius(1, :) - log(units) - log_radius(1, 1)), "<", 1.0e-13_dp, "logarithm")
     if (allocated(error)) return
     ! An error out of all proportion.
     call spectral_radii(phi * 1.0e-90_dp, 1.0e250_dp, radius(:, 1), log_radius(:, 1), bound(:, 1), singly=singly(1))
-    call check(error, singly(1) == 1 .and. bound(1, 1) > 1.0e299_dp, more="out of proportion")
+    call check_that(error, singly(1), "==", 1, "out of proportion")
+    call check_that(error, bound(1, 1), ">", 1.0e299_dp, "out of proportion")
   end subroutine test_units
 
   !> Blocks without a coupling, with one to one side, and with weak ones: Hessenberg matrices with vanishing subdiagonals.
@@ -280,23 +282,26 @@ contains
     phi(10, [1, 6, 11, 16]) = 0.5_dp
     phi(11, [1, 6, 11, 16]) = [0.5_dp, 0.0_dp, 0.0_dp, 0.0_dp]
     call spectral_radii(phi, 0.0_dp, radius, log_radius, bound, stable, unstable, singly)
-    call check(error, all(ieee_is_nan(radius([4, 6]))) .and. all(ieee_is_nan(log_radius([4, 6]))) .and. &
-      & all(bound([4, 6]) > 1.0e299_dp) .and. .not. any(stable([4, 6])) .and. .not. any(unstable([4, 6])), more="not finite")
-    if (allocated(error)) return
+    call check_that(error, ieee_is_nan([radius([4, 6]), log_radius([4, 6])]), "==", spread(.true., 1, 4), "not finite")
+    call check_that(error, bound([4, 6]), ">", 1.0e299_dp, "not finite")
+    call check_that(error, [stable([4, 6]), unstable([4, 6])], "==", spread(.false., 1, 4), "not finite")
     ! n epsilon norm / |rho| of a diagonal.
-    call check(error, abs(radius(8) / 3.0e200_dp - 1) < 1.0e-15_dp .and. unstable(8) .and. &
-      & abs(log_radius(8) - log(3.0e200_dp)) < 1.0e-12_dp .and. &
-      & abs(bound(8) / (n * epsilon(1.0_dp) * sqrt(14.0_dp) / 3) - 1) < 0.01_dp, more="great")
-    if (allocated(error)) return
-    call check(error, abs(radius(9) / 3.0e-200_dp - 1) < 1.0e-15_dp .and. stable(9), more="small")
-    if (allocated(error)) return
-    call check(error, abs(radius(2)) <= 0 .and. stable(2) .and. log_radius(2) < -700, more="zero")
-    if (allocated(error)) return
-    call check(error, all(abs(radius(10:11) - 0.5_dp) < 1.0e-14_dp) .and. all(stable(10:11)), more="multiples")
+    call check_that(error, abs(radius(8) / 3.0e200_dp - 1), "<", 1.0e-15_dp, "great")
+    call check_that(error, unstable(8), "==", .true., "great")
+    call check_that(error, abs(log_radius(8) - log(3.0e200_dp)), "<", 1.0e-12_dp, "great")
+    call check_that(error, abs(bound(8) / (n * epsilon(1.0_dp) * sqrt(14.0_dp) / 3) - 1), "<", 0.01_dp, "great")
+    call check_that(error, abs(radius(9) / 3.0e-200_dp - 1), "<", 1.0e-15_dp, "small")
+    call check_that(error, stable(9), "==", .true., "small")
+    call check_that(error, abs(radius(2)), "<=", 0.0_dp, "zero")
+    call check_that(error, stable(2), "==", .true., "zero")
+    call check_that(error, log_radius(2), "<", -700.0_dp, "zero")
+    call check_that(error, abs(radius(10:11) - 0.5_dp), "<", 1.0e-14_dp, "multiples")
+    call check_that(error, stable(10:11), "==", [.true., .true.], "multiples")
     if (allocated(error)) return
     call spectral_radii(sound, 0.0_dp, sound_radius, sound_log, sound_bound)
-    call check(error, maxval(abs([radius(1:7:2) - sound_radius, log_radius(1:7:2) - sound_log, bound(1:7:2) - sound_bound])) <= 0 &
-      & .and. singly == 7, more="the sound ones")
+    call check_that(error, maxval(abs([radius(1:7:2) - sound_radius, log_radius(1:7:2) - sound_log, bound(1:7:2) - sound_bound])), &
+      & "<=", 0.0_dp, "the sound ones")
+    call check_that(error, singly, "==", 7, "the sound ones")
   end subroutine test_extreme
 
   !> Bit for bit the same in another order, alone, in columns of any length, and a second time.
@@ -318,19 +323,19 @@ contains
     end do
     call spectral_radii(phi, 1.0e-10_dp, radius, log_radius, bound)
     call spectral_radii(phi(count:1:-1, :), 1.0e-10_dp, other, other_log, other_bound)
-    call check(error, maxval(abs([radius - other(count:1:-1), log_radius - other_log(count:1:-1), &
-      & bound - other_bound(count:1:-1)])) <= 0, more="backwards")
+    call check_that(error, maxval(abs([radius - other(count:1:-1), log_radius - other_log(count:1:-1), bound &
+      & - other_bound(count:1:-1)])), "<=", 0.0_dp, "backwards")
     if (allocated(error)) return
     do k = 1, count
       one(1, :) = phi(k, :)
       call spectral_radii(one, 1.0e-10_dp, other(1:1), other_log(1:1), other_bound(1:1))
-      call check(error, maxval(abs([radius(k) - other(1), log_radius(k) - other_log(1), bound(k) - other_bound(1)])) <= 0, &
-        & more="alone")
+      call check_that(error, maxval(abs([radius(k) - other(1), log_radius(k) - other_log(1), bound(k) - other_bound(1)])), "<=", &
+        & 0.0_dp, "alone")
       if (allocated(error)) return
     end do
     call spectral_radii(phi(3:, :), 1.0e-10_dp, other(3:), other_log(3:))
     ! Where LAPACK was asked the one time, roundoff, a part of the bound.
-    call check(error, maxval(abs(radius(3:) - other(3:)) / (bound(3:) * radius(3:))) < 0.5_dp, more="without bounds")
+    call check_that(error, maxval(abs(radius(3:) - other(3:)) / (bound(3:) * radius(3:))), "<", 0.5_dp, "without bounds")
   end subroutine test_alone
 
   !> Eigenvalues 0.5, 0, -0.5 and so on, of elements that leave nothing to round.
@@ -344,18 +349,20 @@ contains
     phi(1, [14, 18]) = 0.25_dp
     call spectral_radii(phi, 1.0e-10_dp, radius, log_radius, singly=singly)
     ! A few roundings.
-    call check(error, abs(radius(1) - 0.5_dp) < 1.0e-14_dp .and. singly == 0)
+    call check_that(error, abs(radius(1) - 0.5_dp), "<", 1.0e-14_dp, "radius")
+    call check_that(error, singly, "==", 0, "singly")
     if (allocated(error)) return
     phi = 0
     phi(1, [2, 4]) = 0.5_dp
     call spectral_radii(phi(:, :9), 1.0e-10_dp, radius, log_radius, singly=singly)
-    call check(error, abs(radius(1) - 0.5_dp) < 1.0e-14_dp .and. singly == 0)
+    call check_that(error, abs(radius(1) - 0.5_dp), "<", 1.0e-14_dp, "radius of nine")
+    call check_that(error, singly, "==", 0, "singly, of nine")
     if (allocated(error)) return
     ! All eigenvalues zero, one eigenvector: no more than the cube root of roundoff.
     phi = 0
     phi(1, [4, 8]) = 1
     call spectral_radii(phi(:, :9), 0.0_dp, radius, log_radius)
-    call check(error, radius(1) < 1.0e-5_dp, more="nilpotent")
+    call check_that(error, radius(1), "<", 1.0e-5_dp, "nilpotent")
   end subroutine test_mean
 
   !> Where the sum of the roots is not the trace, they are not all there.
@@ -378,16 +385,16 @@ contains
     end do
     before = a(:, :6, :6)
     call new_hessenberg(a, 6, h)
-    call check(error, maxval(abs(h%norm - [(norm2(before(lane, :, :)), lane = 1, lanes)])) < 1.0e-14_dp, more="norm")
+    call check_that(error, maxval(abs(h%norm - [(norm2(before(lane, :, :)), lane = 1, lanes)])), "<", 1.0e-14_dp, "norm")
     if (allocated(error)) return
     h%trace(3) = h%trace(3) + 1.0e-7_dp
     call find_roots(h, z_re, z_im, converged)
-    call check(error, all((converged > 0) .neqv. [(lane == 3, lane = 1, lanes)]), more="the sum")
+    call check_that(error, converged > 0, "/=", [(lane == 3, lane = 1, lanes)], "the sum")
     if (allocated(error)) return
     ! Roots that are not quite there lie in their discs all the same; the displacement is small beside their distances.
     z_im(:, 2) = z_im(:, 2) + displacement
     call find_discs(h, z_re, z_im, perturbation, radius, separate)
-    call check(error, all(radius(:, 2) > displacement), more="displaced")
+    call check_that(error, radius(:, 2), ">", displacement, "displaced")
   end subroutine test_missed
 
 end module test_spectra_edges

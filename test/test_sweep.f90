@@ -1,5 +1,6 @@
 !> Sweeps: grids, Chebyshev series, tiles by expansions against closed forms and single solutions.
 module test_sweep
+  use checks, only: check_failure, check_success, check_that
   use families, only: greatest_of_oscillator, machine_family, oscillator_family
   use gestell_math_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_error, only: gestell_error => error_type
@@ -50,21 +51,21 @@ contains
     x = chebyshev_points(n)
     c = matmul(chebyshev_coefficients(n), exp(x))
     ! Roundings of twenty products of the size of exp.
-    call check(error, maxval(abs(c(:3) - [1.2660658777520084_dp, 1.1303182079849700_dp, 0.2714953395340766_dp])) < 5.0e-15_dp)
+    call check_that(error, maxval(abs(c(:3) - [1.2660658777520084_dp, 1.1303182079849700_dp, 0.2714953395340766_dp])), "<", &
+      & 5.0e-15_dp, "coefficients of exp")
     if (allocated(error)) return
     at = [-0.3_dp, 0.0_dp, 0.9_dp]
     t = chebyshev_values(at, 5)
     ! Roundings of the recurrence.
-    call check(error, maxval(abs(t(:, 5) - cos(4 * acos(at)))) < 1.0e-14_dp)
-    if (allocated(error)) return
-    call check(error, maxval(abs(matmul(chebyshev_values(at, n), c) - exp(at))) < 1.0e-14_dp)
+    call check_that(error, maxval(abs(t(:, 5) - cos(4 * acos(at)))), "<", 1.0e-14_dp, "T_4")
+    call check_that(error, maxval(abs(matmul(chebyshev_values(at, n), c) - exp(at))), "<", 1.0e-14_dp, "values of exp")
     if (allocated(error)) return
     ! To the last digit.
-    call check(error, .not. any(abs([x(1) - 1, x(n) + 1, x(:10) + x(20:11:-1)]) > 0))
+    call check_that(error, abs([x(1) - 1, x(n) + 1, x(:10) + x(20:11:-1)]), "<=", 0.0_dp, "points")
     if (allocated(error)) return
     ! The nearly linear order of cosines keeps its digits for many points too.
-    call check(error, maxval(abs(matmul(chebyshev_coefficients(257), cos(255 * acos(chebyshev_points(257)))) &
-      & - [spread(0.0_dp, 1, 255), 1.0_dp, 0.0_dp])) < 1.0e-12_dp)
+    call check_that(error, maxval(abs(matmul(chebyshev_coefficients(257), cos(255 * acos(chebyshev_points(257)))) &
+      & - [spread(0.0_dp, 1, 255), 1.0_dp, 0.0_dp])), "<", 1.0e-12_dp, "257 coefficients")
   end subroutine test_chebyshev
 
   subroutine test_variables(error)
@@ -78,8 +79,9 @@ contains
 
     do k = 1, 3
       variable = variable_type(2.0_dp, 8.0_dp, kinds(k))
-      call check(error, variable%suits() .and. abs(variable%x_of(2.0_dp) + 1) < 1.0e-15_dp &
-        & .and. abs(variable%x_of(8.0_dp) - 1) < 1.0e-15_dp)
+      call check_that(error, variable%suits(), "==", .true., "suits")
+      call check_that(error, abs(variable%x_of(2.0_dp) + 1), "<", 1.0e-15_dp, "x of the first")
+      call check_that(error, abs(variable%x_of(8.0_dp) - 1), "<", 1.0e-15_dp, "x of the last")
       if (allocated(error)) return
       call check(error, variable%parameter_of(0.0_dp), middles(k), thr=1.0e-14_dp)
       if (allocated(error)) return
@@ -88,7 +90,7 @@ contains
       call check(error, variable%x_of(p), 0.3_dp, thr=1.0e-14_dp)
       if (allocated(error)) return
       variable = variable_type(-1.0_dp, 1.0_dp, kinds(k))
-      call check(error, variable%suits() .eqv. kinds(k) == itself)
+      call check_that(error, variable%suits(), "==", kinds(k) == itself, "suits")
       if (allocated(error)) return
     end do
   end subroutine test_variables
@@ -99,26 +101,29 @@ contains
     type(gestell_error), allocatable :: failure
 
     call new_axis(axis, 0.1_dp, 0.7_dp, 7, .false., failure)
-    call check(error, .not. allocated(failure) .and. same(axis%value(1), 0.1_dp) .and. same(axis%value(7), 0.7_dp) &
-      & .and. abs(axis%value(4) - 0.4_dp) < 1.0e-15_dp)
+    call check_success(error, failure)
+    call check_that(error, axis%value(1), "==", 0.1_dp, "first value")
+    call check_that(error, axis%value(7), "==", 0.7_dp, "last value")
+    call check_that(error, abs(axis%value(4) - 0.4_dp), "<", 1.0e-15_dp, "value in the middle")
     if (allocated(error)) return
     call new_axis(axis, -1.0_dp, -1000.0_dp, 4, .true., failure)
-    call check(error, .not. allocated(failure) .and. abs(axis%value(3) + 100) < 1.0e-12_dp)
+    call check_success(error, failure)
+    call check_that(error, abs(axis%value(3) + 100), "<", 1.0e-12_dp, "third value")
     if (allocated(error)) return
     call new_axis(axis, 1.0_dp, 1.0_dp, 1, .true., failure)
-    call check(error, .not. allocated(failure) .and. same(axis%value(1), 1.0_dp))
+    call check_success(error, failure)
+    call check_that(error, axis%value(1), "==", 1.0_dp, "only value")
     if (allocated(error)) return
     call new_axis(axis, 1.0_dp, 1.0_dp, 2, .false., failure)
-    call check(error, allocated(failure), "an empty range")
-    if (allocated(error)) return
+    call check_failure(error, failure, what="an empty range")
     call new_axis(axis, 1.0_dp, 2.0_dp, 0, .false., failure)
-    call check(error, allocated(failure), "no value")
+    call check_failure(error, failure, what="no value")
     if (allocated(error)) return
     call new_axis(axis, 1.0_dp, 2.0_dp, 1, .false., failure)
-    call check(error, allocated(failure), "one value that should be two")
+    call check_failure(error, failure, what="one value that should be two")
     if (allocated(error)) return
     call new_axis(axis, -1.0_dp, 2.0_dp, 5, .true., failure)
-    call check(error, allocated(failure), "a logarithmic range through zero")
+    call check_failure(error, failure, what="a logarithmic range through zero")
   end subroutine test_axes
 
   !> To the last digit.
@@ -144,11 +149,15 @@ contains
         tile = grid%tile(i)
         associate (here => covered(tile%first(1):tile%last(1), tile%first(2):tile%last(2)))
           here = here + 1
-          call check(error, size(here) > 0 .and. all(shape(here) <= 250) .and. tile%number == i)
+          call check_that(error, size(here), ">", 0, "points of a tile")
+          if (allocated(error)) return
+          call check_that(error, shape(here), "<=", 250, "shape of a tile")
+          call check_that(error, tile%number, "==", i, "number of a tile")
         end associate
         if (allocated(error)) return
       end do
-      call check(error, all(covered == 1) .and. grid%points() == product(counts(:, k)))
+      call check_that(error, [covered], "==", 1, "times covered")
+      call check_that(error, int(grid%points()), "==", product(counts(:, k)), "points")
       if (allocated(error)) return
       deallocate(covered)
     end do
@@ -182,18 +191,19 @@ contains
         p = grid%parameters(i, j)
         right = greatest_of_oscillator(p(1), p(2))
         deviation = abs(values(rho_max, j, i) - right) / right
-        call check(error, deviation <= values(rho_error, j, i), "a bound is beaten")
+        call check_that(error, deviation, "<=", values(rho_error, j, i), "a bound is beaten")
         if (allocated(error)) return
         call check(error, nint(values(verdict, j, i)), stable)
         if (allocated(error)) return
         call check(error, values(log_rho_max, j, i), log(right), thr=2 * values(rho_error, j, i))
         if (allocated(error)) return
         ! Phi is exact to 1e-9 of its norm, which is up to e^pi times its greatest multiplier.
-        if (abs(p(2) - p(1)**2 / 4) > 0.1_dp) call check(error, deviation < 2.0e-7_dp, "not as exact as promised")
+        if (abs(p(2) - p(1)**2 / 4) > 0.1_dp) call check_that(error, deviation, "<", 2.0e-7_dp, "not as exact as promised")
         if (allocated(error)) return
       end do
     end do
-    call check(error, last%checks > 0 .and. last%deviation < 1.0e-9_dp, "the expansion was not used")
+    call check_that(error, last%checks, ">", 0, "the expansion was not used")
+    call check_that(error, last%deviation, "<", 1.0e-9_dp, "the expansion was not used")
   end subroutine test_oscillators
 
   subroutine test_lines(error)
@@ -210,22 +220,25 @@ contains
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
       ! The damping, 0.1, is the same for all.
-      call check(error, maxval(abs(values(rho_max, 1, :) - exp(-0.05_dp * pi))) < 1.0e-9_dp)
+      call check_that(error, maxval(abs(values(rho_max, 1, :) - exp(-0.05_dp * pi))), "<", 1.0e-9_dp, "row of one damping")
       if (allocated(error)) return
       call new_grid(grid, [axis_type(0.5_dp, 0.5_dp, 1), axis_type(1.0_dp, 9.0_dp, 30)], failure)
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
-      call check(error, maxval(abs(values(rho_max, :, 1) - exp(-0.25_dp * pi))) < 1.0e-9_dp)
+      call check_that(error, maxval(abs(values(rho_max, :, 1) - exp(-0.25_dp * pi))), "<", 1.0e-9_dp, &
+        & "column of the highest damping")
       if (allocated(error)) return
       call new_grid(grid, [axis_type(0.2_dp, 0.5_dp, 30), axis_type(4.0_dp, 4.0_dp, 1)], failure)
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
-      call check(error, maxval(abs(values(rho_max, 1, :) - [(exp(-pi / 2 * grid%axes(1)%value(j)), j = 1, 30)])) < 1.0e-9_dp)
+      call check_that(error, maxval(abs(values(rho_max, 1, :) - [(exp(-pi / 2 * grid%axes(1)%value(j)), j = 1, 30)])), "<", &
+        & 1.0e-9_dp, "row over damping")
       if (allocated(error)) return
       call new_grid(grid, [axis_type(0.2_dp, 0.2_dp, 1), axis_type(4.0_dp, 4.0_dp, 1)], failure)
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
-      call check(error, size(values) == 4 .and. abs(values(rho_max, 1, 1) - exp(-pi * 0.1_dp)) < 1.0e-9_dp)
+      call check_that(error, size(values), "==", 4, "values")
+      call check_that(error, abs(values(rho_max, 1, 1) - exp(-pi * 0.1_dp)), "<", 1.0e-9_dp, "greatest multiplier")
       if (allocated(error)) return
     end do
   end subroutine test_lines
@@ -245,7 +258,7 @@ contains
     variables = [variable_type(0.1_dp, 1.0_dp), variable_type(1.0_dp, 30.0_dp)]
     call new_sampler(sampler, family, reshape([0.1_dp, 30.0_dp, 1.0_dp, 1.0_dp], [2, 2]), accuracy_type(tolerance=1.0e-13_dp), &
       & .false., fits)
-    call check(error, fits)
+    call check(error, fits, "the samples do not fit")
     if (allocated(error)) return
     do n = 8, 20, 3
       call expand(expansion, sampler, family, variables, [n, n], fits)
@@ -257,10 +270,10 @@ contains
         miss = max(miss, norm2(found(1, :) - right))
       end do
       ! Roundings of the sum of the terms.
-      call check(error, miss <= expansion%rest + 1.0e-13_dp, "more is missing than is said")
+      call check_that(error, miss, "<=", expansion%rest + 1.0e-13_dp, "more is missing than is said")
       if (allocated(error)) return
       ! Four times two axes' last two terms beside the next one: 8 (30 + 900).
-      call check(error, expansion%rest <= 1.0e4_dp * miss + 1.0e-11_dp, "what is said says nothing")
+      call check_that(error, expansion%rest, "<=", 1.0e4_dp * miss + 1.0e-11_dp, "what is said says nothing")
       if (allocated(error)) return
     end do
   end subroutine test_rest
@@ -285,10 +298,12 @@ contains
         do j = 1, 120
           p = grid%parameters(i, j)
           if (p(2) > family%hole(1) .and. p(2) < family%hole(2)) then
-            call check(error, nint(values(verdict, j, i)) == impossible .and. ieee_is_nan(values(rho_max, j, i)))
+            call check_that(error, nint(values(verdict, j, i)), "==", impossible, "verdict in the hole")
+            call check_that(error, ieee_is_nan(values(rho_max, j, i)), "==", .true., "no number in the hole")
           else
             right = greatest_of_oscillator(p(1) + merge(1.0_dp, 0.0_dp, p(2) >= family%jump), p(2))
-            call check(error, abs(values(rho_max, j, i) - right) < 1.0e-8_dp .and. nint(values(verdict, j, i)) == stable)
+            call check_that(error, abs(values(rho_max, j, i) - right), "<", 1.0e-8_dp, "greatest multiplier")
+            call check_that(error, nint(values(verdict, j, i)), "==", stable, "verdict")
           end if
           if (allocated(error)) return
         end do
@@ -317,25 +332,23 @@ contains
     do i = 1, 84, 3
       do j = 1 + mod(i, 10), 84, 10
         call solve_point(family, grid%parameters(i, j), order, own, failure)
-        call check(error, .not. allocated(failure))
+        call check_success(error, failure)
         if (allocated(error)) return
-        call check(error, abs(values(rho_max, j, i) - own(rho_max)) <= &
-          & values(rho_error, j, i) * values(rho_max, j, i) + own(rho_error) * own(rho_max), "beyond both bounds")
+        call check_that(error, abs(values(rho_max, j, i) - own(rho_max)), "<=", values(rho_error, j, i) * values(rho_max, j, i) &
+          & + own(rho_error) * own(rho_max), "beyond both bounds")
+        call check_that(error, abs(values(rho_max, j, i) - own(rho_max)), "<", 1.0e-8_dp, "greatest multiplier")
         if (allocated(error)) return
-        call check(error, abs(values(rho_max, j, i) - own(rho_max)) < 1.0e-8_dp)
-        if (allocated(error)) return
-        call check(error, nint(values(verdict, j, i)) == nint(own(verdict)) .or. nint(values(verdict, j, i)) == undecided &
-          & .or. nint(own(verdict)) == undecided)
+        if (nint(values(verdict, j, i)) /= undecided .and. nint(own(verdict)) /= undecided) then
+          call check_that(error, nint(values(verdict, j, i)), "==", nint(own(verdict)), "verdict")
+        end if
         if (allocated(error)) return
       end do
     end do
     ! Phi is known to 1e-9 of its norm in balanced units; discs enlarge that by 6 times the condition. Other units: 1e-6.
-    call check(error, maxval(values(rho_error, :, :)) < 2.0e-7_dp, "the bounds are wide: are units balanced?")
-    if (allocated(error)) return
-    call check(error, count(nint(values(verdict, :, :)) == undecided) < 84, "undecided is rare")
-    if (allocated(error)) return
-    call check(error, all(nint(values(verdict, :, :)) == merge(unstable, stable, values(rho_max, :, :) > 1) .or. &
-      & nint(values(verdict, :, :)) == undecided))
+    call check_that(error, maxval(values(rho_error, :, :)), "<", 2.0e-7_dp, "the bounds are wide: are units balanced?")
+    call check_that(error, count(nint(values(verdict, :, :)) == undecided), "<", 84, "undecided is rare")
+    call check_that(error, pack(nint(values(verdict, :, :)), nint(values(verdict, :, :)) /= undecided), "==", &
+      & pack(merge(unstable, stable, values(rho_max, :, :) > 1), nint(values(verdict, :, :)) /= undecided), "verdicts")
   end subroutine test_machine
 
   !> One column costs the others nothing, and is the same number.
@@ -355,7 +368,9 @@ contains
     order%columns(rho_max) = .true.
     call solve_grid(family, grid, order, one, error)
     if (allocated(error)) return
-    call check(error, size(one, 1) == 1 .and. maxval(abs(one(1, :, :) - all(rho_max, :, :))) < 1.0e-14_dp)
+    call check_that(error, size(one, 1), "==", 1, "columns")
+    if (allocated(error)) return
+    call check_that(error, maxval(abs(one(1, :, :) - all(rho_max, :, :))), "<", 1.0e-14_dp, "greatest multiplier")
   end subroutine test_columns
 
   !> A tile of 625 of the paper's machines, too rough for an expansion to pay: planning takes a tenth of their solutions at most.
@@ -372,11 +387,12 @@ contains
     if (allocated(error)) return
     call new_grid(grid, [axis_type(100.0_dp, 500.0_dp, 100), axis_type(0.25_dp, 2.0_dp, 100)], failure)
     call solve_tile(family, grid, grid%tile(grid%tiles()), ordered("auto"), results, failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     write (found, "(2(i0, a))") size(results%values, 2) * size(results%values, 3), " points by ", results%solutions, " solutions"
     associate (points => size(results%values(1, :, :)))
-      call check(error, points >= 600 .and. results%solutions <= 1.1_dp * points, found)
+      call check_that(error, points, ">=", 600, found)
+      call check_that(error, real(results%solutions, dp), "<=", 1.1_dp * points, found)
     end associate
   end subroutine test_plan
 

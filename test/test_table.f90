@@ -1,5 +1,6 @@
 !> One table of the mechanism for many cases.
 module test_table
+  use checks, only: check_success, check_that
   use data_files, only: machine_of_file
   use gestell, only: dp, frame_type, mass_functions_type, mechanism_type, mesh, method_type, new_frame, new_method, &
     & period_map, remember_mechanism, table_columns
@@ -8,7 +9,7 @@ module test_table
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -54,10 +55,8 @@ contains
     call machine_of_file("data/khang_four_bar.nml", machine, failure)
     if (.not. allocated(failure)) call frame_of_machine(machine, plain, failure)
     if (.not. allocated(failure)) call new_method("gauss8", method, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     evaluations = 0
     counting%mass = plain%mechanism%mass
     counting%inertia = plain%mechanism%inertia
@@ -95,8 +94,8 @@ contains
         call check(error, evaluations, before, more="nothing is evaluated again")
         if (allocated(error)) return
         ! The counting mechanism is evaluated one angle at a time, the linkage in bulk: roundings of its sums differ.
-        call check(error, maxval(abs(again - phi)) <= 1.0e-11_dp * maxval(abs(phi)) &
-          & .and. maxval(abs(xp_again - xp)) <= 1.0e-11_dp * maxval(abs(xp)), more="with the table")
+        call check_that(error, maxval(abs(again - phi)), "<=", 1.0e-11_dp * maxval(abs(phi)), "with the table")
+        call check_that(error, maxval(abs(xp_again - xp)), "<=", 1.0e-11_dp * maxval(abs(xp)), "with the table")
         if (allocated(error)) return
       end do
     end do
@@ -112,7 +111,7 @@ contains
     call period_map(frame, method, mesh(frame, 28), scale, again, failure)
     call check(error, evaluations, before + 8 * 28, more="turned the other way")
     if (allocated(error)) return
-    call check(error, maxval(abs(again - phi)) <= 1.0e-11_dp * maxval(abs(phi)))
+    call check_that(error, maxval(abs(again - phi)), "<=", 1.0e-11_dp * maxval(abs(phi)), "Phi")
   end subroutine test_cases
 
   !> What it finds on being prepared: 0.02 rad.
@@ -150,13 +149,14 @@ contains
     table = 0
     call tabulated%tabulate(angles(:few), table(:few, :))
     call frame%mechanism%tabulate(angles(:few), exact(:few, :))
-    call check(error, maxval(abs(table(:few, :) - exact(:few, :))) <= 0 .and. maxval(abs(table(few + 1:, :))) <= 0, more="fewer")
+    call check_that(error, maxval(abs(table(:few, :) - exact(:few, :))), "<=", 0.0_dp, "fewer")
+    call check_that(error, maxval(abs(table(few + 1:, :))), "<=", 0.0_dp, "fewer")
     if (allocated(error)) return
     near = angles
     near(many) = near(many) + 1.0e-9_dp
     call tabulated%tabulate(near, table)
     call frame%mechanism%tabulate(near, exact)
-    call check(error, maxval(abs(table - exact)) <= 0, more="near")
+    call check_that(error, maxval(abs(table - exact)), "<=", 0.0_dp, "near")
   end subroutine test_tables
 
   !> What a frame needs to know of its mechanism is that of the source, by itself and in a frame.
@@ -172,14 +172,15 @@ contains
     if (allocated(error)) return
     plain%mechanism%feature = 0.01_dp
     call new_tabulated(tabulated, plain%mechanism)
-    call check(error, abs(tabulated%feature - 0.01_dp) <= 0 .and. abs(tabulated%mass - plain%mechanism%mass) <= 0 &
-      & .and. abs(tabulated%inertia - plain%mechanism%inertia) <= 0, more="new")
+    call check_that(error, abs(tabulated%feature - 0.01_dp), "<=", 0.0_dp, "new")
+    call check_that(error, abs(tabulated%mass - plain%mechanism%mass), "<=", 0.0_dp, "new")
+    call check_that(error, abs(tabulated%inertia - plain%mechanism%inertia), "<=", 0.0_dp, "new")
     if (allocated(error)) return
     allocate(counting%linkage, source=plain%mechanism)
     counting%count => evaluations
     call new_tabulated(tabulated, counting)
     call new_frame(frame, tabulated, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], plain%stiffness, plain%damping, 10.0_dp, failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     ! 2 pi / 0.02
     call check(error, frame%least_steps, 315, more="prepared")
@@ -193,7 +194,7 @@ contains
 
     call machine_of_file("data/khang_four_bar.nml", machine, failure)
     if (.not. allocated(failure)) call frame_of_machine(machine, frame, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine four_bar
 
 end module test_table

@@ -1,5 +1,6 @@
 !> Tables of the mass functions: against single angles, which are computed by jets, and against quadruple precision.
 module test_tabulate
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
@@ -16,7 +17,7 @@ module test_tabulate
   use reference_machine, only: joint_data, khang_machine, machine_data
   use slow_tests, only: new_slow
   use tables, only: many, one_by_one, some_angles
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   use user_mechanisms, only: handle_joint, pendulum_type
   implicit none (type, external)
   private
@@ -50,7 +51,7 @@ contains
 
     machine = random_linkage(number)
     call linkage_of_machine(machine, linkage, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine random_pair
 
   subroutine test_paths(error)
@@ -80,16 +81,16 @@ contains
         do j = 1, size(path)
           here = [path(j)%x(k), path(j)%y(k), path(j)%vx(k), path(j)%vy(k), path(j)%ax(k), path(j)%ay(k)]
           ! Sizes of 1 m; up to four dyads with a sine of the transmission angle above 0.3 amplify rounding.
-          call check(error, maxval(abs(here - [at(j)%x%v, at(j)%y%v, at(j)%x%d, at(j)%y%d, at(j)%x%dd, at(j)%y%dd])) &
-            & < 1.0e-11_dp, more="jets")
+          call check_that(error, maxval(abs(here - [at(j)%x%v, at(j)%y%v, at(j)%x%d, at(j)%y%d, at(j)%x%dd, at(j)%y%dd])), "<", &
+            & 1.0e-11_dp, "jets")
           if (allocated(error)) return
           if (k /= 1 + modulo(i, batch)) cycle
-          call check(error, real(maxval(abs(here - reshape(motion%joint(:, :, j), [6]))), dp) < 1.0e-11_dp, more="reference")
+          call check_that(error, real(maxval(abs(here - reshape(motion%joint(:, :, j), [6]))), dp), "<", 1.0e-11_dp, "reference")
           if (allocated(error)) return
         end do
       end do
     end do
-    call check(error, moving_guides > 50, more="moving guides among them")
+    call check_that(error, moving_guides, ">", 50, "moving guides among them")
   end subroutine test_paths
 
   !> One row of the table from the reference.
@@ -122,11 +123,11 @@ contains
       call one_by_one(linkage, angles, jets)
       ! As for the paths; a1 to a3 and their derivatives carry the masses.
       magnitude = maxval(abs(jets))
-      call check(error, maxval(abs(table - jets)) < 1.0e-11_dp * magnitude, more="jets")
+      call check_that(error, maxval(abs(table - jets)), "<", 1.0e-11_dp * magnitude, "jets")
       if (allocated(error)) return
       k = 1 + modulo(i, many)
-      call check(error, real(maxval(abs(table(k, :) - reference_row(machine, angles(k)))), dp) < 1.0e-11_dp * magnitude, &
-        & more="reference")
+      call check_that(error, real(maxval(abs(table(k, :) - reference_row(machine, angles(k)))), dp), "<", 1.0e-11_dp * magnitude, &
+        & "reference")
       if (allocated(error)) return
     end do
   end subroutine test_tables
@@ -203,10 +204,8 @@ contains
         end select
       end associate
       call linkage_of_machine(machine, linkage, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       angles = [(worst + linkage%feature * (k - batch / 2) / 4, k = 1, batch)]
       call linkage%tabulate(angles, table)
       do k = 1, batch
@@ -214,8 +213,8 @@ contains
       end do
       do k = 1, table_columns
         ! Three powers of the sine in the second derivatives, each with the roundings of some lengths.
-        call check(error, real(maxval(abs(table(:, k) - known(:, k))) / maxval(abs(known(:, k))), dp) &
-          & < 8 * epsilon(1.0_dp) / linkage%feature**2)
+        call check_that(error, real(maxval(abs(table(:, k) - known(:, k))) / maxval(abs(known(:, k))), dp), "<", 8 &
+          & * epsilon(1.0_dp) / linkage%feature**2, "column of the table")
         if (allocated(error)) return
       end do
     end do
@@ -242,8 +241,8 @@ contains
       call linkage%tabulate(some_angles(many), table)
       if (unbalance > 0) then
         ! Known to roundings of the two parts.
-        call check(error, maxval(abs(hypot(table(:, a1_d), table(:, a2_d)) - mass * norm2(center) * unbalance)) &
-          & < 1.0e-15_dp * mass * norm2(center), more="unbalance")
+        call check_that(error, maxval(abs(hypot(table(:, a1_d), table(:, a2_d)) - mass * norm2(center) * unbalance)), "<", &
+          & 1.0e-15_dp * mass * norm2(center), "unbalance")
       else
         call check(error, maxval(abs(table(:, shaking))), 0.0_dp, more="balanced")
         if (allocated(error)) return
@@ -267,13 +266,13 @@ contains
       machine%links(3)%center(1) = -coupler%mass * a4 * coupler%center(1) / a3 / machine%links(3)%mass
     end associate
     call linkage_of_machine(machine, linkage, failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     call linkage%tabulate(some_angles(many), table)
     ! Single terms of the sums are of size 0.05 kg m.
-    call check(error, maxval(abs(table(:, [a1_d, a2_d, a1_dd, a2_dd]))) < 1.0e-16_dp)
+    call check_that(error, maxval(abs(table(:, [a1_d, a2_d, a1_dd, a2_dd]))), "<", 1.0e-16_dp, "terms that vanish")
     if (allocated(error)) return
-    call check(error, maxval(abs(table(:, a4_v))) > 1.0e-3_dp)
+    call check_that(error, maxval(abs(table(:, a4_v))), ">", 1.0e-3_dp, "a4")
   end subroutine test_balanced_four_bar
 
   !> The user's joint stands where a second crank's would, and others hang on it.
@@ -295,12 +294,13 @@ contains
       call linkage(i)%link("link", "M", "C", 1.0_dp, 2.0_dp, [0.5_dp, 0.1_dp], failure)
     end do
     call linkage(1)%prepare(failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     call linkage(1)%tabulate(some_angles(many), users)
     call linkage(2)%tabulate(some_angles(many), own)
     ! Sizes up to 100 kg m^2, good angles.
-    call check(error, maxval(abs(users - own)) < 1.0e-11_dp .and. maxval(abs(own)) > 1)
+    call check_that(error, maxval(abs(users - own)), "<", 1.0e-11_dp, "users' and own mechanism")
+    call check_that(error, maxval(abs(own)), ">", 1.0_dp, "greatest term")
   end subroutine test_user_joint
 
   subroutine test_user_mechanism(error)
@@ -311,8 +311,9 @@ contains
     phi = some_angles(many)
     call pendulum%tabulate(phi, table)
     ! Two or three roundings of numbers up to 9.
-    call check(error, maxval(abs(table - reshape([cos(phi), -sin(phi), -cos(phi), 2 * sin(phi), 2 * cos(phi), -2 * sin(phi), &
-      & 5 + cos(2 * phi), -2 * sin(2 * phi), -4 * cos(2 * phi), sin(3 * phi)], [many, table_columns]))) < 1.0e-14_dp)
+    call check_that(error, maxval(abs(table - reshape([cos(phi), -sin(phi), -cos(phi), 2 * sin(phi), 2 * cos(phi), -2 * sin(phi), &
+      & 5 + cos(2 * phi), -2 * sin(2 * phi), -4 * cos(2 * phi), sin(3 * phi)], [many, table_columns]))), "<", 1.0e-14_dp, &
+      & "closed form")
   end subroutine test_user_mechanism
 
   !> All series of different length, in closed form.
@@ -325,22 +326,19 @@ contains
 
     call new_harmonic_mechanism(mechanism, 3.0_dp, 0.1_dp, [0.1_dp, 0.2_dp, -0.3_dp, 0.0_dp, 0.25_dp], [0.5_dp], &
       & [5.0_dp, 0.5_dp, 1.0_dp], [9.0_dp, 0.0_dp, 0.0_dp, 0.5_dp, 0.25_dp, 2.0_dp, -1.0_dp], failure)
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     p = some_angles(many)
     call mechanism%tabulate(some_angles(many), table)
     call one_by_one(mechanism, some_angles(many), single)
     ! Up to 18 times the rounding of three times the angle.
-    call check(error, maxval(abs(table - single)) < 1.0e-12_dp, more="single angles")
+    call check_that(error, maxval(abs(table - single)), "<", 1.0e-12_dp, "single angles")
     if (allocated(error)) return
-    call check(error, maxval(abs(table - real(reshape([ &
-      & 0.1_qp + 0.2_dp * cos(p) - 0.3_dp * sin(p) + 0.25_qp * sin(2 * p), &
-      & -0.2_dp * sin(p) - 0.3_dp * cos(p) + 0.5_qp * cos(2 * p), &
-      & -0.2_dp * cos(p) + 0.3_dp * sin(p) - 1.0_qp * sin(2 * p), &
-      & 0.5_qp + 0 * p, 0 * p, 0 * p, &
-      & 5 + 0.5_qp * cos(p) + sin(p), -0.5_qp * sin(p) + cos(p), -0.5_qp * cos(p) - sin(p), &
-      & -sin(2 * p) + 0.5_qp * cos(2 * p) - 6 * sin(3 * p) - 3 * cos(3 * p)], [many, table_columns]), dp))) < 1.0e-12_dp, &
-      & more="closed form")
+    call check_that(error, maxval(abs(table - real(reshape([ 0.1_qp + 0.2_dp * cos(p) - 0.3_dp * sin(p) + 0.25_qp * sin(2 * p), &
+      & -0.2_dp * sin(p) - 0.3_dp * cos(p) + 0.5_qp * cos(2 * p), -0.2_dp * cos(p) + 0.3_dp * sin(p) - 1.0_qp * sin(2 * p), &
+      & 0.5_qp + 0 * p, 0 * p, 0 * p, 5 + 0.5_qp * cos(p) + sin(p), -0.5_qp * sin(p) + cos(p), -0.5_qp * cos(p) - sin(p), &
+      & -sin(2 * p) + 0.5_qp * cos(2 * p) - 6 * sin(3 * p) - 3 * cos(3 * p)], [many, table_columns]), dp))), "<", 1.0e-12_dp, &
+      & "closed form")
   end subroutine test_harmonics
 
   !> Fifty points along a crank.
@@ -358,12 +356,13 @@ contains
       call linkage%rigid(name, ["O", "A"], [0.1_dp * i, 0.2_dp], failure)
       call linkage%link(name, name, "", 0.1_dp, 0.0_dp, [0.0_dp, 0.3_dp], failure)
     end do
-    call check(error, .not. allocated(failure))
+    call check_success(error, failure)
     if (allocated(error)) return
     call linkage%tabulate(some_angles(many), table)
     call one_by_one(linkage, some_angles(many), single)
     ! Sums of fifty terms up to 50 kg m^2.
-    call check(error, maxval(abs(table - single)) < 1.0e-12_dp .and. maxval(abs(table(:, a3_v))) > 10)
+    call check_that(error, maxval(abs(table - single)), "<", 1.0e-12_dp, "single angles")
+    call check_that(error, maxval(abs(table(:, a3_v))), ">", 10.0_dp, "a3")
   end subroutine test_long_linkage
 
 end module test_tabulate

@@ -1,5 +1,6 @@
 !> The measured trade of speed for accuracy: its errors are the true ones.
 module test_trade
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_period_map, only: period_map
@@ -13,7 +14,7 @@ module test_trade
   use reference_frame, only: frame_of, frame_period
   use reference_linear, only: qp
   use reference_machine, only: khang_machine
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -43,26 +44,25 @@ contains
     call frame_of_machine(khang_machine(360.0_dp), frame, failure)
     if (.not. allocated(failure)) call measure_trade(frame, 0.5_dp, trade, failure)
     if (.not. allocated(failure)) call solve_monodromy(frame, accuracy_type(), .true., monodromy, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call frame_period(frame_of(khang_machine(360.0_dp)), 1.0e-22_qp, phi_q, xp_q, x0_q)
     do i = 1, size(trade%rows)
       associate (row => trade%rows(i))
         call new_method(trim(row%method), method, failure)
         call period_map(frame, method, mesh(frame, row%steps), monodromy%scale, phi, failure)
         true_error = norm2(real(phi - phi_q, dp) * spread(monodromy%scale, 1, 6) / spread(monodromy%scale, 2, 6)) / monodromy%norm
-        call check(error, abs(row%error_phi - true_error) <= 1.0e-6_dp * true_error + trade%floor_phi, more=row%method)
+        call check_that(error, abs(row%error_phi - true_error), "<=", 1.0e-6_dp * true_error + trade%floor_phi, row%method)
         if (allocated(error)) return
-        call check(error, row%seconds > 0 .and. row%evaluations == row%steps * method%stages)
+        call check_that(error, row%seconds, ">=", 0.0_dp, "seconds")
+        call check_that(error, row%evaluations, "==", row%steps * method%stages, "evaluations")
         if (allocated(error)) return
         deallocate(method)
       end associate
     end do
-    call check(error, cheapest(trade%rows, 1.0e-9_dp) > 0)
+    call check_that(error, cheapest(trade%rows, 1.0e-9_dp), ">", 0, "row for 1e-9")
     if (allocated(error)) return
-    call check(error, trim(trade%rows(cheapest(trade%rows, 1.0e-9_dp))%method) /= "rk4")
+    call check_that(error, trim(trade%rows(cheapest(trade%rows, 1.0e-9_dp))%method), "/=", "rk4", "method for 1e-9")
   end subroutine test_errors
 
   subroutine test_cheapest(error)

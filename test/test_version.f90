@@ -21,19 +21,19 @@ contains
   subroutine test_manifest(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check(error, has_line("fpm.toml", 'version = "' // version // '"'))
+    call check(error, has_line("fpm.toml", 'version = "' // version // '"'), more="fpm.toml has not " // version)
   end subroutine test_manifest
 
   subroutine test_citation(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check(error, has_line("CITATION.cff", "version: " // version))
+    call check(error, has_line("CITATION.cff", "version: " // version), more="CITATION.cff has not " // version)
   end subroutine test_citation
 
   subroutine test_changelog(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check(error, has_line("CHANGELOG.md", "## [" // version // "]"))
+    call check(error, has_line("CHANGELOG.md", "## [" // version // "]"), more="CHANGELOG.md has not " // version)
   end subroutine test_changelog
 
   !> Whether a line of the file begins with `line`; fpm runs tests in the project's folder.

@@ -1,5 +1,6 @@
 !> The frame's vibration: closure, energy, harmonics, peaks.
 module test_vibration
+  use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp, pi
@@ -13,7 +14,7 @@ module test_vibration
   use reference_linear, only: qp
   use reference_linkage, only: motion_type, move
   use reference_machine, only: khang_machine, machine_data
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -44,7 +45,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call solve_monodromy(frame, accuracy_type(tolerance=tolerance), forced, monodromy, failure)
-    if (allocated(failure)) call test_failed(error, failure%message)
+    call check_success(error, failure)
   end subroutine solve
 
   !> The library's x0, followed over a period by the reference's integrator in quadruple precision.
@@ -64,20 +65,18 @@ contains
     if (allocated(error)) return
     call solve_periodic(monodromy, solution, failure)
     if (.not. allocated(failure)) call follow(frame, monodromy, solution, phases, x, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call flow_states(frame_of(khang_machine(240.0_dp)), 0.0_qp, real(solution%x0, qp), real(phases * frame%period, qp), &
       & 1.0e-20_qp, states)
     do i = 1, 4
       ! Phi has norm 4: the start's own error 1e-12 of its size is all that can grow.
-      call check(error, maxval(abs(x(:, i) - states(:, i)) / monodromy%scale) &
-        & <= 1.0e-11_dp * maxval(abs(x(:, i)) / monodromy%scale), more="history")
+      call check_that(error, real(maxval(abs(x(:, i) - states(:, i)) / monodromy%scale), dp), "<=", &
+        & 1.0e-11_dp * maxval(abs(x(:, i)) / monodromy%scale), "history")
       if (allocated(error)) return
     end do
-    call check(error, maxval(abs(solution%x0 - states(:, 4)) / monodromy%scale) &
-      & <= 1.0e-11_dp * maxval(abs(solution%x0) / monodromy%scale), more="closed")
+    call check_that(error, real(maxval(abs(solution%x0 - states(:, 4)) / monodromy%scale), dp), "<=", &
+      & 1.0e-11_dp * maxval(abs(solution%x0) / monodromy%scale), "closed")
   end subroutine test_closes
 
   !> The work of the drive over a turn is what the dampers take. The drive's moment follows from the links' motion in
@@ -98,18 +97,14 @@ contains
     machine = khang_machine(360.0_dp, 1.0e-6_dp)
     machine%foundation_damping = [50.0_dp, 80.0_dp, 5.0_dp]
     call frame_of_machine(machine, frame, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     call solve(frame, 1.0e-12_dp, .true., monodromy, error)
     if (allocated(error)) return
     call solve_periodic(monodromy, solution, failure)
     if (.not. allocated(failure)) call follow(frame, monodromy, solution, [(real(k, dp) / points, k = 0, points)], x, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     drive = 0
     loss = 0
     do k = 1, points
@@ -184,13 +179,11 @@ contains
     call frame_of_machine(machine, frame, failure)
     call analyse(frame, tasks_type(model="rest", stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), &
       & backwards, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     do k = 1, points + 1
-      call check(error, maxval(abs(forwards%vibration%history(:3, k) - backwards%vibration%history(:3, points + 2 - k))) &
-        & <= 1.0e-10_dp * forwards%vibration%peak(3))
+      call check_that(error, maxval(abs(forwards%vibration%history(:3, k) - backwards%vibration%history(:3, points + 2 - k))), &
+        & "<=", 1.0e-10_dp * forwards%vibration%peak(3), "backwards")
       if (allocated(error)) return
     end do
   end subroutine test_backwards
@@ -241,10 +234,8 @@ contains
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
     call analyse(frame, tasks_type(model="rest", points=7, harmonics=3), accuracy_type(), coarse, failure)
     call analyse(frame, tasks_type(model="rest", points=5000), accuracy_type(), fine, failure)
-    if (allocated(failure)) then
-      call test_failed(error, failure%message)
-      return
-    end if
+    call check_success(error, failure)
+    if (allocated(error)) return
     associate (history => fine%vibration%history)
       do i = 1, 9
         ! What the rows of 5000 points say; coarse rows do not change what is said about the vibration.
@@ -255,7 +246,7 @@ contains
         if (allocated(error)) return
         call check(error, coarse%vibration%peak(i), fine%vibration%peak(i), thr=1.0e-8_dp * fine%vibration%peak(i))
         if (allocated(error)) return
-        call check(error, coarse%vibration%peak(i) >= maxval(abs(history(i, :))) - fine%vibration%peak_error(i))
+        call check_that(error, coarse%vibration%peak(i), ">=", maxval(abs(history(i, :))) - fine%vibration%peak_error(i), "peak")
         if (allocated(error)) return
       end do
     end associate
@@ -280,36 +271,36 @@ contains
           & full%damping + 0.1_dp * norm2(full%damping), full%speed, failure, free)
         if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=12, harmonics=70), &
           & accuracy_type(), analysis, failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
+        call check_success(error, failure)
+        if (allocated(error)) return
         associate (v => analysis%vibration)
           call check(error, maxval(abs(v%history([k, 3 + k], :))) + v%peak_error(k) + v%peak_error(3 + k), 0.0_dp, more="held")
           if (allocated(error)) return
-          call check(error, all(v%peak([free, 3 + free]) > 0) .and. all(v%peak_error([free, 3 + free]) > 0), more="free")
+          call check_that(error, v%peak([free, 3 + free]), ">", 0.0_dp, "free")
+          call check_that(error, v%peak_error([free, 3 + free]), ">", 0.0_dp, "free")
           if (allocated(error)) return
           ! Sums of six products.
-          call check(error, maxval(abs(v%history(7:, :) - matmul(frame%stiffness, v%history(:3, :)) &
-            & - matmul(frame%damping, v%history(4:6, :)))) <= 1.0e-14_dp * maxval(v%peak), more="forces")
+          call check_that(error, maxval(abs(v%history(7:, :) - matmul(frame%stiffness, v%history(:3, :)) &
+            & - matmul(frame%damping, v%history(4:6, :)))), "<=", 1.0e-14_dp * maxval(v%peak), "forces")
           if (allocated(error)) return
-          call check(error, size(v%series(1)%amplitude) >= 70, more="harmonics")
+          call check_that(error, size(v%series(1)%amplitude), ">=", 70, "harmonics")
           if (allocated(error)) return
           ! The tolerance 1e-9 times the condition of a machine away from resonance.
-          call check(error, v%closing_defect < 1.0e-7_dp, more="closed")
+          call check_that(error, v%closing_defect, "<", 1.0e-7_dp, "closed")
           if (allocated(error)) return
-          call check(error, maxval(abs(v%history(:, 13) - v%history(:, 1)) / max(v%peak, tiny(1.0_dp))) < 1.0e-6_dp, more="T and 0")
+          call check_that(error, maxval(abs(v%history(:, 13) - v%history(:, 1)) / max(v%peak, tiny(1.0_dp))), "<", 1.0e-6_dp, &
+            & "T and 0")
           if (allocated(error)) return
         end associate
         ! Few rows and harmonics: taken often enough all the same, in the free degrees of freedom too.
         call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=1), accuracy_type(), few, failure)
-        call check(error, maxval(abs(few%vibration%peak - analysis%vibration%peak) / max(analysis%vibration%peak, tiny(1.0_dp))) &
-          & < 1.0e-8_dp, more="peaks")
+        call check_that(error, maxval(abs(few%vibration%peak - analysis%vibration%peak) &
+          & / max(analysis%vibration%peak, tiny(1.0_dp))), "<", 1.0e-8_dp, "peaks")
         if (allocated(error)) return
         call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=200), accuracy_type(), many, failure)
-        call check(error, size(many%vibration%series(1)%amplitude) >= 200, more="harmonics, one row")
+        call check_that(error, size(many%vibration%series(1)%amplitude), ">=", 200, "harmonics, one row")
         if (allocated(error)) return
-        call check(error, all([(few%vibration%series(i)%tail(), i = 1, 9)] < 1.0e-9_dp), more="tails")
+        call check_that(error, [(few%vibration%series(i)%tail(), i = 1, 9)], "<", 1.0e-9_dp, "tails")
         if (allocated(error)) return
       end associate
     end do
@@ -335,11 +326,9 @@ contains
         if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false.), &
           & accuracy_type(steps=2 * steps(k)), &
           & loose, failure)
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
-        call check(error, all(abs(loose%vibration%peak - tight%vibration%peak) <= loose%vibration%peak_error))
+        call check_success(error, failure)
+        if (allocated(error)) return
+        call check_that(error, abs(loose%vibration%peak - tight%vibration%peak), "<=", loose%vibration%peak_error, "peaks")
         if (allocated(error)) return
         ! All rows are samples here, so they say how well the motion closes.
         associate (v => loose%vibration, scale => spread(loose%floquet%scale, 2, size(loose%vibration%history, 2)))
@@ -351,11 +340,11 @@ contains
         ! is claimed: where errors stand out of the roundings, about 4 times what they are.
         associate (l => loose%vibration, t => tight%vibration)
           miss = maxval(abs(l%history - t%history), dim=2)
-          call check(error, all(miss <= l%error + t%error), more="rows")
+          call check_that(error, miss, "<=", l%error + t%error, "rows")
           if (allocated(error)) return
-          call check(error, all(l%error <= 8 * miss .or. miss < 1.0e-9_dp * t%peak), more="no more than that")
-          if (allocated(error)) return
-          call check(error, all(l%peak_error >= l%error .and. t%error > 0), more="errors of peaks")
+          call check_that(error, merge(0.0_dp, l%error, miss < 1.0e-9_dp * t%peak), "<=", 8 * miss, "no more than that")
+          call check_that(error, l%peak_error, ">=", l%error, "errors of peaks")
+          call check_that(error, t%error, ">", 0.0_dp, "errors of rows")
           if (allocated(error)) return
         end associate
       end do
@@ -370,17 +359,20 @@ contains
 
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
     call analyse(frame, tasks_type(model="rest", response=.false.), accuracy_type(), analysis, failure)
-    call check(error, .not. allocated(analysis%vibration) .and. .not. allocated(analysis%floquet%parts(1)%monodromy%xp))
+    call check_that(error, [allocated(analysis%vibration), allocated(analysis%floquet%parts(1)%monodromy%xp)], "==", &
+      & [.false., .false.], "a vibration nobody asked for")
     if (allocated(error)) return
-    call check(error, .not. allocated(analysis%multipliers%vectors))
+    call check(error, .not. allocated(analysis%multipliers%vectors), more="vectors nobody asked for")
     if (allocated(error)) return
     call analyse(frame, tasks_type(model="rest", stability=.false.), accuracy_type(), analysis, failure)
     ! With a vibration comes the verdict of the machine that makes it.
-    call check(error, analysis%multipliers%verdict() == "stable" .and. .not. allocated(analysis%multipliers%vectors))
+    call check_that(error, analysis%multipliers%verdict(), "==", "stable", "verdict")
+    if (allocated(error)) return
+    call check(error, .not. allocated(analysis%multipliers%vectors), more="vectors nobody asked for")
     if (allocated(error)) return
     call analyse(frame, tasks_type(model="rest", stability=.false., modes=.true., response=.false.), accuracy_type(), &
       & analysis, failure)
-    call check(error, allocated(analysis%multipliers%vectors))
+    call check(error, allocated(analysis%multipliers%vectors), more="no vectors")
   end subroutine test_unasked
 
 end module test_vibration

@@ -1,5 +1,6 @@
 !> Weights: static loads, pendulums in closed form, a machine turned with gravity, what the drive lifts.
 module test_weights
+  use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_math_trigonometric, only: series_type
@@ -22,7 +23,7 @@ module test_weights
   use reference_momentum, only: derivative
   use shaken_ground, only: make, near
   use systems, only: diagonal
-  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
@@ -65,16 +66,14 @@ contains
       call new_frame(frame, mechanism, 5.0_dp, inertia, [0.0_dp, place], diagonal([0.0_dp, 0.0_dp, c]), zero, 20.0_dp, failure, &
         & free=[3], gravity=[0.0_dp, -g])
       if (.not. allocated(failure)) call frame%natural_frequencies(frequencies, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       expected = c - m * g * place
       call near(error, frequencies, [sqrt(expected / (inertia + own + m * l**2))], 1.0e-13_dp, "frequency")
       call frame%averaged(model)
       call near(error, model%c(1, :), [expected], 1.0e-13_dp * c, "averaged")
       if (allocated(error)) return
-      call check(error, abs(model%c(1, 1) - expected) <= model%c_error(1, 1), more="averaged, claimed error")
+      call check_that(error, abs(model%c(1, 1) - expected), "<=", model%c_error(1, 1), "averaged, claimed error")
       if (allocated(error)) return
     end do
   end subroutine test_hanging
@@ -96,10 +95,8 @@ contains
       call new_frame(frame, mechanism, m, inertia, [0.0_dp, 0.0_dp], zero, zero, 20.0_dp, failure, gravity=[0.0_dp, -g], &
         & supports=[support_type([0.0_dp, place], [k, 2 * k])])
       if (.not. allocated(failure)) call frame%natural_frequencies(frequencies, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       call frame%sample_second_order([0.3_dp], m_psi, b, c)
       call near(error, [c(1, 3, 3)], [k * h**2 + m * g * place], 1.0e-13_dp * k, "c33")
       ! xi and psi: the product of the squares is det C/det M, c11 c33 - c13^2 = k m g h; upside down one is negative.
@@ -148,7 +145,7 @@ contains
       end do
       if (allocated(error)) return
     end do
-    call check(error, maxval(abs(q(:, 3) - light(:, 3))) > 0.01_dp * maxval(abs(q(:, 3))), more="weights matter")
+    call check_that(error, maxval(abs(q(:, 3) - light(:, 3))), ">", 0.01_dp * maxval(abs(q(:, 3))), "weights matter")
 
   contains
 
@@ -170,10 +167,8 @@ contains
       call frame_of_machine(one, frame, failure)
       if (.not. allocated(failure)) call analyse(frame, tasks_type(model=model, points=32, rows=guide_forces), &
         & accuracy_type(tolerance=1.0e-11_dp), analysis, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       motion = transpose(analysis%vibration%motion_history(:3, :32))
     end subroutine solve
 
@@ -197,7 +192,7 @@ contains
       call frame%averaged(model)
       call near(error, [model%c], [sum(c, dim=1) / points], 1.0e-10_dp * maxval(abs(c)), "C")
       if (allocated(error)) return
-      call check(error, maxval(c(:, 3, 3)) - minval(c(:, 3, 3)) > 1.0e-6_dp * maxval(abs(c)), more="C changes")
+      call check_that(error, maxval(c(:, 3, 3)) - minval(c(:, 3, 3)), ">", 1.0e-6_dp * maxval(abs(c)), "C changes")
       if (allocated(error)) return
     end do
   end subroutine test_averaged_mean
@@ -227,10 +222,8 @@ contains
           & accuracy_type(tolerance=1.0e-12_dp), analysis, failure)
         if (.not. allocated(failure)) call find_drive(analysis%frame, analysis%vibration, drive, known, failure)
         if (pass == 1) light = drive
-        if (allocated(failure)) then
-          call test_failed(error, failure%message)
-          return
-        end if
+        call check_success(error, failure)
+        if (allocated(error)) return
       end do
       associate (h => drive%history(:, :points))
         call near(error, derivative(h(stored_energy, :), frame%period), h(drive_watts, :) - h(damper_watts, :), &
@@ -239,8 +232,8 @@ contains
         call near(error, [sum(h(rigid_torque, :)) / points], [0.0_dp], 1.0e-12_dp * maxval(abs(h(rigid_torque, :))), "rigid")
       end associate
       if (allocated(error)) return
-      call check(error, maxval(abs(drive%history(rigid_torque, :) - light%history(rigid_torque, :))) &
-        & > 1.0e-3_dp * abs(light%rigid%peak), more="weights matter")
+      call check_that(error, maxval(abs(drive%history(rigid_torque, :) - light%history(rigid_torque, :))), ">", 1.0e-3_dp &
+        & * abs(light%rigid%peak), "weights matter")
       if (allocated(error)) return
     end do
   end subroutine test_balance
@@ -304,16 +297,14 @@ contains
       call analyse(frame, tasks_type(model=models(k), points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-10_dp), &
         & analysis, failure)
       if (.not. allocated(failure)) call find_places(analysis%frame, analysis%vibration, places, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
+      call check_success(error, failure)
+      if (allocated(error)) return
       do i = 1, size(places)
         least = dot_product(down, places(i)%static) + minval(matmul(places(i)%history(:, :2), down))
         ! Between two of so many times the force rises by less than this part of its span.
         call near(error, [places(i)%least_compression], [least], 1.0e-4_dp * places(i)%statistics(3)%peak, "least")
         if (allocated(error)) return
-        call check(error, places(i)%least_compression <= least + places(i)%least_error, more="not above the history")
+        call check_that(error, places(i)%least_compression, "<=", least + places(i)%least_error, "not above the history")
         if (allocated(error)) return
       end do
     end do
@@ -336,12 +327,12 @@ contains
     ! One spring beside F holds eta or psi, not both.
     call new_frame(frame, mechanism, 5.0_dp, 1.0_dp, [0.3_dp, 0.2_dp], zero, zero, 20.0_dp, failure, gravity=[0.0_dp, -g], &
       & supports=[support_type([-0.2_dp, 0.0_dp], [0.0_dp, 1.0e5_dp])], free=[2, 3])
-    if (.not. allocated(error)) call check(error, allocated(failure), more="one spring beside F")
+    call check_failure(error, failure, what="one spring beside F")
     if (allocated(error)) return
     ! Straight below the centre of all masses it does.
     call new_frame(frame, mechanism, 5.0_dp, 1.0_dp, [1.1_dp, 0.2_dp], zero, zero, 20.0_dp, failure, gravity=[0.0_dp, -g], &
       & supports=[support_type([0.2_dp, 0.0_dp], [0.0_dp, 1.0e5_dp])], free=[2, 3])
-    call check(error, .not. allocated(failure), more="one spring below the centre")
+    call check_success(error, failure, "one spring below the centre")
 
   contains
 
@@ -352,9 +343,11 @@ contains
       if (allocated(error)) return
       call new_frame(frame, mechanism, 5.0_dp, 1.0_dp, [0.3_dp, 0.0_dp], diagonal(stiffness), zero, 20.0_dp, failure, &
         & gravity=gravity)
-      call check(error, allocated(failure) .neqv. word == "", more="refused: " // word)
+      call check_that(error, allocated(failure), "/=", word == "", "refused: " // word)
       if (allocated(error) .or. .not. allocated(failure)) return
-      call check(error, failure%code == impossible_mechanism .and. index(failure%message, word) > 0, more=failure%message)
+      call check_that(error, failure%code, "==", impossible_mechanism, failure%message)
+      if (allocated(error)) return
+      call check_that(error, failure%message, "contains", word)
     end subroutine attempt
 
   end subroutine test_carried
@@ -375,17 +368,15 @@ contains
       call make(machine, frame, error)
       if (allocated(error)) return
       call settle(frame, "exact", accuracy_type(), settled, failure)
-      if (allocated(failure)) then
-        call test_failed(error, failure%message)
-        return
-      end if
-      call check(error, frame%weights%act .eqv. k == 2)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      call check_that(error, frame%weights%act, "==", k == 2, "weights act")
       select type (settled)
       class is (varied_frame_type)
         motion(k) = settled%motion
       end select
     end do
-    if (.not. allocated(error)) call check(error, all(abs(motion(1)%cosine - motion(2)%cosine) <= 0))
+    if (.not. allocated(error)) call check_that(error, [abs(motion(1)%cosine - motion(2)%cosine)], "<=", 0.0_dp, "motion")
   end subroutine test_none
 
 end module test_weights

@@ -1,0 +1,285 @@
+!> Checks that tell their numbers where they fail: what was found, and what was wanted. One that has failed is kept by those that
+!> follow it.
+module checks
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use testdrive, only: error_type, test_failed
+  use, intrinsic :: iso_fortran_env, only: qp => real128
+  implicit none (type, external)
+  private
+
+  public :: check_that, check_success, check_failure
+
+  !> call check_that(error, found, relation, wanted [, what]): fails unless `found` stands in the relation to `wanted`, that is
+  !> <, <=, >, >=, == or /=; texts and logicals can only be equal or not, and a text can 'contain' another. Every element of a
+  !> list, with the one value or its own; NaN never does.
+  interface check_that
+    module procedure :: compare_integer, compare_integers, compare_integer_lists
+    module procedure :: compare_real, compare_reals, compare_real_lists
+    module procedure :: compare_quad, compare_quads, compare_quad_lists
+    module procedure :: compare_text, compare_texts, compare_logical, compare_logicals
+  end interface check_that
+
+  !> Elements of a list that are told at most.
+  integer, parameter :: told = 4
+
+contains
+
+  subroutine compare_integer(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    integer, intent(in) :: found, wanted
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_numbers(error, [real(found, qp)], relation, [real(wanted, qp)], .true., what)
+  end subroutine compare_integer
+
+  subroutine compare_integers(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    integer, intent(in) :: found(:), wanted
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_numbers(error, real(found, qp), relation, spread(real(wanted, qp), 1, size(found)), .true., what)
+  end subroutine compare_integers
+
+  subroutine compare_integer_lists(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    integer, intent(in) :: found(:), wanted(:)
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_numbers(error, real(found, qp), relation, real(wanted, qp), .true., what)
+  end subroutine compare_integer_lists
+
+  subroutine compare_real(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    real(dp), intent(in) :: found, wanted
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_numbers(error, [real(found, qp)], relation, [real(wanted, qp)], .false., what)
+  end subroutine compare_real
+
+  subroutine compare_reals(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    real(dp), intent(in) :: found(:), wanted
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_numbers(error, real(found, qp), relation, spread(real(wanted, qp), 1, size(found)), .false., what)
+  end subroutine compare_reals
+
+  subroutine compare_real_lists(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    real(dp), intent(in) :: found(:), wanted(:)
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_numbers(error, real(found, qp), relation, real(wanted, qp), .false., what)
+  end subroutine compare_real_lists
+
+  subroutine compare_quad(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    real(qp), intent(in) :: found, wanted
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_numbers(error, [found], relation, [wanted], .false., what)
+  end subroutine compare_quad
+
+  subroutine compare_quads(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    real(qp), intent(in) :: found(:), wanted
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_numbers(error, found, relation, spread(wanted, 1, size(found)), .false., what)
+  end subroutine compare_quads
+
+  subroutine compare_quad_lists(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    real(qp), intent(in) :: found(:), wanted(:)
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_numbers(error, found, relation, wanted, .false., what)
+  end subroutine compare_quad_lists
+
+  subroutine compare_text(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    character(len=*), intent(in) :: found, relation, wanted
+    character(len=*), intent(in), optional :: what
+
+    if (allocated(error)) return
+    if (.not. text_holds(found, relation, wanted)) call tell(error, what, "'" // found // "'", relation, "'" // wanted // "'")
+  end subroutine compare_text
+
+  subroutine compare_texts(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    character(len=*), intent(in) :: found(:), relation, wanted
+    character(len=*), intent(in), optional :: what
+    integer :: i
+
+    do i = 1, size(found)
+      call compare_text(error, trim(found(i)), relation, wanted, what)
+    end do
+  end subroutine compare_texts
+
+  subroutine compare_logical(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    logical, intent(in) :: found, wanted
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+
+    call compare_logicals(error, [found], relation, [wanted], what)
+  end subroutine compare_logical
+
+  subroutine compare_logicals(error, found, relation, wanted, what)
+    type(error_type), allocatable, intent(inout) :: error
+    logical, intent(in) :: found(:), wanted(:)
+    character(len=*), intent(in) :: relation
+    character(len=*), intent(in), optional :: what
+    logical :: holds
+
+    if (allocated(error)) return
+    holds = size(found) == size(wanted)
+    if (holds) holds = all((found .eqv. wanted) .eqv. text_holds("", relation, ""))
+    if (.not. holds) call tell(error, what, letters(found), relation, letters(wanted))
+  end subroutine compare_logicals
+
+  pure function letters(list)
+    logical, intent(in) :: list(:)
+    character(len=size(list)) :: letters
+    integer :: i
+
+    do i = 1, size(list)
+      letters(i:i) = merge("T", "F", list(i))
+    end do
+  end function letters
+
+  !> Fails with the library's message where it reports a failure.
+  subroutine check_success(error, failure, what)
+    type(error_type), allocatable, intent(inout) :: error
+    type(gestell_error), allocatable, intent(in) :: failure
+    character(len=*), intent(in), optional :: what
+
+    if (allocated(error) .or. .not. allocated(failure)) return
+    call tell(error, what, "'" // failure%message // "'", "no", "failure")
+  end subroutine check_success
+
+  !> Fails where the library reports no failure, or one that has not the `words` in its message or another `code`.
+  subroutine check_failure(error, failure, words, code, what)
+    type(error_type), allocatable, intent(inout) :: error
+    type(gestell_error), allocatable, intent(in) :: failure
+    character(len=*), intent(in), optional :: words, what
+    integer, intent(in), optional :: code
+
+    if (allocated(error)) return
+    if (.not. allocated(failure)) then
+      call tell(error, what, "no failure", "a", "failure")
+      return
+    end if
+    if (present(words)) call compare_text(error, failure%message, "contains", words, what)
+    if (present(code)) call compare_integer(error, failure%code, "==", code, failure%message)
+  end subroutine check_failure
+
+  subroutine compare_numbers(error, found, relation, wanted, whole, what)
+    type(error_type), allocatable, intent(inout) :: error
+    real(qp), intent(in) :: found(:), wanted(:)
+    character(len=*), intent(in) :: relation
+    logical, intent(in) :: whole
+    character(len=*), intent(in), optional :: what
+    character(len=:), allocatable :: seen
+    character(len=80) :: part
+    logical, allocatable :: wrong(:)
+    integer :: i, first
+
+    if (allocated(error)) return
+    if (size(found) /= size(wanted)) then
+      write (part, "(i0, a)") size(found), " elements"
+      seen = trim(part)
+      write (part, "(i0)") size(wanted)
+      call tell(error, what, seen, "==", trim(part))
+      return
+    end if
+    wrong = .not. holds(found, relation, wanted)
+    if (.not. any(wrong)) return
+    first = findloc(wrong, .true., dim=1)
+    seen = trim(number(found(first), whole))
+    if (size(found) > 1) then
+      write (part, "(3(a, i0))") " at ", first, ", where ", count(wrong), " are wrong of ", size(found)
+      seen = seen // trim(part)
+      do i = first + 1, size(found)
+        if (count(wrong(first:i)) > told) exit
+        write (part, "(i0)") i
+        if (wrong(i)) seen = seen // "; " // trim(number(found(i), whole)) // " at " // trim(part) // ", wanted " // &
+          & relation // " " // trim(number(wanted(i), whole))
+      end do
+    end if
+    call tell(error, what, seen, relation, trim(number(wanted(first), whole)))
+  end subroutine compare_numbers
+
+  elemental logical function holds(found, relation, wanted)
+    real(qp), intent(in) :: found, wanted
+    character(len=*), intent(in) :: relation
+
+    select case (relation)
+    case ("<")
+      holds = found < wanted
+    case ("<=")
+      holds = found <= wanted
+    case (">")
+      holds = found > wanted
+    case (">=")
+      holds = found >= wanted
+    case ("==")
+      holds = found <= wanted .and. found >= wanted
+    case ("/=")
+      holds = found < wanted .or. found > wanted
+    case default
+      holds = .false.
+    end select
+  end function holds
+
+  pure logical function text_holds(found, relation, wanted)
+    character(len=*), intent(in) :: found, relation, wanted
+
+    select case (relation)
+    case ("==")
+      text_holds = found == wanted
+    case ("/=")
+      text_holds = found /= wanted
+    case ("contains")
+      text_holds = index(found, wanted) > 0
+    case default
+      text_holds = .false.
+    end select
+  end function text_holds
+
+  pure function number(x, whole)
+    real(qp), intent(in) :: x
+    logical, intent(in) :: whole
+    character(len=40) :: number
+
+    if (whole) then
+      write (number, "(i0)") nint(x)
+    else
+      write (number, "(es24.16e3)") x
+      number = adjustl(number)
+    end if
+  end function number
+
+  subroutine tell(error, what, found, relation, wanted)
+    type(error_type), allocatable, intent(inout) :: error
+    character(len=*), intent(in), optional :: what
+    character(len=*), intent(in) :: found, relation, wanted
+
+    if (present(what)) then
+      call test_failed(error, what // ": " // found // ", wanted " // relation // " " // wanted)
+    else
+      call test_failed(error, found // ", wanted " // relation // " " // wanted)
+    end if
+  end subroutine tell
+
+end module checks
