@@ -18,7 +18,7 @@ module gestell_task_trade
   implicit none (type, external)
   private
 
-  public :: cheapest, measure_trade, median
+  public :: cheapest, measure_row, measure_trade, median
 
   !> One method with one number of steps. Errors are against the converged solution: of Phi(T) and x0 relative to their
   !> norms in balanced units, of the multipliers the greatest relative one.
@@ -111,7 +111,7 @@ contains
     steps = max(frame%least_steps, nint(turns / method%order))
     spent = 0
     do
-      call measure(frame, method, steps, converged, multipliers, solution, row, wanted, error)
+      call measure_row(frame, method, steps, converged, multipliers, solution, row, wanted, error)
       ! A step that is too long can make the equations singular or the numbers overflow: a longer ladder is the answer.
       spent = spent + wanted
       if (.not. allocated(error)) then
@@ -124,8 +124,9 @@ contains
     end do
   end subroutine climb
 
-  !> One row: the median time of three solutions or more, and the errors. `spent`: the time of them all (s).
-  subroutine measure(frame, method, steps, converged, multipliers, solution, row, spent, error)
+  !> One row: the median time of three solutions or more, and the errors against the converged solution. `spent`: the time of
+  !> them all (s). Errors: matrices that are singular or not finite; resonance.
+  subroutine measure_row(frame, method, steps, converged, multipliers, solution, row, spent, error)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
     integer, intent(in) :: steps
@@ -167,7 +168,7 @@ contains
     call solve_multipliers(coarse, .false., its_multipliers, error)
     if (.not. allocated(error)) call solve_periodic(coarse, its_solution, error)
     if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, multipliers, solution, row)
-  end subroutine measure
+  end subroutine measure_row
 
   !> The row of the reduction, if it applies: Phi(T) from its eigenvectors.
   subroutine measure_reduction(frame, converged, multipliers, solution, trade)
