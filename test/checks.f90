@@ -111,8 +111,8 @@ contains
     character(len=*), intent(in) :: found, relation, wanted
     character(len=*), intent(in), optional :: what
 
-    if (allocated(error)) return
-    if (.not. text_holds(found, relation, wanted)) call tell(error, what, "'" // found // "'", relation, "'" // wanted // "'")
+    if (allocated(error) .or. text_holds(found, relation, wanted)) return
+    call tell(error, what, "'" // found // "'" // wish(relation, "'" // wanted // "'"))
   end subroutine compare_text
 
   subroutine compare_texts(error, found, relation, wanted, what)
@@ -145,7 +145,7 @@ contains
     if (allocated(error)) return
     holds = size(found) == size(wanted)
     if (holds) holds = all((found .eqv. wanted) .eqv. text_holds("", relation, ""))
-    if (.not. holds) call tell(error, what, letters(found), relation, letters(wanted))
+    if (.not. holds) call tell(error, what, letters(found) // wish(relation, letters(wanted)))
   end subroutine compare_logicals
 
   pure function letters(list)
@@ -165,7 +165,7 @@ contains
     character(len=*), intent(in), optional :: what
 
     if (allocated(error) .or. .not. allocated(failure)) return
-    call tell(error, what, "'" // failure%message // "'", "no", "failure")
+    call tell(error, what, "'" // failure%message // "', wanted no failure")
   end subroutine check_success
 
   !> Fails where the library reports no failure, or one that has not the `words` in its message or another `code`.
@@ -177,7 +177,7 @@ contains
 
     if (allocated(error)) return
     if (.not. allocated(failure)) then
-      call tell(error, what, "no failure", "a", "failure")
+      call tell(error, what, "no failure, wanted one")
       return
     end if
     if (present(words)) call compare_text(error, failure%message, "contains", words, what)
@@ -190,34 +190,33 @@ contains
     character(len=*), intent(in) :: relation
     logical, intent(in) :: whole
     character(len=*), intent(in), optional :: what
-    character(len=:), allocatable :: seen
+    character(len=:), allocatable :: text
     character(len=80) :: part
     logical, allocatable :: wrong(:)
-    integer :: i, first
+    integer :: i, shown
 
     if (allocated(error)) return
     if (size(found) /= size(wanted)) then
-      write (part, "(i0, a)") size(found), " elements"
-      seen = trim(part)
-      write (part, "(i0)") size(wanted)
-      call tell(error, what, seen, "==", trim(part))
+      write (part, "(2(i0, a))") size(found), " elements, wanted ", size(wanted)
+      call tell(error, what, trim(part))
       return
     end if
     wrong = .not. holds(found, relation, wanted)
     if (.not. any(wrong)) return
-    first = findloc(wrong, .true., dim=1)
-    seen = trim(number(found(first), whole))
-    if (size(found) > 1) then
-      write (part, "(3(a, i0))") " at ", first, ", where ", count(wrong), " are wrong of ", size(found)
-      seen = seen // trim(part)
-      do i = first + 1, size(found)
-        if (count(wrong(first:i)) > told) exit
-        write (part, "(i0)") i
-        if (wrong(i)) seen = seen // "; " // trim(number(found(i), whole)) // " at " // trim(part) // ", wanted " // &
-          & relation // " " // trim(number(wanted(i), whole))
-      end do
+    if (size(found) == 1) then
+      call tell(error, what, trim(number(found(1), whole)) // wish(relation, trim(number(wanted(1), whole))))
+      return
     end if
-    call tell(error, what, seen, relation, trim(number(wanted(first), whole)))
+    write (part, "(i0, a, i0)") count(wrong), " wrong of ", size(found)
+    text = trim(part)
+    shown = 0
+    do i = 1, size(found)
+      if (.not. wrong(i) .or. shown == told) cycle
+      shown = shown + 1
+      write (part, "(a, i0, a)") "; at ", i, ": "
+      text = text // trim(part) // " " // trim(number(found(i), whole)) // wish(relation, trim(number(wanted(i), whole)))
+    end do
+    call tell(error, what, text)
   end subroutine compare_numbers
 
   elemental logical function holds(found, relation, wanted)
@@ -270,15 +269,22 @@ contains
     end if
   end function number
 
-  subroutine tell(error, what, found, relation, wanted)
+  pure function wish(relation, wanted)
+    character(len=*), intent(in) :: relation, wanted
+    character(len=len(", wanted ") + len(relation) + 1 + len(wanted)) :: wish
+
+    wish = ", wanted " // relation // " " // wanted
+  end function wish
+
+  subroutine tell(error, what, text)
     type(error_type), allocatable, intent(inout) :: error
     character(len=*), intent(in), optional :: what
-    character(len=*), intent(in) :: found, relation, wanted
+    character(len=*), intent(in) :: text
 
     if (present(what)) then
-      call test_failed(error, what // ": " // found // ", wanted " // relation // " " // wanted)
+      call test_failed(error, what // ": " // text)
     else
-      call test_failed(error, found // ", wanted " // relation // " " // wanted)
+      call test_failed(error, text)
     end if
   end subroutine tell
 

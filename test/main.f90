@@ -1,6 +1,6 @@
 !> `fpm test`: the tests that are not slow; `fpm test -- all`: the slow ones too; `fpm test -- SUITE [TEST]`: one suite, one test.
 program main
-  use slow_tests, only: is_slow
+  use slow_tests, only: is_slow, long
   use test_assembly, only: collect_assembly
   use test_averaged, only: collect_averaged
   use test_axes, only: collect_axes
@@ -17,6 +17,7 @@ program main
   use test_campbell_modes, only: collect_campbell_modes
   use test_campbell_tracking, only: collect_campbell_tracking
   use test_cheapest, only: collect_cheapest
+  use test_checks, only: collect_checks
   use test_cost, only: collect_cost
   use test_data, only: collect_data
   use test_drive, only: collect_drive
@@ -81,9 +82,11 @@ program main
   character(len=:), allocatable :: suite_name, test_name
   integer :: i, k, failed, all, slow
   logical :: halting(3), one_suite
+  real :: begin, finish
 
   suites = [ &
     & new_testsuite("base", collect_base), &
+    & new_testsuite("checks", collect_checks), &
     & new_testsuite("cost", collect_cost), &
     & new_testsuite("mesh", collect_mesh), &
     & new_testsuite("html", collect_html), &
@@ -183,7 +186,12 @@ program main
       do k = 1, size(tests)
         if (suite_name == "" .and. is_slow(tests(k))) cycle
         write (error_unit, "(2x, a)") "Starting " // tests(k)%name
+        call cpu_time(begin)
         call run_selected(suites(i)%collect, tests(k)%name, error_unit, failed)
+        call cpu_time(finish)
+        if (finish - begin > long .and. .not. is_slow(tests(k))) then
+          write (error_unit, "(7x, f0.1, a)") finish - begin, " s of the processor: to be marked as slow"
+        end if
         all = all + 1
       end do
       slow = slow + count([(is_slow(tests(k)), k = 1, size(tests))])

@@ -1,5 +1,5 @@
-!> Tests that take more than two seconds of the processor: `fpm test` leaves them out, `fpm test -- all` and `fpm test -- SUITE` run
-!> them.
+!> Tests that take more than about a second of the processor: `fpm test` leaves them out, `fpm test -- all` and
+!> `fpm test -- SUITE` run them. All others together take half a minute.
 module slow_tests
   use testdrive, only: new_unittest, test_interface, unittest_type
   implicit none (type, external)
@@ -8,6 +8,9 @@ module slow_tests
   public :: is_slow, new_slow
 
   character(len=*), parameter :: mark = "slow: "
+
+  !> From here on `fpm test` says that a test takes long (s of the processor).
+  real, parameter, public :: long = 2
 
 contains
 

@@ -34,7 +34,7 @@ contains
       & new_unittest("multipliers that underflow, defective and overdamped ones", test_extremes), &
       & new_unittest("Mathieu's equation averaged; resonances name their harmonic", test_resonance), &
       & new_slow("coefficients and load that jump: stated errors hold", test_jumps), &
-      & new_unittest("random machines against quadruple precision: bounds hold and are of use", test_bounds), &
+      & new_slow("random machines against quadruple precision: bounds hold and are of use", test_bounds), &
       & new_unittest("the general integrator on the averaged model", test_integrator)]
   end subroutine collect_averaged
 

@@ -9,6 +9,7 @@ module test_boundary
   use gestell_task_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -25,7 +26,7 @@ contains
       & new_unittest("Mathieu: all characteristic values to 1e-10, q = 5, 10, 25", test_characteristic), &
       & new_unittest("Mathieu: a0 and b1 at q = 25 in one search", test_close_pair), &
       & new_unittest("Mathieu: narrow tongues between two search points", test_narrow), &
-      & new_unittest("Mathieu: coarse tolerances lose no border", test_coarse), &
+      & new_slow("Mathieu: coarse tolerances lose no border", test_coarse), &
       & new_unittest("Mathieu: over q", test_over_q), &
       & new_unittest("damped Mathieu: the trace on both sides", test_damped), &
       & new_unittest("flutter with damping", test_flutter), &

@@ -27,8 +27,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("two dyads: seven tongues from 10, 40 and 160 search points", test_dyads), &
-      & new_unittest("four-bar: nine tongues from 10 and 40 search points", test_four_bar), &
+      & new_slow("two dyads: seven tongues from 10, 40 and 160 search points", test_dyads), &
+      & new_slow("four-bar: nine tongues from 10 and 40 search points", test_four_bar), &
       & new_slow("two sliders: eighteen tongues from 10 and 160 search points", test_sliders), &
       & new_unittest("more meetings than are looked at: the others are said to be open", test_left_out), &
       & new_unittest("random machines over stiffness and mass: dense sweeps", test_sweeps)]

@@ -30,7 +30,7 @@ contains
     testsuite = [ &
       & new_unittest("an unbalance: the peak of the closed form", test_unbalance), &
       & new_unittest("no damping, too much of it, instability", test_outcomes), &
-      & new_unittest("the paper's machine: direct peaks at sharp resonances", test_sharp), &
+      & new_slow("the paper's machine: direct peaks at sharp resonances", test_sharp), &
       & new_unittest("each peak belongs to one crossing", test_belonging), &
       & new_slow("more damping: all direct peaks of a range, and no others", test_all)]
   end subroutine collect_campbell_critical

@@ -10,6 +10,7 @@ module test_campbell_exponents
   use reference_frame, only: frame_of
   use reference_linear, only: qp
   use reference_machine, only: khang_machine, machine_data, period
+  use slow_tests, only: new_slow
   use test_campbell_modes, only: modes_of
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -23,7 +24,7 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("heavy mechanisms", test_heavy), &
+      & new_slow("heavy mechanisms", test_heavy), &
       & new_unittest("a mode that is locked", test_locked), &
       & new_unittest("real multipliers of two modes", test_real)]
   end subroutine collect_campbell_exponents

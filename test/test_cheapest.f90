@@ -10,6 +10,7 @@ module test_cheapest
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
   implicit none (type, external)
@@ -39,7 +40,7 @@ contains
     testsuite = [ &
       & new_unittest("works of the steps", test_work), &
       & new_unittest("low order for easy cases, high order for hard ones", test_choice), &
-      & new_unittest("at most half more than the least work", test_least_work), &
+      & new_slow("at most half more than the least work", test_least_work), &
       & new_unittest("many turns and many states", test_large_choice), &
       & new_unittest("steps that only come side by side", test_few_steps)]
   end subroutine collect_cheapest

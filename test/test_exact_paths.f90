@@ -12,6 +12,7 @@ module test_exact_paths
   use gestell_study_vibration_several, only: index_sum, list_vibrations, search_vibrations, several_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -25,7 +26,7 @@ contains
 
     testsuite = [ &
       & new_unittest("paths to vibrations far from the linear one", test_paths), &
-      & new_unittest("all vibrations of a machine", test_all_vibrations), &
+      & new_slow("all vibrations of a machine", test_all_vibrations), &
       & new_unittest("without damping reciprocal multipliers", test_reciprocal), &
       & new_unittest("the product of the multipliers by Liouville's formula", test_liouville)]
   end subroutine collect_exact_paths

@@ -36,7 +36,7 @@ contains
       & new_unittest("moving guide: a slider at rest on its carrier", test_moving_guide), &
       & new_unittest("a dyad described as two rigid points and guides", test_two_ways), &
       & new_slow("random linkages: positions, derivatives and mass functions against the reference", test_random), &
-      & new_unittest("random linkages: bounds on the speeds hold", test_speed_bounds), &
+      & new_slow("random linkages: bounds on the speeds hold", test_speed_bounds), &
       & new_unittest("diagnosis: ranges, swings, transmission angles", test_diagnosis)]
   end subroutine collect_joints
 

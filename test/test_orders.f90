@@ -32,7 +32,7 @@ contains
       & new_unittest("ten times the masses, other methods: tolerances are met", test_other_methods), &
       & new_unittest("given steps: the claimed errors hold", test_given_steps), &
       & new_slow("random machines: claimed errors bound the true ones", test_random), &
-      & new_unittest("an error that vanishes by chance at one level", test_by_chance), &
+      & new_slow("an error that vanishes by chance at one level", test_by_chance), &
       & new_unittest("a jump that nobody declared", test_undeclared_jump)]
   end subroutine collect_orders
 

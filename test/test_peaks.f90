@@ -26,7 +26,7 @@ contains
     testsuite = [ &
       & new_unittest("peaks between samples", test_between), &
       & new_slow("a machine against single solutions", test_machine), &
-      & new_unittest("beside a resonance", test_resonance), &
+      & new_slow("beside a resonance", test_resonance), &
       & new_slow("a light frame to twelve digits", test_twelve_digits), &
       & new_unittest("multipliers that are small beside the vibration", test_small)]
   end subroutine collect_peaks

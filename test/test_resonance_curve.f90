@@ -36,8 +36,8 @@ contains
       & new_unittest("a resonance that leaves no vibration is listed", test_none_left), &
       & new_slow("no maximum is missed that brute force finds", test_brute_force), &
       & new_slow("between the points lies a straight line, to 1 %", test_straight), &
-      & new_unittest("maxima do not depend on the grid", test_grids), &
-      & new_unittest("inside a tongue the vibration is never reached", test_tongue)]
+      & new_slow("maxima do not depend on the grid", test_grids), &
+      & new_slow("inside a tongue the vibration is never reached", test_tongue)]
   end subroutine collect_resonance_curve
 
   subroutine unbalanced_family(ratio, family, error)

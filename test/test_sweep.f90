@@ -14,6 +14,7 @@ module test_sweep
     & tile_results_type, undecided, unstable, verdict
   use gestell_task_sweep, only: solve_tile
   use gestell_task_sweep_expansion_variable, only: inverse, itself, logarithm, variable_type
+  use slow_tests, only: new_slow
   use sweeps, only: new_family, ordered, solve_grid
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -36,7 +37,7 @@ contains
       & new_unittest("one axis, and single lines", test_lines), &
       & new_unittest("what is missing of a series", test_rest), &
       & new_unittest("a jump and a hole", test_jump_and_hole), &
-      & new_unittest("a machine against single solutions", test_machine), &
+      & new_slow("a machine against single solutions", test_machine), &
       & new_unittest("only what is ordered", test_columns), &
       & new_unittest("no plan where none can pay", test_plan)]
   end subroutine collect_sweep

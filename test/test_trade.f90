@@ -42,6 +42,7 @@ contains
     type(frame_type) :: frame
     type(trade_type) :: trade
     type(trade_row_type) :: rows(rungs, size(methods))
+    type(accuracy_type) :: accuracy
     type(monodromy_type) :: converged
     type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: solution
@@ -53,8 +54,8 @@ contains
 
     call frame_of_machine(khang_machine(360.0_dp), frame, failure)
     if (.not. allocated(failure)) call measure_trade(frame, 1.0e-7_dp, trade, failure)
-    if (.not. allocated(failure)) &
-      & call solve_monodromy(frame, accuracy_type(tolerance=1.0e-14_dp, method="gauss8"), .true., converged, failure)
+    accuracy = accuracy_type(tolerance=1.0e-14_dp, method="gauss8")
+    if (.not. allocated(failure)) call solve_monodromy(frame, accuracy, .true., converged, failure)
     if (.not. allocated(failure)) call solve_multipliers(converged, .false., multipliers, failure)
     if (.not. allocated(failure)) call solve_periodic(converged, solution, failure)
     call check_success(error, failure)
