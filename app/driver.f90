@@ -1,42 +1,32 @@
 !> What the program does with an input file.
 module driver
-  use bordering, only: run_borders
   use cli, only: options_type
-  use console, only: console_type
+  use console, only: console_type, print_out, tell
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
-  use gestell_base_text, only: text
-  use gestell_base_version, only: version
-  use gestell_task_sweep_checkpoint, only: campaign_type
-  use gestell_input_schema_check, only: check_document
-  use gestell_task_configuration, only: configuration_type, read_configuration
-  use gestell_input_namelist_document, only: document_type
-  use gestell_task_drawing_csv, only: write_mechanism
-  use gestell_task_page, only: write_html
+  use gestell_base_wording, only: on_one_line
   use gestell_input_namelist, only: read_document
-  use gestell_input_schema_path, only: set_value
-  use gestell_task_sweep_plot, only: plot_sweep
-  use gestell_task_report, only: report_frequencies, report_machine
-  use gestell_task_boundary_report, only: report_borders, report_search
-  use gestell_task_drawing_report, only: report_mechanism
-  use gestell_task_sweep_report, only: report_grid, report_sweep
+  use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
-  use gestell_task_keys, only: input_schema
+  use gestell_input_schema_check, only: check_document
+  use gestell_input_schema_path, only: position_of_equals, set_value
   use gestell_output_file_staging, only: open_staging, staging_type
-  use gestell_task_sweep_summary, only: summary_type
-  use gestell_base_wording, only: counted, on_one_line
-  use one_line, only: print_sweep
-  use over_modes, only: run_over_modes
+  use gestell_output_head, only: head_type
+  use gestell_output_result, only: result_type
+  use gestell_output_table_csv, only: print_rows
+  use gestell_task, only: all_speeds, any_task_type, own_machine
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_drawing_report, only: report_mechanism
+  use gestell_task_machine, only: solve_machine
+  use gestell_task_machine_report, only: report_frequencies, report_machine
+  use gestell_task_page, only: write_page
+  use gestell_task_registry, only: input_schema, orders_any, read_tasks => read_input
   use plotting, only: draw_pictures
-  use resonating, only: run_resonance
-  use sensing, only: run_sensitivity
-  use single_machine, only: run_single, single_results_type
-  use sweeping, only: compute_tiles, open_sweep
-  use gestell_task_boundary_task, only: border_results_type
-  use gestell_study_tile_results, only: stable, verdict_column
+  use terminal, only: terminal_type
   implicit none (type, external)
   private
 
-  public :: folder_name, preamble, read_input, run
+  public :: folder_name, head_of, read_input, run
 
   !> Exit code of a run with --fail-if-unstable whose verdict is not stable.
   integer, parameter, public :: not_stable = 10
@@ -51,92 +41,201 @@ contains
     type(options_type), intent(in) :: options
     integer, intent(out) :: code
     type(error_type), allocatable, intent(out) :: error
-    type(configuration_type) :: configuration
-    type(campaign_type) :: campaign
+    type(any_task_type), allocatable :: tasks(:)
+    type(context_type) :: context
+    type(result_type) :: result
     type(staging_type) :: staging
     type(console_type) :: console
-    character(len=:), allocatable :: folder, closing
+    character(len=:), allocatable :: closing
     logical :: unwritten
+    integer :: i
 
     code = 0
-    call read_input(options, configuration, error)
+    call read_input(options, tasks, context%configuration, error)
+    if (.not. allocated(error)) call check_options(options, tasks, error)
     if (allocated(error)) return
-    call check_options(options, configuration, error)
-    if (allocated(error)) return
-    folder = folder_name(options)
+    call prepare(options, context, result)
+    do i = 1, size(tasks)
+      if (options%plot .or. options%report) tasks(i)%task%ordered = tasks(i)%task%ordered .or. tasks(i)%task%pictured
+      if (tasks(i)%task%ordered) call tasks(i)%task%prepare(context, error)
+      if (allocated(error)) return
+    end do
     if (.not. (options%one_line .or. options%in_parts .or. options%check .and. .not. options%plot)) then
-      call open_staging(staging, folder, error)
+      call open_staging(staging, context%folder, error)
+      if (allocated(error)) return
+      context%place = staging%place
     end if
-    if (allocated(error)) return
     console%silent = options%quiet .or. options%one_line
-    call console%say(report_machine(configuration, options%input))
-    closing = ""
+    call result%say(report_machine(context%configuration, options%input))
+    call say_rest(console, result)
     if (options%check) then
-      call report_check(configuration, console)
-      if (options%plot) call draw(options, configuration, folder, staging%place, closing, error)
+      call check_only(options, tasks, context, result, error)
     else
-      call run_tasks(options, configuration, folder, staging, campaign, console, closing, code, error)
+      call run_tasks(tasks, context, result, console, error)
     end if
-    if (allocated(staging%place)) call settle(staging, campaign, error)
+    closing = ""
+    call write_files(options, context, result, console, closing, error)
+    if (allocated(staging%place)) call settle(staging, tasks, error)
     unwritten = .false.
     if (allocated(error)) unwritten = error%unwritten
     if (.not. unwritten) call console%say(closing)
     if (.not. allocated(error) .and. allocated(console%error)) call move_alloc(console%error, error)
+    if (options%fail_if_unstable .and. .not. result%all_stable .and. .not. allocated(error)) code = not_stable
+    ! The verdict stands even where the vibration could not be computed.
+    if (code == 0 .and. .not. allocated(error) .and. allocated(result%failure)) call move_alloc(result%failure, error)
   end subroutine run
 
-  !> All tasks, their files in `staging`. `closing`: what is to be said when the files have their places.
-  subroutine run_tasks(options, configuration, folder, staging, campaign, console, closing, code, error)
+  !> What the tasks are run with.
+  subroutine prepare(options, context, result)
     type(options_type), intent(in) :: options
-    type(configuration_type), intent(in) :: configuration
-    character(len=*), intent(in) :: folder
-    type(staging_type), intent(in) :: staging
-    type(campaign_type), intent(out) :: campaign
-    type(console_type), intent(inout) :: console
-    character(len=:), allocatable, intent(inout) :: closing
-    integer, intent(out) :: code
-    type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: failure, undrawn
-    type(single_results_type) :: single
-    type(summary_type) :: summary
-    character(len=:), allocatable :: place
-    logical :: all_stable
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    integer :: i, equals
 
-    code = 0
-    all_stable = .true.
-    place = folder
-    if (allocated(staging%place)) place = staging%place
-    if (configuration%single() .and. .not. (options%in_parts .or. options%merge)) then
-      call run_single(options, configuration, place, preamble(options, configuration), console, single, failure, error)
+    context%head = head_of(options, context%configuration)
+    context%folder = folder_name(options)
+    context%place = context%folder
+    context%reports = .not. (options%quiet .or. options%one_line) .or. options%report
+    context%one_line = options%one_line
+    context%fails_if_unstable = options%fail_if_unstable
+    context%part = options%part
+    context%parts = options%parts
+    context%in_parts = options%in_parts
+    context%merge = options%merge
+    allocate(terminal_type :: context%executor%progress)
+    call result%begin()
+    do i = 1, size(options%settings)
+      associate (setting => options%settings(i)%assignment)
+        equals = position_of_equals(setting)
+        call result%brief%add(trim(adjustl(setting(:equals - 1))), "set from outside", [trim(adjustl(setting(equals + 1:)))])
+      end associate
+    end do
+  end subroutine prepare
+
+  !> The tasks, one after the other. Error: that of the first that fails; the others are not begun.
+  subroutine run_tasks(tasks, context, result, console, error)
+    type(any_task_type), intent(inout) :: tasks(:)
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(console_type), intent(inout) :: console
+    type(error_type), allocatable, intent(out) :: error
+    logical :: parts, others
+    integer :: i
+
+    parts = context%in_parts .or. context%merge
+    others = any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= own_machine, i = 1, size(tasks))])
+    if (.not. parts .and. (orders_any(tasks, own_machine) .or. .not. others)) then
+      if (.not. allocated(context%configuration%impossible)) call solve_machine(context, result, error)
       if (allocated(error)) return
-      if (options%fail_if_unstable .and. configuration%tasks%judged() .and. single%verdict /= "stable") code = not_stable
+      call say_rest(console, result)
     end if
-    if (configuration%sweep) call run_sweep(options, configuration, folder, place, code, console, campaign, summary, error)
-    if (allocated(error)) return
-    if (.not. (options%in_parts .or. options%merge .or. options%one_line)) call run_others(configuration, place, &
-      & preamble(options, configuration), summary, console, all_stable, error)
-    if (allocated(error)) return
-    if (options%fail_if_unstable .and. .not. all_stable) code = not_stable
-    closing = newline // "files in " // on_one_line(folder) // "/" // newline
-    if (options%plot .or. options%report) call draw(options, configuration, folder, place, closing, error, undrawn)
-    if (options%report .and. .not. allocated(error)) call write_html(place, configuration%result_names(single%vibrates, &
-      & .not. allocated(configuration%impossible)), configuration, options%input, settings_of(options), trim(single%verdict), &
-      & console%said // closing, error, single%limits)
-    if (allocated(error)) return
-    ! The verdict stands even where the vibration could not be computed.
-    if (code == 0 .and. allocated(failure)) then
-      call move_alloc(failure, error)
-    else
-      if (allocated(undrawn)) call move_alloc(undrawn, error)
+    if (orders_any(tasks, all_speeds)) then
+      if (context%configuration%plan%grid%axes(1)%from * context%configuration%frame%speed < 0) call result%say(newline &
+        & // "note: the range of speeds turns the other way round than the drive of the input" // newline)
     end if
+    do i = 1, size(tasks)
+      associate (task => tasks(i)%task)
+        if (.not. task%ordered .or. parts .and. .not. task%shared .or. context%one_line .and. .not. task%brief) cycle
+        if (allocated(context%configuration%impossible) .and. task%about == own_machine) cycle
+        call task%run(context, result, error)
+      end associate
+      call say_rest(console, result)
+      if (allocated(error)) return
+    end do
   end subroutine run_tasks
 
-  !> Gives the files their places, none where one could not be written. The blocks of a sweep go when its table is there.
-  subroutine settle(staging, campaign, error)
+  !> What --check tells and draws.
+  subroutine check_only(options, tasks, context, result, error)
+    type(options_type), intent(in) :: options
+    type(any_task_type), intent(inout) :: tasks(:)
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    associate (configuration => context%configuration)
+      if (.not. allocated(configuration%impossible)) call result%say(report_mechanism(configuration%frame) &
+        & // report_frequencies(configuration%frame))
+      do i = 1, size(tasks)
+        if (.not. tasks(i)%task%ordered) cycle
+        call result%say(tasks(i)%task%preview(configuration))
+        if (options%plot .and. tasks(i)%task%pictured .and. .not. allocated(configuration%impossible)) &
+          & call tasks(i)%task%run(context, result, error)
+        if (allocated(error)) return
+      end do
+    end associate
+    call result%say(newline // "The input is sound; nothing more was computed (--check)." // newline)
+  end subroutine check_only
+
+  !> Writes what was found as the options ask for it: on one line, or as tables, pictures and page. `closing`: what is to be said
+  !> when the files have their places. `error` may come in with the first failure of the tasks.
+  subroutine write_files(options, context, result, console, closing, error)
+    type(options_type), intent(in) :: options
+    type(context_type), intent(in) :: context
+    type(result_type), intent(inout) :: result
+    type(console_type), intent(inout) :: console
+    character(len=:), allocatable, intent(inout) :: closing
+    type(error_type), allocatable, intent(inout) :: error
+    type(error_type), allocatable :: unwritten, undrawn
+    character(len=:), allocatable :: drawn
+
+    call say_rest(console, result)
+    if (options%one_line) then
+      if (.not. allocated(error)) call print_brief(result, error)
+      return
+    else if (options%in_parts .or. options%check .and. .not. options%plot) then
+      return
+    end if
+    call result%write(context%place, context%head, unwritten)
+    if (allocated(unwritten)) then
+      call move_alloc(unwritten, error)
+      return
+    else if (allocated(error)) then
+      return
+    end if
+    if (.not. options%check) closing = newline // "files in " // on_one_line(context%folder) // "/" // newline
+    if (options%plot .or. options%report) then
+      call draw_pictures(context%place, result%figures, drawn, undrawn)
+      if (drawn == "") drawn = "none"
+      closing = closing // "pictures in " // on_one_line(context%folder) // "/, .svg and .png: " // drawn // newline
+    end if
+    if (options%report .and. .not. options%check) call write_page(context, result, console%said // closing, error)
+    if (.not. allocated(error)) call result%fail(undrawn)
+  end subroutine write_files
+
+  !> The line of the machine, or those of a sweep. Error: they cannot be written.
+  subroutine print_brief(result, error)
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    if (result%verdict /= "" .and. all([(result%brief%columns(i)%key /= "verdict", i = 1, size(result%brief%columns))])) &
+      & call result%brief%add("verdict", "on the machine", [result%verdict])
+    call print_rows(result%brief, print_out, error)
+  end subroutine print_brief
+
+  !> Says what of the report was not yet said, and notes.
+  subroutine say_rest(console, result)
+    type(console_type), intent(inout) :: console
+    type(result_type), intent(inout) :: result
+    integer :: last
+
+    do while (len(result%notes) > 0)
+      last = index(result%notes, newline)
+      call tell(result%notes(:last - 1))
+      result%notes = result%notes(last + 1:)
+    end do
+    call console%say(result%rest())
+  end subroutine say_rest
+
+  !> Gives the files their places, none where one could not be written.
+  subroutine settle(staging, tasks, error)
     type(staging_type), intent(inout) :: staging
-    type(campaign_type), intent(in) :: campaign
+    type(any_task_type), intent(inout) :: tasks(:)
     type(error_type), allocatable, intent(inout) :: error
     type(error_type), allocatable :: failure
     logical :: unwritten
+    integer :: i
 
     call staging%retell(error)
     unwritten = .false.
@@ -146,167 +245,59 @@ contains
       return
     end if
     call staging%publish(failure)
-    if (.not. allocated(failure)) call campaign%clear()
+    if (.not. allocated(failure)) then
+      do i = 1, size(tasks)
+        call tasks(i)%task%settle()
+      end do
+    end if
     if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
   end subroutine settle
 
-  !> Sensitivity, borders, and what is asked over the speed. `all_stable`: at all speeds that are told the machine is stable.
-  subroutine run_others(configuration, folder, preamble, summary, console, all_stable, error)
-    type(configuration_type), intent(in) :: configuration
-    character(len=*), intent(in) :: folder, preamble(:)
-    type(summary_type), intent(in) :: summary
-    type(console_type), intent(inout) :: console
-    logical, intent(out) :: all_stable
-    type(error_type), allocatable, intent(out) :: error
-    type(border_results_type) :: borders
-    character(len=:), allocatable :: report
-    logical :: keeps
-
-    all_stable = .true.
-    if (configuration%sensitivity) then
-      call run_sensitivity(configuration, folder, preamble, report, error)
-      if (allocated(error)) return
-      call console%say(report)
-    end if
-    if (.not. allocated(configuration%plan)) return
-    associate (plan => configuration%plan)
-      if (configuration%over_speed()) then
-        if (plan%grid%axes(1)%from * configuration%frame%speed < 0) call console%say(newline // "note: the range of speeds turns " &
-          & // "the other way round than the drive of the input" // newline)
-      end if
-      if (configuration%boundary) then
-        call run_borders(configuration, folder, preamble, borders, error)
-        if (configuration%sweep .and. allocated(borders%map) .and. .not. allocated(error)) call plot_sweep(folder, preamble, &
-          & plan%paths, plan%units, plan%grid, plan%order%columns, summary, error, borders%map%curves)
-        if (allocated(error)) return
-        call console%say(report_search(plan) // report_borders(plan, borders))
-      end if
-      if (configuration%campbell .or. configuration%critical) then
-        call run_over_modes(configuration, folder, preamble, report, keeps, error)
-        if (allocated(error)) return
-        all_stable = all_stable .and. keeps
-        call console%say(report)
-      end if
-      if (configuration%resonance) then
-        call run_resonance(configuration, folder, preamble, report, keeps, error)
-        if (allocated(error)) return
-        all_stable = all_stable .and. keeps
-        call console%say(report)
-      end if
-    end associate
-  end subroutine run_others
-
-  !> What --check tells.
-  subroutine report_check(configuration, console)
-    type(configuration_type), intent(in) :: configuration
-    type(console_type), intent(inout) :: console
-
-    if (.not. allocated(configuration%impossible)) call console%say(report_mechanism(configuration%frame) &
-      & // report_frequencies(configuration%frame))
-    if (configuration%sweep) call console%say(report_grid(configuration%plan))
-    if (configuration%boundary) call console%say(report_search(configuration%plan))
-    call console%say(newline // "The input is sound; nothing more was computed (--check)." // newline)
-  end subroutine report_check
-
-  !> The pictures of a run; with --check the mechanism's alone. `closing` tells of them. `undrawn`: gnuplot is not there or
-  !> fails. Error: the mechanism's files cannot be written; without `undrawn` that too.
-  subroutine draw(options, configuration, folder, place, closing, error, undrawn)
-    type(options_type), intent(in) :: options
-    type(configuration_type), intent(in) :: configuration
-    character(len=*), intent(in) :: folder, place
-    character(len=:), allocatable, intent(inout) :: closing
-    type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable, intent(out), optional :: undrawn
-    type(error_type), allocatable :: failure
-    character(len=:), allocatable :: drawn
-
-    if (.not. (allocated(configuration%impossible) .or. options%merge)) call write_mechanism(place, &
-      & preamble(options, configuration), configuration%frame, configuration%probes, error)
-    if (allocated(error)) return
-    call draw_pictures(place, options%check, drawn, failure)
-    if (drawn == "") drawn = "none"
-    closing = closing // "pictures in " // on_one_line(folder) // "/, .svg and .png: " // drawn // newline
-    if (present(undrawn)) then
-      call move_alloc(failure, undrawn)
-    else
-      call move_alloc(failure, error)
-    end if
-  end subroutine draw
-
-  !> The assignments of --set.
-  pure function settings_of(options) result(settings)
-    type(options_type), intent(in) :: options
-    character(len=:), allocatable :: settings(:)
-    integer :: i, longest
-
-    longest = 1
-    do i = 1, size(options%settings)
-      longest = max(longest, len(options%settings(i)%assignment))
-    end do
-    allocate(character(len=longest) :: settings(size(options%settings)))
-    do i = 1, size(settings)
-      settings(i) = options%settings(i)%assignment
-    end do
-  end function settings_of
-
   !> What the options ask of the input's tasks. Error: wrong usage.
-  subroutine check_options(options, configuration, error)
+  subroutine check_options(options, tasks, error)
     type(options_type), intent(in) :: options
-    type(configuration_type), intent(in) :: configuration
+    type(any_task_type), intent(in) :: tasks(:)
     type(error_type), allocatable, intent(out) :: error
+    logical, dimension(size(tasks)) :: ordered, shared, brief, judges
+    integer :: i
 
-    associate (tasks => configuration%tasks)
-      if ((options%in_parts .or. options%merge) .and. .not. configuration%sweep) then
-        call fatal_error(error, "--part and --merge need the task 'sweep'", wrong_usage)
-      else if (options%one_line .and. .not. (configuration%sweep .or. tasks%stability .or. tasks%modes .or. tasks%vibration())) then
-        call fatal_error(error, "--one-line needs a task 'stability', 'modes', 'response', 'forces', 'power' or 'sweep'", &
-          & wrong_usage)
-      end if
-    end associate
-    if (allocated(error) .or. .not. options%fail_if_unstable) return
-    if (.not. (configuration%tasks%judged() .or. configuration%sweep .or. configuration%over_speed())) then
-      call fatal_error(error, "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', " &
-        & // "'power', 'sensitivity', 'sweep', 'resonance', 'critical' or 'campbell'", wrong_usage)
-    else if (configuration%sweep) then
-      if (verdict_column(configuration%plan%order%columns) == 0) call fatal_error(error, "--fail-if-unstable needs the column " // &
-        & "'verdict' of the sweep", wrong_usage)
+    ordered = [(tasks(i)%task%ordered, i = 1, size(tasks))]
+    shared = [(tasks(i)%task%shared, i = 1, size(tasks))]
+    brief = [(tasks(i)%task%brief, i = 1, size(tasks))]
+    judges = [(tasks(i)%task%judges, i = 1, size(tasks))]
+    if ((options%in_parts .or. options%merge) .and. .not. any(ordered .and. shared)) then
+      call fatal_error(error, "--part and --merge need the task " // one_of(tasks, shared), wrong_usage)
+    else if (options%one_line .and. .not. any(ordered .and. brief)) then
+      call fatal_error(error, "--one-line needs a task " // one_of(tasks, brief), wrong_usage)
+    else if (options%fail_if_unstable .and. .not. any(ordered .and. judges)) then
+      call fatal_error(error, "--fail-if-unstable needs a task with a verdict: " // one_of(tasks, judges), wrong_usage)
     end if
   end subroutine check_options
 
-  !> The points of a sweep: all, a part of them, or only the file.
-  subroutine run_sweep(options, configuration, folder, place, code, console, campaign, summary, error)
-    type(options_type), intent(in) :: options
-    type(configuration_type), intent(in) :: configuration
-    character(len=*), intent(in) :: folder, place
-    integer, intent(inout) :: code
-    type(console_type), intent(inout) :: console
-    type(campaign_type), intent(out) :: campaign
-    type(summary_type), intent(out) :: summary
-    type(error_type), allocatable, intent(out) :: error
-    logical, allocatable :: mine(:)
+  !> "'a', 'b' or 'c'".
+  pure function one_of(tasks, chosen) result(words)
+    type(any_task_type), intent(in) :: tasks(:)
+    logical, intent(in) :: chosen(:)
+    character(len=:), allocatable :: words
+    character(len=11) :: names(size(tasks))
+    integer :: i, n, k
 
-    if (options%one_line) then
-      call print_sweep(configuration, summary, error)
-    else
-      call open_sweep(configuration, folder, options%part, options%parts, campaign, mine, error)
-      if (allocated(error)) return
-      call console%say(report_grid(configuration%plan))
-      if (.not. options%merge) call compute_tiles(configuration%plan, campaign, mine, error)
-      if (allocated(error)) return
-      if (options%in_parts) then
-        call console%say(newline // "Part " // text(options%part) // " of " // text(options%parts) // ": " &
-          & // counted(count(mine), "tile") // " done; --merge writes sweep.csv when all parts are." // newline)
-        return
-      end if
-      call campaign%finish(place, preamble(options, configuration), summary, error)
-      if (allocated(error)) return
-      call console%say(report_sweep(configuration%plan, summary))
-    end if
-    if (options%fail_if_unstable .and. any(summary%verdicts(stable + 1:) > 0)) code = not_stable
-  end subroutine run_sweep
+    names = [(tasks(i)%task%name, i = 1, size(tasks))]
+    n = count([(chosen(i) .and. all(names(:i - 1) /= names(i)), i = 1, size(tasks))])
+    words = ""
+    k = 0
+    do i = 1, size(tasks)
+      if (.not. chosen(i) .or. any(names(:i - 1) == names(i))) cycle
+      k = k + 1
+      words = words // "'" // trim(names(i)) // "'"
+      if (k == n - 1) words = words // " or "
+      if (k < n - 1) words = words // ", "
+    end do
+  end function one_of
 
-  subroutine read_input(options, configuration, error)
+  subroutine read_input(options, tasks, configuration, error)
     type(options_type), intent(in) :: options
+    type(any_task_type), allocatable, intent(out) :: tasks(:)
     type(configuration_type), intent(out) :: configuration
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: doc
@@ -322,7 +313,7 @@ contains
     end do
     call check_document(doc, schema, error)
     if (allocated(error)) return
-    call read_configuration(doc, configuration, error)
+    call read_tasks(doc, schema, tasks, configuration, error)
   end subroutine read_input
 
   !> The folder for the results: as ordered, or the input's name without folders and ending.
@@ -344,33 +335,24 @@ contains
     end if
   end function folder_name
 
-  !> The # lines that head every file. Ends of lines, as other control characters of ASCII, become blanks.
-  pure function preamble(options, configuration) result(lines)
+  !> What heads every table.
+  pure type(head_type) function head_of(options, configuration) result(head)
     type(options_type), intent(in) :: options
     type(configuration_type), intent(in) :: configuration
-    character(len=:), allocatable :: lines(:)
-    integer :: i, k, width, n
+    integer :: i, longest
 
-    width = max(len("title: " // configuration%title), len("input: " // options%input), 40)
+    head%title = configuration%title
+    head%input = options%input
+    head%model = configuration%model()
+    head%held_by = trim(configuration%frame%held_by)
+    longest = 1
     do i = 1, size(options%settings)
-      width = max(width, len("set: " // options%settings(i)%assignment))
+      longest = max(longest, len(options%settings(i)%assignment))
     end do
-    n = merge(5, 4, configuration%frame%held_by /= "motor")
-    allocate(character(len=width) :: lines(n + size(options%settings)))
-    lines(1) = "title: " // configuration%title
-    lines(2) = "version: gestell " // version
-    lines(3) = "input: " // options%input
-    lines(4) = "model: " // merge("averaged   ", configuration%tasks%model, configuration%tasks%averaged)
-    if (n == 5) lines(n) = "speed held by: " // configuration%frame%held_by
+    allocate(character(len=longest) :: head%settings(size(options%settings)))
     do i = 1, size(options%settings)
-      lines(n + i) = "set: " // options%settings(i)%assignment
+      head%settings(i) = options%settings(i)%assignment
     end do
-    do i = 1, size(lines)
-      do k = 1, width
-        if (lines(i)(k:k) < " ") lines(i)(k:k) = " "
-      end do
-      lines(i) = on_one_line(lines(i))
-    end do
-  end function preamble
+  end function head_of
 
 end module driver

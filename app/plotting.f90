@@ -2,8 +2,8 @@
 module plotting
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_text, only: text
-  use gestell_base_files, only: file_size, is_there, remove_file
-  use gestell_output_file_result_files, only: tables
+  use gestell_base_files, only: file_size, remove_file
+  use gestell_output_picture_script, only: figure_type
   implicit none (type, external)
   private
 
@@ -15,11 +15,11 @@ module plotting
 
 contains
 
-  !> Draws what has a script in `folder`; `only_mechanism`: that alone. `drawn` names the pictures, with commas. Error, the first
-  !> one, the others are drawn: gnuplot is not there, or could not draw one.
-  subroutine draw_pictures(folder, only_mechanism, drawn, error)
+  !> Draws these figures, whose scripts are in `folder`. `drawn` names the pictures, with commas. Error, the first one, the others
+  !> are drawn: gnuplot is not there, or could not draw one.
+  subroutine draw_pictures(folder, figures, drawn, error)
     character(len=*), intent(in) :: folder
-    logical, intent(in) :: only_mechanism
+    type(figure_type), intent(in) :: figures(:)
     character(len=:), allocatable, intent(out) :: drawn
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: name
@@ -32,9 +32,8 @@ contains
         & "./bootstrap --with gnuplot); all else is done, the scripts for it are written", failed_computation)
       return
     end if
-    do i = 1, merge(1, size(tables), only_mechanism)
-      name = trim(tables(i))
-      if (.not. is_there(folder // "/" // name // ".gp")) cycle
+    do i = 1, size(figures)
+      name = figures(i)%name
       ! -d: without the user's own settings
       if (shell_does("cd " // quoted(folder) // " && gnuplot -d " // name // ".gp", code)) then
         complete = has_end(folder // "/" // name // ".svg", svg_end)

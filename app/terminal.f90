@@ -3,12 +3,11 @@ module terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_base_files, only: write_whole
+  use gestell_task_executor, only: progress_type
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
-
-  public :: show_part, show_progress
 
   interface
     !> POSIX isatty.
@@ -22,7 +21,7 @@ module terminal
   integer(c_int), parameter :: standard_error = 2
 
   !> Points done of many, with their rate.
-  type, public :: progress_type
+  type, extends(progress_type), public :: terminal_type
     private
     logical :: shown = .false.
     integer(int64) :: all = 0, done = 0
@@ -32,7 +31,8 @@ module terminal
     procedure :: start
     procedure :: add
     procedure :: clear
-  end type progress_type
+    procedure :: show_part
+  end type terminal_type
 
   integer, parameter :: bar = 30, widest = 79
   !> Seconds between two lines.
@@ -41,14 +41,8 @@ module terminal
 contains
 
   !> Shows `part`, from 0 to 1, in place of what it showed before; at 1 the line disappears.
-  subroutine show_progress(part)
-    real(dp), intent(in) :: part
-
-    call show_part("measuring", part)
-  end subroutine show_progress
-
-  !> The same of any work.
-  subroutine show_part(doing, part)
+  subroutine show_part(self, doing, part)
+    class(terminal_type), intent(inout) :: self
     character(len=*), intent(in) :: doing
     real(dp), intent(in) :: part
 
@@ -58,13 +52,16 @@ contains
     else
       call show("")
     end if
+    associate (unused => self)
+    end associate
   end subroutine show_part
 
   !> Begins with `all` points to come.
   subroutine start(self, all)
-    class(progress_type), intent(out) :: self
+    class(terminal_type), intent(inout) :: self
     integer(int64), intent(in) :: all
 
+    self%done = 0
     self%shown = c_isatty(standard_error) /= 0
     self%all = all
     self%begin = now()
@@ -73,7 +70,7 @@ contains
 
   !> So many points more are done.
   subroutine add(self, points)
-    class(progress_type), intent(inout) :: self
+    class(terminal_type), intent(inout) :: self
     integer(int64), intent(in) :: points
     real(dp) :: time, rate
 
@@ -88,7 +85,7 @@ contains
 
   !> Removes the line.
   subroutine clear(self)
-    class(progress_type), intent(in) :: self
+    class(terminal_type), intent(inout) :: self
 
     if (self%shown) call show("")
   end subroutine clear

@@ -1,27 +1,34 @@
 !> A sweep whose tiles are computed by many ranks. Each writes its blocks itself; rank 0 makes the table of them.
 module ranked_sweep
   use cli, only: options_type
-  use driver, only: folder_name, preamble, read_input
+  use console, only: print_out
+  use driver, only: folder_name, head_of, read_input
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
   use gestell_task_configuration, only: configuration_type
   use gestell_base_files, only: file_size
-  use gestell_task_report, only: report_machine
-  use gestell_task_sweep_report, only: report_grid, report_sweep
+  use gestell_output_result, only: result_type
+  use gestell_task, only: any_task_type
+  use gestell_task_context, only: context_type
+  use gestell_task_machine_report, only: report_machine
+  use gestell_task_sweep_report, only: report_grid
+  use gestell_task_sweep_task, only: tell_sweep
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type
   use gestell_base_wording, only: counted, decimal
   use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type
-  use locked_family, only: locked_family_type
+  use gestell_task_locked_family, only: locked_family_type
   use queue, only: open_queue, queue_type
   use ranks, only: number_of_ranks, own_rank, same_everywhere, share_error, share_marks, share_sum
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none (type, external)
   private
 
   public :: run
+
+  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -29,49 +36,52 @@ contains
   subroutine run(options, error)
     type(options_type), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
-    type(configuration_type) :: configuration
+    type(context_type) :: context
     type(campaign_type) :: campaign
-    type(summary_type) :: summary
-    character(len=:), allocatable :: folder
+    type(result_type) :: result
     integer, allocatable :: tiles(:)
     logical :: speaks
     integer :: i
 
     speaks = own_rank() == 0 .and. .not. options%quiet
-    call read_orders(options, configuration, error)
+    call read_orders(options, context%configuration, error)
     if (allocated(error)) return
-    folder = folder_name(options)
-    if (speaks) then
-      write (output_unit, "(a)", advance="no") report_machine(configuration, options%input) // report_grid(configuration%plan)
-      write (output_unit, "(a)") "  computed by " // counted(number_of_ranks(), "rank")
-      flush (output_unit)
-    end if
-    tiles = [(i, i = options%part, configuration%plan%grid%tiles(), options%parts)]
-    call open_together(campaign, configuration, folder, tiles, error)
-    if (.not. allocated(error)) call compute_together(campaign, configuration%plan, tiles, error)
+    context%head = head_of(options, context%configuration)
+    context%folder = folder_name(options)
+    call result%begin()
+    associate (configuration => context%configuration)
+      call result%say(report_machine(configuration, options%input) // report_grid(configuration%plan) // "  computed by " &
+        & // counted(number_of_ranks(), "rank") // newline)
+      if (speaks) call print_out(result%rest(), error)
+      tiles = [(i, i = options%part, configuration%plan%grid%tiles(), options%parts)]
+      call open_together(campaign, configuration, context%folder, tiles, error)
+      if (.not. allocated(error)) call compute_together(campaign, configuration%plan, tiles, error)
+    end associate
     if (allocated(error)) return
     if (options%in_parts) then
-      if (speaks) write (output_unit, "(/, a)") "Part " // decimal(options%part) // " of " // decimal(options%parts) // ": " &
-        & // counted(size(tiles), "tile") // " done; gestell --merge writes sweep.csv when all parts are."
-      return
+      call result%say(newline // "Part " // decimal(options%part) // " of " // decimal(options%parts) // ": " &
+        & // counted(size(tiles), "tile") // " done; gestell --merge writes sweep.csv when all parts are." // newline)
+    else
+      if (own_rank() == 0) call write_table(context, campaign, result, error)
+      call share_error(error)
     end if
-    if (own_rank() == 0) call write_table(campaign, folder, preamble(options, configuration), summary, error)
-    call share_error(error)
-    if (speaks .and. .not. allocated(error)) write (output_unit, "(a, /, a)") report_sweep(configuration%plan, summary), &
-      & "files in " // folder // "/"
+    if (speaks .and. .not. allocated(error)) call print_out(result%rest(), error)
   end subroutine run
 
   !> The table of all tiles, by one rank.
-  subroutine write_table(campaign, folder, preamble, summary, error)
+  subroutine write_table(context, campaign, result, error)
+    type(context_type), intent(inout) :: context
     type(campaign_type), intent(inout) :: campaign
-    character(len=*), intent(in) :: folder, preamble(:)
-    type(summary_type), intent(out) :: summary
+    type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(staging_type) :: staging
+    type(summary_type) :: summary
 
-    call open_staging(staging, folder, error)
+    call open_staging(staging, context%folder, error)
     if (allocated(error)) return
-    call campaign%finish(staging%place, preamble, summary, error)
+    context%place = staging%place
+    call tell_sweep(context, campaign, summary, result, error)
+    if (.not. allocated(error)) call result%write(context%place, context%head, error)
     if (allocated(error)) then
       call staging%retell(error)
       call staging%discard()
@@ -79,6 +89,7 @@ contains
     end if
     call staging%publish(error)
     if (.not. allocated(error)) call campaign%clear()
+    call result%say(newline // "files in " // context%folder // "/" // newline)
   end subroutine write_table
 
   !> The input, which every rank reads. Errors: those of gestell; no sweep is ordered.
@@ -86,15 +97,18 @@ contains
     type(options_type), intent(in) :: options
     type(configuration_type), intent(out) :: configuration
     type(error_type), allocatable, intent(out) :: error
+    type(any_task_type), allocatable :: tasks(:)
+    integer :: i
 
     if (options%check .or. options%fail_if_unstable .or. options%merge .or. options%one_line) then
       call fatal_error(error, "--check, --fail-if-unstable, --merge and --one-line are for gestell, one process does them", &
         & wrong_usage)
     else
-      call read_input(options, configuration, error)
+      call read_input(options, tasks, configuration, error)
     end if
     if (.not. allocated(error)) then
-      if (.not. configuration%sweep) call fatal_error(error, options%input // ": gestell_mpi computes sweeps, and the tasks " // &
+      if (.not. any([(tasks(i)%task%ordered .and. tasks(i)%task%shared, i = 1, size(tasks))])) call fatal_error(error, &
+        & options%input // ": gestell_mpi computes sweeps, and the tasks " // &
         & "name none; gestell does the rest", wrong_usage)
     end if
     call share_error(error)

@@ -60,7 +60,7 @@ module gestell
     & verdict_unstable => unstable
   use gestell_task_trade, only: cheapest, measure_trade, trade_row_type, trade_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
-  use gestell_task_response_probes, only: probe_part_names, probe_parts, watch, watched_type
+  use gestell_task_probes_watched, only: probe_part_names, probe_parts, watch, watched_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)

@@ -11,7 +11,7 @@ module data_files
   use gestell_input_schema, only: keys_of
   use gestell_input_schema_read, only: read
   use gestell_input_namelist, only: read_document
-  use gestell_task_keys, only: input_schema
+  use gestell_task_registry, only: input_schema
   use gestell_input_schema_units, only: units_type
   use reference_machine, only: joint_data, machine_data
   implicit none (type, external)

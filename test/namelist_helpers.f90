@@ -8,7 +8,7 @@ module namelist_helpers
   use gestell_input_schema_check, only: check_document
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: parse_document
-  use gestell_task_keys, only: input_schema
+  use gestell_task_registry, only: input_schema
   implicit none (type, external)
   private
 

@@ -3,18 +3,20 @@ module test_html
   use checks, only: check_that
   use gestell_base_base64, only: base64
   use gestell_output_page_html, only: escaped
-  use gestell_output_page_table, only: html_table, label
+  use gestell_base_kinds, only: dp
+  use gestell_output_page_table, only: html_table
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: new_unit
   use gestell_input_machine_frame, only: support_keys
   use gestell_base_key, only: find_key, of_length
   use gestell_task_keys, only: case_keys
   use gestell_input_schema_units, only: unit_symbol, units_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
   public :: collect_html
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -25,8 +27,8 @@ contains
       & new_unittest("base64 as RFC 4648 has it", test_base64), &
       & new_unittest("user's text is text on the page", test_escaped), &
       & new_unittest("heads of columns have units", test_label), &
-      & new_unittest("a file becomes a table", test_table), &
-      & new_unittest("a wide file becomes a tall table", test_turned), &
+      & new_unittest("a table in HTML", test_table), &
+      & new_unittest("a wide table is turned", test_turned), &
       & new_unittest("of a long file the first rows", test_long), &
       & new_unittest("units of the input's keys", test_units)]
   end subroutine collect_html
@@ -55,48 +57,60 @@ contains
     call check(error, escaped("a<b>&""c""" // char(7)), "a&lt;b&gt;&amp;&quot;c&quot; ")
   end subroutine test_escaped
 
+  !> Columns end in the unit's suffix in files, in the unit's words for people.
   subroutine test_label(error)
     type(error_type), allocatable, intent(out) :: error
+    type(table_type) :: table
 
-    call check(error, label("exponent_im_rad_per_s"), "exponent im (rad/s)")
-    if (.not. allocated(error)) call check(error, label("fx_1_peak_N"), "fx 1 peak (N)")
-    if (.not. allocated(error)) call check(error, label("index"), "index")
-    if (.not. allocated(error)) call check(error, label("growth_1_per_s"), "growth (1/s)")
+    table = new_table("a", "", "", "")
+    call table%add("exponent_im", new_unit("rad/s"), "", [1.0_dp])
+    call table%add("ax_peak", new_unit("m/s^2"), "", [1.0_dp], error="ax_peak_error")
+    call table%add("moment", new_unit("N m"), "", [1.0_dp])
+    call check(error, table%columns(1)%key, "exponent_im_rad_s")
+    if (.not. allocated(error)) call check(error, table%columns(1)%label, "exponent im")
+    if (.not. allocated(error)) call check(error, table%columns(2)%key, "ax_peak_m_s2")
+    if (.not. allocated(error)) call check(error, table%columns(2)%error, "ax_peak_error_m_s2")
+    if (.not. allocated(error)) call check(error, table%columns(3)%key, "moment_Nm")
   end subroutine test_label
 
   subroutine test_table(error)
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: table
+    type(table_type) :: table
+    character(len=:), allocatable :: lines
 
-    table = html_table("a.csv", "# title" // newline // "name,x_m" // newline // """b, """"c""""""," &
-      & // "-1.2345678900000000E-003" // newline // "d,NaN" // newline)
-    call check_that(error, table, "contains", "<th scope=""col"">x (m)</th>", "head")
-    call check_that(error, table, "contains", &
-      & "<td>b, &quot;c&quot;</td><td class=""n"">-0.00123457</td>", "quotes and digits: " // table)
-    call check_that(error, table, "contains", "<td>NaN</td>", "no number")
-    call check_that(error, index(table, "title"), "==", 0, "preamble")
-    if (.not. allocated(error)) call check(error, html_table("a.csv", "# title" // newline // "name,x_m" // newline), "")
+    table = new_table("a", "", "", "")
+    call table%add("name", "", [character(len=6) :: "b, ""c""", "d"])
+    call table%add("x", new_unit("m"), "", [-1.23456789e-3_dp, ieee_value(1.0_dp, ieee_quiet_nan)])
+    lines = html_table(table)
+    call check_that(error, lines, "contains", "<th scope=""col"">x (m)</th>", "head")
+    call check_that(error, lines, "contains", "<td>b, &quot;c&quot;</td><td class=""n"">-0.00123457</td>", "quotes and digits")
+    call check_that(error, lines, "contains", "<td class=""n"">NaN</td>", "no number")
+    if (allocated(error)) return
+    table = new_table("a", "", "", "")
+    call table%add("x", new_unit("m"), "", [real(dp) ::])
+    call check(error, html_table(table), "")
   end subroutine test_table
 
   subroutine test_turned(error)
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: table
+    type(table_type) :: table
+    integer :: k
 
-    table = html_table("a.csv", "a,b,c,d,e,f,g,h,i,j,k" // newline // "1,2,3,4,5,6,7,8,9,10,11" // newline)
-    call check_that(error, table, "contains", "<tr><th scope=""row"">k</th><td class=""n"">11</td></tr>")
+    table = new_table("a", "", "", "")
+    do k = 1, 11
+      call table%add(achar(96 + k), "", [k])
+    end do
+    call check_that(error, html_table(table), "contains", "<tr><th scope=""row"">k</th><td class=""n"">11</td></tr>", "turned")
   end subroutine test_turned
 
   subroutine test_long(error)
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: table, lines
+    type(table_type) :: table
     integer :: k
 
-    lines = "a" // newline
-    do k = 1, 61
-      lines = lines // "7" // newline
-    end do
-    table = html_table("a.csv", lines)
-    call check_that(error, table, "contains", "the first 60 of 61 rows", "caption")
+    table = new_table("a", "", "", "")
+    call table%add("a", "", [(k, k = 1, 61)])
+    call check_that(error, html_table(table), "contains", "the first 60 of 61 rows", "caption")
   end subroutine test_long
 
   subroutine test_units(error)

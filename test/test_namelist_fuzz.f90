@@ -6,7 +6,7 @@ module test_namelist_fuzz
   use gestell_input_schema_check, only: check_document
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema_path, only: set_value
-  use gestell_task_keys, only: input_schema
+  use gestell_task_registry, only: input_schema
   use namelist_helpers, only: read_checked, nl, file
   implicit none (type, external)
   private

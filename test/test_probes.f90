@@ -9,7 +9,7 @@ module test_probes
   use gestell_model_frame_quantity, only: accelerations, probe_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_forces_ground, only: along_x, along_y, find_places, place_type
-  use gestell_task_response_probes, only: probe_parts, velocity_part, watch, watched_type
+  use gestell_task_probes_watched, only: probe_parts, velocity_part, watch, watched_type
   use reference_cases, only: random_linkage, random_machine
   use reference_machine, only: khang_machine, machine_data
   use reference_momentum, only: derivative

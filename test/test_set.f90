@@ -10,7 +10,7 @@ module test_set
   use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, word_length
   use gestell_input_namelist, only: parse_document
   use gestell_input_schema_path, only: set_value, get_path, set_path_real
-  use gestell_task_keys, only: input_schema
+  use gestell_task_registry, only: input_schema
   use gestell_input_namelist_suggest, only: suggestion
   use namelist_helpers, only: key, read_checked, check_message, check_passed, file, rest
   implicit none (type, external)

@@ -11,10 +11,11 @@
 !> Each is the least time of three, of tiles that are repeated at once.
 program costs
   use cli, only: options_type, parse_command_line
-  use driver, only: folder_name, preamble, read_input
+  use driver, only: folder_name, read_input
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
+  use gestell_task, only: any_task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_base_files, only: file_size
   use gestell_task_sweep_summary, only: summary_type
@@ -27,6 +28,7 @@ program costs
 
   integer, parameter :: most_tiles = 40, times = 3
   type(options_type) :: options
+  type(any_task_type), allocatable :: tasks(:)
   type(configuration_type), allocatable :: configuration
   type(campaign_type) :: campaign
   type(error_type), allocatable :: error
@@ -47,7 +49,7 @@ program costs
     if (allocated(configuration)) deallocate(configuration)
     allocate(configuration)
     begin = seconds_now()
-    call read_input(options, configuration, error)
+    call read_input(options, tasks, configuration, error)
     least = min(least, seconds_now() - begin)
     call stop_at(error)
   end do
@@ -71,7 +73,7 @@ program costs
       call stop_at(error)
       call tell("open", tiles, points, seconds_now() - begin, 0.0_dp, 0, 0_int64)
       begin = seconds_now()
-      call campaign%finish(folder, preamble(options, configuration), summary, error)
+      call campaign%finish(folder, [character(len=5) :: "costs"], summary, error)
       call stop_at(error)
       call campaign%clear()
       call tell("finish", tiles, points, seconds_now() - begin, 0.0_dp, 0, file_size(folder // "/sweep.csv"))

@@ -14,14 +14,11 @@ module gestell_task_keys
   implicit none (type, external)
   private
 
-  public :: accuracy_keys, input_schema
-
-  character(len=*), parameter :: task_names = "stability, modes, response, trade, sweep, boundary, forces, power, drawing, " // &
-    & "resonance, critical, campbell, sensitivity"
+  public :: accuracy_keys, case_keys_of, schema_of
 
   type(key_type), parameter, public :: case_keys(*) = [ &
     & key_type("case", "title", text_key, "heads the report and the files", otherwise="none"), &
-    & key_type("case", "tasks", text_key, "what is asked for, see below", 1, 1, 20, word="stability, response", words=task_names)]
+    & key_type("case", "tasks", text_key, "what is asked for, see below", 1, 1, 20, word="stability, response")]
 
   type(key_type), parameter, public :: model_keys(*) = [ &
     & key_type("model", "frame", text_key, "the equations that stand for the frame, see below", otherwise="`'exact'`; " // &
@@ -51,15 +48,25 @@ module gestell_task_keys
 
 contains
 
-  !> The schema of the input file.
-  pure function input_schema() result(schema)
+  !> The schema of the input file; these tasks can be ordered.
+  pure function schema_of(tasks) result(schema)
+    character(len=*), intent(in) :: tasks(:)
     type(schema_type) :: schema
 
     schema = machine_schema()
     schema%groups = [case_group, schema%groups, groups]
-    schema%keys = [case_keys, schema%keys, model_keys, accuracy_keys(), response_keys, sweep_keys, boundary_keys, &
+    schema%keys = [case_keys_of(tasks), schema%keys, model_keys, accuracy_keys(), response_keys, sweep_keys, boundary_keys, &
       & resonance_keys, sensitivity_keys]
-  end function input_schema
+  end function schema_of
+
+  !> The keys of the group &case where these tasks can be ordered.
+  pure function case_keys_of(tasks) result(keys)
+    character(len=*), intent(in) :: tasks(:)
+    type(key_type) :: keys(size(case_keys))
+
+    keys = case_keys
+    keys(2)%words = joined(tasks)
+  end function case_keys_of
 
   pure function accuracy_keys() result(keys)
     type(key_type) :: keys(size(fixed_accuracy_keys))

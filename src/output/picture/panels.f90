@@ -16,11 +16,10 @@ module gestell_output_picture_panels
 
 contains
 
-  !> Panels one below the other, or in rows of `across`, under a title (`heading`); `legend`: with room below for one of so many
+  !> Panels one below the other, or in rows of `across`, under the picture's heading; `legend`: with room below for one of so many
   !> pixels.
-  pure function layout_line(panels, across, title, legend) result(line)
+  pure function layout_line(panels, across, legend) result(line)
     integer, intent(in) :: panels, across
-    character(len=*), intent(in) :: title
     integer, intent(in), optional :: legend
     character(len=:), allocatable :: line
     real(dp) :: height, below
@@ -33,7 +32,7 @@ contains
     if (present(legend)) below = below + legend
     line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.14 ", "0.125", across == 1) &
       & // ",0.975," // concise(below / height, 3) // "," // concise(1 - 86 / height, 3) &
-      & // " spacing 0.145," // concise(34 / height, 3) // " title " // title // " noenhanced" // newline
+      & // " spacing 0.145," // concise(34 / height, 3) // " title heading noenhanced" // newline
   end function layout_line
 
   !> A range from one value to another, with room at both for a mark and its name.

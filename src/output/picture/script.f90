@@ -6,12 +6,20 @@ module gestell_output_picture_script
   use gestell_base_text, only: concise, text
   use gestell_output_file_output, only: write_file
   use gestell_base_wording, only: length_of_character
-  use gestell_output_report_verdict, only: alarm
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: heading, panel_heading, pick_unit, quoted, span, tic, write_script
+  public :: new_figure, panel_heading, pick_unit, quoted, span, tic, write_figure
+
+  !> The picture of the table of the same name.
+  type, public :: figure_type
+    character(len=:), allocatable :: name
+    !> What it shows, and the lines that draw it under a `heading`.
+    character(len=:), allocatable :: shown, lines
+    !> Width and height in pixels.
+    integer :: pixels(2) = [800, 560]
+  end type figure_type
 
   !> A unit for an axis: `factor` times the SI value is the number in `name`.
   type, public :: axis_unit_type
@@ -25,19 +33,28 @@ module gestell_output_picture_script
 
 contains
 
-  !> Writes `folder`/`name`.gp: the common head, then `lines`, which draw one picture of `width` by `height` pixels.
-  !> Error: it cannot be written.
-  subroutine write_script(folder, name, lines, error, width, height)
-    character(len=*), intent(in) :: folder, name, lines
-    type(error_type), allocatable, intent(out) :: error
+  !> `lines`, which draw one picture of `width` by `height` pixels.
+  pure type(figure_type) function new_figure(name, shown, lines, width, height) result(figure)
+    character(len=*), intent(in) :: name, shown, lines
     integer, intent(in), optional :: width, height
-    integer :: pixels(2)
 
-    pixels = [800, 560]
-    if (present(width)) pixels(1) = width
-    if (present(height)) pixels(2) = height
-    call write_file(folder // "/" // name // ".gp", head(name, pixels) // lines, error)
-  end subroutine write_script
+    figure%name = name
+    figure%shown = shown
+    figure%lines = lines
+    if (present(width)) figure%pixels(1) = width
+    if (present(height)) figure%pixels(2) = height
+  end function new_figure
+
+  !> Writes the script NAME.gp into `folder`: the common head, then the lines; `title` of the input, `alarm` before what is shown.
+  !> Error: it cannot be written.
+  subroutine write_figure(folder, figure, title, alarm, error)
+    character(len=*), intent(in) :: folder, title, alarm
+    type(figure_type), intent(in) :: figure
+    type(error_type), allocatable, intent(out) :: error
+
+    call write_file(folder // "/" // figure%name // ".gp", head(figure%name, figure%pixels) // "heading = " &
+      & // heading(title, alarm, figure%shown) // newline // figure%lines // newline // "unset output" // newline, error)
+  end subroutine write_figure
 
   !> A script that runs itself for each format; then what all pictures share. Colours of Okabe and Ito; the lines differ in
   !> dashes and points too.
@@ -78,20 +95,12 @@ contains
       & // "set style fill solid 1 noborder" // newline
   end function head
 
-  !> A picture's title as gnuplot's expression, to be followed by `noenhanced`: the input's, which leads the preamble of its
-  !> file, and below it what is shown, behind the verdict where the preamble tells another one than stable.
-  pure function heading(preamble, shown) result(expression)
-    character(len=*), intent(in) :: preamble(:), shown
+  !> The words above a picture as gnuplot's expression: the input's title, and below it what is shown behind the `alarm`.
+  pure function heading(title, alarm, shown) result(expression)
+    character(len=*), intent(in) :: title, alarm, shown
     character(len=:), allocatable :: expression
-    character(len=*), parameter :: key = "title: "
-    character(len=:), allocatable :: title
-    integer :: i
 
-    title = ""
-    do i = 1, size(preamble)
-      if (index(preamble(i), key) == 1) title = trim(preamble(i)(len(key) + 1:))
-    end do
-    expression = quoted(alarm(preamble) // shown)
+    expression = quoted(alarm // shown)
     if (title /= "") expression = quoted(title) // " . ""\n"" . " // expression
   end function heading
 

@@ -5,11 +5,9 @@ module gestell_output_report_verdict
   implicit none (type, external)
   private
 
-  public :: alarm, judged, section, with_verdict
+  public :: alarm, judged, section, verdict_line
 
   character, parameter :: newline = new_line("a")
-  !> What begins the line of a file's preamble that tells the verdict.
-  character(len=*), parameter :: key = "verdict: "
 
 contains
 
@@ -37,36 +35,33 @@ contains
     if (judged(verdict) /= "") line = newline // heading // newline // "  " // judged(verdict) // newline
   end function section
 
-  !> The preamble of a file that tells of the vibration of a machine with that verdict, which may be a sentence, or the state 'ok';
-  !> without one it stays as it is.
-  pure function with_verdict(preamble, verdict) result(lines)
-    character(len=*), intent(in) :: preamble(:), verdict
-    character(len=max(len(preamble), 300)), allocatable :: lines(:)
-    character(len=:), allocatable :: words
+  !> The line that heads a file about the vibration of a machine with that verdict, which may be a sentence, or the state 'ok';
+  !> empty without one.
+  pure function verdict_line(verdict) result(line)
+    character(len=*), intent(in) :: verdict
+    character(len=:), allocatable :: line
     integer :: first
 
-    words = verdict
-    if (verdict == "ok") words = "stable"
-    if (judged(verdict) /= "") words = judged(verdict)
-    first = scan(words // " ", " :") - 1
-    allocate(lines(size(preamble) + merge(0, 1, words == "")))
-    lines(:size(preamble)) = preamble
-    if (words /= "") lines(size(lines)) = key // lower(words(:first)) // words(first + 1:)
-  end function with_verdict
+    line = trim(verdict)
+    if (verdict == "ok") line = "stable"
+    if (judged(verdict) /= "") line = judged(verdict)
+    if (line == "") return
+    first = scan(line // " ", " :") - 1
+    line = "verdict: " // lower(line(:first)) // line(first + 1:)
+  end function verdict_line
 
-  !> What has to stand before the title of a picture whose file has this preamble; empty of a stable machine.
-  pure function alarm(preamble) result(word)
-    character(len=*), intent(in) :: preamble(:)
+  !> What has to stand before the title of a picture of such a file; empty of a stable machine.
+  pure function alarm(verdict) result(word)
+    character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: word
-    integer :: i
+    character(len=:), allocatable :: line
 
+    line = verdict_line(verdict)
     word = ""
-    do i = 1, size(preamble)
-      if (index(preamble(i), key // "unstable") == 1) word = "UNSTABLE: "
-      if (index(preamble(i), key // "undecided") == 1) word = "UNDECIDED: "
-      if (index(preamble(i), key // "unstable at ") == 1) word = "UNSTABLE IN PART: "
-      if (index(preamble(i), key // "undecided at ") == 1) word = "UNDECIDED IN PART: "
-    end do
+    if (index(line, "verdict: unstable") == 1) word = "UNSTABLE: "
+    if (index(line, "verdict: undecided") == 1) word = "UNDECIDED: "
+    if (index(line, "verdict: unstable at ") == 1) word = "UNSTABLE IN PART: "
+    if (index(line, "verdict: undecided at ") == 1) word = "UNDECIDED IN PART: "
   end function alarm
 
 end module gestell_output_report_verdict

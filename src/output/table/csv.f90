@@ -1,46 +1,119 @@
-!> Result files: comma separated, a preamble of # lines, one header line, numbers with 17 significant digits.
+!> Tables as comma separated values: # lines, one header line, numbers with 17 significant digits.
 module gestell_output_table_csv
   use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_output_file_output, only: open_output, output_type
+  use gestell_output_table, only: column_type, nothing, table_type
+  use gestell_output_table_scientific, only: number_width, put_number
   implicit none (type, external)
   private
 
-  public :: field, row, write_table
+  public :: field, print_rows, write_csv
 
   character, parameter :: newline = new_line("a")
+  !> Rows that are given to the file at once.
+  integer, parameter :: piece = 100
+
+  abstract interface
+    !> Takes complete lines.
+    subroutine printer(words, error)
+      import :: error_type
+      implicit none (type, external)
+      character(len=*), intent(in) :: words
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine printer
+  end interface
 
 contains
 
-  !> Writes `values`, shape (columns, rows), to `folder`/`name`. With `first_index` an integer column leads, which
-  !> counts the rows from there; with `labels` the columns that these hold; with `tails` those that follow. `header` holds
-  !> the names of all columns.
-  !> Error: the file cannot be written.
-  subroutine write_table(folder, name, preamble, header, values, error, first_index, labels, tails)
-    character(len=*), intent(in) :: folder, name, preamble(:), header
-    real(dp), intent(in) :: values(:, :)
+  !> Writes the table to its file in `folder`; `preamble` heads it. Error: it cannot be written.
+  subroutine write_csv(folder, table, preamble, error)
+    character(len=*), intent(in) :: folder, preamble(:)
+    type(table_type), intent(in) :: table
     type(error_type), allocatable, intent(out) :: error
-    integer, intent(in), optional :: first_index
-    character(len=*), intent(in), optional :: labels(:), tails(:)
     type(output_type) :: output
-    character(len=:), allocatable :: line
-    integer :: i, k
+    integer :: i
 
-    call open_output(output, folder // "/" // name)
+    call open_output(output, folder // "/" // table%name // ".csv")
     do i = 1, size(preamble)
       call output%append("# " // trim(preamble(i)) // newline)
     end do
-    call output%append(header // newline)
-    do k = 1, size(values, 2)
-      line = row(values(:, k))
-      if (present(first_index)) line = text(first_index + k - 1) // "," // line
-      if (present(labels)) line = trim(labels(k)) // "," // line
-      if (present(tails)) line = line // "," // trim(tails(k))
-      call output%append(line // newline)
+    call output%append(header(table))
+    do i = 1, table%rows, piece
+      call output%append(rows(table, i, min(i + piece - 1, table%rows)))
     end do
     call output%complete(error)
-  end subroutine write_table
+  end subroutine write_csv
+
+  !> Header and rows, in pieces, by `print`. Error: as of that.
+  subroutine print_rows(table, print, error)
+    type(table_type), intent(in) :: table
+    procedure(printer) :: print
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    call print(header(table), error)
+    do i = 1, table%rows, piece
+      if (allocated(error)) return
+      call print(rows(table, i, min(i + piece - 1, table%rows)), error)
+    end do
+  end subroutine print_rows
+
+  pure function header(table) result(line)
+    type(table_type), intent(in) :: table
+    character(len=:), allocatable :: line
+    integer :: k
+
+    line = ""
+    do k = 1, size(table%columns)
+      line = line // trim(merge(",", " ", k > 1)) // field(table%columns(k)%key)
+    end do
+    line = line // newline
+  end function header
+
+  pure function rows(table, first, last) result(lines)
+    type(table_type), intent(in) :: table
+    integer, intent(in) :: first, last
+    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: line
+    integer :: i, k, n
+
+    lines = ""
+    do i = first, last
+      line = repeat(" ", (number_width + 1) * size(table%columns))
+      n = 0
+      do k = 1, size(table%columns)
+        call put_cell(table%columns(k), i, line, n)
+        line(n + 1:n + 1) = ","
+        n = n + 1
+      end do
+      line(n:n) = newline
+      lines = lines // line(:n)
+    end do
+  end function rows
+
+  !> Writes a value behind the first `n` characters of `line`, which grows where a word is longer than a number, and moves `n`.
+  pure subroutine put_cell(column, i, line, n)
+    type(column_type), intent(in) :: column
+    integer, intent(in) :: i
+    character(len=:), allocatable, intent(inout) :: line
+    integer, intent(inout) :: n
+    character(len=:), allocatable :: word
+
+    if (allocated(column%numbers)) then
+      call put_number(line, n, column%numbers(i))
+      return
+    else if (.not. allocated(column%integers)) then
+      word = field(trim(column%words(i)))
+    else if (column%integers(i) == nothing) then
+      word = "NaN"
+    else
+      word = text(column%integers(i))
+    end if
+    if (len(word) > number_width) line = line // repeat(" ", len(word) - number_width)
+    line(n + 1:n + len(word)) = word
+    n = n + len(word)
+  end subroutine put_cell
 
   !> A text as a field of the file: in quotes if it begins like a comment, or has a comma, the end of a line or quotes itself, which
   !> are doubled then. A text that a spreadsheet would take for a formula, as it begins with one of = + - @ and is no number, gets
@@ -62,22 +135,5 @@ contains
     end do
     word = word // """"
   end function field
-
-  !> Numbers with 17 digits between commas: written at once, for that is what most of a run's time goes into.
-  pure function row(values) result(line)
-    real(dp), intent(in) :: values(:)
-    character(len=:), allocatable :: line
-    character(len=25 * size(values)) :: wide
-    integer :: i, length
-
-    write (wide, "(*(es24.16e3, :, ','))") values
-    length = 0
-    do i = 1, len(wide)
-      if (wide(i:i) == " ") cycle
-      length = length + 1
-      wide(length:length) = wide(i:i)
-    end do
-    line = wide(:length)
-  end function row
 
 end module gestell_output_table_csv

@@ -1,11 +1,10 @@
 !> Pictures of borders of stability: critical values of one parameter, curves over two.
 module gestell_task_boundary_plot
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: heading, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_output_picture_axis, only: coordinate, parameter_axis, with_unit
-  use gestell_task_boundary_task, only: border_results_type
+  use gestell_task_boundary_solution, only: border_results_type
   use gestell_study_grid, only: axis_type, grid_type
   implicit none (type, external)
   private
@@ -19,32 +18,31 @@ module gestell_task_boundary_plot
 
 contains
 
-  !> boundary.gp, over the parameters `paths`, in these units. Error: it cannot be written.
-  subroutine plot_borders(folder, preamble, paths, units, grid, results, error)
-    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
+  !> boundary.gp, over the parameters `paths`, in these units.
+  function plot_borders(paths, units, grid, results) result(figure)
+    character(len=*), intent(in) :: paths(:), units(:)
     type(grid_type), intent(in) :: grid
     type(border_results_type), intent(in) :: results
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
 
     if (allocated(results%map)) then
-      call plot_map(folder, preamble, paths, units, grid, results, error)
+      figure = plot_map(paths, units, grid, results)
     else
-      call plot_values(folder, preamble, trim(paths(1)), units(1), grid%axes(1), results, error)
+      figure = plot_values(trim(paths(1)), units(1), grid%axes(1), results)
     end if
-  end subroutine plot_borders
+  end function plot_borders
 
   !> Critical values with the argument of their multiplier, and which side is unstable.
-  subroutine plot_values(folder, preamble, path, unit, axis, results, error)
-    character(len=*), intent(in) :: folder, preamble(:), path, unit
+  function plot_values(path, unit, axis, results) result(figure)
+    character(len=*), intent(in) :: path, unit
     type(axis_type), intent(in) :: axis
     type(border_results_type), intent(in) :: results
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines, list
     integer :: i
 
     associate (values => results%values)
-      lines = "set title " // heading(preamble, "Borders of stability over " // path // ": " // found(size(values))) &
-        & // " noenhanced" // newline // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
+      lines = "set title heading noenhanced" // newline // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
         & // "set yrange [-0.08:1.3]" // newline &
         & // "set ylabel '|arg ρ| / π of the critical multiplier'" // newline // "set ytics 0,0.25,1" // newline &
         & // "set key outside bottom center horizontal samplen 2" // newline
@@ -64,7 +62,8 @@ contains
       end do
       if (size(values) > 0) list = list // ", keyentry with boxes lc rgb '#F3C08F' fs solid 1 title 'unstable'"
     end associate
-    call write_script(folder, "boundary", lines // list // newline // "unset output" // newline, error, width=800, height=440)
+    figure = new_figure("boundary", "Borders of stability over " // path // ": " // found(size(results%values)), lines // list &
+      & // newline, width=800, height=440)
   contains
     !> The critical value behind number `i`, or the end of the range.
     pure real(dp) function next_of(i)
@@ -82,7 +81,7 @@ contains
     pure real(dp) function least()
       least = minval(coordinate(axis, [axis%from, axis%to]))
     end function least
-  end subroutine plot_values
+  end function plot_values
 
   !> An unstable interval.
   pure function band(number, from, to) result(line)
@@ -95,17 +94,16 @@ contains
   end function band
 
   !> Curves, their kinds told by dashes, and the unstable side of each.
-  subroutine plot_map(folder, preamble, paths, units, grid, results, error)
-    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
+  function plot_map(paths, units, grid, results) result(figure)
+    character(len=*), intent(in) :: paths(:), units(:)
     type(grid_type), intent(in) :: grid
     type(border_results_type), intent(in) :: results
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines, list
     integer :: i, c
 
     associate (map => results%map)
-      lines = "set title " // heading(preamble, "Borders of stability over " // trim(paths(1)) // " and " // trim(paths(2)) &
-        & // ": " // found(map%curves)) // " noenhanced" // newline &
+      lines = "set title heading noenhanced" // newline &
         & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.0_dp) &
         & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.0_dp) &
         & // "set key outside bottom center horizontal samplen 3" // newline
@@ -123,7 +121,8 @@ contains
           & // trim(meanings(i)) // "'"
       end do
     end associate
-    call write_script(folder, "boundary", lines // list // newline // "unset output" // newline, error, width=800, height=560)
+    figure = new_figure("boundary", "Borders of stability over " // trim(paths(1)) // " and " // trim(paths(2)) // ": " &
+      & // found(results%map%curves), lines // list // newline, width=800, height=560)
   contains
     !> A word on the unstable side of a curve's middle, which is on its left.
     function side(c) result(line)
@@ -160,7 +159,7 @@ contains
 
       room = minval([point, 1 - point])
     end function room
-  end subroutine plot_map
+  end function plot_map
 
   !> What an empty picture says.
   pure function empty(number) result(line)

@@ -8,7 +8,7 @@ module gestell_task_boundary_report
   use gestell_task_boundary_line_functions, only: flutter, kind_names
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type
   use gestell_task_boundary_vertex, only: finest_lines
-  use gestell_task_boundary_task, only: border_results_type
+  use gestell_task_boundary_solution, only: border_results_type
   implicit none (type, external)
   private
 

@@ -1,149 +1,204 @@
-!> The task `boundary`: borders over one or two parameters, and the way from an unstable machine to the nearest stable one.
+!> The task `boundary`: borders of stability over one or two parameters.
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: dp
-  use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_model_frame, only: frame_type
-  use gestell_task_boundary, only: border_accuracy, border_type, border_rest_type, find_borders, &
-    & nearest_stable, nearest_type, usual_tolerance
-  use gestell_task_boundary_branches, only: find_branch_borders
-  use gestell_task_boundary_map, only: border_line_type, border_map_type, search_border_line, trace_borders
-  use gestell_study_family, only: family_type
-  use gestell_study_grid, only: grid_type
-  use gestell_system_averaged, only: averaged_system
-  use gestell_system_periodic, only: periodic_system
+  use gestell_base_text, only: exact, text
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema, only: schema_type
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: radian, unit_type
+  use gestell_task, only: all_machines, task_type
+  use gestell_task_boundary, only: border_accuracy
+  use gestell_task_boundary_plot, only: plot_borders
+  use gestell_task_boundary_report, only: report_borders, report_search
+  use gestell_task_boundary_map, only: border_line_type, border_lines
+  use gestell_task_boundary_solution, only: border_results_type, search_line_of, solve_borders
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_executor, only: work_type
+  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_sweep_plan, only: read_borders, sweep_plan_type
   implicit none (type, external)
   private
 
-  public :: search_line_of, solve_borders
-
-  !> What is wanted.
-  type, public :: border_order_type
-    type(accuracy_type) :: accuracy
-    !> Relative to the ranges: of values of one parameter, and of curves.
-    real(dp) :: tolerance = usual_tolerance
-    !> Whether M, B, C are averaged over the turn.
-    logical :: averaged = .false.
-  end type border_order_type
-
-  type, public :: border_results_type
-    !> One parameter: its critical values.
-    type(border_type), allocatable :: values(:)
-    type(border_rest_type) :: rest
-    !> Two: the curves.
-    type(border_map_type), allocatable :: map
-    !> From the base along each parameter; unallocated without a base, and where it is not unstable.
-    type(nearest_type), allocatable :: nearest(:)
-  end type border_results_type
-
-  !> The frames of a family with averaged coefficients.
-  type, extends(family_type) :: averaged_family_type
-    class(family_type), pointer :: family => null()
+  type, extends(task_type), public :: boundary_task
   contains
-    procedure :: member => averaged_member
-  end type averaged_family_type
+    procedure :: describe
+    procedure :: read => read_boundary
+    procedure :: preview
+    procedure :: run
+  end type boundary_task
+
+  !> A piece is a line of the search over two parameters.
+  type, extends(work_type) :: lines_type
+    type(locked_family_type) :: family
+    type(sweep_plan_type) :: plan
+    type(border_line_type), allocatable :: lines(:)
+  contains
+    procedure :: compute
+  end type lines_type
 
 contains
 
-  !> Searches line `number` of the grid of two parameters (gestell_task_boundary_map): for `solve_borders`, by as many threads
-  !> as there are lines if `member` of the family may be called so. Error: the parameters make no sense.
-  subroutine search_line_of(family, grid, order, number, line, error)
-    class(family_type), intent(in), target :: family
-    type(grid_type), intent(in) :: grid
-    type(border_order_type), intent(in) :: order
-    integer, intent(in) :: number
-    type(border_line_type), intent(out) :: line
+  pure subroutine describe(self)
+    class(boundary_task), intent(inout) :: self
+
+    self%name = "boundary"
+    self%about = all_machines
+  end subroutine describe
+
+  subroutine read_boundary(self, doc, schema, configuration, error)
+    class(boundary_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
-    type(averaged_family_type) :: averaged
 
-    if (order%averaged) then
-      averaged%family => family
-      call search_border_line(averaged, grid, fine_of(order%accuracy), order%tolerance, number, line, error)
-    else
-      call search_border_line(family, grid, fine_of(order%accuracy), order%tolerance, number, line, error)
-    end if
-  end subroutine search_line_of
+    if (.not. self%ordered) return
+    configuration%plan%borders%accuracy = configuration%accuracy
+    configuration%plan%borders%averaged = configuration%tasks%averaged
+    call read_borders(doc, schema, configuration%plan, error)
+  end subroutine read_boundary
 
-  !> Borders within the ranges of `grid`; with `base` (all parameters) also what is stable nearest to it. `lines`: those of the
-  !> grid, searched already; `bare`: the frames that no model has settled, where the borders over one parameter are those of the
-  !> exact one's vibrations, branch by branch. Error: the parameters make no sense.
-  subroutine solve_borders(family, grid, order, results, error, base, lines, bare)
-    class(family_type), intent(in), target :: family
-    type(grid_type), intent(in) :: grid
-    type(border_order_type), intent(in) :: order
+  function preview(self, configuration) result(lines)
+    class(boundary_task), intent(in) :: self
+    type(configuration_type), intent(in) :: configuration
+    character(len=:), allocatable :: lines
+
+    lines = report_search(configuration%plan)
+    associate (unused_task => self)
+    end associate
+  end function preview
+
+  subroutine run(self, context, result, error)
+    class(boundary_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(border_results_type) :: results
+    type(table_type) :: table
+
+    call solve(context, results, error)
+    if (allocated(error)) return
+    associate (plan => context%configuration%plan)
+      if (allocated(results%map)) then
+        table = table_of_curves(plan, results)
+        if (results%map%curves > 0) call result%draw_over("sweep", ", for [c=1:" // text(results%map%curves) // "] " &
+          & // "'boundary.csv' using (column(1) == c ? X(column(2)) : NaN):(Y(column(3))) with lines lt 7 dt 1 lw 1.5")
+      else
+        table = table_of_values(plan, results)
+      end if
+      call result%add(table, plot_borders(plan%paths, plan%units, plan%grid, results))
+      call result%say(report_search(plan) // report_borders(plan, results))
+    end associate
+    associate (unused_task => self)
+    end associate
+  end subroutine run
+
+  !> The borders; over two parameters the lines of the search are spread.
+  subroutine solve(context, results, error)
+    type(context_type), intent(inout) :: context
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(in), optional :: base(:)
-    type(border_line_type), intent(in), optional :: lines(:)
-    class(family_type), intent(in), optional, target :: bare
-    type(averaged_family_type) :: averaged
-
-    if (order%averaged) then
-      averaged%family => family
-      call solve_family(averaged, grid, order, results, error, base, lines)
-    else
-      call solve_family(family, grid, order, results, error, base, lines, bare)
-    end if
-  end subroutine solve_borders
-
-  subroutine solve_family(family, grid, order, results, error, base, lines, bare)
-    class(family_type), intent(in) :: family
-    type(grid_type), intent(in) :: grid
-    type(border_order_type), intent(in) :: order
-    type(border_results_type), intent(inout) :: results
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(in), optional :: base(:)
-    type(border_line_type), intent(in), optional :: lines(:)
-    class(family_type), intent(in), optional, target :: bare
-    type(accuracy_type) :: fine
-    logical :: followed
+    type(lines_type), target :: work
+    type(locked_family_type), allocatable, target :: bare
     integer :: k
 
-    fine = fine_of(order%accuracy)
-    followed = .false.
-    if (size(grid%axes) == 1 .and. present(bare)) call find_branch_borders(bare, grid%axes(1), fine, order%tolerance, &
-      & results%values, error, results%rest, followed)
-    if (allocated(error)) return
-    if (size(grid%axes) == 1) then
-      if (.not. followed) call find_borders(family, grid%axes(1), fine, order%tolerance, results%values, error, results%rest)
-    else
-      allocate(results%map)
-      call trace_borders(family, grid, fine, order%tolerance, results%map, error, lines)
-    end if
-    if (allocated(error) .or. .not. present(base)) return
-    allocate(results%nearest(size(base)))
-    do k = 1, size(base)
-      call nearest_stable(family, base, k, grid%axes, fine, min(order%tolerance, usual_tolerance), results%nearest(k), error)
+    work%plan = context%configuration%plan
+    call context%members(work%plan%family, work%family)
+    work%family%accuracy%tolerance = min(work%family%accuracy%tolerance, border_accuracy)
+    if (size(work%plan%grid%axes) == 2) then
+      allocate(work%lines(border_lines(work%plan%grid)))
+      call context%executor%spread(work, [(k, k = 1, size(work%lines))], error)
       if (allocated(error)) return
-    end do
-    if (results%nearest(1)%found .and. .not. abs(results%nearest(1)%distance) > 0) deallocate(results%nearest)
-  end subroutine solve_family
+    else if (work%family%model == "exact") then
+      allocate(bare, source=work%family)
+      bare%model = "rest"
+    end if
+    associate (plan => work%plan)
+      ! What is not allocated is not there.
+      if (allocated(plan%base)) then
+        call solve_borders(work%family, plan%grid, plan%borders, results, error, plan%base, work%lines, bare)
+      else
+        call solve_borders(work%family, plan%grid, plan%borders, results, error, lines=work%lines, bare=bare)
+      end if
+    end associate
+  end subroutine solve
 
-  !> What is ordered, but not coarser than narrow tongues want it.
-  pure type(accuracy_type) function fine_of(accuracy) result(fine)
-    type(accuracy_type), intent(in) :: accuracy
-
-    fine = accuracy
-    fine%tolerance = min(fine%tolerance, border_accuracy)
-  end function fine_of
-
-  subroutine averaged_member(self, parameters, system, error)
-    class(averaged_family_type), intent(in) :: self
-    real(dp), intent(in) :: parameters(:)
-    class(periodic_system), allocatable, intent(out) :: system
+  recursive subroutine compute(self, k, error)
+    class(lines_type), intent(inout) :: self
+    integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    type(averaged_system) :: model
 
-    call self%family%member(parameters, system, error)
-    if (allocated(error)) return
-    select type (system)
-    class is (frame_type)
-      call system%averaged(model)
-    class default
-      return
-    end select
-    deallocate(system)
-    allocate(system, source=model)
-  end subroutine averaged_member
+    call search_line_of(self%family, self%plan%grid, self%plan%borders, k, self%lines(k), error)
+  end subroutine compute
+
+  pure type(table_type) function empty_table() result(table)
+    table = new_table("boundary", "Stability boundaries", "Where the largest multiplier crosses the unit circle.", "", &
+      & shown=.true.)
+  end function empty_table
+
+  !> boundary.csv over one parameter, with a remark for each place that the search left open.
+  pure type(table_type) function table_of_values(plan, results) result(table)
+    type(sweep_plan_type), intent(in) :: plan
+    type(border_results_type), intent(in) :: results
+    character(len=:), allocatable :: path
+    type(unit_type) :: unit
+    integer :: i
+
+    table = empty_table()
+    path = trim(plan%paths(1))
+    unit = unit_type(words=plan%units(1))
+    associate (values => results%values)
+      call table%add("curve", "number of the critical value", [(i, i = 1, size(values))])
+      call table%add(path, unit, "critical value, in the units of the input", values%value, error=path // "_error")
+      call table%add("arg", radian, "argument of the critical multiplier", values%arg_rad)
+      call table%add("kind", "divergence, period_doubling, flutter or turning_point", values%kind)
+      call table%add(path // "_error", unit, "the border lies within the value plus and minus this", values%error)
+      call table%add("below", "verdict at the smaller value", values%below)
+      call table%add("above", "verdict at the greater value", values%above)
+      call table%add("vibration", "whose border it is", values%vibration)
+    end associate
+    if (.not. allocated(results%rest%places)) return
+    associate (places => results%rest%places)
+      deallocate(table%remarks)
+      allocate(character(len=len(path) + 120) :: table%remarks(size(places)))
+      do i = 1, size(places)
+        table%remarks(i) = "open: " // path // " = " // exact(places(i)%value) // " within " // exact(places(i)%width) &
+          & // ": a border could not be excluded"
+      end do
+    end associate
+  end function table_of_values
+
+  !> The same over two.
+  pure type(table_type) function table_of_curves(plan, results) result(table)
+    type(sweep_plan_type), intent(in) :: plan
+    type(border_results_type), intent(in) :: results
+    integer :: i, k
+
+    table = empty_table()
+    associate (vertices => results%map%vertices, places => results%map%places, paths => plan%paths)
+      call table%add("curve", "its number", vertices%curve)
+      do k = 1, 2
+        call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "of the vertex, in the units of the input", &
+          & [(vertices(i)%parameters(k), i = 1, size(vertices))], error=trim(paths(k)) // "_error")
+      end do
+      call table%add("arg", radian, "argument of the critical multiplier", vertices%arg_rad)
+      call table%add("kind", "divergence, period_doubling or flutter", vertices%kind)
+      do k = 1, 2
+        call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "the same along the line of the search", &
+          & [(vertices(i)%error(k), i = 1, size(vertices))])
+      end do
+      deallocate(table%remarks)
+      allocate(character(len=3 * len(paths) + 120) :: table%remarks(size(places)))
+      do i = 1, size(places)
+        k = maxloc(places(i)%width, dim=1)
+        table%remarks(i) = "open: " // trim(paths(1)) // " = " // exact(places(i)%parameters(1)) // ", " // trim(paths(2)) &
+          & // " = " &
+          & // exact(places(i)%parameters(2)) // " within " // exact(places(i)%width(k)) // " along " // trim(paths(k)) &
+          & // ": a border could not be excluded"
+      end do
+    end associate
+  end function table_of_curves
 
 end module gestell_task_boundary_task

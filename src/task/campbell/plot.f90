@@ -1,9 +1,8 @@
 !> Pictures of the modes over the speed: Campbell diagram, crossings, critical speeds.
 module gestell_task_campbell_plot
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: axis_unit_type, heading, pick_unit, span, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, pick_unit, span
   use gestell_output_picture_panels, only: height_of, key_line, layout_line, with_rim
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
@@ -22,13 +21,11 @@ module gestell_task_campbell_plot
 contains
 
   !> campbell.gp: frequencies with the lines of `orders` orders of the crank and the crossings, damping below.
-  !> Error: it cannot be written.
-  subroutine plot_campbell(folder, preamble, campbell, crossings, orders, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+  function plot_campbell(campbell, crossings, orders) result(figure)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
     integer, intent(in) :: orders
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines, frequencies, dampings
     real(dp), allocatable :: damping(:), shown(:)
     real(dp) :: speeds(size(campbell%points)), top
@@ -74,7 +71,7 @@ contains
       & // "(column('to_rpm') - column('from_rpm')):(0) with vectors nohead lt 2 dt 1 lw 6 title 'locked to an order'"
     if (size(crossings) > 0) frequencies = frequencies // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz' with points lt 7 " &
       & // "pt 6 ps 1 title 'crossing'"
-    lines = layout_line(3, 1, heading(preamble, "Campbell diagram")) // "set xrange " // sweep_of(speeds) // newline &
+    lines = layout_line(3, 1) // "set xrange " // sweep_of(speeds) // newline &
       & // "wide(part) = column('locked') > 0 && abs(column('to_rpm') - column('from_rpm')) > " &
       & // "part * abs(column('growth_1_per_s')) * 30 / (pi * column('order'))" // newline &
       & // "set lmargin screen 0.13; set rmargin screen 0.97; set tmargin screen 0.87; set bmargin screen 0.42" // newline &
@@ -87,9 +84,9 @@ contains
       & // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // from_zero(damping) // newline &
       & // "set ylabel 'damping (%)'" // newline &
       & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1" // newline // dampings // newline &
-      & // "unset multiplot" // newline // "unset output" // newline
-    call write_script(folder, "campbell", lines, error, width=820, height=680)
-  end subroutine plot_campbell
+      & // "unset multiplot" // newline
+    figure = new_figure("campbell", "Campbell diagram", lines, width=820, height=680)
+  end function plot_campbell
 
   !> Every so many rows belong to one mode.
   pure function curve(mode, modes, value, named) result(words)
@@ -156,11 +153,10 @@ contains
     end do
   end function order_names
 
-  !> crossings.gp. Error: it cannot be written.
-  subroutine plot_crossings(folder, preamble, crossings, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+  !> crossings.gp.
+  function plot_crossings(crossings) result(figure)
     type(crossing_type), intent(in) :: crossings(:)
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     real(dp) :: speeds(size(crossings)), frequencies(size(crossings))
     integer :: i, k
@@ -169,8 +165,8 @@ contains
       speeds(i) = crossings(i)%speed
       frequencies(i) = crossings(i)%at%frequency() / (2 * pi)
     end do
-    lines = "set title " // heading(preamble, "Crossings of modes with orders of the crank: " // found(size(crossings))) &
-      & // " noenhanced" // newline // "set xrange " // span(speeds) // newline // "set yrange " // span([0.0_dp, 1.1_dp &
+    lines = "set title heading noenhanced" // newline // "set xrange " // span(speeds) // newline // "set yrange " &
+      & // span([0.0_dp, 1.1_dp &
       & * frequencies]) // newline // "set xlabel 'crank speed (rpm)'; set ylabel 'frequency (Hz)'" // newline &
       & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline // "plot NaN notitle"
     do k = 1, maxval([0, crossings%mode])
@@ -180,16 +176,16 @@ contains
     end do
     if (size(crossings) > 0) lines = lines // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz':(sprintf('%g×', " &
       & // "column('order'))) with labels offset 0,0.9 font ',12' notitle"
-    call write_script(folder, "crossings", lines // newline // "unset output" // newline, error, width=800, height=460)
-  end subroutine plot_crossings
+    figure = new_figure("crossings", "Crossings of modes with orders of the crank: " // found(size(crossings)), lines, &
+      & width=800, height=460)
+  end function plot_crossings
 
   !> critical.gp: the peaks near the crossings over the `ordered` range of speeds, by amplitude and by force, which is left out
-  !> where it is less than `least_force` times the greatest. Error: it cannot be written.
-  subroutine plot_critical(folder, preamble, critical, ordered, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+  !> where it is less than `least_force` times the greatest.
+  function plot_critical(critical, ordered) result(figure)
     type(critical_type), intent(in) :: critical(:)
     real(dp), intent(in) :: ordered(2)
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     real(dp), allocatable :: speeds(:)
     integer :: i
@@ -200,14 +196,13 @@ contains
     end do
     speeds = [minval(speeds), maxval(speeds)]
     if (ordered(2) < ordered(1)) speeds = [speeds(2), speeds(1)]
-    lines = layout_line(2, 1, heading(preamble, "Critical speeds: peaks near " // found(size(critical)) &
-      & // " crossings (mode and order)")) // "set xrange " // with_rim(speeds(1), speeds(2))
+    lines = layout_line(2, 1) // "set xrange " // with_rim(speeds(1), speeds(2))
     lines = lines // newline // key_line(.false.) // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", &
       & 0.0_dp) // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
       & // panel(critical, force, speeds, "N", least_force)
-    call write_script(folder, "critical", lines // "unset multiplot" // newline // "unset output" // newline, error, width=800, &
-      & height=nint(height_of(2)))
-  end subroutine plot_critical
+    figure = new_figure("critical", "Critical speeds: peaks near " // found(size(critical)) // " crossings (mode and order)", &
+      & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
+  end function plot_critical
 
   !> Peaks as lines from the axis, on a logarithmic scale; of those below `least` times the greatest nothing.
   pure function panel(critical, which, range, si, least) result(lines)

@@ -1,9 +1,8 @@
 !> The picture of the mechanism through a turn, with its frame and mounts, to scale.
 module gestell_task_drawing_plot
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: heading, quoted, span, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted, span
   use gestell_task_drawing_guides, only: body_functions, element, guides, sliders
   use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline, pair
   use gestell_model_frame, only: frame_type
@@ -26,14 +25,13 @@ module gestell_task_drawing_plot
 
 contains
 
-  !> mechanism.gp, from the columns of mechanism.csv; `skeleton` is in the frame's system. Error: it cannot be written.
-  subroutine plot_mechanism(folder, preamble, frame, linkage, skeleton, probes, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+  !> mechanism.gp, from the columns of mechanism.csv; `skeleton` is in the frame's system.
+  function plot_mechanism(frame, linkage, skeleton, probes) result(figure)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
     type(skeleton_type), intent(in) :: skeleton
     type(probe_type), intent(in) :: probes(:)
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     type(drawing_type) :: mounts, stiff
     character(len=:), allocatable :: lines, across, upward
     real(dp), allocatable :: hull(:, :)
@@ -59,8 +57,7 @@ contains
     end do
     across = span([low(1), high(1)])
     upward = span([low(2), high(2) + 0.05_dp * extent])
-    lines = "set title " // heading(preamble, "The mechanism through a turn, bold at a crank angle of " &
-      & // text(nint(sign(1.0_dp, frame%speed)) * bold) // " deg") // " noenhanced" // newline &
+    lines = "set title heading noenhanced" // newline &
       & // "row = " // text(bold) // newline &
       & // "step = " // text(merge(wide_step, usual_step, size(skeleton%bars) > many_bars)) // newline &
       & // "last = 360 - step" // newline &
@@ -74,10 +71,11 @@ contains
       & // traces(skeleton) // mounts_line("$mounts", mounts, "1") // mounts_line("$stiff", stiff, "2.5") &
       & // bars(linkage, skeleton, .true.) // sliders(skeleton, extent) // centers(skeleton) // pins(skeleton) &
       & // names(linkage, skeleton, at_origin) // marks(probes, (low(1) + high(1)) / 2) // key(linkage, skeleton) &
-      & // newline // "unset output" // newline
+      & // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
-    call write_script(folder, "mechanism", lines, error, width=800, height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
-  end subroutine plot_mechanism
+    figure = new_figure("mechanism", "The mechanism through a turn, bold at a crank angle of " // text(nint(sign(1.0_dp, &
+      & frame%speed)) * bold) // " deg", lines, width=800, height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
+  end function plot_mechanism
 
   !> The box around all that moves, F, the supports and the probes.
   pure subroutine extremes(skeleton, frame, probes, low, high)

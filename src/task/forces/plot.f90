@@ -1,15 +1,14 @@
 !> Pictures of forces on the ground place by place, and of the drive.
 module gestell_task_forces_plot
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: heading, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
-  use gestell_task_findings, only: findings_type
+  use gestell_task_forces_ground, only: place_type
   implicit none (type, external)
   private
 
-  public :: plot_forces, plot_power
+  public :: plot_forces
 
   character, parameter :: newline = new_line("a")
   !> Columns before those of the places.
@@ -17,30 +16,30 @@ module gestell_task_forces_plot
 
 contains
 
-  !> supports.gp, supports_history.gp, supports_harmonics.gp. Error: one cannot be written.
-  subroutine plot_forces(folder, preamble, findings, harmonics, error)
-    character(len=*), intent(in) :: folder, preamble(:)
-    type(findings_type), intent(in) :: findings
+  !> supports.gp, supports_history.gp, supports_harmonics.gp.
+  function plot_forces(places, speed, harmonics) result(figures)
+    type(place_type), intent(in) :: places(:)
+    real(dp), intent(in) :: speed
     integer, intent(in) :: harmonics
-    type(error_type), allocatable, intent(out) :: error
-    character(len=24) :: names(size(findings%places))
-    logical :: turns(size(findings%places))
+    type(figure_type) :: figures(3)
+    character(len=24) :: names(size(places))
+    logical :: turns(size(places))
     integer :: i
 
     do i = 1, size(names)
-      names(i) = findings%places(i)%name
-      if (scan(names(i), "0123456789") == 1) names(i) = "support " // findings%places(i)%name
-      turns(i) = findings%places(i)%turns
+      names(i) = places(i)%name
+      if (scan(names(i), "0123456789") == 1) names(i) = "support " // places(i)%name
+      turns(i) = places(i)%turns
     end do
-    call plot_places(folder, preamble, names, error)
-    if (.not. allocated(error)) call plot_histories(folder, preamble, names, turns, findings%speed, error)
-    if (.not. allocated(error)) call plot_orders(folder, preamble, names, turns, harmonics, error)
-  end subroutine plot_forces
+    figures(1) = plot_places(names)
+    figures(2) = plot_histories(names, turns, speed)
+    figures(3) = plot_orders(names, turns, harmonics)
+  end function plot_forces
 
   !> Bars for every place.
-  subroutine plot_places(folder, preamble, names, error)
-    character(len=*), intent(in) :: folder, preamble(:), names(:)
-    type(error_type), allocatable, intent(out) :: error
+  function plot_places(names) result(figure)
+    character(len=*), intent(in) :: names(:)
+    type(figure_type) :: figure
     character(len=12), parameter :: columns(4) = [character(len=12) :: "fx_peak_N", "fy_peak_N", "f_peak_N", "f_rms_N"]
     character(len=16), parameter :: titles(4) = [character(len=16) :: "peak along x", "peak along y", "peak", "rms"]
     character(len=12), parameter :: fills(4) = [character(len=12) :: "solid 1", "pattern 2", "solid 0.25", "pattern 5"]
@@ -51,7 +50,7 @@ contains
     do i = 1, size(names)
       tics = tics // ", '" // trim(names(i)) // "' " // text(i - 1)
     end do
-    lines = "set title " // heading(preamble, "Forces on the ground, place by place") // " noenhanced" // newline &
+    lines = "set title heading noenhanced" // newline &
       & // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth 0.2; set xtics (" // tics(3:) // ")" // newline &
       & // "set ylabel 'force (N)'" // newline // "set grid noxtics ytics; set xtics scale 0" // newline &
       & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
@@ -64,22 +63,22 @@ contains
         & // "')) with boxes lt " // text(i) // " dt 1 lw 1 fs " // trim(fills(i)) // " border lt -1 title '" &
         & // trim(titles(i)) // "'"
     end do
-    call write_script(folder, "supports", lines // newline // "unset output" // newline, error, width=800, height=480)
-  end subroutine plot_places
+    figure = new_figure("supports", "Forces on the ground, place by place", lines, width=800, height=480)
+  end function plot_places
 
   !> Forces along x and y, their size, and the moment where there is one.
-  subroutine plot_histories(folder, preamble, names, turns, speed, error)
-    character(len=*), intent(in) :: folder, preamble(:), names(:)
+  function plot_histories(names, turns, speed) result(figure)
+    character(len=*), intent(in) :: names(:)
     logical, intent(in) :: turns(:)
     real(dp), intent(in) :: speed
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=*), parameter :: labels(4) = [character(len=14) :: "force x (N)", "force y (N)", "force (N)", "moment (N m)"]
     character(len=:), allocatable :: lines
     integer :: first(size(names)), panels, i, k
 
     first = first_columns(turns, 3, 1)
     panels = 3 + merge(1, 0, any(turns))
-    lines = layout_line(panels, 1, heading(preamble, "Forces on the ground over a turn, place by place"))
+    lines = layout_line(panels, 1)
     do k = 1, panels
       lines = lines // turn_axis(speed, k == panels) // key_line(k == 1)
       if (k <= 3) then
@@ -89,29 +88,29 @@ contains
           & pack(names, turns), pack([(i, i = 1, size(names))], turns))
       end if
     end do
-    call write_script(folder, "supports_history", lines // "unset multiplot" // newline // "unset output" // newline, error, &
-      & width=800, height=nint(height_of(panels)))
-  end subroutine plot_histories
+    figure = new_figure("supports_history", "Forces on the ground over a turn, place by place", lines // "unset multiplot" &
+      & // newline, width=800, height=nint(height_of(panels)))
+  end function plot_histories
 
-  subroutine plot_orders(folder, preamble, names, turns, harmonics, error)
-    character(len=*), intent(in) :: folder, preamble(:), names(:)
+  function plot_orders(names, turns, harmonics) result(figure)
+    character(len=*), intent(in) :: names(:)
     logical, intent(in) :: turns(:)
     integer, intent(in) :: harmonics
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=*), parameter :: labels(2) = [character(len=14) :: "force x (N)", "force y (N)"]
     character(len=:), allocatable :: lines
     integer :: first(size(names)), k
 
     first = first_columns(turns, 2, 2)
-    lines = layout_line(2, 1, heading(preamble, "Amplitudes of the forces on the ground, place by place")) &
+    lines = layout_line(2, 1) &
       & // "set grid noxtics ytics" // newline
     do k = 1, 2
       lines = lines // order_axis(harmonics, k == 2) // key_line(k == 1) // order_panel("supports_harmonics.csv", &
         & trim(labels(k)), "1", first + 2 * (k - 1), names)
     end do
-    call write_script(folder, "supports_harmonics", lines // "unset multiplot" // newline // "unset output" // newline, error, &
-      & width=800, height=nint(height_of(2)))
-  end subroutine plot_orders
+    figure = new_figure("supports_harmonics", "Amplitudes of the forces on the ground, place by place", lines &
+      & // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
+  end function plot_orders
 
   !> The first column of each place, which has `always` quantities and one more where it turns, in `wide` columns each.
   pure function first_columns(turns, always, wide) result(first)
@@ -122,22 +121,5 @@ contains
 
     first = [(before + 1 + wide * (always * (i - 1) + count(turns(:i - 1))), i = 1, size(turns))]
   end function first_columns
-
-  !> power.gp. Error: it cannot be written.
-  subroutine plot_power(folder, preamble, speed, error)
-    character(len=*), intent(in) :: folder, preamble(:)
-    real(dp), intent(in) :: speed
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: lines
-
-    lines = layout_line(3, 1, heading(preamble, "Driving torque over a turn, and where its power goes")) &
-      & // turn_axis(speed, .false.) // key_line(.true.) // history_panel("power.csv", "torque (N m)", "1", [3, 4], &
-      & [character(len=32) :: "on the vibrating frame", "on a frame at rest"]) &
-      & // history_panel("power.csv", "power (W)", "1", [5, 6], [character(len=32) :: "of the drive", "taken by the dampers"]) &
-      & // turn_axis(speed, .true.) // key_line(.false.) // history_panel("power.csv", "energy (J)", "1", [7], &
-      & [character(len=32) :: "energy"])
-    call write_script(folder, "power", lines // "unset multiplot" // newline // "unset output" // newline, error, width=800, &
-      & height=nint(height_of(3)))
-  end subroutine plot_power
 
 end module gestell_task_forces_plot

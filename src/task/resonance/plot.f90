@@ -1,9 +1,8 @@
 !> Pictures of what is looked at over the speed: resonance curves and their maxima.
 module gestell_task_resonance_plot
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: heading, quoted, tic, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted, tic
   use gestell_output_picture_axis, only: decade_lines, extent_lines
   use gestell_output_picture_panels, only: height_of, layout_line, with_rim
   use gestell_model_frame_quantity, only: quantity_type
@@ -27,12 +26,11 @@ module gestell_task_resonance_plot
 
 contains
 
-  !> resonance.gp. Error: it cannot be written.
-  subroutine plot_resonance(folder, preamble, quantities, curve, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+  !> resonance.gp.
+  function plot_resonance(quantities, curve) result(figure)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     logical :: found(size(state_names) - 1)
     logical :: visible(most_orders, most_panels)
@@ -48,7 +46,7 @@ contains
     do i = 1, panels
       visible(:, i) = visible_orders(curve, i)
     end do
-    lines = layout_line(panels, across, heading(preamble, "Response over the crank speed: peak, rms, and rms of single orders"), &
+    lines = layout_line(panels, across, &
       & legend) // "set key off" // newline // "set xrange " // sweep_of(curve) // newline // "set format x ''" // newline &
       & // shades(curve)
     do i = 1, panels
@@ -59,9 +57,9 @@ contains
       if (i == panels) lines = lines // key(any(visible, dim=2), found)
       lines = lines // newline // "unset logscale y; set format y; set ytics autofreq" // newline
     end do
-    call write_script(folder, "resonance", lines // "unset multiplot" // newline // "unset output" // newline, error, &
-      & width=merge(820, 960, across == 1), height=legend + nint(height_of(rows)))
-  end subroutine plot_resonance
+    figure = new_figure("resonance", "Response over the crank speed: peak, rms, and rms of single orders", lines &
+      & // "unset multiplot" // newline, width=merge(820, 960, across == 1), height=legend + nint(height_of(rows)))
+  end function plot_resonance
 
   !> Where the machine leaves its vibration, from the first such speed to the last of each interval.
   pure function shades(curve) result(lines)
@@ -192,19 +190,18 @@ contains
     end associate
   end function sweep_of
 
-  !> peaks.gp: where the maxima lie, with their values. Error: it cannot be written.
-  subroutine plot_peaks(folder, preamble, quantities, curve, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+  !> peaks.gp: where the maxima lie, with their values.
+  function plot_peaks(quantities, curve) result(figure)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines, mine, range
     integer :: i
 
     associate (points => curve%points)
       range = with_rim(points(1)%speed, points(size(points))%speed)
     end associate
-    lines = "set title " // heading(preamble, "Peaks of the resonance curves: " // text(size(curve%maxima))) // " noenhanced" &
+    lines = "set title heading noenhanced" &
       & // newline // "set xrange " // range // newline // "set yrange [" // text(size(quantities)) // ".5:0.3]" &
       & // newline &
       & // "set xlabel 'crank speed (rpm)'; set ytics noenhanced ("
@@ -220,8 +217,8 @@ contains
       if (count(curve%maxima%quantity == i) <= most_labelled) lines = lines // ", ''" // mine &
         & // ":(sprintf('%.4g', column(4))) with labels offset 0,0.8 font ',11'"
     end do
-    call write_script(folder, "peaks", lines // newline // "unset output" // newline, error, width=820, &
+    figure = new_figure("peaks", "Peaks of the resonance curves: " // text(size(curve%maxima)), lines, width=820, &
       & height=220 + 45 * size(quantities))
-  end subroutine plot_peaks
+  end function plot_peaks
 
 end module gestell_task_resonance_plot

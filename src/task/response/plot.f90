@@ -1,9 +1,8 @@
 !> Pictures of the periodic vibration: its history over a turn, its harmonics.
 module gestell_task_response_plot
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: axis_unit_type, heading, panel_heading, pick_unit, span, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, panel_heading, pick_unit, span
   use gestell_output_report_significance, only: noise_of
   use gestell_model_frame, only: frame_type
   use gestell_study_vibration, only: vibration_type
@@ -23,20 +22,17 @@ module gestell_task_response_plot
 contains
 
   !> response.gp: the frame's motion and the forces on the ground over the crank angle.
-  !> Error: it cannot be written.
-  subroutine plot_response(folder, preamble, frame, vibration, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+  function plot_response(frame, vibration) result(figure)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: unit
     real(dp) :: factor, told
     integer :: i, k
 
-    lines = "set multiplot layout 3,2 margins 0.125,0.975,0.1,0.86 spacing 0.135,0.065 title " &
-      & // heading(preamble, "Periodic vibration and forces on the ground at " // speed_in_words(frame)) &
-      & // " noenhanced" // newline // "set xtics 90; set format x ''" // newline &
+    lines = "set multiplot layout 3,2 margins 0.125,0.975,0.1,0.86 spacing 0.135,0.065 title heading noenhanced" // newline &
+      & // "set xtics 90; set format x ''" // newline &
       & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed))) // "]" // newline
     do i = 1, size(shown)
       k = shown(i)
@@ -51,23 +47,20 @@ contains
         & // "plot 'response.csv' using 'crank_deg':(" // trim(unit%factor) // " * column('" // name_of(i) &
         & // "')) with lines lt " // text(merge(1, 2, mod(i, 2) == 1)) // " dt 1 notitle" // newline
     end do
-    call write_script(folder, "response", lines // "unset multiplot" // newline // "unset output" // newline, error, &
-      & width=880, height=660)
-  end subroutine plot_response
+    figure = new_figure("response", "Periodic vibration and forces on the ground at " // speed_in_words(frame), lines &
+      & // "unset multiplot" // newline, width=880, height=660)
+  end function plot_response
 
-  !> harmonics.gp: amplitudes over the orders. Error: it cannot be written.
-  subroutine plot_harmonics(folder, preamble, frame, harmonics, vibration, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+  !> harmonics.gp: amplitudes over the orders.
+  function plot_harmonics(frame, harmonics, vibration) result(figure)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: harmonics
     type(vibration_type), intent(in) :: vibration
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     integer :: i
 
-    lines = "set multiplot layout 2,1 margins 0.11,0.98,0.11,0.79 spacing 0,0.08 title " &
-      & // heading(preamble, "Harmonics of the vibration and of the forces on the ground at " // speed_in_words(frame)) &
-      & // " noenhanced" // newline &
+    lines = "set multiplot layout 2,1 margins 0.11,0.98,0.11,0.79 spacing 0,0.08 title heading noenhanced" // newline &
       & // "set xrange [-0.6:" // text(harmonics) // ".6]" // newline &
       & // "set key inside top right horizontal samplen 2" // newline &
       & // "set grid noxtics ytics" // newline &
@@ -79,9 +72,9 @@ contains
       if (i == 0) lines = lines // "unset x2label; set format x2 ''; set format x" // newline &
         & // "set xlabel 'order of the crank speed (0: magnitude of the mean)'" // newline
     end do
-    call write_script(folder, "harmonics", lines // "unset multiplot" // newline // "unset output" // newline, error, &
-      & width=880, height=640)
-  end subroutine plot_harmonics
+    figure = new_figure("harmonics", "Harmonics of the vibration and of the forces on the ground at " // speed_in_words(frame), &
+      & lines // "unset multiplot" // newline, width=880, height=640)
+  end function plot_harmonics
 
   !> The bars of three quantities on one logarithmic axis; six decades below the greatest they end.
   pure function panel(vibration, harmonics, three) result(lines)

@@ -1,9 +1,8 @@
 !> The picture of what matters: by how much peaks change with every parameter.
 module gestell_task_sensitivity_plot
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: heading, quoted, span, tic, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted, span, tic
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_task_sensitivity, only: sensitivity_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -18,12 +17,12 @@ module gestell_task_sensitivity_plot
 
 contains
 
-  !> sensitivity.gp: a row for every parameter of `paths` with a point for each quantity. Error: it cannot be written.
-  subroutine plot_sensitivity(folder, preamble, quantities, paths, found, error)
-    character(len=*), intent(in) :: folder, preamble(:), paths(:)
+  !> sensitivity.gp: a row for every parameter of `paths` with a point for each quantity.
+  function plot_sensitivity(quantities, paths, found) result(figure)
+    character(len=*), intent(in) :: paths(:)
     type(quantity_type), intent(in) :: quantities(:)
     type(sensitivity_type), intent(in) :: found(:)
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines, points, assignments
     real(dp) :: aside
     real(dp) :: changes(size(quantities), size(paths)), effects(size(paths))
@@ -46,7 +45,7 @@ contains
       rows(order(i)) = i
     end do
     longest = maxval([10, len_trim(paths)])
-    lines = "set title " // heading(preamble, "Change of the peaks in percent for one percent of each parameter") // " noenhanced" &
+    lines = "set title heading noenhanced" &
       & // newline // "set xrange " // span([0.0_dp, reshape(changes, [size(changes)])]) // newline &
       & // "set yrange [" // text(size(paths)) // ".6:0.4]" // newline // "set xlabel 'change of the peak (%)'" // newline &
       & // "set ytics noenhanced ("
@@ -70,8 +69,8 @@ contains
       lines = lines // points // "(shown(column(5))):(place($0) + " // concise(aside, 3) // ") with points lt " // text(i) &
         & // " ps 1.1 title " // quoted(trim(quantities(i)%name)) // " noenhanced"
     end do
-    call write_script(folder, "sensitivity", lines // newline // "unset output" // newline, error, width=860, &
+    figure = new_figure("sensitivity", "Change of the peaks in percent for one percent of each parameter", lines, width=860, &
       & height=min(180 + 26 * size(paths) + 30 * (n / 6), 1400))
-  end subroutine plot_sensitivity
+  end function plot_sensitivity
 
 end module gestell_task_sensitivity_plot

@@ -3,13 +3,12 @@
 !> Whoever writes in the folder of the blocks holds the file `lock` there meanwhile.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
-  use gestell_base_hash, only: mix, mix_text
+  use gestell_base_hash, only: mix_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
   use gestell_task_sweep_block, only: read_block, read_rows, write_block
   use gestell_base_files, only: file_size, lock_file, remove_file, remove_folder, unlock_file
   use gestell_output_file_folder, only: make_folder
-  use gestell_task_sweep_plot, only: plot_sweep
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_output_file_output, only: growing, open_output, output_type, write_file
   use gestell_task_sweep_csv, only: header, rows
@@ -30,7 +29,6 @@ module gestell_task_sweep_checkpoint
     integer :: damaged = 0
     character(len=:), allocatable, private :: folder
     character(len=:), allocatable, private :: paths(:)
-    character(len=16), allocatable, private :: units(:)
     type(grid_type), private :: grid
     logical, private :: columns(sweep_columns) = .true.
     integer(int64), private :: content = 0, fingerprint = 0
@@ -67,9 +65,6 @@ contains
 
     campaign%folder = folder
     campaign%paths = plan%paths
-    allocate(campaign%units(size(campaign%paths)))
-    campaign%units = ""
-    if (allocated(plan%units)) campaign%units = plan%units
     campaign%grid = plan%grid
     campaign%columns = plan%order%columns
     campaign%content = content
@@ -221,7 +216,7 @@ contains
       & failed_computation)
   end subroutine tell_gone
 
-  !> Writes sweep.csv, headed by `preamble`, and its script from the blocks of all tiles, to the folder `place`.
+  !> Writes sweep.csv, headed by `preamble`, from the blocks of all tiles, to the folder `place`.
   !> The blocks stay until `clear`.
   !> Errors: tiles are missing; a file cannot be written.
   subroutine finish(self, place, preamble, summary, error)
@@ -261,7 +256,7 @@ contains
     call unlock_file(lock)
   end subroutine clear
 
-  !> Writes sweep.csv with its script to `place`. Error: it cannot be written, or a block is gone or damaged.
+  !> Writes sweep.csv to `place`. Error: it cannot be written, or a block is gone or damaged.
   subroutine write_table(self, place, preamble, summary, error)
     class(campaign_type), intent(in) :: self
     character(len=*), intent(in) :: place, preamble(:)
@@ -288,7 +283,6 @@ contains
       end if
     end do
     call table%complete(error)
-    if (.not. allocated(error)) call plot_sweep(place, preamble, self%paths, self%units, self%grid, self%columns, summary, error)
   end subroutine write_table
 
   subroutine tell_missing(self, error)

@@ -2,14 +2,13 @@
 module gestell_task_sweep_csv
   use gestell_base_kinds, only: dp
   use gestell_output_table_csv, only: field
-  use gestell_input_schema_path, only: position_of_equals
   use gestell_output_table_scientific, only: number_width, put_number
   use gestell_study_grid, only: grid_type
-  use gestell_study_tile_results, only: column_names, sweep_columns, verdict, verdict_column, verdict_names
+  use gestell_study_tile_results, only: column_names, sweep_columns, verdict_column, verdict_names
   implicit none (type, external)
   private
 
-  public :: case_lines, header, rows
+  public :: header, rows
 
   character, parameter :: newline = new_line("a")
 
@@ -37,49 +36,6 @@ contains
     end do
     line = line(:len(line) - 1)
   end function header
-
-  !> Header and line of one case: what was set by --set, all columns that are wanted of `values`, then further ones with their
-  !> names, and last the verdict `word`, if there is one.
-  pure function case_lines(settings, columns, values, names, others, word) result(lines)
-    character(len=*), intent(in) :: settings(:)
-    logical, intent(in) :: columns(sweep_columns)
-    real(dp), intent(in) :: values(sweep_columns), others(:)
-    character(len=*), intent(in) :: names(:), word
-    character(len=:), allocatable :: lines
-    character(len=:), allocatable :: head
-    character(len=len(settings)) :: paths(size(settings))
-    type(text_type) :: number
-    integer :: i, equals
-
-    allocate(character(len=0) :: lines)
-    do i = 1, size(settings)
-      equals = position_of_equals(settings(i))
-      paths(i) = adjustl(settings(i)(:equals - 1))
-      lines = lines // field(trim(adjustl(settings(i)(equals + 1:)))) // ","
-    end do
-    do i = 1, sweep_columns
-      if (.not. columns(i)) cycle
-      if (i == verdict) then
-        lines = lines // trim(verdict_names(nint(values(i)))) // ","
-      else
-        number = text_of(values(i))
-        lines = lines // number%word(:number%length) // ","
-      end if
-    end do
-    head = header(paths, columns)
-    do i = 1, size(names)
-      if (len(head) > 0) head = head // ","
-      head = head // field(trim(names(i)))
-      number = text_of(others(i))
-      lines = lines // number%word(:number%length) // ","
-    end do
-    if (word /= "") then
-      if (len(head) > 0) head = head // ","
-      head = head // trim(column_names(verdict))
-      lines = lines // word // ","
-    end if
-    lines = head // newline // lines(:len(lines) - 1) // newline
-  end function case_lines
 
   !> The lines of points, values of shape (ordered columns, points of the second axis, points of the first), of which the
   !> first is point `first` on the axes.

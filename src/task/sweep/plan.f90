@@ -15,7 +15,7 @@ module gestell_task_sweep_plan
   use gestell_task_boundary, only: usual_deviation, usual_tolerance
   use gestell_task_boundary_keys, only: boundary_keys
   use gestell_task_boundary_order, only: most_searched
-  use gestell_task_boundary_task, only: border_order_type
+  use gestell_task_boundary_solution, only: border_order_type
   use gestell_task_sweep_keys, only: sweep_keys
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_order_type

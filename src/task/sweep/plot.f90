@@ -1,9 +1,8 @@
 !> Pictures of sweeps: curves over one parameter, a chart over two.
 module gestell_task_sweep_plot
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: heading, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_output_picture_axis, only: decade_lines, extent_lines, parameter_axis, with_unit
   use gestell_task_sweep_summary, only: summary_type
   use gestell_study_grid, only: axis_type, grid_type
@@ -20,34 +19,31 @@ module gestell_task_sweep_plot
 
 contains
 
-  !> sweep.gp, over the parameters `paths` in these units, from the columns of sweep.csv that were ordered; with `curves` in
-  !> boundary.csv, of the same parameters, their border is drawn too. Error: it cannot be written.
-  subroutine plot_sweep(folder, preamble, paths, units, grid, columns, summary, error, curves)
-    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
+  !> sweep.gp, over the parameters `paths` in these units, from the columns of sweep.csv that were ordered.
+  function plot_sweep(paths, units, grid, columns, summary) result(figure)
+    character(len=*), intent(in) :: paths(:), units(:)
     type(grid_type), intent(in) :: grid
     logical, intent(in) :: columns(sweep_columns)
     type(summary_type), intent(in) :: summary
-    type(error_type), allocatable, intent(out) :: error
-    integer, intent(in), optional :: curves
+    type(figure_type) :: figure
     integer :: k
 
     if (size(grid%axes) > 1 .and. all(grid%axes%count > 1)) then
-      call plot_chart(folder, preamble, paths, units, grid, columns, summary, error, curves)
+      figure = plot_chart(paths, units, grid, columns, summary)
     else
       k = maxloc(grid%axes%count, dim=1)
-      call plot_curves(folder, preamble, trim(paths(k)), units(k), grid%axes(k), k, size(paths), columns, summary, &
-        & error)
+      figure = plot_curves(trim(paths(k)), units(k), grid%axes(k), k, size(paths), columns, summary)
     end if
-  end subroutine plot_sweep
+  end function plot_sweep
 
   !> Over one parameter, which stands in column `k` behind which come those of the results after all `parameters`.
-  subroutine plot_curves(folder, preamble, path, unit, axis, k, parameters, columns, summary, error)
-    character(len=*), intent(in) :: folder, preamble(:), path, unit
+  function plot_curves(path, unit, axis, k, parameters, columns, summary) result(figure)
+    character(len=*), intent(in) :: path, unit
     type(axis_type), intent(in) :: axis
     integer, intent(in) :: k, parameters
     logical, intent(in) :: columns(sweep_columns)
     type(summary_type), intent(in) :: summary
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines, x, style
     logical :: growth, peaks
     integer :: place(sweep_columns), panels
@@ -60,17 +56,17 @@ contains
     style = "with lines"
     if (axis%count < 30) style = "with linespoints ps 0.5"
     lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // merge("0.12", "0.17", panels == 2) &
-      & // "," // merge("0.86", "0.8 ", panels == 2) // " spacing 0,0.1 title " &
-      & // heading(preamble, "Sweep over " // path // tally(summary)) // " noenhanced" // newline &
+      & // "," // merge("0.86", "0.8 ", panels == 2) // " spacing 0,0.1 title heading noenhanced" &
+      & // newline &
       & // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
     if (panels == 2) lines = lines // "unset xlabel" // newline
     if (growth) lines = lines // growth_panel(place, x, style, summary)
     if (peaks) lines = lines // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) // peaks_panel(place, x, style)
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
-    call write_script(folder, "sweep", lines // "unset multiplot" // newline // "unset output" // newline, error, &
-      & width=800, height=merge(680, 440, panels == 2))
-  end subroutine plot_curves
+    figure = new_figure("sweep", "Sweep over " // path // tally(summary), lines // "unset multiplot" // newline, width=800, &
+      & height=merge(680, 440, panels == 2))
+  end function plot_curves
 
   !> ln |rho| over the parameter, the points of bad verdicts marked.
   pure function growth_panel(place, x, style, summary) result(lines)
@@ -144,13 +140,12 @@ contains
   end function peaks_panel
 
   !> Over two parameters: ln |rho| as a chart, or what else was ordered.
-  subroutine plot_chart(folder, preamble, paths, units, grid, columns, summary, error, curves)
-    character(len=*), intent(in) :: folder, preamble(:), paths(:), units(:)
+  function plot_chart(paths, units, grid, columns, summary) result(figure)
+    character(len=*), intent(in) :: paths(:), units(:)
     type(grid_type), intent(in) :: grid
     logical, intent(in) :: columns(sweep_columns)
     type(summary_type), intent(in) :: summary
-    type(error_type), allocatable, intent(out) :: error
-    integer, intent(in), optional :: curves
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines, value, label
     integer :: place(sweep_columns), i
 
@@ -167,8 +162,7 @@ contains
       label = "lg of the peak (m, rad)"
       if (columns(xi_peak)) value = "growth(column(" // text(place(xi_peak)) // ")) / log(10)"
     end if
-    lines = "set title " // heading(preamble, "Chart over " // trim(paths(1)) // " and " // trim(paths(2)) // tally(summary)) &
-      & // " noenhanced" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
+    lines = "set title heading noenhanced" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
       & // "X(v) = v; Y(v) = v" // newline // extent_lines("sweep.csv", [value]) &
       & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.5_dp / (grid%axes(1)%count - 1)) &
       & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.5_dp / (grid%axes(2)%count - 1)) &
@@ -185,12 +179,9 @@ contains
       & // "solid 1 noborder" // newline &
       & // "set tics out; unset grid; set rmargin at screen 0.82; set key off" // newline &
       & // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image"
-    if (present(curves)) then
-      if (curves > 0) lines = lines // ", for [c=1:" // text(curves) // "] 'boundary.csv' using " &
-        & // "(column(1) == c ? X(column(2)) : NaN):(Y(column(3))) with lines lt 7 dt 1 lw 1.5"
-    end if
-    call write_script(folder, "sweep", lines // newline // "unset output" // newline, error, width=800, height=600)
-  end subroutine plot_chart
+    figure = new_figure("sweep", "Chart over " // trim(paths(1)) // " and " // trim(paths(2)) // tally(summary), lines, &
+      & width=800, height=600)
+  end function plot_chart
 
   !> Column numbers in sweep.csv, 0 where one was not ordered.
   pure function places(columns, parameters) result(place)

@@ -1,9 +1,8 @@
 !> The picture of speed against accuracy.
 module gestell_task_trade_plot
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: heading, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_task_trade, only: trade_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -15,13 +14,12 @@ module gestell_task_trade_plot
 
 contains
 
-  !> trade.gp: the error of Phi(T) over evaluations and over seconds, a line for every method. Error: it cannot be written.
-  subroutine plot_trade(folder, preamble, trade, with_averaged, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+  !> trade.gp: the error of Phi(T) over evaluations and over seconds, a line for every method.
+  function plot_trade(trade, with_averaged) result(figure)
     type(trade_type), intent(in) :: trade
     !> Whether the averaged model has a row.
     logical, intent(in) :: with_averaged
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves
     real(dp) :: evaluations(size(trade%rows)), seconds(size(trade%rows))
     integer :: i, methods
@@ -40,8 +38,8 @@ contains
     end do
     if (with_averaged) curves = curves // curve("averaged", methods + 1)
     if (methods == 0) curves = ", NaN notitle"
-    lines = "set multiplot layout 1,2 margins 0.09,0.83,0.14,0.84 spacing 0.03,0 title " &
-      & // heading(preamble, "Error of Φ(T) against work, measured") // " noenhanced" // newline &
+    lines = "set multiplot layout 1,2 margins 0.09,0.83,0.14,0.84 spacing 0.03,0 title heading noenhanced" &
+      & // newline &
       & // "above_zero(v) = v > 1e-17 ? v : 1e-17" // newline &
       & // "set logscale xy; set format '10^{%L}'; set yrange [1e-17:10]" // newline &
       & // "set key off; set ylabel 'relative error of Φ(T)'; set xlabel 'evaluations in a period'" // newline &
@@ -52,9 +50,9 @@ contains
       & // "set format y ''; unset ylabel; set xlabel 'time of a solution (s)'; unit = 'seconds'; set xrange " &
       & // decades(seconds) // newline &
       & // "work(name) = column(name) > 1e-9 ? column(name) : 1e-9" // newline &
-      & // "plot " // curves(3:) // newline // "unset multiplot" // newline // "unset output" // newline
-    call write_script(folder, "trade", lines, error, width=960, height=520)
-  end subroutine plot_trade
+      & // "plot " // curves(3:) // newline // "unset multiplot" // newline
+    figure = new_figure("trade", "Error of Φ(T) against work, measured", lines, width=960, height=520)
+  end function plot_trade
 
   !> A range around the values that are above zero.
   pure function decades(values) result(range)

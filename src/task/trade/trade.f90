@@ -15,6 +15,7 @@ module gestell_task_trade
   use gestell_model_frame, only: frame_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
+  use gestell_task_executor, only: executor_type
   implicit none (type, external)
   private
 
@@ -36,27 +37,18 @@ module gestell_task_trade
     real(dp) :: floor_phi = 0, floor_rho = 0, floor_x0 = 0
   end type trade_type
 
-  abstract interface
-    !> Told from time to time what part of the work is done.
-    subroutine progress_report(part)
-      import :: dp
-      implicit none (type, external)
-      real(dp), intent(in) :: part
-    end subroutine progress_report
-  end interface
-
 contains
 
   !> Runs every method over a ladder of steps, each 1.5 times the one before, until its errors reach the converged
   !> solution's own or the method's share of `budget` (s) is spent, ten times that before its first row; and the
   !> reduction, if it applies.
   !> Errors: a budget that is not positive and finite; no converged solution; resonance.
-  subroutine measure_trade(frame, budget, trade, error, progress)
+  subroutine measure_trade(frame, budget, trade, error, executor)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: budget
     type(trade_type), intent(out) :: trade
     type(error_type), allocatable, intent(out) :: error
-    procedure(progress_report), optional :: progress
+    type(executor_type), intent(inout), optional :: executor
     type(monodromy_type) :: converged
     type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: solution
@@ -83,7 +75,7 @@ contains
       if (allocated(error)) return
       call climb(frame, method, converged, multipliers, solution, budget / size(names), trade)
       deallocate(method)
-      if (present(progress)) call progress(real(i, dp) / size(names))
+      if (present(executor)) call executor%show("measuring", real(i, dp) / size(names))
     end do
     call measure_reduction(frame, converged, multipliers, solution, trade)
     if (size(trade%rows) == 0) call fatal_error(error, "no method came to an end within the time allowed", failed_computation)

@@ -1,11 +1,10 @@
 !> Pictures of the vibration at probes.
-module gestell_task_response_plot_probes
-  use gestell_base_error, only: error_type
+module gestell_task_probes_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_output_picture_script, only: heading, tic, write_script
+  use gestell_output_picture_script, only: figure_type, new_figure, tic
   use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
-  use gestell_task_findings, only: findings_type
+  use gestell_task_probes_watched, only: watched_type
   implicit none (type, external)
   private
 
@@ -18,32 +17,31 @@ module gestell_task_response_plot_probes
 
 contains
 
-  !> probes.gp, probes_history.gp, probes_harmonics.gp. Error: one cannot be written.
-  subroutine plot_probes(folder, preamble, findings, harmonics, error)
-    character(len=*), intent(in) :: folder, preamble(:)
-    type(findings_type), intent(in) :: findings
+  !> probes.gp, probes_history.gp, probes_harmonics.gp.
+  function plot_probes(watched, speed, harmonics) result(figures)
+    type(watched_type), intent(in) :: watched(:)
+    real(dp), intent(in) :: speed
     integer, intent(in) :: harmonics
-    type(error_type), allocatable, intent(out) :: error
-    character(len=64) :: names(size(findings%watched))
+    type(figure_type) :: figures(3)
+    character(len=64) :: names(size(watched))
     integer :: i
 
     do i = 1, size(names)
-      names(i) = findings%watched(i)%probe%name
+      names(i) = watched(i)%probe%name
     end do
-    call plot_limits(folder, preamble, names, error)
-    if (.not. allocated(error)) call plot_histories(folder, preamble, names, findings%speed, error)
-    if (.not. allocated(error)) call plot_orders(folder, preamble, names, harmonics, error)
-  end subroutine plot_probes
+    figures(1) = plot_limits(names)
+    figures(2) = plot_histories(names, speed)
+    figures(3) = plot_orders(names, harmonics)
+  end function plot_probes
 
   !> The vibration velocity in its band, against the limit.
-  subroutine plot_limits(folder, preamble, names, error)
-    character(len=*), intent(in) :: folder, preamble(:), names(:)
-    type(error_type), allocatable, intent(out) :: error
+  function plot_limits(names) result(figure)
+    character(len=*), intent(in) :: names(:)
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     integer :: i
 
-    lines = "set title " // heading(preamble, "Vibration velocity at the probes, rms in the band, against the limit") &
-      & // " noenhanced" // newline // "set xtics noenhanced ("
+    lines = "set title heading noenhanced" // newline // "set xtics noenhanced ("
     do i = 1, size(names)
       if (i > 1) lines = lines // ", "
       lines = lines // tic(trim(names(i))) // " " // text(i - 1)
@@ -62,45 +60,46 @@ contains
       & // "dt 1 lw 1 fs solid 0.25 border lt -1 title 'greatest direction', \" // newline &
       & // "  '' using ($0 - 0.42):(limit(column('limit_mm_s'))):(0.84):(0) with vectors nohead lt 7 dt 1 lw 3 " &
       & // "title 'limit'" // newline
-    call write_script(folder, "probes", lines // "unset output" // newline, error, width=800, height=460)
-  end subroutine plot_limits
+    figure = new_figure("probes", "Vibration velocity at the probes, rms in the band, against the limit", lines, width=800, &
+      & height=460)
+  end function plot_limits
 
   !> Displacement, velocity and acceleration along both axes.
-  subroutine plot_histories(folder, preamble, names, speed, error)
-    character(len=*), intent(in) :: folder, preamble(:), names(:)
+  function plot_histories(names, speed) result(figure)
+    character(len=*), intent(in) :: names(:)
     real(dp), intent(in) :: speed
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=*), parameter :: labels(6) = [character(len=12) :: "x (mm)", "y (mm)", "x' (mm/s)", "y' (mm/s)", "x'' (m/s²)", &
       & "y'' (m/s²)"]
     integer, parameter :: parts(6) = [1, 2, 4, 5, 7, 8]
     character(len=:), allocatable :: lines
     integer :: i, k
 
-    lines = layout_line(6, 2, heading(preamble, "Displacement, velocity and acceleration at the probes over a turn"))
+    lines = layout_line(6, 2)
     do k = 1, 6
       lines = lines // turn_axis(speed, k > 4) // key_line(k == 2) // history_panel("probes_history.csv", trim(labels(k)), &
         & merge("1e3", "1  ", k <= 4), [(before + parts(k) + of_history * (i - 1), i = 1, size(names))], names)
     end do
-    call write_script(folder, "probes_history", lines // "unset multiplot" // newline // "unset output" // newline, error, &
-      & width=880, height=nint(height_of(3)))
-  end subroutine plot_histories
+    figure = new_figure("probes_history", "Displacement, velocity and acceleration at the probes over a turn", lines &
+      & // "unset multiplot" // newline, width=880, height=nint(height_of(3)))
+  end function plot_histories
 
-  subroutine plot_orders(folder, preamble, names, harmonics, error)
-    character(len=*), intent(in) :: folder, preamble(:), names(:)
+  function plot_orders(names, harmonics) result(figure)
+    character(len=*), intent(in) :: names(:)
     integer, intent(in) :: harmonics
-    type(error_type), allocatable, intent(out) :: error
+    type(figure_type) :: figure
     character(len=*), parameter :: labels(2) = [character(len=12) :: "x' (mm/s)", "y' (mm/s)"]
     character(len=:), allocatable :: lines
     integer :: i, k
 
-    lines = layout_line(2, 1, heading(preamble, "Amplitudes of the vibration velocity at the probes")) // "set grid noxtics ytics" &
+    lines = layout_line(2, 1) // "set grid noxtics ytics" &
       & // newline
     do k = 1, 2
       lines = lines // order_axis(harmonics, k == 2) // key_line(k == 1) // order_panel("probes_harmonics.csv", trim(labels(k)), &
         & "1e3", [(before + 2 * (k + 1) + 1 + of_harmonics * (i - 1), i = 1, size(names))], names)
     end do
-    call write_script(folder, "probes_harmonics", lines // "unset multiplot" // newline // "unset output" // newline, error, &
-      & width=800, height=nint(height_of(2)))
-  end subroutine plot_orders
+    figure = new_figure("probes_harmonics", "Amplitudes of the vibration velocity at the probes", lines // "unset multiplot" &
+      & // newline, width=800, height=nint(height_of(2)))
+  end function plot_orders
 
-end module gestell_task_response_plot_probes
+end module gestell_task_probes_plot

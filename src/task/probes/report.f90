@@ -1,10 +1,10 @@
 !> The vibration at probes, for people.
-module gestell_task_response_report_probes
+module gestell_task_probes_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_base_wording, only: padded
   use gestell_output_report_verdict, only: judged, section
-  use gestell_task_response_probes, only: probe_parts, velocity_part, watched_type
+  use gestell_task_probes_watched, only: probe_parts, velocity_part, watched_type
   implicit none (type, external)
   private
 
@@ -110,4 +110,4 @@ contains
     end do
   end function limits_told
 
-end module gestell_task_response_report_probes
+end module gestell_task_probes_report

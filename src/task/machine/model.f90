@@ -1,6 +1,5 @@
 !> What the report says of the frame's model.
-module gestell_task_report_model
-  use gestell_base_kinds, only: dp
+module gestell_task_machine_model
   use gestell_base_text, only: concise
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_task_stability_report, only: modulus, told
@@ -86,4 +85,4 @@ contains
     end do
   end function report_frame_models
 
-end module gestell_task_report_model
+end module gestell_task_machine_model

@@ -1,6 +1,6 @@
 !> A family whose members several threads may ask for. They are made one after the other, as reading documents is for one thread;
 !> each thread settles its own by the frame's model.
-module locked_family
+module gestell_task_locked_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -26,11 +26,11 @@ contains
     class(periodic_system), allocatable, intent(out) :: system
     type(error_type), allocatable, intent(out) :: error
 
-    ! the same lock as for writing: all of src/io is for one thread
+    ! the same lock as for writing: reading is for one thread
     !$omp critical (input_and_output)
     call self%inner%member(parameters, system, error)
     !$omp end critical (input_and_output)
     if (.not. allocated(error)) call settle_member(system, trim(self%model), self%accuracy, error)
   end subroutine member
 
-end module locked_family
+end module gestell_task_locked_family

@@ -1,5 +1,5 @@
 !> What a vibration meter at a point of the frame would show, against the limit that is set there.
-module gestell_task_response_probes
+module gestell_task_probes_watched
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -97,4 +97,4 @@ contains
     end if
   end function verdict
 
-end module gestell_task_response_probes
+end module gestell_task_probes_watched

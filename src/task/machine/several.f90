@@ -1,16 +1,13 @@
-!> What is said of several periodic vibrations of one machine: report and table.
-module gestell_task_report_several
-  use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: dp
+!> What is said of several periodic vibrations of one machine: report.
+module gestell_task_machine_several
   use gestell_base_text, only: concise, text
-  use gestell_output_table_csv, only: write_table
   use gestell_task_stability_report, only: told
   use gestell_base_wording, only: counted, padded
   use gestell_study_vibration_several, only: index_sum, several_type
   implicit none (type, external)
   private
 
-  public :: among, several_lines, write_several
+  public :: among, several_lines
 
   character, parameter :: newline = new_line("a")
 
@@ -67,24 +64,4 @@ contains
       & // "was run up" // newline
   end function several_lines
 
-  !> Writes vibrations.csv. Error: it cannot be written.
-  subroutine write_several(folder, preamble, several, error)
-    character(len=*), intent(in) :: folder, preamble(:)
-    type(several_type), intent(in) :: several(:)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp) :: values(11, size(several))
-    character(len=16) :: tails(size(several))
-    integer :: i
-
-    do i = 1, size(several)
-      associate (v => several(i), m => several(i)%multipliers)
-        values(:, i) = [abs(m%rho(1)), m%error(1), v%rms, v%peak, v%peak_error]
-        tails(i) = trim(m%verdict()) // "," // text(v%vibration_index()) // "," // trim(merge("1", "0", v%told))
-      end associate
-    end do
-    call write_table(folder, "vibrations.csv", preamble, "index,rho_max,rho_error,xi_rms_m,eta_rms_m,psi_rms_rad,xi_peak_m," &
-      & // "eta_peak_m,psi_peak_rad,xi_peak_error_m,eta_peak_error_m,psi_peak_error_rad,verdict,turning_index,told", values, &
-      & error, first_index=1, tails=tails)
-  end subroutine write_several
-
-end module gestell_task_report_several
+end module gestell_task_machine_several

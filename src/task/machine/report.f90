@@ -1,5 +1,5 @@
 !> The report for people: what an engineer wants to read first.
-module gestell_task_report
+module gestell_task_machine_report
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
@@ -11,23 +11,17 @@ module gestell_task_report
   use gestell_base_wording, only: counted, on_one_line, padded
   use gestell_output_report_plausibility, only: implausible_lines
   use gestell_task_power_report, only: holder_line
-  use gestell_task_report_model, only: better_line, model_line, newton_line
-  use gestell_task_stability_report, only: multiplier_lines, out_of_range, told
-  use gestell_task_report_several, only: among, several_lines
-  use gestell_output_report_significance, only: noise_of, order_words
-  use gestell_output_report_verdict, only: section
-  use gestell_output_report_warnings, only: beyond_small
+  use gestell_task_machine_model, only: model_line
+  use gestell_task_stability_report, only: out_of_range, told
   use gestell_model_frame, only: frame_type, freedom_names
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analysis_type
-  use gestell_study_mode_type, only: mode_type
   use gestell_study_vibration_resonance, only: describe_resonance, resonance_type
-  use gestell_study_vibration_small_motion, only: moved
-  use gestell_study_vibration, only: vibration_type
   implicit none (type, external)
   private
 
-  public :: report_frequencies, report_machine, report_results
+  public :: evidence_lines, frequency_lines, report_frequencies, report_machine, resonance_lines, verdict_lines, &
+    & verdict_sentence
 
   character, parameter :: newline = new_line("a")
   !> Speeds closer than this, relative, are called near.
@@ -105,69 +99,47 @@ contains
     line = line // " Hz; the crank turns at " // concise(1 / frame%period, 4) // " Hz" // newline
   end function report_frequencies
 
-  !> What was found, for what was asked for. `frequencies`: natural frequencies (rad/s); `modes`: none where they cannot be told;
-  !> `better`: multipliers about the vibration where those about rest miss them.
-  pure function report_results(configuration, analysis, frequencies, modes, better) result(report)
-    type(configuration_type), intent(in) :: configuration
-    type(analysis_type), intent(in) :: analysis
-    real(dp), intent(in) :: frequencies(:)
-    type(mode_type), intent(in) :: modes(:)
-    type(multipliers_type), intent(in), allocatable :: better
-    character(len=:), allocatable :: report
-
-    associate (frame => configuration%frame)
-      report = ""
-      if (allocated(analysis%multipliers)) report = report // verdict_lines(analysis%multipliers, frame%period, &
-        & among(analysis%several))
-      report = report // better_line(better, trim(configuration%tasks%model)) // evidence_lines(analysis, configuration%accuracy) &
-        & // newton_line(analysis%newton) // several_lines(analysis%several, configuration%tasks%all_vibrations)
-      if (allocated(analysis%vibration)) report = report // beyond_small([moved(frame, analysis%vibration%peak(:3))], &
-        & configuration%tasks%model)
-      if (configuration%tasks%stability .or. configuration%tasks%modes) report = report &
-        & // multiplier_lines(analysis%multipliers, modes, abs(frame%speed))
-      report = report // frequency_lines(frequencies, abs(frame%speed))
-      if (allocated(analysis%vibration)) then
-        if (configuration%tasks%response) report = report // vibration_lines(analysis%vibration, frame, &
-          & configuration%tasks%averaged, trim(analysis%multipliers%verdict()))
-        if (allocated(analysis%resonance)) report = report // resonance_lines(analysis%resonance)
-      end if
-    end associate
-  end function report_results
-
-  !> The verdict in words; `others`: what is said of other vibrations.
-  pure function verdict_lines(multipliers, period, others) result(lines)
+  !> The verdict in a sentence; `others`: what is said of other vibrations.
+  pure function verdict_sentence(multipliers, period, others) result(words)
     type(multipliers_type), intent(in) :: multipliers
     real(dp), intent(in) :: period
     character(len=*), intent(in) :: others
+    character(len=:), allocatable :: words
+    real(dp) :: turns
+
+    words = trim(multipliers%verdict()) // ": "
+    turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
+    if (multipliers%untold()) then
+      words = words // "nothing is known of the multipliers: with half and with twice the steps that were ordered"
+    else if (words == "stable: " .and. multipliers%error(1) >= 1) then
+      words = words // "every free vibration dies out within a turn, so fast that the multipliers are lost in rounding" // others
+    else if (words == "stable: ") then
+      words = words // "every free vibration dies out, the slowest to half in " // concise(turns, 3) // " turns (" &
+        & // concise(turns * period, 3) // " s)" // others
+    else if (words == "unstable: ") then
+      words = words // "a free vibration grows, to twice its size in " // concise(turns, 3) // " turns (" &
+        & // concise(turns * period, 3) // " s)" // others
+    else
+      words = words // "the error bound reaches across the border |rho| = 1" // others
+    end if
+  end function verdict_sentence
+
+  !> What stands below it.
+  pure function verdict_lines(multipliers) result(lines)
+    type(multipliers_type), intent(in) :: multipliers
     character(len=:), allocatable :: lines
     character(len=:), allocatable :: word
-    real(dp) :: turns
     integer :: worst
 
     word = trim(multipliers%verdict())
-    lines = newline // "VERDICT  " // word // ": "
+    lines = ""
     if (multipliers%untold()) then
-      lines = lines // "nothing is known of the multipliers: with half and with twice the steps that were ordered" // newline &
-        & // "  they come out different. Order more steps, or none: then the tolerance decides" // newline
+      lines = "  they come out different. Order more steps, or none: then the tolerance decides" // newline
       return
     end if
-    turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
-    if (word == "stable" .and. multipliers%error(1) >= 1) then
-      lines = lines // "every free vibration dies out within a turn, so fast that the multipliers are lost in rounding" &
-        & // others // newline
-      return
-    end if
-    select case (word)
-    case ("stable")
-      lines = lines // "every free vibration dies out, the slowest to half in " // concise(turns, 3) // " turns (" &
-        & // concise(turns * period, 3) // " s)" // others
-    case ("unstable")
-      lines = lines // "a free vibration grows, to twice its size in " // concise(turns, 3) // " turns (" &
-        & // concise(turns * period, 3) // " s)" // others // newline // "  it " // manner(multipliers%arg(1))
-    case default
-      lines = lines // "the error bound reaches across the border |rho| = 1" // others
-    end select
-    lines = lines // newline // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
+    if (word == "stable" .and. multipliers%error(1) >= 1) return
+    if (word == "unstable") lines = "  it " // manner(multipliers%arg(1)) // newline
+    lines = lines // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
     if (word == "undecided") then
       worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
       if (worst > 1) lines = lines // "  largest bound       |rho| = " // modulus(multipliers, worst) // newline
@@ -337,62 +309,4 @@ contains
     lines = "  near resonance: " // lines // newline
   end function resonance_lines
 
-  pure function vibration_lines(vibration, frame, averaged, verdict) result(lines)
-    type(vibration_type), intent(in) :: vibration
-    class(frame_type), intent(in) :: frame
-    logical, intent(in) :: averaged
-    character(len=*), intent(in) :: verdict
-    character(len=:), allocatable :: lines
-    character(len=*), parameter :: names(9) = [character(len=22) :: "xi of F", "eta of F", "psi", "xi velocity", &
-      & "eta velocity", "psi velocity", "force on ground, x", "force on ground, y", "moment on ground"]
-    character(len=*), parameter :: units(9) = [character(len=6) :: "mm", "mm", "mrad", "mm/s", "mm/s", "mrad/s", "N", "N", "N m"]
-    real(dp), parameter :: factors(9) = [1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0_dp, 1.0_dp, 1.0_dp]
-    real(dp) :: noise
-    integer :: i, order
-
-    lines = section("PERIODIC VIBRATION", verdict) // &
-      & "                              peak       error         rms           strongest order, its part of rms^2" // newline
-    do i = 1, 9
-      if (.not. any(frame%free == 1 + mod(i - 1, 3))) cycle
-      associate (series => vibration%series(i))
-        noise = noise_of(vibration%peak(i), vibration%peak_error(i), greatest_beside(vibration, frame, i))
-        lines = lines // "  " // names(i) // padded(concise(factors(i) * noise * vibration%peak(i), 5), 10) &
-          & // padded(concise(factors(i) * vibration%peak_error(i), 1), 12) &
-          & // padded(concise(factors(i) * noise * vibration%rms(i), 5), 12) &
-          & // "  " // units(i) // "  "
-        order = maxloc(series%amplitude, dim=1)
-        if (vibration%peak(i) > vibration%peak_error(i)) lines = lines // order_words(order, series%amplitude(order), &
-          & vibration%rms(i))
-        lines = lines // newline
-      end associate
-    end do
-    if (any([(vibration%peak_error(frame%free(i)) >= vibration%peak(frame%free(i)) .and. vibration%peak(frame%free(i)) > 0 &
-      & .and. noise_of(vibration%peak(frame%free(i)), vibration%peak_error(frame%free(i)), &
-      & greatest_beside(vibration, frame, frame%free(i))) > 0, i = 1, size(frame%free))])) lines = lines // &
-      & "  note: an error is as great as its peak, which tells nothing then; more steps, or a smaller tolerance, may" // newline
-    if (averaged) then
-      lines = lines // "  harmonic by harmonic: condition at worst " // concise(vibration%start%condition, 2) // ", costs " &
-        & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits" // newline
-      return
-    end if
-    lines = lines // "  start x0 from (E - Phi) x0 = x_p(T): condition " // concise(vibration%start%condition, 2) // ", costs " &
-      & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits; motion closes after a turn to " &
-      & // concise(vibration%closing_defect, 1) // newline
-  end function vibration_lines
-
-  !> The greatest peak of the kind of the `i`-th quantity, turns and moments made comparable by the frame's radius of gyration.
-  pure real(dp) function greatest_beside(vibration, frame, i) result(greatest)
-    type(vibration_type), intent(in) :: vibration
-    class(frame_type), intent(in) :: frame
-    integer, intent(in) :: i
-    real(dp) :: scale(3)
-    integer :: first
-
-    first = 3 * ((i - 1) / 3) + 1
-    scale = 1
-    if (frame%mass > 0 .and. frame%inertia > 0) scale(3) = sqrt(frame%inertia / frame%mass)
-    if (first == 7) scale(3) = 1 / scale(3)
-    greatest = maxval(vibration%peak(first:first + 2) * scale) / scale(i - first + 1)
-  end function greatest_beside
-
-end module gestell_task_report
+end module gestell_task_machine_report

@@ -1,0 +1,162 @@
+!> A result as a table: columns with a key, a unit, what they mean and which column holds their error.
+module gestell_output_table
+  use gestell_base_kinds, only: dp
+  use gestell_output_table_unit, only: unit_type
+  implicit none (type, external)
+  private
+
+  public :: new_table
+
+  !> One of `numbers`, `integers` and `words` is allocated: a value for every row.
+  type, public :: column_type
+    !> Its name in files; the same for people, without the unit; what it means.
+    character(len=:), allocatable :: key, label, meaning
+    type(unit_type) :: unit
+    !> The key of the column with its error; empty: none.
+    character(len=:), allocatable :: error
+    real(dp), allocatable :: numbers(:)
+    !> `nothing` where there is none.
+    integer, allocatable :: integers(:)
+    character(len=:), allocatable :: words(:)
+  end type column_type
+
+  type, public :: table_type
+    !> Its files are NAME.csv and, for its picture, NAME.gp.
+    character(len=:), allocatable :: name
+    !> What stands above it, and what its picture shows.
+    character(len=:), allocatable :: heading, caption
+    !> What is told in lines before the header, and the verdict that heads it (gestell_output_report_verdict); empty: none.
+    character(len=:), allocatable :: remarks(:), verdict
+    !> The frame's model where it is not that of the run; empty otherwise.
+    character(len=:), allocatable :: model
+    !> Whether a page shows its rows.
+    logical :: shown = .false.
+    !> Its file is written already, as it is too large to be kept; there are no rows here.
+    logical :: written = .false.
+    integer :: rows = 0
+    type(column_type), allocatable :: columns(:)
+  contains
+    procedure, private :: add_numbers
+    procedure, private :: add_integers
+    procedure, private :: add_words
+    procedure, private :: add_flags
+    generic :: add => add_numbers, add_integers, add_words, add_flags
+  end type table_type
+
+  !> A whole number that is not known.
+  integer, parameter, public :: nothing = -huge(1)
+
+contains
+
+  !> A table without columns.
+  pure type(table_type) function new_table(name, heading, caption, verdict, shown) result(table)
+    character(len=*), intent(in) :: name, heading, caption, verdict
+    logical, intent(in), optional :: shown
+
+    table%name = name
+    table%heading = heading
+    table%caption = caption
+    table%verdict = trim(verdict)
+    if (present(shown)) table%shown = shown
+    table%model = ""
+    allocate(character(len=0) :: table%remarks(0))
+    allocate(table%columns(0))
+  end function new_table
+
+  !> A further column of numbers in `unit`, whose error stands in the column `error`.
+  pure subroutine add_numbers(self, name, unit, meaning, values, error)
+    class(table_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, meaning
+    type(unit_type), intent(in) :: unit
+    real(dp), intent(in) :: values(:)
+    character(len=*), intent(in), optional :: error
+    type(column_type) :: column
+
+    column%numbers = values
+    call append(self, column, name, unit, meaning, size(values))
+    if (present(error)) self%columns(size(self%columns))%error = trim(key_of(error, unit))
+  end subroutine add_numbers
+
+  pure subroutine add_integers(self, name, meaning, values)
+    class(table_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, meaning
+    integer, intent(in) :: values(:)
+    type(column_type) :: column
+
+    column%integers = values
+    call append(self, column, name, unit_type(), meaning, size(values))
+  end subroutine add_integers
+
+  pure subroutine add_words(self, name, meaning, values)
+    class(table_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, meaning, values(:)
+    type(column_type) :: column
+
+    column%words = values
+    call append(self, column, name, unit_type(), meaning, size(values))
+  end subroutine add_words
+
+  !> 1 for true; nothing where it is not `known`.
+  pure subroutine add_flags(self, name, meaning, values, known)
+    class(table_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, meaning
+    logical, intent(in) :: values(:)
+    logical, intent(in), optional :: known(:)
+    type(column_type) :: column
+
+    column%integers = merge(1, 0, values)
+    if (present(known)) column%integers = merge(column%integers, nothing, known)
+    call append(self, column, name, unit_type(), meaning, size(values))
+  end subroutine add_flags
+
+  pure subroutine append(table, column, name, unit, meaning, rows)
+    type(table_type), intent(inout) :: table
+    type(column_type), intent(inout) :: column
+    character(len=*), intent(in) :: name, meaning
+    type(unit_type), intent(in) :: unit
+    integer, intent(in) :: rows
+    type(column_type), allocatable :: longer(:)
+    integer :: k, n
+
+    column%key = trim(key_of(name, unit))
+    column%label = trim(name)
+    do k = 1, len(column%label)
+      if (column%label(k:k) == "_") column%label(k:k) = " "
+    end do
+    column%meaning = meaning
+    column%unit = unit
+    column%error = ""
+    n = size(table%columns)
+    allocate(longer(n + 1))
+    do k = 1, n
+      call move_column(table%columns(k), longer(k))
+    end do
+    longer(n + 1) = column
+    call move_alloc(longer, table%columns)
+    table%rows = rows
+  end subroutine append
+
+  pure subroutine move_column(from, to)
+    type(column_type), intent(inout) :: from
+    type(column_type), intent(out) :: to
+
+    call move_alloc(from%key, to%key)
+    call move_alloc(from%label, to%label)
+    call move_alloc(from%meaning, to%meaning)
+    call move_alloc(from%error, to%error)
+    to%unit = from%unit
+    if (allocated(from%numbers)) call move_alloc(from%numbers, to%numbers)
+    if (allocated(from%integers)) call move_alloc(from%integers, to%integers)
+    if (allocated(from%words)) call move_alloc(from%words, to%words)
+  end subroutine move_column
+
+  pure function key_of(name, unit) result(key)
+    character(len=*), intent(in) :: name
+    type(unit_type), intent(in) :: unit
+    character(len=len_trim(name) + len(unit%suffix) + 1) :: key
+
+    key = name
+    if (unit%suffix /= "") key = trim(name) // "_" // unit%suffix
+  end function key_of
+
+end module gestell_output_table

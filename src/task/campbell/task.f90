@@ -1,0 +1,174 @@
+!> The task `campbell`: the modes over the speed of the crank.
+module gestell_task_campbell_task
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: hertz, per_second, plain, rpm
+  use gestell_study_mode_type, only: mode_type, most_freedoms
+  use gestell_task, only: all_speeds, task_type
+  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell_crossings, only: crossing_type, find_crossings
+  use gestell_task_campbell_plot, only: plot_campbell, plot_crossings
+  use gestell_task_campbell_report, only: campbell_verdict, report_campbell
+  use gestell_task_context, only: context_type
+  use gestell_task_locked_family, only: locked_family_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: follow_modes
+
+  type, extends(task_type), public :: campbell_task
+  contains
+    procedure :: describe
+    procedure :: run
+  end type campbell_task
+
+  !> The modes over the speed.
+  type, public :: diagram_type
+    type(campbell_order_type) :: order
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: crossings(:)
+  end type diagram_type
+
+  !> Modes and critical speeds are those of small vibrations: in resonance the exact vibration leans away from them, or is not
+  !> found.
+  character(len=*), parameter, public :: model_of_modes = "rest"
+
+contains
+
+  pure subroutine describe(self)
+    class(campbell_task), intent(inout) :: self
+
+    self%name = "campbell"
+    self%about = all_speeds
+    self%judges = .true.
+  end subroutine describe
+
+  subroutine run(self, context, result, error)
+    class(campbell_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(diagram_type) :: diagram
+    character(len=:), allocatable :: verdict
+
+    call follow_modes(context, diagram, error)
+    if (allocated(error)) return
+    verdict = campbell_verdict(diagram%campbell)
+    if (verdict /= "stable") result%all_stable = .false.
+    call result%add(campbell_table(diagram%campbell, verdict), plot_campbell(diagram%campbell, diagram%crossings, &
+      & diagram%order%orders))
+    call result%add(crossings_table(diagram%crossings, verdict), plot_crossings(diagram%crossings))
+    if (verdict /= "stable") call result%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
+    call result%say(report_campbell(diagram%campbell, diagram%crossings))
+    associate (unused_task => self)
+    end associate
+  end subroutine run
+
+  !> Modes and crossings over the speeds of the sweep, found once for all tasks that need them.
+  subroutine follow_modes(context, diagram, error)
+    type(context_type), intent(inout) :: context
+    type(diagram_type), intent(out) :: diagram
+    type(error_type), allocatable, intent(out) :: error
+    type(locked_family_type) :: family
+
+    if (allocated(context%kept)) then
+      select type (kept => context%kept)
+      type is (diagram_type)
+        diagram = kept
+        return
+      end select
+    end if
+    diagram%order%accuracy = context%configuration%accuracy
+    diagram%order%averaged = context%configuration%tasks%averaged
+    diagram%order%orders = context%configuration%orders
+    call context%members(context%configuration%plan%family, family, model_of_modes)
+    call solve_campbell(family, context%speeds(), diagram%order, diagram%campbell, error)
+    if (.not. allocated(error)) call find_crossings(family, diagram%order, diagram%campbell, diagram%crossings, error)
+    if (.not. allocated(error)) allocate(context%kept, source=diagram)
+  end subroutine follow_modes
+
+  !> campbell.csv: a row for every mode at every speed; the shape's greatest component is real and positive.
+  pure type(table_type) function campbell_table(campbell, verdict) result(table)
+    type(campbell_type), intent(in) :: campbell
+    character(len=*), intent(in) :: verdict
+    integer, parameter :: columns = 13
+    character(len=3), parameter :: names(most_freedoms) = [character(len=3) :: "xi", "eta", "psi"]
+    real(dp) :: values(columns, campbell%modes * size(campbell%points))
+    integer :: i, k
+
+    associate (points => campbell%points, modes => campbell%modes)
+      do i = 1, size(points)
+        do k = 1, modes
+          values(:, modes * (i - 1) + k) = numbers(points(i)%modes(k), campbell%free)
+        end do
+      end do
+      table = new_table("campbell", "Campbell diagram", "The modes' frequencies over the speed, and the orders of the crank.", &
+        & verdict)
+      table%model = model_of_modes
+      call table%add("speed", rpm, "of the crank", [((points(i)%speed, k = 1, modes), i = 1, size(points))])
+      call table%add("mode", "its number", [((k, k = 1, modes), i = 1, size(points))])
+      call table%add("frequency", hertz, "of the strongest component", values(1, :), error="frequency_error")
+      call table%add("growth", per_second, "of the free vibration; negative: it dies out", values(2, :), error="growth_error")
+      call table%add("partner_growth", per_second, "of the second of two real multipliers", values(3, :))
+      call table%add("damping_ratio", plain, "Lehr's", values(4, :))
+      call table%add("share", plain, "of the strongest component in the mean square", values(5, :))
+      call table%add("frequency_error", hertz, "bound on the error", values(6, :))
+      call table%add("growth_error", per_second, "bound on the error", values(7, :))
+      do k = 1, most_freedoms
+        call table%add(trim(names(k)) // "_re", plain, "real part of the shape", values(6 + 2 * k, :))
+        call table%add(trim(names(k)) // "_im", plain, "imaginary part of the shape", values(7 + 2 * k, :))
+      end do
+      call table%add("real_pair", "1: two real multipliers, locked to the crank or overdamped", [((points(i)%modes(k)%told .and. &
+        & points(i)%modes(k)%real_pair, k = 1, modes), i = 1, size(points))])
+      call table%add("sure", "0: which mode is which is not sure here", [((points(i)%sure, k = 1, modes), i = 1, size(points))])
+      call table%add("inserted", "1: the speed is none of those that were ordered", [((.not. points(i)%ordered, k = 1, modes), &
+        & i = 1, size(points))])
+    end associate
+  end function campbell_table
+
+  !> Frequency to error, then the shape, whose greatest component is real and positive.
+  pure function numbers(mode, free) result(row)
+    type(mode_type), intent(in) :: mode
+    integer, intent(in) :: free(:)
+    real(dp) :: row(13)
+    complex(dp) :: shape(most_freedoms), all(most_freedoms)
+    integer :: k
+
+    row = ieee_value(1.0_dp, ieee_quiet_nan)
+    if (.not. mode%told) return
+    shape = mode%shape()
+    associate (largest => shape(maxloc(abs(shape), dim=1)))
+      if (abs(largest) > 0) shape = shape * (abs(largest) / largest)
+    end associate
+    all = 0
+    all(free) = shape(:size(free))
+    row(:7) = [mode%frequency() / (2 * pi), mode%growth, mode%partner_growth, mode%damping_ratio(), mode%share(), &
+      & mode%error / (2 * pi), mode%error]
+    row(8:) = [(real(all(k)), aimag(all(k)), k = 1, most_freedoms)]
+  end function numbers
+
+  !> crossings.csv.
+  pure type(table_type) function crossings_table(crossings, verdict) result(table)
+    type(crossing_type), intent(in) :: crossings(:)
+    character(len=*), intent(in) :: verdict
+    integer :: i, n
+
+    n = size(crossings)
+    table = new_table("crossings", "Crossings", "", verdict, shown=.true.)
+    table%model = model_of_modes
+    call table%add("mode", "its number", crossings%mode)
+    call table%add("order", plain, "multiple of the crank speed", crossings%order)
+    call table%add("speed", rpm, "of the crossing", crossings%speed, error="speed_error")
+    call table%add("speed_error", rpm, "bound on its error", crossings%error)
+    call table%add("from", rpm, "where the interval of locking begins", [(crossings(i)%ends(1), i = 1, n)])
+    call table%add("to", rpm, "where it ends", [(crossings(i)%ends(2), i = 1, n)])
+    call table%add("frequency", hertz, "of the mode there", [(crossings(i)%at%frequency() / (2 * pi), i = 1, n)])
+    call table%add("growth", per_second, "of the mode there", [(crossings(i)%at%growth, i = 1, n)])
+    call table%add("damping_ratio", plain, "of the mode there", [(crossings(i)%at%damping_ratio(), i = 1, n)])
+    call table%add("locked", "1: the mode is locked to the order", crossings%locked)
+  end function crossings_table
+
+end module gestell_task_campbell_task

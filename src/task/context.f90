@@ -1,0 +1,62 @@
+!> What a task is run with: the machine, what the options ask for, where files go, who does the work.
+module gestell_task_context
+  use gestell_base_kinds, only: dp
+  use gestell_output_head, only: head_type
+  use gestell_study_family, only: family_type
+  use gestell_study_vibration_analysis, only: analysis_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_executor, only: executor_type
+  use gestell_task_locked_family, only: locked_family_type
+  implicit none (type, external)
+  private
+
+  type, public :: context_type
+    type(configuration_type) :: configuration
+    !> What heads tables.
+    type(head_type) :: head
+    !> Where the files of the run will stand, and where they are written until then.
+    character(len=:), allocatable :: folder, place
+    !> Whether people read a report; whether one line is all that is wanted.
+    logical :: reports = .true., one_line = .false.
+    !> Whether the verdict decides on the exit code.
+    logical :: fails_if_unstable = .false.
+    !> The share of a sweep that is computed; whether its parts are put together.
+    integer :: part = 1, parts = 1
+    logical :: in_parts = .false., merge = .false.
+    type(executor_type) :: executor
+    !> What was found of the input's own machine.
+    type(analysis_type) :: analysis
+    !> What a task keeps for others.
+    class(*), allocatable :: kept
+  contains
+    procedure :: members
+    procedure :: speeds
+  end type context_type
+
+contains
+
+  !> The machines of `family` by the frame's model, or by another one, as several threads may ask for them.
+  subroutine members(self, family, locked, model)
+    class(context_type), intent(in) :: self
+    class(family_type), intent(in) :: family
+    type(locked_family_type), intent(out) :: locked
+    character(len=*), intent(in), optional :: model
+
+    allocate(locked%inner, source=family)
+    locked%model = self%configuration%tasks%model
+    if (present(model)) locked%model = model
+    locked%accuracy = self%configuration%accuracy
+  end subroutine members
+
+  !> The speeds of the sweep (1/min).
+  pure function speeds(self)
+    class(context_type), intent(in) :: self
+    real(dp), allocatable :: speeds(:)
+    integer :: k
+
+    associate (axis => self%configuration%plan%grid%axes(1))
+      speeds = axis%value([(k, k = 1, axis%count)])
+    end associate
+  end function speeds
+
+end module gestell_task_context

@@ -1,0 +1,114 @@
+!> The task `critical`: the speeds at which the vibration is greatest.
+module gestell_task_critical_task
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: hertz, metre, newton, plain, rpm, unit_type
+  use gestell_task, only: all_speeds, task_type
+  use gestell_task_campbell_plot, only: plot_critical
+  use gestell_task_campbell_report, only: critical_verdict, report_critical
+  use gestell_task_campbell_task, only: diagram_type, follow_modes, model_of_modes
+  use gestell_task_context, only: context_type
+  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_critical, only: amplitude, critical_type, find_critical, force, outcomes
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: critical_task
+  contains
+    procedure :: describe
+    procedure :: run
+  end type critical_task
+
+contains
+
+  pure subroutine describe(self)
+    class(critical_task), intent(inout) :: self
+
+    self%name = "critical"
+    self%about = all_speeds
+    self%judges = .true.
+  end subroutine describe
+
+  subroutine run(self, context, result, error)
+    class(critical_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(diagram_type) :: diagram
+    type(locked_family_type) :: family
+    type(critical_type), allocatable :: critical(:)
+    character(len=:), allocatable :: verdict
+    real(dp), allocatable :: speeds(:)
+    integer :: i
+
+    call follow_modes(context, diagram, error)
+    call context%members(context%configuration%plan%family, family, model_of_modes)
+    if (.not. allocated(error)) call find_critical(family, diagram%order, diagram%crossings, critical, error)
+    if (allocated(error)) return
+    verdict = critical_verdict(critical, diagram%campbell)
+    if (verdict /= "stable") result%all_stable = .false.
+    speeds = context%speeds()
+    call result%add(table_of(critical, verdict), plot_critical(critical, [speeds(1), speeds(size(speeds))]))
+    if (verdict /= "stable") call result%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
+    call result%warn("undecided", beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), &
+      & i = 1, size(critical))]), model_of_modes))
+    call result%say(report_critical(critical, diagram%order%orders, verdict))
+    associate (unused_task => self)
+    end associate
+  end subroutine run
+
+  !> critical.csv.
+  pure type(table_type) function table_of(critical, verdict) result(table)
+    type(critical_type), intent(in) :: critical(:)
+    character(len=*), intent(in) :: verdict
+    integer :: i, n
+
+    n = size(critical)
+    table = new_table("critical", "Critical speeds", "Where the response peaks, by order and mode.", verdict, shown=.true.)
+    table%model = model_of_modes
+    call table%add("mode", "its number", [(critical(i)%crossing%mode, i = 1, n)])
+    call table%add("order", "of the crank", [(nint(critical(i)%crossing%order), i = 1, n)])
+    call table%add("outcome", "peak, no_peak, unbounded or unstable", outcomes(critical%outcome))
+    call table%add("crossing", rpm, "speed of the crossing", [(critical(i)%crossing%speed, i = 1, n)])
+    call table%add("half_width", rpm, "of the resonance by the mode's damping", critical%half_width)
+    call table%add("frequency", hertz, "of the mode at the crossing", [(critical(i)%crossing%at%frequency() / (2 * pi), i = 1, n)])
+    call table%add("damping_ratio", plain, "of the mode at the crossing", [(critical(i)%crossing%at%damping_ratio(), i = 1, n)])
+    call add_peaks(amplitude, "", "amplitude", metre)
+    call table%add("share", plain, "of the order in the mean square of the vibration", shown(amplitude, critical%share))
+    call add_peaks(force, "force_", "force", newton)
+    call table%add("verdict", "on the machine at the peak", critical%verdict)
+    call table%add("small_motion", "0: beyond small motions", [(critical(i)%moved%small(), i = 1, n)], &
+      & [(any(critical(i)%found), i = 1, n)])
+
+  contains
+
+    !> The columns of one kind of peak.
+    pure subroutine add_peaks(which, prefix, name, unit)
+      integer, intent(in) :: which
+      character(len=*), intent(in) :: prefix, name
+      type(unit_type), intent(in) :: unit
+
+      call table%add(prefix // "speed", rpm, "where the peak lies", shown(which, [(critical(i)%speed(which), i = 1, n)]), &
+        & error=prefix // "speed_error")
+      call table%add(prefix // "speed_error", rpm, "bound on its error", shown(which, [(critical(i)%error(which), i = 1, n)]))
+      call table%add(name, unit, "of the order at the peak", shown(which, [(critical(i)%height(which), i = 1, n)]))
+      call table%add(prefix // "prominence", plain, "height over the greater of the dips beside it", shown(which, &
+        & [(critical(i)%prominence(which), i = 1, n)]))
+    end subroutine add_peaks
+
+    !> NaN where there is no such peak.
+    pure function shown(which, values)
+      integer, intent(in) :: which
+      real(dp), intent(in) :: values(:)
+      real(dp) :: shown(size(values))
+
+      shown = merge(values, ieee_value(1.0_dp, ieee_quiet_nan), [(critical(i)%found(which), i = 1, n)])
+    end function shown
+
+  end function table_of
+
+end module gestell_task_critical_task

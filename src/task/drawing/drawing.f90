@@ -1,0 +1,108 @@
+!> The task `drawing`: the mechanism through a turn of its crank.
+module gestell_task_drawing
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_input_namelist_document, only: document_type, the_group
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_schema, only: schema_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_skeleton, only: skeleton_type, trace_skeleton
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: degree, metre
+  use gestell_task, only: task_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_drawing_plot, only: plot_mechanism
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: drawing_task
+  contains
+    procedure :: describe
+    procedure :: read => read_drawing
+    procedure :: run
+  end type drawing_task
+
+  !> Rows of a turn, less the last, which repeats the first.
+  integer, parameter :: rows = 360
+
+contains
+
+  pure subroutine describe(self)
+    class(drawing_task), intent(inout) :: self
+
+    self%name = "drawing"
+    self%pictured = .true.
+  end subroutine describe
+
+  !> Error: there is nothing to draw.
+  subroutine read_drawing(self, doc, schema, configuration, error)
+    class(drawing_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. self%ordered) return
+    select type (mechanism => configuration%frame%mechanism)
+    type is (linkage_type)
+    class default
+      call input_error(the_group(doc, "mass_functions"), "", "there is nothing to draw: the task 'drawing' needs joints and " &
+        & // "links", error)
+    end select
+    associate (unused_schema => schema)
+    end associate
+  end subroutine read_drawing
+
+  !> A mechanism that is no linkage has no drawing.
+  subroutine run(self, context, result, error)
+    class(drawing_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(skeleton_type) :: skeleton
+    integer :: i, k
+
+    associate (frame => context%configuration%frame)
+      select type (mechanism => frame%mechanism)
+      class is (linkage_type)
+        call trace_skeleton(mechanism, [(sign(2 * pi, frame%speed) * k / rows, k = 0, rows)], skeleton)
+        do i = 1, 2
+          skeleton%joints(i, :, :) = skeleton%joints(i, :, :) + frame%origin(i)
+          skeleton%centers(i, :, :) = skeleton%centers(i, :, :) + frame%origin(i)
+        end do
+        call result%add(table_of(frame, mechanism, skeleton), plot_mechanism(frame, mechanism, skeleton, &
+          & context%configuration%probes))
+      end select
+    end associate
+    associate (unused_task => self, unused_error => error)
+    end associate
+  end subroutine run
+
+  !> mechanism.csv: the places of all joints and centres of mass, in the frame's system.
+  pure type(table_type) function table_of(frame, linkage, skeleton) result(table)
+    class(frame_type), intent(in) :: frame
+    class(linkage_type), intent(in) :: linkage
+    type(skeleton_type), intent(in) :: skeleton
+    character(len=*), parameter :: axes(2) = ["x", "y"]
+    integer :: i, k
+
+    table = new_table("mechanism", "The machine", "The mechanism through a turn on its frame and mounts, to scale.", "")
+    call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(360.0_dp, frame%speed) * k / rows, &
+      & k = 0, rows)])
+    do i = 1, size(linkage%joints)
+      do k = 1, 2
+        call table%add("joint(" // linkage%joints(i)%name // ")." // axes(k), metre, "place of the joint", skeleton%joints(k, i, :))
+      end do
+    end do
+    do i = 1, size(linkage%links)
+      do k = 1, 2
+        call table%add("link(" // linkage%links(i)%name // ")." // axes(k), metre, "place of the centre of mass", &
+          & skeleton%centers(k, i, :))
+      end do
+    end do
+  end function table_of
+
+end module gestell_task_drawing

@@ -1,0 +1,121 @@
+!> How the work of a task is spread: over the threads of this process. What spreads it further extends `executor_type`.
+module gestell_task_executor
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  !> Independent pieces 1, 2, ...
+  type, abstract, public :: work_type
+  contains
+    procedure(compute), deferred :: compute
+  end type work_type
+
+  !> Who watches how far the work is.
+  type, abstract, public :: progress_type
+  contains
+    procedure(start), deferred :: start
+    procedure(add), deferred :: add
+    procedure(clear), deferred :: clear
+    procedure(show_part), deferred :: show_part
+  end type progress_type
+
+  type, public :: executor_type
+    !> Not allocated: nobody.
+    class(progress_type), allocatable :: progress
+  contains
+    procedure :: spread
+    procedure :: show
+  end type executor_type
+
+  abstract interface
+    !> Computes piece `k` and keeps what it finds, beside others. Whatever is for one thread alone, as reading documents and
+    !> writing files, stands in a section critical (input_and_output).
+    recursive subroutine compute(self, k, error)
+      import :: work_type, error_type
+      implicit none (type, external)
+      class(work_type), intent(inout) :: self
+      integer, intent(in) :: k
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine compute
+
+    !> Begins with `all` points to come.
+    subroutine start(self, all)
+      import :: progress_type, int64
+      implicit none (type, external)
+      class(progress_type), intent(inout) :: self
+      integer(int64), intent(in) :: all
+    end subroutine start
+
+    !> So many points more are done.
+    subroutine add(self, points)
+      import :: progress_type, int64
+      implicit none (type, external)
+      class(progress_type), intent(inout) :: self
+      integer(int64), intent(in) :: points
+    end subroutine add
+
+    subroutine clear(self)
+      import :: progress_type
+      implicit none (type, external)
+      class(progress_type), intent(inout) :: self
+    end subroutine clear
+
+    !> What is being done, and which part of it is, from 0 to 1.
+    subroutine show_part(self, doing, part)
+      import :: progress_type, dp
+      implicit none (type, external)
+      class(progress_type), intent(inout) :: self
+      character(len=*), intent(in) :: doing
+      real(dp), intent(in) :: part
+    end subroutine show_part
+  end interface
+
+contains
+
+  !> Computes these pieces of `work`, those behind one that failed are left out; `points`: how much each of them counts in what is
+  !> shown. Error: that of the first piece, in the order of `pieces`, that failed.
+  subroutine spread(self, work, pieces, error, points)
+    class(executor_type), intent(inout) :: self
+    class(work_type), intent(inout) :: work
+    integer, intent(in) :: pieces(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer(int64), intent(in), optional :: points(:)
+    type(error_type), allocatable :: own
+    integer(int64) :: weights(size(pieces))
+    integer :: i, failed, first_failed
+
+    weights = 1
+    if (present(points)) weights = points
+    first_failed = huge(first_failed)
+    if (allocated(self%progress)) call self%progress%start(sum(weights))
+    !$omp parallel do schedule(dynamic, 1) private(own, failed)
+    do i = 1, size(pieces)
+      !$omp atomic read
+      failed = first_failed
+      if (i > failed) cycle
+      call work%compute(pieces(i), own)
+      !$omp critical (input_and_output)
+      if (allocated(own) .and. i < first_failed) then
+        !$omp atomic write
+        first_failed = i
+        call move_alloc(own, error)
+      end if
+      if (allocated(self%progress)) call self%progress%add(weights(i))
+      !$omp end critical (input_and_output)
+    end do
+    !$omp end parallel do
+    if (allocated(self%progress)) call self%progress%clear()
+  end subroutine spread
+
+  !> What is being done, and which part of it is, from 0 to 1; at 1 the words disappear.
+  subroutine show(self, doing, part)
+    class(executor_type), intent(inout) :: self
+    character(len=*), intent(in) :: doing
+    real(dp), intent(in) :: part
+
+    if (allocated(self%progress)) call self%progress%show_part(doing, part)
+  end subroutine show
+
+end module gestell_task_executor

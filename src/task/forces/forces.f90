@@ -1,0 +1,193 @@
+!> The task `forces`: where the machine shakes the ground.
+module gestell_task_forces
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema, only: schema_type
+  use gestell_model_frame_quantity, only: guide_forces, velocities
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
+  use gestell_output_table_unit, only: degree, metre, newton, newton_metre, plain, unit_type
+  use gestell_task, only: task_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_forces_ground, only: find_places, force_parts, moment, place_type, whole_force
+  use gestell_task_forces_plot, only: plot_forces
+  use gestell_task_forces_report, only: force_lines
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: forces_task
+  contains
+    procedure :: describe
+    procedure :: read => read_forces
+    procedure :: run
+  end type forces_task
+
+  character(len=2), parameter :: names(force_parts) = [character(len=2) :: "fx", "fy", "f", "m"]
+  type(unit_type), parameter :: units(force_parts) = [newton, newton, newton, newton_metre]
+
+contains
+
+  pure subroutine describe(self)
+    class(forces_task), intent(inout) :: self
+
+    self%name = "forces"
+    self%judges = .true.
+    self%brief = .true.
+  end subroutine describe
+
+  subroutine read_forces(self, doc, schema, configuration, error)
+    class(forces_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, merge(velocities, guide_forces, &
+      & size(configuration%frame%free) == 3))
+    associate (unused_doc => doc, unused_schema => schema, unused_error => error)
+    end associate
+  end subroutine read_forces
+
+  subroutine run(self, context, result, error)
+    class(forces_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(place_type), allocatable :: places(:)
+    type(error_type), allocatable :: failure
+    real(dp) :: peak
+    integer :: i
+
+    associate (frame => context%configuration%frame, tasks => context%configuration%tasks)
+      if (allocated(context%analysis%vibration)) call find_places(context%analysis%frame, context%analysis%vibration, places, &
+        & failure)
+      if (allocated(places)) then
+        if (.not. all([(finite(places(i)), i = 1, size(places))])) then
+          deallocate(places)
+          call fatal_error(failure, "the forces on the ground overflow: they lie beyond what double precision holds", &
+            & failed_computation)
+        end if
+      end if
+      peak = ieee_value(peak, ieee_quiet_nan)
+      if (allocated(places)) peak = places(size(places))%statistics(whole_force)%peak
+      call result%brief%add("f_peak", newton, "peak of the whole force on the ground", [peak])
+      do i = 1, size(frame%supports)
+        if (allocated(places)) peak = places(i)%statistics(whole_force)%peak
+        call result%brief%add("support(" // text(i) // ").f_peak", newton, "peak of the support's force", [peak])
+      end do
+      call result%fail(failure)
+      if (.not. allocated(places)) return
+      call result%add(summary(places, frame%speed, result%verdict))
+      call result%add(histories(places, frame%speed, frame%period, result%verdict))
+      call result%add(harmonics(places, frame%period, tasks%harmonics, result%verdict))
+      call result%draw(plot_forces(places, frame%speed, tasks%harmonics))
+      call result%say(force_lines(places, frame%speed, trim(result%verdict)))
+    end associate
+    associate (unused_task => self, unused_error => error)
+    end associate
+  end subroutine run
+
+  pure logical function finite(place)
+    type(place_type), intent(in) :: place
+
+    finite = all(place%statistics%finite()) .and. all(ieee_is_finite(place%history)) .and. ieee_is_finite(place%least_compression)
+  end function finite
+
+  !> supports.csv, one row a place; `speed` in rad/s.
+  pure type(table_type) function summary(places, speed, verdict) result(table)
+    type(place_type), intent(in) :: places(:)
+    real(dp), intent(in) :: speed
+    character(len=*), intent(in) :: verdict
+    real(dp) :: peak(size(places)), error(size(places)), rms(size(places)), crest(size(places)), angle(size(places))
+    character(len=:), allocatable :: part
+    integer :: orders(size(places), force_parts), i, k
+
+    table = new_table("supports", "Forces on the ground", "Peak and root mean square, support by support.", verdict, shown=.true.)
+    call table%add("support", "its number; foundation, guide; total: all of them together", places%name)
+    call table%add("x", metre, "where it is in the frame's system", [(places(i)%position(1), i = 1, size(places))])
+    call table%add("y", metre, "where it is in the frame's system", [(places(i)%position(2), i = 1, size(places))])
+    orders = 0
+    do k = 1, force_parts
+      peak = 0
+      error = 0
+      rms = 0
+      crest = 0
+      angle = 0
+      do i = 1, size(places)
+        if (k == moment .and. .not. places(i)%turns) cycle
+        associate (found => places(i)%statistics(k))
+          peak(i) = found%peak
+          error(i) = found%peak_error
+          rms(i) = found%rms
+          crest(i) = found%crest()
+          angle(i) = sign(360.0_dp, speed) * found%peak_phase
+          orders(i, k) = found%strongest()
+        end associate
+      end do
+      part = trim(names(k))
+      call table%add(part // "_peak", units(k), "greatest size over the period", peak, error=part // "_peak_error")
+      call table%add(part // "_peak_error", units(k), "bound on its error", error)
+      call table%add(part // "_rms", units(k), "root mean square", rms)
+      call table%add(part // "_crest", plain, "crest factor, peak over rms; 0 where nothing moves", crest)
+      call table%add(part // "_peak_crank", degree, "crank angle of the peak", angle)
+    end do
+    do k = 1, force_parts
+      call table%add(trim(names(k)) // "_strongest_order", "order of the crank with the greatest amplitude; 0: none", orders(:, k))
+    end do
+    if (.not. any(places%weighed)) return
+    call table%add("static_fx", newton, "static force along x", [(places(i)%static(1), i = 1, size(places))])
+    call table%add("static_fy", newton, "static force along y", [(places(i)%static(2), i = 1, size(places))])
+    call table%add("least_compression", newton, "least of the whole force along gravity", places%least_compression, &
+      & error="least_compression_error")
+    call table%add("least_compression_error", newton, "bound on its error", places%least_error)
+  end function summary
+
+  pure type(table_type) function histories(places, speed, period, verdict) result(table)
+    type(place_type), intent(in) :: places(:)
+    real(dp), intent(in) :: speed, period
+    character(len=*), intent(in) :: verdict
+    integer :: i, k
+
+    table = new_table("supports_history", "Forces over a turn", "The forces of every support over a turn.", verdict)
+    call add_turn(table, speed, period, size(places(1)%history, 1) - 1)
+    do i = 1, size(places)
+      do k = 1, force_parts
+        if (k == moment .and. .not. places(i)%turns) cycle
+        call table%add(column(places(i), k), units(k), "force or moment on the ground", places(i)%history(:, k))
+      end do
+    end do
+  end function histories
+
+  pure type(table_type) function harmonics(places, period, last, verdict) result(table)
+    type(place_type), intent(in) :: places(:)
+    real(dp), intent(in) :: period
+    integer, intent(in) :: last
+    character(len=*), intent(in) :: verdict
+    integer :: i, k
+
+    table = new_table("supports_harmonics", "Forces by orders", "Amplitudes of the supports' forces by orders of the crank.", &
+      & verdict)
+    call add_orders(table, period, last)
+    do i = 1, size(places)
+      do k = 1, force_parts
+        if (k == whole_force .or. (k == moment .and. .not. places(i)%turns)) cycle
+        call add_harmonics(table, column(places(i), k), units(k), places(i)%statistics(k)%series(1), last)
+      end do
+    end do
+  end function harmonics
+
+  !> As fx_1, m_total.
+  pure function column(place, part) result(name)
+    type(place_type), intent(in) :: place
+    integer, intent(in) :: part
+    character(len=:), allocatable :: name
+
+    name = trim(names(part)) // "_" // trim(place%name)
+  end function column
+
+end module gestell_task_forces

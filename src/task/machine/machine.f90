@@ -1,0 +1,115 @@
+!> The machine of the input itself: solved once for all tasks that are about it.
+module gestell_task_machine
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: metre, plain, radian
+  use gestell_study_frame_model_model_check, only: check_model
+  use gestell_study_vibration_analysis, only: analyse
+  use gestell_study_vibration_several, only: several_type
+  use gestell_study_vibration_small_motion, only: moved
+  use gestell_task_context, only: context_type
+  use gestell_task_drawing_report, only: report_transmission
+  use gestell_task_machine_model, only: better_line, newton_line
+  use gestell_task_machine_report, only: evidence_lines, frequency_lines, resonance_lines, verdict_lines, verdict_sentence
+  use gestell_task_machine_several, only: among, several_lines
+  implicit none (type, external)
+  private
+
+  public :: solve_machine
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Solves it for what the tasks want, and tells what concerns them all. Error: it cannot be solved; where only the vibration
+  !> cannot, that is the result's failure.
+  subroutine solve_machine(context, result, error)
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: failure
+
+    associate (configuration => context%configuration, analysis => context%analysis)
+      call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, failure)
+      if (allocated(failure) .and. .not. (allocated(analysis%multipliers) .and. (configuration%tasks%stability &
+        & .or. configuration%tasks%modes))) then
+        call move_alloc(failure, error)
+        return
+      end if
+      call result%fail(failure)
+      if (allocated(analysis%multipliers)) then
+        result%verdict = analysis%multipliers%verdict()
+        result%all_stable = result%verdict == "stable"
+      end if
+      if (context%reports) call report(context, result, error)
+      if (allocated(analysis%several)) call result%add(table_of(analysis%several, result%verdict))
+    end associate
+  end subroutine solve_machine
+
+  !> The verdict, what it rests on, the natural frequencies. Error: these cannot be computed.
+  subroutine report(context, result, error)
+    type(context_type), intent(in) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: frequencies(:)
+    type(multipliers_type), allocatable :: better
+    character(len=:), allocatable :: sentence, warning
+
+    associate (frame => context%configuration%frame, tasks => context%configuration%tasks, analysis => context%analysis, &
+      & accuracy => context%configuration%accuracy)
+      call frame%natural_frequencies(frequencies, error)
+      if (allocated(error)) return
+      call result%say(report_transmission(frame))
+      if (allocated(analysis%multipliers)) then
+        if (tasks%model /= "exact" .and. .not. tasks%averaged) call check_model(frame, accuracy, analysis%multipliers, better)
+        sentence = verdict_sentence(analysis%multipliers, frame%period, among(analysis%several))
+        call result%warn(result%verdict, sentence)
+        call result%say(newline // "VERDICT  " // sentence // newline // verdict_lines(analysis%multipliers))
+      end if
+      call result%say(better_line(better, trim(tasks%model)) // evidence_lines(analysis, accuracy) &
+        & // newton_line(analysis%newton) // several_lines(analysis%several, tasks%all_vibrations))
+      if (allocated(analysis%vibration)) then
+        warning = beyond_small([moved(frame, analysis%vibration%peak(:3))], tasks%model)
+        call result%warn("undecided", warning)
+        call result%say(warning)
+      end if
+      if (allocated(analysis%resonance)) call result%say(resonance_lines(analysis%resonance))
+      call result%say(frequency_lines(frequencies, abs(frame%speed)))
+    end associate
+  end subroutine report
+
+  !> vibrations.csv.
+  pure type(table_type) function table_of(several, verdict) result(table)
+    type(several_type), intent(in) :: several(:)
+    character(len=*), intent(in) :: verdict
+    character(len=3), parameter :: names(3) = [character(len=3) :: "xi", "eta", "psi"]
+    integer :: i, k, n
+
+    n = size(several)
+    table = new_table("vibrations", "Vibrations at this speed", "Periodic vibrations of the machine, smallest first.", verdict, &
+      & shown=.true.)
+    call table%add("index", "number, smallest first", [(i, i = 1, n)])
+    call table%add("rho_max", plain, "largest |rho|", [(abs(several(i)%multipliers%rho(1)), i = 1, n)], error="rho_error")
+    call table%add("rho_error", plain, "bound on its error, relative to it", [(several(i)%multipliers%error(1), i = 1, n)])
+    do k = 1, 3
+      call table%add(trim(names(k)) // "_rms", merge(metre, radian, k < 3), "root mean square", [(several(i)%rms(k), i = 1, n)])
+    end do
+    do k = 1, 3
+      call table%add(trim(names(k)) // "_peak", merge(metre, radian, k < 3), "peak over the period", &
+        & [(several(i)%peak(k), i = 1, n)], error=trim(names(k)) // "_peak_error")
+    end do
+    do k = 1, 3
+      call table%add(trim(names(k)) // "_peak_error", merge(metre, radian, k < 3), "bound on the error of the peak", &
+        & [(several(i)%peak_error(k), i = 1, n)])
+    end do
+    call table%add("verdict", "on this vibration", [(several(i)%multipliers%verdict(), i = 1, n)])
+    call table%add("turning_index", "1, or -1: an odd number of real multipliers lies above 1", &
+      & [(several(i)%vibration_index(), i = 1, n)])
+    call table%add("told", "1: all other files are about this one", [(several(i)%told, i = 1, n)])
+  end function table_of
+
+end module gestell_task_machine

@@ -1,0 +1,79 @@
+!> The task `modes`: the multipliers with their eigenvectors.
+module gestell_task_modes
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema, only: schema_type
+  use gestell_model_frame, only: frame_type
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: plain
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_modes_plot, only: plot_modes
+  use gestell_task_stability, only: stability_task
+  implicit none (type, external)
+  private
+
+  type, extends(stability_task), public :: modes_task
+  contains
+    procedure :: describe
+    procedure :: read => read_modes
+    procedure :: run
+  end type modes_task
+
+contains
+
+  pure subroutine describe(self)
+    class(modes_task), intent(inout) :: self
+
+    call self%stability_task%describe()
+    self%name = "modes"
+  end subroutine describe
+
+  subroutine read_modes(self, doc, schema, configuration, error)
+    class(modes_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    configuration%tasks%modes = self%ordered
+    associate (unused_doc => doc, unused_schema => schema, unused_error => error)
+    end associate
+  end subroutine read_modes
+
+  subroutine run(self, context, result, error)
+    class(modes_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. result%has("multipliers")) call self%stability_task%run(context, result, error)
+    if (allocated(error)) return
+    call result%add(table_of(context%configuration%frame, context%analysis%multipliers), plot_modes(context%configuration%frame, &
+      & context%analysis%multipliers))
+  end subroutine run
+
+  !> modes.csv: eigenvectors of (19) at t = 0; degrees of freedom that are not free have zeros.
+  pure type(table_type) function table_of(frame, multipliers) result(table)
+    class(frame_type), intent(in) :: frame
+    type(multipliers_type), intent(in) :: multipliers
+    character(len=7), parameter :: names(6) = [character(len=7) :: "xi", "eta", "psi", "xi_dot", "eta_dot", "psi_dot"]
+    complex(dp) :: vectors(6, size(multipliers%rho))
+    integer :: f, i
+
+    f = size(frame%free)
+    vectors = 0
+    vectors(frame%free, :) = multipliers%vectors(:f, :)
+    vectors(3 + frame%free, :) = multipliers%vectors(f + 1:, :)
+    table = new_table("modes", "Modes", "The eigenvectors of the free vibrations at crank angle 0.", multipliers%verdict())
+    call table%add("index", "number of the multiplier", [(i, i = 1, size(multipliers%rho))])
+    do i = 1, 6
+      call table%add(trim(names(i)) // "_re", plain, "real part, of norm 1 in SI units", real(vectors(i, :)))
+      call table%add(trim(names(i)) // "_im", plain, "imaginary part", aimag(vectors(i, :)))
+    end do
+  end function table_of
+
+end module gestell_task_modes

@@ -1,0 +1,123 @@
+!> The task `power`: what the drive has to do over a turn.
+module gestell_task_power
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_input_namelist_document, only: document_type, the_group
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_schema, only: schema_type
+  use gestell_model_frame_quantity, only: accelerations
+  use gestell_model_mechanism, only: drive_columns
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_turn, only: add_turn
+  use gestell_output_table_unit, only: joule, newton_metre, radian_per_s, watt
+  use gestell_task, only: task_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_power_drive, only: drive_type, find_drive
+  use gestell_task_power_plot, only: plot_power
+  use gestell_task_power_report, only: drive_lines
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: power_task
+  contains
+    procedure :: describe
+    procedure :: read => read_power
+    procedure :: run
+  end type power_task
+
+contains
+
+  pure subroutine describe(self)
+    class(power_task), intent(inout) :: self
+
+    self%name = "power"
+    self%judges = .true.
+    self%brief = .true.
+  end subroutine describe
+
+  !> Error: the mechanism does not tell its energy; averaged masses.
+  subroutine read_power(self, doc, schema, configuration, error)
+    class(power_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: unused(1, drive_columns)
+    logical :: known
+
+    if (.not. self%ordered) return
+    configuration%tasks%rows = max(configuration%tasks%rows, accelerations)
+    call configuration%frame%mechanism%tabulate_drive([0.0_dp], unused, known)
+    if (.not. known) then
+      call input_error(the_group(doc, "mass_functions"), "", "the task 'power' needs the key energy, the harmonics of " &
+        & // "sum [m (x'^2 + y'^2) + J phi'^2]", error)
+    else if (configuration%tasks%averaged) then
+      call input_error(the_group(doc, "model"), "coefficients", "the task 'power' needs 'periodic': with averaged " &
+        & // "masses power does not balance", error)
+    end if
+    associate (unused_schema => schema)
+    end associate
+  end subroutine read_power
+
+  subroutine run(self, context, result, error)
+    class(power_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(drive_type), allocatable :: drive
+    type(error_type), allocatable :: failure
+    real(dp) :: peak
+    logical :: known
+
+    associate (frame => context%analysis%frame)
+      if (allocated(context%analysis%vibration)) then
+        allocate(drive)
+        call find_drive(frame, context%analysis%vibration, drive, known, failure)
+        known = known .and. .not. allocated(failure)
+        if (known) known = finite(drive)
+        if (.not. (known .or. allocated(failure))) call fatal_error(failure, "the torque overflows: it lies beyond what double " &
+          & // "precision holds", failed_computation)
+        if (.not. known) deallocate(drive)
+      end if
+      peak = ieee_value(peak, ieee_quiet_nan)
+      if (allocated(drive)) peak = drive%actual%peak
+      call result%brief%add("torque_peak", newton_metre, "greatest torque on the crank, with its sign", [peak])
+      call result%fail(failure)
+      if (.not. allocated(drive)) return
+      call result%add(table_of(drive, frame%speed, frame%period, result%verdict), plot_power(frame%speed))
+      call result%say(drive_lines(drive, frame%speed, trim(result%verdict)))
+    end associate
+    associate (unused_task => self, unused_error => error)
+    end associate
+  end subroutine run
+
+  pure logical function finite(drive)
+    type(drive_type), intent(in) :: drive
+
+    finite = all(ieee_is_finite(drive%history)) .and. all(ieee_is_finite([drive%actual%rms, drive%rigid%rms, drive%peak_error, &
+      & drive%drive_mean, drive%dampers_mean]))
+    if (allocated(drive%fluctuation)) finite = finite .and. ieee_is_finite(drive%fluctuation%irregularity) &
+      & .and. ieee_is_finite(drive%fluctuation%error)
+  end function finite
+
+  !> power.csv.
+  pure type(table_type) function table_of(drive, speed, period, verdict) result(table)
+    type(drive_type), intent(in) :: drive
+    real(dp), intent(in) :: speed, period
+    character(len=*), intent(in) :: verdict
+
+    table = new_table("power", "Drive", "Driving torque over a turn, and the power of drive and dampers.", verdict)
+    call add_turn(table, speed, period, size(drive%history, 2) - 1)
+    call table%add("torque", newton_metre, "on the crank, counter-clockwise positive", drive%history(1, :))
+    call table%add("rigid_torque", newton_metre, "the same on a frame at rest", drive%history(2, :))
+    call table%add("drive", watt, "power of the drive", drive%history(3, :))
+    call table%add("dampers", watt, "power that dampers and foundation take", drive%history(4, :))
+    call table%add("energy", joule, "kinetic and potential energy", drive%history(5, :))
+    if (allocated(drive%fluctuation)) call table%add("speed_fluctuation", radian_per_s, "the crank's speed less its mean", &
+      & drive%fluctuation%history)
+  end function table_of
+
+end module gestell_task_power

@@ -1,0 +1,176 @@
+!> The task `resonance`: the vibration over the speed of the crank.
+module gestell_task_resonance_task
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  use gestell_input_machine_quantities, only: read_quantities
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema, only: schema_type
+  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
+  use gestell_study_speed_point, only: reached, solve_speed_point, speed_order_type, speed_point_type, state_names, unreached
+  use gestell_task, only: all_speeds, task_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_executor, only: work_type
+  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_resonance_keys, only: resonance_keys
+  use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
+  use gestell_task_resonance_plot, only: plot_peaks, plot_resonance
+  use gestell_task_resonance_report, only: report_resonance, told_of
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: resonance_task
+    private
+    type(quantity_type), allocatable :: quantities(:)
+  contains
+    procedure :: describe
+    procedure :: read => read_resonance
+    procedure :: run
+  end type resonance_task
+
+  !> A piece is a speed.
+  type, extends(work_type) :: speeds_type
+    type(locked_family_type) :: family
+    type(speed_order_type) :: order
+    real(dp), allocatable :: speeds(:)
+    type(speed_point_type), allocatable :: points(:)
+  contains
+    procedure :: compute
+  end type speeds_type
+
+contains
+
+  pure subroutine describe(self)
+    class(resonance_task), intent(inout) :: self
+
+    self%name = "resonance"
+    self%about = all_speeds
+    self%judges = .true.
+  end subroutine describe
+
+  subroutine read_resonance(self, doc, schema, configuration, error)
+    class(resonance_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    call read_quantities(doc, resonance_keys, configuration%frame, configuration%probes, .true., self%quantities, error)
+    associate (unused_schema => schema)
+    end associate
+  end subroutine read_resonance
+
+  subroutine run(self, context, result, error)
+    class(resonance_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(resonance_curve_type) :: curve
+    type(speeds_type) :: work
+    character(len=:), allocatable :: verdict
+    integer :: k
+
+    call context%members(context%configuration%plan%family, work%family)
+    associate (configuration => context%configuration, order => work%order)
+      order%names = self%quantities%name
+      order%probes = configuration%probes
+      order%orders = configuration%orders
+      order%accuracy = configuration%accuracy
+      order%averaged = configuration%tasks%averaged
+      call start_curve(curve, order, context%speeds(), error)
+      do while (.not. allocated(error))
+        call curve%wanted(work%speeds)
+        if (size(work%speeds) == 0) exit
+        if (allocated(work%points)) deallocate(work%points)
+        allocate(work%points(size(work%speeds)))
+        call context%executor%spread(work, [(k, k = 1, size(work%speeds))], error)
+        if (.not. allocated(error)) call curve%add(work%points)
+      end do
+      if (allocated(error)) return
+      call curve%finish()
+      verdict = told_of(curve)
+      if (any(curve%points%state /= reached)) result%all_stable = .false.
+      call result%add(curve_table(self%quantities, curve, verdict), plot_resonance(self%quantities, curve))
+      call result%add(peaks_table(self%quantities, curve, verdict), plot_peaks(self%quantities, curve))
+      if (verdict /= "stable") call result%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
+      call result%warn("undecided", beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], &
+        & curve%points%state <= unreached), configuration%tasks%model))
+      call result%say(report_resonance(self%quantities, curve, configuration%tasks%model))
+    end associate
+  end subroutine run
+
+  recursive subroutine compute(self, k, error)
+    class(speeds_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_speed_point(self%family, self%speeds(k), self%order, self%points(k), error)
+  end subroutine compute
+
+  !> resonance.csv.
+  pure type(table_type) function curve_table(quantities, curve, verdict) result(table)
+    type(quantity_type), intent(in) :: quantities(:)
+    type(resonance_curve_type), intent(in) :: curve
+    character(len=*), intent(in) :: verdict
+    character(len=:), allocatable :: name
+    type(unit_type) :: unit
+    integer :: i, k, n
+
+    n = size(curve%points)
+    table = new_table("resonance", "Resonance curves", "Response over the speed; shaded: the machine leaves it; gaps: none.", &
+      & verdict)
+    call table%add("speed", rpm, "of the crank", [(curve%points(i)%speed, i = 1, n)])
+    call table%add("state", "ok, undecided, unstable, resonance, impossible or failed", state_names(curve%points%state))
+    call table%add("refined", "1: the speed is none of those that were ordered", curve%points%refined)
+    do k = 1, size(quantities)
+      name = trim(quantities(k)%name)
+      unit = new_unit(trim(quantities(k)%unit))
+      call table%add(name // "_peak", unit, "greatest size over the turn", row(1), error=name // "_peak_error")
+      call table%add(name // "_peak_error", unit, "bound on its error", row(2))
+      call table%add(name // "_rms", unit, "root mean square", row(3))
+      do i = 1, curve%order%orders
+        call table%add(name // "_order_" // text(i), unit, "amplitude of the order", row(3 + i))
+      end do
+    end do
+    call table%add("small_motion", "0: beyond small motions", [(curve%points(i)%moved%small(), i = 1, n)], &
+      & curve%points%state <= unreached)
+
+  contains
+
+    !> Value `place` of quantity k at all speeds.
+    pure function row(place)
+      integer, intent(in) :: place
+      real(dp) :: row(size(curve%points))
+      integer :: p
+
+      row = [(curve%points(p)%values(place, k), p = 1, size(row))]
+    end function row
+
+  end function curve_table
+
+  !> peaks.csv.
+  pure type(table_type) function peaks_table(quantities, curve, verdict) result(table)
+    type(quantity_type), intent(in) :: quantities(:)
+    type(resonance_curve_type), intent(in) :: curve
+    character(len=*), intent(in) :: verdict
+
+    table = new_table("peaks", "Peaks of the resonance curves", "", verdict, shown=.true.)
+    associate (maxima => curve%maxima)
+      call table%add("quantity", "name as in the input", quantities(maxima%quantity)%name)
+      call table%add("unit", "of the value", quantities(maxima%quantity)%unit)
+      call table%add("speed", rpm, "where the maximum lies", maxima%speed)
+      call table%add("value", plain, "the peak there", maxima%value)
+      call table%add("width", rpm, "between the speeds at which the peak has fallen to 1 / sqrt(2) of it", maxima%width)
+      call table%add("damping_ratio", plain, "width / (2 speed)", maxima%damping_ratio)
+      call table%add("strongest_order", "order of the crank with the greatest amplitude", maxima%strongest_order)
+      call table%add("state", "as in resonance.csv; unbounded", merge("unbounded ", state_names(maxima%state), maxima%unbounded))
+      call table%add("small_motion", "as in resonance.csv", maxima%small)
+    end associate
+  end function peaks_table
+
+end module gestell_task_resonance_task

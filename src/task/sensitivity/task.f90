@@ -1,0 +1,131 @@
+!> The task `sensitivity`: by how much vibrations change with the numbers of the machine.
+module gestell_task_sensitivity_task
+  use gestell_base_error, only: error_type
+  use gestell_input_machine_quantities, only: read_quantities
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema, only: schema_type
+  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: plain
+  use gestell_study_speed_point, only: speed_order_type, state_names
+  use gestell_task, only: task_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_executor, only: work_type
+  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_sensitivity_keys, only: sensitivity_keys
+  use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter
+  use gestell_task_sensitivity_plan, only: read_sensitivity, sensitivity_plan_type
+  use gestell_task_sensitivity_plot, only: plot_sensitivity
+  use gestell_task_sensitivity_report, only: report_sensitivity
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: sensitivity_task
+    private
+    !> What it is about, and to what.
+    type(quantity_type), allocatable :: quantities(:)
+    type(sensitivity_plan_type) :: plan
+  contains
+    procedure :: describe
+    procedure :: read => read_task
+    procedure :: run
+  end type sensitivity_task
+
+  !> A piece is a parameter.
+  type, extends(work_type) :: parameters_type
+    type(locked_family_type) :: family
+    type(sensitivity_base_type) :: base
+    type(sensitivity_type), allocatable :: found(:)
+  contains
+    procedure :: compute
+  end type parameters_type
+
+contains
+
+  pure subroutine describe(self)
+    class(sensitivity_task), intent(inout) :: self
+
+    self%name = "sensitivity"
+    self%judges = .true.
+  end subroutine describe
+
+  subroutine read_task(self, doc, schema, configuration, error)
+    class(sensitivity_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    call read_quantities(doc, sensitivity_keys, configuration%frame, configuration%probes, .false., self%quantities, error)
+    if (allocated(error) .or. .not. self%ordered) return
+    configuration%tasks%verdict = .true.
+    call read_sensitivity(doc, schema, configuration%units, self%plan, error)
+  end subroutine read_task
+
+  subroutine run(self, context, result, error)
+    class(sensitivity_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(parameters_type) :: work
+    type(speed_order_type) :: order
+    character(len=9) :: verdict
+    integer :: k
+
+    call context%members(self%plan%family, work%family)
+    associate (configuration => context%configuration, paths => self%plan%paths)
+      order%names = self%quantities%name
+      order%probes = configuration%probes
+      order%accuracy = configuration%accuracy
+      order%averaged = configuration%tasks%averaged
+      call solve_base(work%family, size(paths), order, work%base, error)
+      if (allocated(error)) return
+      allocate(work%found(size(paths)))
+      call context%executor%spread(work, [(k, k = 1, size(paths))], error)
+      if (allocated(error)) return
+      verdict = state_names(work%base%state)
+      call result%add(table_of(self%quantities, paths, work%base, work%found, verdict), plot_sensitivity(self%quantities, paths, &
+        & work%found))
+      call result%warn("undecided", beyond_small([work%base%moved], configuration%tasks%model))
+      call result%say(report_sensitivity(self%quantities, paths, work%base, work%found, configuration%tasks%model))
+    end associate
+  end subroutine run
+
+  recursive subroutine compute(self, k, error)
+    class(parameters_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_parameter(self%family, self%base, k, self%found(k), error)
+  end subroutine compute
+
+  !> sensitivity.csv: a row for every quantity and parameter.
+  pure type(table_type) function table_of(quantities, paths, base, found, verdict) result(table)
+    type(quantity_type), intent(in) :: quantities(:)
+    character(len=*), intent(in) :: paths(:), verdict
+    type(sensitivity_base_type), intent(in) :: base
+    type(sensitivity_type), intent(in) :: found(:)
+    integer :: i, k, n, m
+
+    n = size(quantities)
+    m = size(paths)
+    table = new_table("sensitivity", "Sensitivity", "Change of the peaks in percent for one percent of each parameter.", verdict, &
+      & shown=.true.)
+    call table%add("quantity", "name as in the input", [((quantities(i)%name, k = 1, m), i = 1, n)])
+    call table%add("unit", "of peak and rms", [((quantities(i)%unit, k = 1, m), i = 1, n)])
+    call table%add("parameter", "path of what is changed", [((paths(k), k = 1, m), i = 1, n)])
+    call table%add("peak", plain, "of the machine itself", [((base%values(1, i), k = 1, m), i = 1, n)])
+    call table%add("peak_change_percent_per_percent", plain, "d ln(peak) / d ln(parameter)", [((found(k)%slope(1, i), k = 1, m), &
+      & i = 1, n)], error="peak_change_error")
+    call table%add("peak_change_error", plain, "estimate of its error", [((found(k)%error(1, i), k = 1, m), i = 1, n)])
+    call table%add("rms", plain, "of the machine itself", [((base%values(2, i), k = 1, m), i = 1, n)])
+    call table%add("rms_change_percent_per_percent", plain, "d ln(rms) / d ln(parameter)", [((found(k)%slope(2, i), k = 1, m), &
+      & i = 1, n)], error="rms_change_error")
+    call table%add("rms_change_error", plain, "estimate of its error", [((found(k)%error(2, i), k = 1, m), i = 1, n)])
+    call table%add("state", "ok, undecided or failed", [((found(k)%state(i), k = 1, m), i = 1, n)])
+  end function table_of
+
+end module gestell_task_sensitivity_task

@@ -1,0 +1,112 @@
+!> The task `stability`: the multipliers of the machine.
+module gestell_task_stability
+  use gestell_base_error, only: error_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema, only: schema_type
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: plain, radian, unit_type
+  use gestell_study_mode_solution, only: solve_modes
+  use gestell_study_mode_type, only: mode_type
+  use gestell_system_averaged, only: averaged_system
+  use gestell_base_kinds, only: dp
+  use gestell_task, only: task_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_stability_plot, only: plot_multipliers
+  use gestell_task_stability_report, only: multiplier_lines
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: stability_task
+  contains
+    procedure :: describe
+    procedure :: read => read_stability
+    procedure :: run
+  end type stability_task
+
+contains
+
+  pure subroutine describe(self)
+    class(stability_task), intent(inout) :: self
+
+    self%name = "stability"
+    self%judges = .true.
+    self%brief = .true.
+  end subroutine describe
+
+  subroutine read_stability(self, doc, schema, configuration, error)
+    class(stability_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    configuration%tasks%stability = configuration%tasks%stability .or. self%ordered
+    associate (unused_doc => doc, unused_schema => schema, unused_error => error)
+    end associate
+  end subroutine read_stability
+
+  subroutine run(self, context, result, error)
+    class(stability_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(mode_type), allocatable :: modes(:)
+
+    associate (multipliers => context%analysis%multipliers, frame => context%configuration%frame)
+      call result%add(table_of(multipliers), plot_multipliers(frame, multipliers))
+      call result%brief%add("rho_max", plain, "largest |rho|", [abs(multipliers%rho(1))])
+      call result%brief%add("log_rho_max", plain, "its natural logarithm", [multipliers%log_abs(1)])
+      call result%brief%add("rho_error", plain, "bound on its error, relative to it", [multipliers%error(1)])
+      call result%brief%add("verdict", "on the machine", [multipliers%verdict()])
+      if (.not. context%reports) return
+      call name_modes(context, modes)
+      call result%say(multiplier_lines(multipliers, modes, abs(frame%speed)))
+    end associate
+    associate (unused_task => self, unused_error => error)
+    end associate
+  end subroutine run
+
+  !> The modes for the report's table of multipliers; none where they cannot be told.
+  subroutine name_modes(context, modes)
+    type(context_type), intent(in) :: context
+    type(mode_type), allocatable, intent(out) :: modes(:)
+    type(error_type), allocatable :: none
+    type(averaged_system) :: model
+    real(dp), allocatable :: mass(:, :)
+
+    associate (configuration => context%configuration)
+      if (configuration%tasks%averaged) then
+        call configuration%frame%averaged(model)
+        call solve_modes(model, configuration%accuracy, modes, mass, none)
+      else
+        call solve_modes(context%analysis%frame, configuration%accuracy, modes, mass, none)
+      end if
+    end associate
+    if (.not. allocated(modes)) allocate(modes(0))
+  end subroutine name_modes
+
+  !> multipliers.csv.
+  pure type(table_type) function table_of(m) result(table)
+    type(multipliers_type), intent(in) :: m
+    integer :: i
+
+    table = new_table("multipliers", "Stability", "The multipliers and the unit circle: inside, free vibrations die out.", &
+      & m%verdict(), shown=.true.)
+    call table%add("index", "number, largest modulus first", [(i, i = 1, size(m%rho))])
+    call table%add("re", plain, "real part of rho", real(m%rho))
+    call table%add("im", plain, "imaginary part of rho", aimag(m%rho))
+    call table%add("abs", plain, "|rho|", abs(m%rho), error="error")
+    call table%add("log_abs", plain, "ln |rho|", m%log_abs)
+    call table%add("arg", radian, "argument of rho in (-pi, pi]", m%arg)
+    call table%add("exponent_re", unit_type("per_s", "1/s"), "real part of the characteristic exponent ln(rho) / T", &
+      & real(m%exponent))
+    call table%add("exponent_im", unit_type("rad_per_s", "rad/s"), "its imaginary part, up to multiples of the crank speed", &
+      & aimag(m%exponent))
+    call table%add("error", plain, "bound on the error of rho, relative to |rho|", m%error)
+    call table%add("lost", "1: the error is 1 or more, no digit of rho is sure", m%lost())
+  end function table_of
+
+end module gestell_task_stability

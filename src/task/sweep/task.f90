@@ -1,0 +1,269 @@
+!> The task `sweep`: many machines, tile by tile, by threads, by parts, now or after an interruption.
+module gestell_task_sweep_task
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  use gestell_base_wording, only: counted
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: plain, unit_type
+  use gestell_study_grid, only: tile_type
+  use gestell_study_tile_results, only: column_names, psi_peak, rho_max, stable, sweep_columns, tile_results_type, verdict, &
+    & verdict_behind, verdict_column, verdict_names, xi_peak
+  use gestell_task, only: all_machines, task_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_executor, only: work_type
+  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_sweep, only: solve_tile
+  use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
+  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_sweep_plot, only: plot_sweep
+  use gestell_task_sweep_report, only: report_grid, report_sweep
+  use gestell_task_sweep_summary, only: summary_type
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: tell_sweep
+
+  type, extends(task_type), public :: sweep_task
+    private
+    type(campaign_type) :: campaign
+  contains
+    procedure :: describe
+    procedure :: prepare
+    procedure :: preview
+    procedure :: run
+    procedure :: settle
+  end type sweep_task
+
+  !> A piece is a tile, which is stored, or kept where `values` is allocated, shape (ordered columns, points of the second axis,
+  !> of the first).
+  type, extends(work_type) :: tiles_type
+    type(locked_family_type) :: family
+    type(sweep_plan_type) :: plan
+    type(campaign_type) :: campaign
+    real(dp), allocatable :: values(:, :, :)
+  contains
+    procedure :: compute
+  end type tiles_type
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  pure subroutine describe(self)
+    class(sweep_task), intent(inout) :: self
+
+    self%name = "sweep"
+    self%about = all_machines
+    self%judges = .true.
+    self%brief = .true.
+    self%shared = .true.
+  end subroutine describe
+
+  !> Error: a verdict is wanted and not ordered.
+  subroutine prepare(self, context, error)
+    class(sweep_task), intent(inout) :: self
+    type(context_type), intent(in) :: context
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. context%fails_if_unstable) return
+    if (verdict_column(context%configuration%plan%order%columns) == 0) call fatal_error(error, "--fail-if-unstable needs the " &
+      & // "column 'verdict' of the sweep", wrong_usage)
+    associate (unused_task => self)
+    end associate
+  end subroutine prepare
+
+  function preview(self, configuration) result(lines)
+    class(sweep_task), intent(in) :: self
+    type(configuration_type), intent(in) :: configuration
+    character(len=:), allocatable :: lines
+
+    lines = report_grid(configuration%plan)
+    associate (unused_task => self)
+    end associate
+  end function preview
+
+  subroutine run(self, context, result, error)
+    class(sweep_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(summary_type) :: summary
+    logical, allocatable :: mine(:)
+    integer :: i
+
+    associate (plan => context%configuration%plan)
+      if (context%one_line) then
+        call compute_all(context, summary, result%brief, error)
+      else
+        mine = [(mod(i - context%part, context%parts) == 0, i = 1, plan%grid%tiles())]
+        call open_campaign(self%campaign, context%folder, plan, context%configuration%content, error, mine)
+        if (allocated(error)) return
+        if (self%campaign%damaged > 0) call result%note(context%folder // "/sweep.blocks: " // counted(self%campaign%damaged, &
+          & "damaged block") // ": computed again")
+        call result%say(report_grid(plan))
+        if (.not. context%merge) call compute_tiles(context, self%campaign, mine, error)
+        if (allocated(error)) return
+        if (context%in_parts) then
+          call result%say(newline // "Part " // text(context%part) // " of " // text(context%parts) // ": " &
+            & // counted(count(mine), "tile") // " done; --merge writes sweep.csv when all parts are." // newline)
+          return
+        end if
+        call tell_sweep(context, self%campaign, summary, result, error)
+      end if
+    end associate
+    if (any(summary%verdicts(stable + 1:) > 0)) result%all_stable = .false.
+  end subroutine run
+
+  !> sweep.csv, written to its place from the tiles that are done, its picture and its report. Error: tiles are missing; it cannot
+  !> be written.
+  subroutine tell_sweep(context, campaign, summary, result, error)
+    type(context_type), intent(in) :: context
+    type(campaign_type), intent(inout) :: campaign
+    type(summary_type), intent(out) :: summary
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(table_type) :: table
+    real(dp), allocatable :: none(:, :, :)
+
+    associate (plan => context%configuration%plan)
+      allocate(none(count(plan%order%columns), 0, 0))
+      table = table_of(plan, none)
+      table%written = .true.
+      call campaign%finish(context%place, context%head%lines(table), summary, error)
+      if (allocated(error)) return
+      call result%add(table, plot_sweep(plan%paths, plan%units, plan%grid, plan%order%columns, summary))
+      call result%say(report_sweep(plan, summary))
+    end associate
+  end subroutine tell_sweep
+
+  !> Gives its folder back.
+  subroutine settle(self)
+    class(sweep_task), intent(inout) :: self
+
+    call self%campaign%clear()
+  end subroutine settle
+
+  !> Computes and stores those of `mine` that are not done.
+  subroutine compute_tiles(context, campaign, mine, error)
+    type(context_type), intent(inout) :: context
+    type(campaign_type), intent(inout) :: campaign
+    logical, intent(in) :: mine(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(tiles_type) :: work
+    integer, allocatable :: pending(:)
+    integer :: k
+
+    call campaign%begin(error)
+    if (allocated(error)) return
+    pending = pack([(k, k = 1, size(mine))], mine .and. .not. campaign%done)
+    call prepare_work(context, work)
+    work%campaign = campaign
+    call context%executor%spread(work, pending, error, points_of(work%plan, pending))
+    campaign = work%campaign
+  end subroutine compute_tiles
+
+  !> Computes all points at once, nothing is stored.
+  subroutine compute_all(context, summary, table, error)
+    type(context_type), intent(inout) :: context
+    type(summary_type), intent(out) :: summary
+    type(table_type), intent(out) :: table
+    type(error_type), allocatable, intent(out) :: error
+    type(tiles_type) :: work
+    integer :: shape(2), k, status
+
+    call prepare_work(context, work)
+    associate (plan => work%plan)
+      shape = 1
+      shape(:size(plan%grid%axes)) = plan%grid%axes%count
+      allocate(work%values(count(plan%order%columns), shape(2), shape(1)), stat=status)
+      if (status /= 0) then
+        call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --one-line", &
+          & failed_computation)
+        return
+      end if
+      associate (tiles => [(k, k = 1, plan%grid%tiles())])
+        call context%executor%spread(work, tiles, error, points_of(plan, tiles))
+      end associate
+      if (allocated(error)) return
+      call summary%add_points(plan%order%columns, [1, 1], work%values)
+    end associate
+    table = table_of(context%configuration%plan, work%values)
+  end subroutine compute_all
+
+  subroutine prepare_work(context, work)
+    type(context_type), intent(in) :: context
+    type(tiles_type), intent(out) :: work
+
+    work%plan = context%configuration%plan
+    call context%members(work%plan%family, work%family)
+  end subroutine prepare_work
+
+  recursive subroutine compute(self, k, error)
+    class(tiles_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+    type(tile_type) :: tile
+    type(tile_results_type) :: results
+
+    tile = self%plan%grid%tile(k)
+    call solve_tile(self%family, self%plan%grid, tile, self%plan%order, results, error)
+    if (allocated(error)) return
+    !$omp critical (input_and_output)
+    if (allocated(self%values)) then
+      self%values(:, tile%first(2):tile%last(2), tile%first(1):tile%last(1)) = results%values
+    else
+      call self%campaign%store(k, results, error)
+    end if
+    !$omp end critical (input_and_output)
+  end subroutine compute
+
+  !> Points of each of these tiles.
+  pure function points_of(plan, tiles) result(points)
+    type(sweep_plan_type), intent(in) :: plan
+    integer, intent(in) :: tiles(:)
+    integer(int64) :: points(size(tiles))
+    type(tile_type) :: tile
+    integer :: i
+
+    do i = 1, size(tiles)
+      tile = plan%grid%tile(tiles(i))
+      points(i) = product(int(tile%last - tile%first + 1, int64))
+    end do
+  end function points_of
+
+  !> The points in the grid's order, the first parameter slow; `values` of shape (ordered columns, points of the second axis, of the
+  !> first).
+  pure type(table_type) function table_of(plan, values) result(table)
+    type(sweep_plan_type), intent(in) :: plan
+    real(dp), intent(in) :: values(:, :, :)
+    type(unit_type) :: units(sweep_columns)
+    integer :: i, j, k, n
+
+    units = plain
+    units(xi_peak:psi_peak) = [unit_type(words="m"), unit_type(words="m"), unit_type(words="rad")]
+    table = new_table("sweep", "Sweep", "The points of the sweep.", "")
+    associate (axes => plan%grid%axes, slow => size(values, 3), fast => size(values, 2))
+      call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "in the units of the input", &
+        & [((axes(1)%value(i), j = 1, fast), i = 1, slow)])
+      if (size(axes) > 1) call table%add(trim(plan%paths(2)), unit_type(words=plan%units(2)), "in the units of the input", &
+        & [((axes(2)%value(j), j = 1, fast), i = 1, slow)])
+      n = 0
+      do k = 1, sweep_columns
+        if (.not. plan%order%columns(k)) cycle
+        n = n + 1
+        if (any(k == [verdict, verdict_behind])) then
+          call table%add(trim(column_names(k)), "stable, unstable, undecided, impossible or failed", &
+            & [((verdict_names(nint(values(n, j, i))), j = 1, fast), i = 1, slow)])
+        else
+          call table%add(trim(column_names(k)), units(k), "of the machine at the point", [((values(n, j, i), j = 1, fast), &
+            & i = 1, slow)], error=trim(merge("rho_error", "         ", k == rho_max)))
+        end if
+      end do
+    end associate
+  end function table_of
+
+end module gestell_task_sweep_task

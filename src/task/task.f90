@@ -1,0 +1,99 @@
+!> A task: an answer that the user can order. A new one is a folder beside this file and a line in the registry.
+module gestell_task
+  use gestell_base_error, only: error_type
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema, only: schema_type
+  use gestell_output_result, only: result_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  implicit none (type, external)
+  private
+
+  !> What a task is about: the machine of the input, others in the ranges of the sweep, or it at all speeds of the sweep.
+  integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3
+
+  type, abstract, public :: task_type
+    !> As it is ordered; what it is about; whether it has a verdict, a part in what is told on one line, a picture that belongs to
+    !> every run with pictures, pieces that several runs can share.
+    character(len=11) :: name = ""
+    integer :: about = own_machine
+    logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
+    logical :: ordered = .false.
+  contains
+    procedure(describe), deferred :: describe
+    procedure :: read => read_nothing
+    procedure :: prepare => prepare_nothing
+    procedure :: preview => no_preview
+    procedure(run), deferred :: run
+    procedure :: settle => settle_nothing
+  end type task_type
+
+  !> Any task.
+  type, public :: any_task_type
+    class(task_type), allocatable :: task
+  end type any_task_type
+
+  abstract interface
+    !> Sets what the components say of every task of its kind.
+    pure subroutine describe(self)
+      import :: task_type
+      implicit none (type, external)
+      class(task_type), intent(inout) :: self
+    end subroutine describe
+
+    !> Computes, and tells what was found. Error: it could not be computed; what came before it in `result` stands.
+    subroutine run(self, context, result, error)
+      import :: task_type, context_type, result_type, error_type
+      implicit none (type, external)
+      class(task_type), intent(inout) :: self
+      type(context_type), intent(inout) :: context
+      type(result_type), intent(inout) :: result
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine run
+  end interface
+
+contains
+
+  !> Reads the task's own keys, also where it was not ordered, and enters what it needs of the machine. Errors point into the
+  !> input.
+  subroutine read_nothing(self, doc, schema, configuration, error)
+    class(task_type), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused_task => self, unused_doc => doc, unused_schema => schema, unused_machine => configuration)
+    end associate
+  end subroutine read_nothing
+
+  !> Looks whether it can do what the options ask for. Error: wrong usage.
+  subroutine prepare_nothing(self, context, error)
+    class(task_type), intent(inout) :: self
+    type(context_type), intent(in) :: context
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused_task => self, unused_context => context, unused_error => error)
+    end associate
+  end subroutine prepare_nothing
+
+  !> What --check tells of it.
+  function no_preview(self, configuration) result(lines)
+    class(task_type), intent(in) :: self
+    type(configuration_type), intent(in) :: configuration
+    character(len=:), allocatable :: lines
+
+    lines = ""
+    associate (unused_task => self, unused_machine => configuration)
+    end associate
+  end function no_preview
+
+  !> What is to be done when all files are in their places.
+  subroutine settle_nothing(self)
+    class(task_type), intent(inout) :: self
+
+    associate (unused_task => self)
+    end associate
+  end subroutine settle_nothing
+
+end module gestell_task
