@@ -159,8 +159,8 @@ contains
       do i = 1, size(tasks)
         if (.not. tasks(i)%task%ordered) cycle
         call result%say(tasks(i)%task%preview(configuration))
-        if (options%plot .and. tasks(i)%task%pictured .and. .not. allocated(configuration%impossible)) &
-          & call tasks(i)%task%run(context, result, error)
+        if (.not. (options%plot .and. tasks(i)%task%pictured) .or. allocated(configuration%impossible)) cycle
+        call tasks(i)%task%run(context, result, error)
         if (allocated(error)) return
       end do
     end associate
@@ -209,8 +209,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
-    if (result%verdict /= "" .and. all([(result%brief%columns(i)%key /= "verdict", i = 1, size(result%brief%columns))])) &
-      & call result%brief%add("verdict", "on the machine", [result%verdict])
+    associate (columns => result%brief%columns)
+      if (result%verdict /= "" .and. all([(columns(i)%key /= "verdict", i = 1, size(columns))])) then
+        call result%brief%add("verdict", "on the machine", [result%verdict])
+      end if
+    end associate
     call print_rows(result%brief, print_out, error)
   end subroutine print_brief
 

@@ -16,6 +16,8 @@ module gestell_output_head
     procedure :: lines
   end type head_type
 
+  character, parameter :: newline = new_line("a")
+
 contains
 
   !> The # lines of a table, without that sign. Ends of lines, as other control characters of ASCII, become blanks.
@@ -24,14 +26,15 @@ contains
     type(table_type), intent(in) :: table
     character(len=:), allocatable :: lines(:)
     character(len=:), allocatable :: verdict, model
-    integer :: i, k, n, width
+    integer :: i, k, n, width, first, last
 
     model = self%model
     if (table%model /= "" .and. model /= "averaged") model = table%model
     verdict = verdict_line(table%verdict)
     width = max(len(self%title) + 7, len(self%input) + 7, len(self%settings) + 5, len(verdict), len(table%remarks), 40)
     n = merge(4, 5, self%held_by == "motor")
-    allocate(character(len=width) :: lines(n + size(self%settings) + merge(0, 1, verdict == "") + size(table%remarks)))
+    allocate(character(len=width) :: lines(n + size(self%settings) + merge(0, 1, verdict == "") &
+      & + count([(table%remarks(i:i) == newline, i = 1, len(table%remarks))])))
     lines(1) = "title: " // self%title
     lines(2) = "version: gestell " // version
     lines(3) = "input: " // self%input
@@ -51,7 +54,12 @@ contains
       n = n + 1
       lines(n) = verdict
     end if
-    lines(n + 1:) = table%remarks
+    first = 1
+    do n = n + 1, size(lines)
+      last = first + index(table%remarks(first:), newline) - 2
+      lines(n) = table%remarks(first:last)
+      first = last + 2
+    end do
   end function lines
 
 end module gestell_output_head

@@ -37,8 +37,9 @@ module gestell_task_configuration
     integer :: orders = 6
     !> What runs in a sweep; not allocated where nothing does.
     type(sweep_plan_type), allocatable :: plan
-    !> The input as it was typed, and its units.
+    !> The input as it was typed, what it can say, and its units.
     type(document_type) :: document
+    type(schema_type) :: schema
     type(units_type) :: units
     !> Hash of all that the input says (`content_of`).
     integer(int64) :: content = 0
@@ -47,13 +48,6 @@ module gestell_task_configuration
   contains
     procedure :: model
   end type configuration_type
-
-contains
-    procedure :: model
-  end type configuration_type
-
-  character(len=*), parameter :: coefficient_names(*) = [character(len=8) :: "periodic", "averaged"]
-  character(len=*), parameter :: vibrations_names(*) = [character(len=3) :: "one", "all"]
 
 contains
 

@@ -14,7 +14,6 @@ module gestell_task_page
   use gestell_output_page_table, only: html_table
   use gestell_input_schema, only: find_key_rule, schema_type
   use gestell_input_schema_units, only: unit_symbol
-  use gestell_task_registry, only: input_schema
   use gestell_input_namelist_message, only: typed
   use gestell_output_file_output, only: open_output, output_type
   use, intrinsic :: iso_fortran_env, only: int64
@@ -126,7 +125,7 @@ contains
     type(schema_type) :: schema
     integer :: i, equals
 
-    schema = input_schema()
+    schema = configuration%schema
     heading = "&" // group%name
     if (len(name_of(group)) > 0) then
       heading = heading // " " // name_of(group)

@@ -76,6 +76,7 @@ contains
 
     call all_tasks(tasks)
     configuration%document = doc
+    configuration%schema = schema
     configuration%content = content_of(doc, schema)
     call read(the_group(doc, "case"), case_keys_of(names_of(tasks)), "tasks", names, error)
     if (allocated(error)) return

@@ -92,7 +92,7 @@ contains
     if (allocated(column%numbers)) then
       words = cell("n", concise(column%numbers(i), merge(2, 6, index(column%label, "error") > 0)))
     else if (allocated(column%words)) then
-      words = cell("td", trim(column%words(i)))
+      words = cell("td", column%word(i))
     else if (column%integers(i) == nothing) then
       words = cell("n", "NaN")
     else

@@ -104,7 +104,7 @@ contains
       call put_number(line, n, column%numbers(i))
       return
     else if (.not. allocated(column%integers)) then
-      word = field(trim(column%words(i)))
+      word = field(column%word(i))
     else if (column%integers(i) == nothing) then
       word = "NaN"
     else

@@ -17,7 +17,11 @@ module gestell_output_table
     real(dp), allocatable :: numbers(:)
     !> `nothing` where there is none.
     integer, allocatable :: integers(:)
-    character(len=:), allocatable :: words(:)
+    !> All words in one, each filled with blanks to the same width: gfortran loses the length of arrays of such components.
+    character(len=:), allocatable :: words
+    integer, private :: width = 0
+  contains
+    procedure :: word
   end type column_type
 
   type, public :: table_type
@@ -25,8 +29,8 @@ module gestell_output_table
     character(len=:), allocatable :: name
     !> What stands above it, and what its picture shows.
     character(len=:), allocatable :: heading, caption
-    !> What is told in lines before the header, and the verdict that heads it (gestell_output_report_verdict); empty: none.
-    character(len=:), allocatable :: remarks(:), verdict
+    !> Complete lines that are told before the header, and the verdict that heads it (gestell_output_report_verdict); empty: none.
+    character(len=:), allocatable :: remarks, verdict
     !> The frame's model where it is not that of the run; empty otherwise.
     character(len=:), allocatable :: model
     !> Whether a page shows its rows.
@@ -59,7 +63,7 @@ contains
     table%verdict = trim(verdict)
     if (present(shown)) table%shown = shown
     table%model = ""
-    allocate(character(len=0) :: table%remarks(0))
+    table%remarks = ""
     allocate(table%columns(0))
   end function new_table
 
@@ -77,6 +81,15 @@ contains
     if (present(error)) self%columns(size(self%columns))%error = trim(key_of(error, unit))
   end subroutine add_numbers
 
+  !> Word of row `i`.
+  pure function word(self, i)
+    class(column_type), intent(in) :: self
+    integer, intent(in) :: i
+    character(len=:), allocatable :: word
+
+    word = trim(self%words((i - 1) * self%width + 1:i * self%width))
+  end function word
+
   pure subroutine add_integers(self, name, meaning, values)
     class(table_type), intent(inout) :: self
     character(len=*), intent(in) :: name, meaning
@@ -91,8 +104,13 @@ contains
     class(table_type), intent(inout) :: self
     character(len=*), intent(in) :: name, meaning, values(:)
     type(column_type) :: column
+    integer :: i
 
-    column%words = values
+    allocate(character(len=len(values) * size(values)) :: column%words)
+    column%width = len(values)
+    do i = 1, size(values)
+      column%words((i - 1) * len(values) + 1:i * len(values)) = values(i)
+    end do
     call append(self, column, name, unit_type(), meaning, size(values))
   end subroutine add_words
 
@@ -145,6 +163,7 @@ contains
     call move_alloc(from%meaning, to%meaning)
     call move_alloc(from%error, to%error)
     to%unit = from%unit
+    to%width = from%width
     if (allocated(from%numbers)) call move_alloc(from%numbers, to%numbers)
     if (allocated(from%integers)) call move_alloc(from%integers, to%integers)
     if (allocated(from%words)) call move_alloc(from%words, to%words)

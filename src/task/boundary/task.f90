@@ -161,11 +161,10 @@ contains
     end associate
     if (.not. allocated(results%rest%places)) return
     associate (places => results%rest%places)
-      deallocate(table%remarks)
-      allocate(character(len=len(path) + 120) :: table%remarks(size(places)))
       do i = 1, size(places)
-        table%remarks(i) = "open: " // path // " = " // exact(places(i)%value) // " within " // exact(places(i)%width) &
-          & // ": a border could not be excluded"
+        table%remarks = table%remarks // "open: " // path // " = " // exact(places(i)%value) // " within " &
+          & // exact(places(i)%width) &
+          & // ": a border could not be excluded" // new_line("a")
       end do
     end associate
   end function table_of_values
@@ -189,14 +188,13 @@ contains
         call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "the same along the line of the search", &
           & [(vertices(i)%error(k), i = 1, size(vertices))])
       end do
-      deallocate(table%remarks)
-      allocate(character(len=3 * len(paths) + 120) :: table%remarks(size(places)))
       do i = 1, size(places)
         k = maxloc(places(i)%width, dim=1)
-        table%remarks(i) = "open: " // trim(paths(1)) // " = " // exact(places(i)%parameters(1)) // ", " // trim(paths(2)) &
+        table%remarks = table%remarks // "open: " // trim(paths(1)) // " = " // exact(places(i)%parameters(1)) // ", " &
+          & // trim(paths(2)) &
           & // " = " &
           & // exact(places(i)%parameters(2)) // " within " // exact(places(i)%width(k)) // " along " // trim(paths(k)) &
-          & // ": a border could not be excluded"
+          & // ": a border could not be excluded" // new_line("a")
       end do
     end associate
   end function table_of_curves

@@ -68,8 +68,8 @@ contains
     if (.not. allocated(model%resonance)) rows = [rows, trade_row_type("averaged", 0, 0, model%evaluations, model%error_phi, &
       & model%error_rho, model%error_x0, model%averaged%seconds)]
     table = new_table("trade", "Speed against accuracy", "What an accuracy costs, by method.", "", shown=.true.)
-    table%remarks = ["errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
-      & // " x0 " // exact(trade%floor_x0)]
+    table%remarks = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
+      & // " x0 " // exact(trade%floor_x0) // new_line("a")
     call table%add("method", "as in &accuracy; averaged: the model with averaged coefficients", rows%method)
     call table%add("order", "order of convergence", rows%order)
     call table%add("steps", "in a period", rows%steps)
