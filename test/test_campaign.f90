@@ -6,12 +6,11 @@ module test_campaign
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
   use gestell_input_schema_check, only: check_document
   use gestell_task_configuration, only: configuration_type
-  use gestell_task_registry, only: read_configuration
+  use gestell_task_registry, only: input_schema, read_configuration
   use gestell_input_namelist_document, only: document_type
   use gestell_base_files, only: file_size, remove_file, remove_folder
   use gestell_input_schema_path, only: set_value
   use gestell_input_namelist, only: parse_document
-  use gestell_task_registry, only: input_schema
   use gestell_output_table_scientific, only: number_width, put_number
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type

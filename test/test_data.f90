@@ -9,10 +9,9 @@ module test_data
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use gestell_input_schema_check, only: check_document
   use gestell_task_configuration, only: configuration_type
-  use gestell_task_registry, only: read_configuration
+  use gestell_task_registry, only: input_schema, read_configuration
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: parse_document, read_document
-  use gestell_task_registry, only: input_schema
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_mechanism, only: mass_functions_type
   use reference_frame, only: frame_of, frame_period
