@@ -23,14 +23,14 @@ module cli
     character(len=:), allocatable :: output
     type(setting_type), allocatable :: settings(:)
     logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false., &
-      & merge = .false., one_line = .false., plot = .false., report = .false.
+      & merge = .false., one_line = .false., plot = .false., report = .false., json = .false.
     !> The share of a sweep that is computed: part `part` of `parts`.
     integer :: part = 1, parts = 1
     logical :: in_parts = .false.
   end type options_type
 
   character(len=*), parameter :: long_names(*) = [character(len=18) :: "--set", "--output", "--check", "--quiet", "--help", &
-    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line", "--plot", "--report"]
+    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line", "--plot", "--report", "--json"]
   character(len=*), parameter :: short_names(*) = ["-s", "-o", "-q", "-h", "-V"]
   !> Those that take a value.
   character(len=*), parameter :: with_value(*) = [character(len=8) :: "-s", "--set", "-o", "--output", "--part"]
@@ -129,6 +129,8 @@ contains
         options%plot = .true.
       case ("--report")
         options%report = .true.
+      case ("--json")
+        options%json = .true.
       case default
         call fatal_error(error, "unknown option '" // word // "'" // suggestion(word, long_names), wrong_usage)
       end select
@@ -173,9 +175,9 @@ contains
         & wrong_usage)
     else if (options%plot .and. options%one_line) then
       call fatal_error(error, "options '--one-line' and '--plot' exclude each other", wrong_usage)
-    else if (options%report .and. any(given([1, 2, 4]))) then
-      call fatal_error(error, "options '" // trim(names(findloc(given, .true., dim=1))) // "' and '--report' exclude each other", &
-        & wrong_usage)
+    else if ((options%report .or. options%json) .and. any(given([1, 2, 4]))) then
+      call fatal_error(error, "options '" // trim(names(findloc(given, .true., dim=1))) // "' and '" &
+        & // trim(merge("--report", "--json  ", options%report)) // "' exclude each other", wrong_usage)
     end if
   end subroutine refuse_together
 
@@ -212,6 +214,8 @@ contains
       & "                          only the mechanism's" // newline // &
       & "      --report            report.html: input, verdict, tables, pictures on a" // newline // &
       & "                          page that needs nothing else; draws as --plot" // newline // &
+      & "      --json              results.json: everything that was found, with units," // newline // &
+      & "                          meanings and errors; with -q on standard output" // newline // &
       & "  -h, --help              this text" // newline // &
       & "  -V, --version           the version" // newline // newline // &
       & "exit codes: 0 done, 1 wrong usage, 2 invalid input, 3 the mechanism cannot be" // newline // &

@@ -1,7 +1,7 @@
 !> What the program does with an input file.
 module driver
   use cli, only: options_type
-  use console, only: console_type, print_out, tell
+  use console, only: console_type, tell
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_wording, only: on_one_line
   use gestell_input_namelist, only: read_document
@@ -12,12 +12,14 @@ module driver
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_output_head, only: head_type
   use gestell_output_result, only: result_type
-  use gestell_output_table_csv, only: print_rows
+  use gestell_output_file_output, only: open_output, open_standard_output, output_type
+  use gestell_output_json, only: append_json
+  use gestell_output_table_csv, only: append_rows
   use gestell_task, only: all_speeds, any_task_type, own_machine
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_drawing_report, only: report_mechanism
-  use gestell_task_machine, only: solve_machine
+  use gestell_task_machine, only: end_line, solve_machine
   use gestell_task_machine_report, only: report_frequencies, report_machine
   use gestell_task_page, only: write_page
   use gestell_task_registry, only: input_schema, orders_any, read_tasks => read_input
@@ -95,13 +97,14 @@ contains
     context%head = head_of(options, context%configuration)
     context%folder = folder_name(options)
     context%place = context%folder
-    context%reports = .not. (options%quiet .or. options%one_line) .or. options%report
+    context%reports = .not. (options%quiet .or. options%one_line) .or. options%report .or. options%json
     context%one_line = options%one_line
     context%fails_if_unstable = options%fail_if_unstable
     context%part = options%part
     context%parts = options%parts
     context%in_parts = options%in_parts
     context%merge = options%merge
+    context%keeps_rows = options%json
     allocate(terminal_type :: context%executor%progress)
     call result%begin()
     do i = 1, size(options%settings)
@@ -142,6 +145,7 @@ contains
       call say_rest(console, result)
       if (allocated(error)) return
     end do
+    if (orders_any(tasks, own_machine)) call end_line(context, result)
   end subroutine run_tasks
 
   !> What --check tells and draws.
@@ -199,22 +203,38 @@ contains
       if (drawn == "") drawn = "none"
       closing = closing // "pictures in " // on_one_line(context%folder) // "/, .svg and .png: " // drawn // newline
     end if
+    if (options%json) call write_json(options, context, result, error)
+    if (allocated(error)) return
     if (options%report .and. .not. options%check) call write_page(context, result, console%said // closing, error)
     if (.not. allocated(error)) call result%fail(undrawn)
   end subroutine write_files
+
+  !> results.json, or the same on standard output that is quiet otherwise. Error: it cannot be written.
+  subroutine write_json(options, context, result, error)
+    type(options_type), intent(in) :: options
+    type(context_type), intent(in) :: context
+    type(result_type), intent(in) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(output_type) :: output
+
+    if (options%quiet) then
+      call open_standard_output(output)
+    else
+      call open_output(output, context%place // "/results.json")
+    end if
+    call append_json(result, context%head, output)
+    call output%complete(error)
+  end subroutine write_json
 
   !> The line of the machine, or those of a sweep. Error: they cannot be written.
   subroutine print_brief(result, error)
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    integer :: i
+    type(output_type) :: output
 
-    associate (columns => result%brief%columns)
-      if (result%verdict /= "" .and. all([(columns(i)%key /= "verdict", i = 1, size(columns))])) then
-        call result%brief%add("verdict", "on the machine", [result%verdict])
-      end if
-    end associate
-    call print_rows(result%brief, print_out, error)
+    call open_standard_output(output)
+    call append_rows(result%brief, output)
+    call output%complete(error)
   end subroutine print_brief
 
   !> Says what of the report was not yet said, and notes.

@@ -132,7 +132,7 @@ contains
 
     if (len_trim(lines) == 0) return
     headline%state = state
-    headline%words = adjustl(lines(:index(lines // new_line("a"), new_line("a")) - 1))
+    headline%words = trim(adjustl(lines(:index(lines // new_line("a"), new_line("a")) - 1)))
     do i = 1, size(self%headlines)
       if (self%headlines(i)%words == headline%words) return
     end do

@@ -18,6 +18,8 @@ module gestell_task_context
     character(len=:), allocatable :: folder, place
     !> Whether people read a report; whether one line is all that is wanted.
     logical :: reports = .true., one_line = .false.
+    !> Whether all rows of all tables are wanted when they are written.
+    logical :: keeps_rows = .false.
     !> Whether the verdict decides on the exit code.
     logical :: fails_if_unstable = .false.
     !> The share of a sweep that is computed; whether its parts are put together.

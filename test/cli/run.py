@@ -32,6 +32,7 @@ from critical import CRITICAL_TESTS  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
                      Table, body, check, equal, files, near, printed, series, tables)
 from held import HELD_TESTS  # noqa: E402
+from machine_readable import JSON_TESTS  # noqa: E402
 from mechanisms import MECHANISM_TESTS  # noqa: E402
 from models import MODEL_TESTS  # noqa: E402
 from names import NAME_TESTS  # noqa: E402
@@ -601,7 +602,7 @@ def main():
                      *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS,
                      *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
                      *FAULT_TESTS,
-                     *WEIGHT_TESTS, *HELD_TESTS):
+                     *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

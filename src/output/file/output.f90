@@ -7,7 +7,7 @@ module gestell_output_file_output
   implicit none (type, external)
   private
 
-  public :: open_output, write_file
+  public :: open_output, open_standard_output, write_file
 
   !> What a name has behind it as long as the file grows.
   character(len=*), parameter, public :: growing = ".new"
@@ -56,6 +56,17 @@ contains
     if (output%handle < 0) output%reason = last_reason()
   end subroutine open_output
 
+  !> Standard output in the place of a file.
+  subroutine open_standard_output(output)
+    type(output_type), intent(out) :: output
+    integer(c_int), parameter :: standard_output = 1
+
+    output%name = ""
+    output%reason = ""
+    allocate(character(len=piece) :: output%pending)
+    output%handle = standard_output
+  end subroutine open_standard_output
+
   !> Adds bytes.
   subroutine append(self, bytes)
     class(output_type), intent(inout) :: self
@@ -102,7 +113,7 @@ contains
     logical :: done
 
     call flush_pending(self)
-    if (self%handle >= 0) then
+    if (self%handle >= 0 .and. self%name /= "") then
       call close_file(self%handle, done)
       if (.not. done .and. self%reason == "") self%reason = last_reason()
       self%handle = -1
@@ -113,7 +124,11 @@ contains
       if (self%reason /= "") call remove_file(self%name // growing)
     end if
     if (self%reason == "") return
-    call fatal_error(error, self%name // ": cannot be written: " // self%reason, failed_computation)
+    if (self%name == "") then
+      call fatal_error(error, "standard output cannot be written: " // self%reason, failed_computation)
+    else
+      call fatal_error(error, self%name // ": cannot be written: " // self%reason, failed_computation)
+    end if
     error%unwritten = .true.
   end subroutine complete
 

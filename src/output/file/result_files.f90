@@ -18,7 +18,7 @@ contains
 
   !> All names.
   pure function result_files() result(names)
-    character(len=22) :: names(size(endings) * size(tables) + 1)
+    character(len=22) :: names(size(endings) * size(tables) + 2)
     integer :: i, k
 
     do i = 1, size(tables)
@@ -26,7 +26,7 @@ contains
         names(size(endings) * (i - 1) + k) = trim(tables(i)) // endings(k)
       end do
     end do
-    names(size(names)) = "report.html"
+    names(size(names) - 1:) = [character(len=22) :: "report.html", "results.json"]
   end function result_files
 
 end module gestell_output_file_result_files

@@ -8,21 +8,11 @@ module gestell_output_table_csv
   implicit none (type, external)
   private
 
-  public :: field, print_rows, write_csv
+  public :: append_rows, field, write_csv
 
   character, parameter :: newline = new_line("a")
   !> Rows that are given to the file at once.
   integer, parameter :: piece = 100
-
-  abstract interface
-    !> Takes complete lines.
-    subroutine printer(words, error)
-      import :: error_type
-      implicit none (type, external)
-      character(len=*), intent(in) :: words
-      type(error_type), allocatable, intent(out) :: error
-    end subroutine printer
-  end interface
 
 contains
 
@@ -38,26 +28,21 @@ contains
     do i = 1, size(preamble)
       call output%append("# " // trim(preamble(i)) // newline)
     end do
+    call append_rows(table, output)
+    call output%complete(error)
+  end subroutine write_csv
+
+  !> Header and rows.
+  subroutine append_rows(table, output)
+    type(table_type), intent(in) :: table
+    type(output_type), intent(inout) :: output
+    integer :: i
+
     call output%append(header(table))
     do i = 1, table%rows, piece
       call output%append(rows(table, i, min(i + piece - 1, table%rows)))
     end do
-    call output%complete(error)
-  end subroutine write_csv
-
-  !> Header and rows, in pieces, by `print`. Error: as of that.
-  subroutine print_rows(table, print, error)
-    type(table_type), intent(in) :: table
-    procedure(printer) :: print
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i
-
-    call print(header(table), error)
-    do i = 1, table%rows, piece
-      if (allocated(error)) return
-      call print(rows(table, i, min(i + piece - 1, table%rows)), error)
-    end do
-  end subroutine print_rows
+  end subroutine append_rows
 
   pure function header(table) result(line)
     type(table_type), intent(in) :: table

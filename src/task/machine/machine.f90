@@ -5,7 +5,7 @@ module gestell_task_machine
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
-  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table, only: new_table, nothing, table_type
   use gestell_output_table_unit, only: metre, plain, radian
   use gestell_study_frame_model_model_check, only: check_model
   use gestell_study_vibration_analysis, only: analyse
@@ -19,7 +19,7 @@ module gestell_task_machine
   implicit none (type, external)
   private
 
-  public :: solve_machine
+  public :: end_line, solve_machine
 
   character, parameter :: newline = new_line("a")
 
@@ -49,6 +49,25 @@ contains
       if (allocated(analysis%several)) call result%add(table_of(analysis%several, result%verdict))
     end associate
   end subroutine solve_machine
+
+  !> What is told of it on one line whatever the tasks, behind what they told.
+  subroutine end_line(context, result)
+    type(context_type), intent(in) :: context
+    type(result_type), intent(inout) :: result
+    integer :: found, i
+
+    ! a sweep has lines of its own
+    if (result%brief%name /= "") return
+    found = nothing
+    if (allocated(context%analysis%several)) found = size(context%analysis%several)
+    if (context%configuration%tasks%all_vibrations .and. context%configuration%tasks%judged()) call result%brief%add("vibrations", &
+      & "how many there are", [found])
+    associate (columns => result%brief%columns)
+      if (result%verdict /= "" .and. all([(columns(i)%key /= "verdict", i = 1, size(columns))])) then
+        call result%brief%add("verdict", "on the machine", [result%verdict])
+      end if
+    end associate
+  end subroutine end_line
 
   !> The verdict, what it rests on, the natural frequencies. Error: these cannot be computed.
   subroutine report(context, result, error)

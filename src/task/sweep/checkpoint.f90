@@ -217,19 +217,21 @@ contains
   end subroutine tell_gone
 
   !> Writes sweep.csv, headed by `preamble`, from the blocks of all tiles, to the folder `place`.
-  !> The blocks stay until `clear`.
+  !> The blocks stay until `clear`. `values`: the points, shape (ordered columns, points of the second axis, of the first); of size
+  !> 0 where they are not wanted.
   !> Errors: tiles are missing; a file cannot be written.
-  subroutine finish(self, place, preamble, summary, error)
+  subroutine finish(self, place, preamble, summary, error, values)
     class(campaign_type), intent(inout) :: self
     character(len=*), intent(in) :: place, preamble(:)
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(inout), optional :: values(:, :, :)
     integer(c_int) :: lock
 
     call self%tell_missing(error)
     if (allocated(error)) return
     call lock_file(lock_name(self), lock)
-    call self%write_table(place, preamble, summary, error)
+    call self%write_table(place, preamble, summary, error, values)
     self%finished = .not. allocated(error)
     call unlock_file(lock)
   end subroutine finish
@@ -257,11 +259,12 @@ contains
   end subroutine clear
 
   !> Writes sweep.csv to `place`. Error: it cannot be written, or a block is gone or damaged.
-  subroutine write_table(self, place, preamble, summary, error)
+  subroutine write_table(self, place, preamble, summary, error, values)
     class(campaign_type), intent(in) :: self
     character(len=*), intent(in) :: place, preamble(:)
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(inout), optional :: values(:, :, :)
     type(output_type) :: table
     character(len=:), allocatable :: head
     integer :: first, last, i
@@ -276,7 +279,7 @@ contains
     do while (last < size(self%done) .and. .not. table%failed())
       first = last + 1
       last = last_beside(self%grid, first)
-      call append_band(self, table, first, last, summary, error)
+      call append_band(self, table, first, last, summary, error, values)
       if (allocated(error)) then
         call table%abandon()
         return
@@ -325,12 +328,13 @@ contains
   end function last_beside
 
   !> The rows of tiles that lie beside each other, in the grid's order.
-  subroutine append_band(self, table, first, last, summary, error)
+  subroutine append_band(self, table, first, last, summary, error, values)
     class(campaign_type), intent(in) :: self
     type(output_type), intent(inout) :: table
     integer, intent(in) :: first, last
     type(summary_type), intent(inout) :: summary
     type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(inout), optional :: values(:, :, :)
     type(tile_results_type) :: results
     type(tile_type) :: tile
     integer(int64) :: fingerprint
@@ -351,6 +355,9 @@ contains
         return
       end if
       call summary%add_tile(results)
+      if (present(values)) then
+        if (size(values) > 0) values(:, tile%first(2):tile%last(2), tile%first(1):tile%last(1)) = results%values
+      end if
     end do
     tile = self%grid%tile(first)
     ! a tile alone is written at once, those beside each other row by row

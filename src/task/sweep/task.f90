@@ -8,7 +8,8 @@ module gestell_task_sweep_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, unit_type
   use gestell_study_grid, only: tile_type
-  use gestell_study_tile_results, only: column_names, psi_peak, rho_max, stable, sweep_columns, tile_results_type, verdict, &
+  use gestell_study_tile_results, only: column_names, psi_peak, rho_error, rho_max, stable, sweep_columns, tile_results_type, &
+    & verdict, &
     & verdict_behind, verdict_column, verdict_names, xi_peak
   use gestell_task, only: all_machines, task_type
   use gestell_task_configuration, only: configuration_type
@@ -127,14 +128,22 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(table_type) :: table
-    real(dp), allocatable :: none(:, :, :)
+    real(dp), allocatable :: values(:, :, :)
+    integer :: shape(2), status
 
     associate (plan => context%configuration%plan)
-      allocate(none(count(plan%order%columns), 0, 0))
-      table = table_of(plan, none)
-      table%written = .true.
-      call campaign%finish(context%place, context%head%lines(table), summary, error)
+      shape = 0
+      if (context%keeps_rows) shape = 1
+      if (context%keeps_rows) shape(:size(plan%grid%axes)) = plan%grid%axes%count
+      allocate(values(count(plan%order%columns), shape(2), shape(1)), stat=status)
+      if (status /= 0) then
+        call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --json", failed_computation)
+        return
+      end if
+      call campaign%finish(context%place, context%head%lines(new_table("sweep", "", "", "")), summary, error, values)
       if (allocated(error)) return
+      table = table_of(plan, values)
+      table%written = .true.
       call result%add(table, plot_sweep(plan%paths, plan%units, plan%grid, plan%order%columns, summary))
       call result%say(report_sweep(plan, summary))
     end associate
@@ -260,7 +269,7 @@ contains
             & [((verdict_names(nint(values(n, j, i))), j = 1, fast), i = 1, slow)])
         else
           call table%add(trim(column_names(k)), units(k), "of the machine at the point", [((values(n, j, i), j = 1, fast), &
-            & i = 1, slow)], error=trim(merge("rho_error", "         ", k == rho_max)))
+            & i = 1, slow)], error=trim(merge("rho_error", "         ", k == rho_max .and. plan%order%columns(rho_error))))
         end if
       end do
     end associate

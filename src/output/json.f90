@@ -1,0 +1,149 @@
+!> Everything that was found as one object of JSON (RFC 8259), as doc/output.md describes it.
+module gestell_output_json
+  use gestell_base_text, only: text
+  use gestell_base_version, only: version
+  use gestell_base_wording, only: printable
+  use gestell_output_file_output, only: output_type
+  use gestell_output_head, only: head_type
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: column_type, nothing, table_type
+  use gestell_output_table_scientific, only: number_width, put_number
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+  implicit none (type, external)
+  private
+
+  public :: append_json
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Adds the object and the end of its line.
+  subroutine append_json(result, head, output)
+    type(result_type), intent(in) :: result
+    type(head_type), intent(in) :: head
+    type(output_type), intent(inout) :: output
+    integer :: i
+
+    call output%append("{" // newline // member("gestell", string(version)) // member("title", string(trim(head%title))) &
+      & // member("input", string(head%input)) // member("model", string(head%model)) // member("speed_held_by", &
+      & string(head%held_by)))
+    call output%append("""settings"": [")
+    do i = 1, size(head%settings)
+      call output%append(comma(i) // string(trim(head%settings(i))))
+    end do
+    call output%append("]," // newline // member("verdict", or_null(trim(result%verdict))) // """headlines"": [")
+    do i = 1, size(result%headlines)
+      call output%append(comma(i) // "{""state"": " // string(trim(result%headlines(i)%state)) // ", ""words"": " &
+        & // string(result%headlines(i)%words) // "}")
+    end do
+    call output%append("]," // newline)
+    if (allocated(result%failure)) then
+      call output%append(member("failure", string(result%failure%message)))
+    else
+      call output%append(member("failure", "null"))
+    end if
+    call output%append("""tables"": {")
+    do i = 1, size(result%tables)
+      call output%append(comma(i) // newline)
+      call append_table(result%tables(i), output)
+    end do
+    call output%append("}" // newline // "}" // newline)
+  end subroutine append_json
+
+  subroutine append_table(table, output)
+    type(table_type), intent(in) :: table
+    type(output_type), intent(inout) :: output
+    integer :: i, k
+
+    call output%append(string(table%name) // ": {""heading"": " // string(table%heading) // ", ""model"": " &
+      & // or_null(table%model) // ", ""verdict"": " // or_null(table%verdict) // ", ""remarks"": " // string(table%remarks) &
+      & // "," // newline // " ""columns"": [")
+    do k = 1, size(table%columns)
+      associate (column => table%columns(k))
+        call output%append(comma(k) // newline // "  {""key"": " // string(column%key) // ", ""label"": " // string(column%label) &
+          & // ", ""unit"": " // or_null(trim(column%unit%words)) // ", ""meaning"": " // string(column%meaning) &
+          & // ", ""error"": " // or_null(column%error) // "}")
+      end associate
+    end do
+    call output%append("]," // newline // " ""rows"": [")
+    do i = 1, table%rows
+      call output%append(comma(i) // newline // "  [")
+      do k = 1, size(table%columns)
+        call output%append(comma(k) // value(table%columns(k), i))
+      end do
+      call output%append("]")
+    end do
+    call output%append("]}")
+  end subroutine append_table
+
+  !> A number that is none is null, one beyond all a string.
+  function value(column, i) result(words)
+    type(column_type), intent(in) :: column
+    integer, intent(in) :: i
+    character(len=:), allocatable :: words
+    integer :: n
+
+    if (allocated(column%words)) then
+      words = string(column%word(i))
+    else if (allocated(column%integers)) then
+      words = "null"
+      if (column%integers(i) /= nothing) words = text(column%integers(i))
+    else if (ieee_is_finite(column%numbers(i))) then
+      words = repeat(" ", number_width)
+      n = 0
+      call put_number(words, n, column%numbers(i))
+      words = words(:n)
+    else if (ieee_is_nan(column%numbers(i))) then
+      words = "null"
+    else
+      words = string(trim(merge("Infinity ", "-Infinity", column%numbers(i) > 0)))
+    end if
+  end function value
+
+  !> A member of an object that is not the last.
+  pure function member(name, value) result(words)
+    character(len=*), intent(in) :: name, value
+    character(len=:), allocatable :: words
+
+    words = """" // name // """: " // value // "," // newline
+  end function member
+
+  pure function or_null(words) result(word)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: word
+
+    word = "null"
+    if (words /= "") word = string(words)
+  end function or_null
+
+  !> Before all but the first.
+  pure function comma(i) result(words)
+    integer, intent(in) :: i
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (i > 1) words = ", "
+  end function comma
+
+  !> A text in quotes; bytes that are no text are "?".
+  pure function string(words) result(quoted)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: quoted
+    character(len=:), allocatable :: safe
+    integer :: i
+
+    safe = printable(words)
+    quoted = """"
+    do i = 1, len(safe)
+      if (safe(i:i) == newline) then
+        quoted = quoted // "\n"
+      else
+        if (scan(safe(i:i), """\") > 0) quoted = quoted // "\"
+        quoted = quoted // safe(i:i)
+      end if
+    end do
+    quoted = quoted // """"
+  end function string
+
+end module gestell_output_json

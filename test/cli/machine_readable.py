@@ -1,0 +1,103 @@
+"""--json: everything a run found, as doc/output.md describes it, held against the tables."""
+
+import csv
+import json
+import math
+from pathlib import Path
+
+from harness import Folder, Run, check, equal, files
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+MEMBERS = ["gestell", "title", "input", "model", "speed_held_by", "settings", "verdict", "headlines", "failure", "tables"]
+
+
+def cells(path):
+    """Header and rows of a table."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.reader(line for line in file if not line.startswith("#"))]
+    return rows[0], rows[1:]
+
+
+def same(value, cell):
+    """Whether a value of the object is what the cell holds: words the same, NaN as null, numbers to the last bit."""
+    if value is None:
+        return math.isnan(float(cell))
+    return value == cell if isinstance(value, str) else value == float(cell)
+
+
+def same_as_tables(what, found, folder):
+    """Names, columns and cells of the object are those of the CSV files."""
+    equal(f"{what}: tables", sorted(found["tables"]), sorted(name[:-4] for name in files(folder) if name.endswith(".csv")))
+    for name, table in found["tables"].items():
+        header, rows = cells(folder / f"{name}.csv")
+        keys = [column["key"] for column in table["columns"]]
+        equal(f"{what}: keys of {name}", keys, header)
+        good = len(rows) == len(table["rows"]) and all(len(row) == len(line) and all(map(same, row, line))
+                                                       for row, line in zip(table["rows"], rows))
+        check(f"{what}: rows of {name}", good, rows[:1], table["rows"][:1])
+        for column in table["columns"]:
+            check(f"{what}: {name}, meaning of {column['key']}", column["meaning"], "words", column)
+            check(f"{what}: {name}, error of {column['key']}", column["error"] is None or column["error"] in keys, "a key", column)
+        check(f"{what}: {name}, heading", table["heading"], "words", table["heading"])
+
+
+def test_tables():
+    """Every task, in the file and on standard output; nothing of it is lost between them."""
+    tasks = "case.tasks='stability','modes','response','forces','power','drawing','sensitivity'"
+    with Folder() as folder:
+        run = Run(folder, "--json", "-o", "one", "-s", tasks, DATA / "compressor.nml")
+        run.done("json beside the tables")
+        found = json.loads((folder / "one" / "results.json").read_text())
+        equal("json: members", list(found), MEMBERS)
+        equal("json: verdict", found["verdict"], "stable")
+        equal("json: settings", found["settings"], [tasks])
+        check("json: the exceeded limit is a headline", any(line["state"] == "unstable" and "ABOVE the limit" in line["words"]
+                                                            for line in found["headlines"]), "one", found["headlines"])
+        same_as_tables("json", found, folder / "one")
+        quiet = Run(folder, "--json", "-q", "-o", "one", "-s", tasks, DATA / "compressor.nml")
+        equal("json on standard output", json.loads(quiet.out), found)
+
+
+def test_speeds():
+    with Folder() as folder:
+        tasks = "case.tasks='campbell','critical','resonance'"
+        run = Run(folder, "--json", "-q", "-o", "one", "-s", tasks, "-s", "sweep.count=9", "-s", "sweep.to=400", DATA / "khang_speeds.nml")
+        found = json.loads(run.out)
+        equal("json over the speed: no verdict on one machine", found["verdict"], None)
+        equal("json over the speed: the modes are about rest", found["tables"]["campbell"]["model"], "rest")
+        same_as_tables("json over the speed", found, folder / "one")
+
+
+def test_sweep():
+    with Folder() as folder:
+        run = Run(folder, "--json", "-q", "-o", "one", "-s", "sweep.count=30", DATA / "khang_chart.nml")
+        same_as_tables("json of a sweep", json.loads(run.out), folder / "one")
+        equal("json of a sweep: no blocks are left", (folder / "one" / "sweep.blocks").exists(), False)
+
+
+def test_words():
+    """Quotes, backslashes and what is no text."""
+    with Folder() as folder:
+        title = 'a "b" \\ c, d'
+        run = Run(folder, "--json", "-q", "-s", f"case.title='{title}'", "-s", "case.tasks='stability'", DATA / "khang_four_bar.nml")
+        equal("json: a title with quotes", json.loads(run.out)["title"], title)
+
+
+def test_failure():
+    """What could not be computed stands beside what could."""
+    with Folder() as folder:
+        run = Run(folder, "--json", "-q", "-s", "probe.position(1)=-9e306", DATA / "compressor.nml")
+        equal("json with a failure: exit code", run.code, 4)
+        found = json.loads(run.out)
+        check("json with a failure", "the motion of probes overflows" in (found["failure"] or "") and "multipliers" in found["tables"],
+              "the failure and the multipliers", (found["failure"], list(found["tables"])))
+
+
+def test_refused():
+    with Folder() as folder:
+        for option in ("--check", "--one-line"):
+            Run(folder, "--json", option, DATA / "khang_four_bar.nml").refused(
+                f"--json and {option}", 1, f"options '{option}' and '--json' exclude each other")
+
+
+JSON_TESTS = (test_tables, test_speeds, test_sweep, test_words, test_failure, test_refused)
