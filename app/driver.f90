@@ -77,6 +77,7 @@ contains
     end if
     closing = ""
     call write_files(options, context, result, console, closing, error)
+    if (allocated(staging%place)) call staging%retell(result%failure)
     if (allocated(staging%place)) call settle(staging, tasks, error)
     unwritten = .false.
     if (allocated(error)) unwritten = error%unwritten

@@ -43,8 +43,7 @@ contains
     call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
       & // ", input " // escaped(context%head%input) // "</p>" // newline)
     do i = 1, size(result%headlines)
-      call page%append("<p class=""verdict " // trim(result%headlines(i)%state) // """>" // escaped(result%headlines(i)%words) &
-        & // "</p>" // newline)
+      call page%append(banner(trim(result%headlines(i)%state), result%headlines(i)%words))
     end do
     do i = 1, size(result%tables)
       call page%append(section(context%place, result%tables(i)))
@@ -53,6 +52,16 @@ contains
     call page%append("<h2>Report</h2>" // newline // "<pre>" // escaped(report) // "</pre>" // newline // tail())
     call page%complete(error)
   end subroutine write_page
+
+  !> A headline; one that begins with its state as a verdict, with that in bold.
+  pure function banner(state, words) result(line)
+    character(len=*), intent(in) :: state, words
+    character(len=:), allocatable :: line
+
+    line = escaped(words)
+    if (index(words, state // ":") == 1) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
+    line = "<p class=""verdict " // state // """>" // line // "</p>" // newline
+  end function banner
 
   !> Picture and rows of a table.
   function section(folder, table) result(words)
