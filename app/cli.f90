@@ -21,6 +21,8 @@ module cli
     character(len=:), allocatable :: input
     !> Unallocated: named after the input.
     character(len=:), allocatable :: output
+    !> The group or key that help is wanted on.
+    character(len=:), allocatable :: topic
     type(setting_type), allocatable :: settings(:)
     logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false., &
       & merge = .false., one_line = .false., plot = .false., report = .false., json = .false.
@@ -115,6 +117,12 @@ contains
         options%quiet = .true.
       case ("-h", "--help")
         options%help = .true.
+        if (i == size(words)) cycle
+        value = words(i + 1)%text
+        ! an input beside --help is no topic
+        if (index(value, "-") == 1 .or. index(value, "/") > 0 .or. index(value // " ", ".nml ") > 0) cycle
+        options%topic = value
+        i = i + 1
       case ("-V", "--version")
         options%version = .true.
       case ("--fail-if-unstable")
@@ -216,7 +224,8 @@ contains
       & "                          page that needs nothing else; draws as --plot" // newline // &
       & "      --json              results.json: everything that was found, with units," // newline // &
       & "                          meanings and errors; with -q on standard output" // newline // &
-      & "  -h, --help              this text" // newline // &
+      & "  -h, --help [KEY]        this text; help on a group or key of the input, as" // newline // &
+      & "                          support or support.stiffness; groups: all groups" // newline // &
       & "  -V, --version           the version" // newline // newline // &
       & "exit codes: 0 done, 1 wrong usage, 2 invalid input, 3 the mechanism cannot be" // newline // &
       & "assembled or is singular at some crank angle, 4 the computation failed"

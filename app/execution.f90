@@ -5,6 +5,8 @@ module execution
   use driver, only: run
   use gestell_base_error, only: error_type
   use gestell_base_version, only: version
+  use gestell_input_schema_help, only: help_on
+  use gestell_task_keys, only: input_schema
   implicit none (type, external)
   private
 
@@ -18,11 +20,15 @@ contains
     integer, intent(out) :: code
     type(options_type) :: options
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
 
     code = 0
     call parse(words, options, error)
     if (.not. allocated(error)) then
-      if (options%help) then
+      if (allocated(options%topic)) then
+        call help_on(input_schema(), options%topic, text, error)
+        if (.not. allocated(error)) call print_out(text, error)
+      else if (options%help) then
         call print_out(help_text() // new_line("a"), error)
       else if (options%version) then
         call print_out("gestell " // version // new_line("a"), error)

@@ -21,7 +21,7 @@ module gestell
   use gestell_model_frame, only: frame_type, freedom_names, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_guide, only: guide_type
-  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
   use gestell_model_joints_path, only: batch, path_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &

@@ -1,6 +1,7 @@
 """The documents against the program: commands run, excerpts are what the program prints, all keys are described.
 
 Run from the checkout: ./bootstrap python3 test/documents.py. The last line is "N passed, M failed".
+test/documents.py --write-tables GESTELL writes the tables of keys into doc/input.md.
 """
 
 import os
@@ -131,14 +132,27 @@ def options(gestell):
     check("doc/input.md: the options", shown == described, shown ^ described)
 
 
-def keys():
-    sources = "".join(path.read_text() for path in sorted((ROOT / "src").rglob("*.f90")))
-    schema = re.findall(r'key_type\("(\w+)", "(\w+)"', sources)
-    check("schema was read", len(schema) > 60)
+def keys(gestell):
+    """The tables of keys in doc/input.md are what the program's records give. With --write-tables they become that."""
     document = text("doc/input.md")
-    for group, key in schema:
-        section = document.split(f"### `&{group}`")[-1].split("\n### ")[0]
-        check(f"doc/input.md: &{group} {key}", f"`{key}`" in section)
+    sections = program(gestell, "--help", "tables").stdout.split("### ")[1:]
+    check("--help tables: groups", len(sections) == 18, len(sections))
+    for section in sections:
+        heading, *tables = re.split(r"\n\n+", section.strip())
+        start = document.find(f"### {heading}")
+        check(f"doc/input.md: {heading}", start >= 0)
+        for table in tables:
+            end = document.find("\n#", start + 4)
+            head = table.splitlines()[0]
+            found = re.search(rf"^{re.escape(head)}\n(?:\|.*\n)*", document[start:end], re.M)
+            check(f"doc/input.md: table of {heading}", found, head)
+            if found and "--write-tables" in sys.argv:
+                document = document[:start + found.start()] + table + "\n" + document[start + found.end():]
+            elif found:
+                check(f"doc/input.md: {heading} is what the records give (test/documents.py --write-tables)",
+                      found[0].strip() == table, f"{found[0]}--- but\n{table}")
+    if "--write-tables" in sys.argv:
+        (ROOT / "doc/input.md").write_text(document, encoding="utf-8")
 
 
 def columns(gestell, folder):
@@ -280,6 +294,9 @@ def tables():
 
 
 def main():
+    if "--write-tables" in sys.argv:
+        keys(sys.argv[-1])
+        return failed > 0
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         install = program("fpm", "install", "--profile", "release", "--prefix", folder / "home/.local")
@@ -289,6 +306,7 @@ def main():
         critical_speeds(folder)
         readme_pictures(gestell, folder)
         options(gestell)
+        keys(gestell)
         columns(gestell, folder)
         one_line_columns(gestell, folder)
         library_calls(folder / "home")
@@ -297,7 +315,6 @@ def main():
         written = {file.name for file in folder.rglob("*.csv") if file.read_text(encoding="utf-8").startswith("# ")}
         for name in sorted(written):
             check(f"doc/output.md: {name}", f"`{name}`" in text("doc/output.md"))
-    keys()
     suites()
     links()
     tables()

@@ -35,6 +35,7 @@ program main
   use test_html, only: collect_html
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
+  use test_keys, only: collect_keys
   use test_lanes, only: collect_lanes
   use test_lost, only: collect_lost
   use test_masses, only: collect_masses
@@ -70,6 +71,7 @@ program main
   use test_tabulate, only: collect_tabulate
   use test_trade, only: collect_trade
   use test_weights, only: collect_weights
+  use test_user_joint, only: collect_user_joint
   use test_version, only: collect_version
   use test_vibration, only: collect_vibration
   use testdrive, only: get_argument, new_testsuite, run_selected, testsuite_type, unittest_type
@@ -114,7 +116,9 @@ program main
     & new_testsuite("masses", collect_masses), &
     & new_testsuite("tabulate", collect_tabulate), &
     & new_testsuite("assembly", collect_assembly), &
+    & new_testsuite("keys", collect_keys), &
     & new_testsuite("joints", collect_joints), &
+    & new_testsuite("user-joint", collect_user_joint), &
     & new_testsuite("reach", collect_reach), &
     & new_testsuite("equivalence", collect_equivalence), &
     & new_testsuite("data", collect_data), &

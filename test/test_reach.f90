@@ -3,13 +3,15 @@ module test_reach
   use checks, only: check_that
   use gestell_math_jet, only: jet
   use gestell_base_kinds, only: dp
-  use gestell_model_joints_driven, only: crank_joint
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, point_type, reach_type
-  use gestell_model_joints_lever, only: rigid_joint, rpr_joint
-  use gestell_model_joints_rrp, only: rrp_joint
-  use gestell_model_joints_rrr, only: rrr_joint
-  use gestell_model_joints_sliders, only: prp_joint, rpp_joint
+  use gestell_model_joints_types_crank, only: crank_joint
+  use gestell_model_joints_types_prp, only: prp_joint
+  use gestell_model_joints_types_rigid, only: rigid_joint
+  use gestell_model_joints_types_rpp, only: rpp_joint
+  use gestell_model_joints_types_rpr, only: rpr_joint
+  use gestell_model_joints_types_rrp, only: rrp_joint
+  use gestell_model_joints_types_rrr, only: rrr_joint
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)

@@ -1,8 +1,9 @@
-!> A joint and a mechanism as a user writes them: with what they must have, and nothing for speed.
+!> Joints and a mechanism as a user writes them: with what they must have, and nothing for speed.
 module user_mechanisms
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
   use gestell_base_kinds, only: dp
-  use gestell_model_joints_joint, only: joint_type, point_type, reach_type
+  use gestell_model_joints_guide, only: guide_type
+  use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
   use gestell_model_mechanism, only: mass_functions_type, mechanism_type
   implicit none (type, external)
   private
@@ -12,6 +13,7 @@ module user_mechanisms
     integer :: pivot = 0
     real(dp) :: radius = 0
   contains
+    procedure :: describe
     procedure :: place
     procedure :: reach
   end type handle_joint
@@ -20,9 +22,30 @@ module user_mechanisms
   type, extends(joint_type), public :: timid_joint
     real(dp) :: sure = 0
   contains
+    procedure :: describe => describe_timid
     procedure :: place => place_timid
     procedure :: reach => reach_timid
   end type timid_joint
+
+  !> A point in the middle between two others of one body.
+  type, extends(joint_type), public :: midpoint_joint
+    integer :: ends(2) = 0
+  contains
+    procedure :: describe => describe_midpoint
+    procedure :: place => place_midpoint
+    procedure :: reach => reach_midpoint
+  end type midpoint_joint
+
+  !> A tappet on a fixed guide, at 2 + `stroke` cos phi (m) from the guide's point: a cam on the crank's shaft lifts it.
+  type, extends(joint_type), public :: tappet_joint
+    type(guide_type) :: guide
+    real(dp) :: stroke = 0
+  contains
+    procedure :: describe => describe_tappet
+    procedure :: check => check_tappet
+    procedure :: place => place_tappet
+    procedure :: reach => reach_tappet
+  end type tappet_joint
 
   !> a1 = cos phi, a2 = 2 sin phi, a3 = 5 + cos 2 phi, a4 = sin 3 phi.
   type, extends(mechanism_type), public :: pendulum_type
@@ -31,6 +54,23 @@ module user_mechanisms
   end type pendulum_type
 
 contains
+
+  !> A link of its own, turning about the other joint.
+  pure subroutine describe(self, form)
+    class(handle_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("handle", "turns with the crank about another joint", links=1, pairs=1, bars=[self%pivot, itself])
+  end subroutine describe
+
+  pure subroutine describe_timid(self, form)
+    class(timid_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    associate (unused => self)
+    end associate
+    form = form_type("timid", "stands still", links=0, pairs=0)
+  end subroutine describe_timid
 
   pure subroutine place(self, crank_angle, points, here)
     class(handle_joint), intent(in) :: self
@@ -75,6 +115,79 @@ contains
       reach%assembled = half_width < self%sure
     end associate
   end function reach_timid
+
+  pure subroutine describe_midpoint(self, form)
+    class(midpoint_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("midpoint", "lies in the middle of its ends", links=0, pairs=0, &
+      & bars=[self%ends(1), itself, self%ends(2), itself])
+  end subroutine describe_midpoint
+
+  pure subroutine place_midpoint(self, crank_angle, points, here)
+    class(midpoint_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+
+    associate (unused => crank_angle, one => points(self%ends(1)), two => points(self%ends(2)))
+      here%x = 0.5_dp * (one%x + two%x)
+      here%y = 0.5_dp * (one%y + two%y)
+    end associate
+  end subroutine place_midpoint
+
+  pure function reach_midpoint(self, points, speeds, accelerations, half_width) result(reach)
+    class(midpoint_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+
+    associate (unused_points => points, unused_width => half_width)
+    end associate
+    reach%speed = sum(speeds(self%ends)) / 2
+    reach%acceleration = sum(accelerations(self%ends)) / 2
+  end function reach_midpoint
+
+  !> One link more; it slides on its guide, and rolls and slides on the cam.
+  pure subroutine describe_tappet(self, form)
+    class(tappet_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("tappet", "rides on a cam", links=1, pairs=1, higher_pairs=1, guides=[self%guide])
+  end subroutine describe_tappet
+
+  pure subroutine check_tappet(self, reason)
+    class(tappet_joint), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call self%guide%check(reason)
+  end subroutine check_tappet
+
+  pure subroutine place_tappet(self, crank_angle, points, here)
+    class(tappet_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(point_type) :: origin, along
+    type(jet) :: lift
+
+    call self%guide%line(points, origin, along)
+    lift = self%stroke * cos(jet(crank_angle, 1.0_dp, 0.0_dp)) + 2.0_dp
+    here%x = origin%x + lift * along%x
+    here%y = origin%y + lift * along%y
+  end subroutine place_tappet
+
+  pure function reach_tappet(self, points, speeds, accelerations, half_width) result(reach)
+    class(tappet_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+
+    associate (unused_points => points, unused_speeds => speeds, unused => accelerations, unused_width => half_width)
+    end associate
+    reach%speed = self%stroke
+    reach%acceleration = self%stroke
+  end function reach_tappet
 
   subroutine mass_functions(self, crank_angle, a)
     class(pendulum_type), intent(in) :: self

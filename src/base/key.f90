@@ -15,15 +15,16 @@ module gestell_base_key
   !> A number that is not given.
   real(dp), parameter, public :: unset = -huge(1.0_dp)
 
-  !> What a number must satisfy: bounds, both included, and what zero is.
+  !> What a number must satisfy: bounds, both included; more than zero, or not zero; 1 or -1.
   type, public :: range_type
     real(dp) :: least = -huge(1.0_dp), most = huge(1.0_dp)
-    logical :: above_zero = .false., not_zero = .false.
+    logical :: above_zero = .false., not_zero = .false., unit_size = .false.
   end type range_type
 
   type(range_type), parameter, public :: positive = range_type(above_zero=.true.)
   type(range_type), parameter, public :: nonnegative = range_type(least=0.0_dp)
   type(range_type), parameter, public :: nonzero = range_type(not_zero=.true.)
+  type(range_type), parameter, public :: one_or_minus_one = range_type(unit_size=.true.)
 
   !> A key of a group.
   type, public :: key_type

@@ -49,7 +49,7 @@ module gestell_task_keys
 contains
 
   !> The schema of the input file; these tasks can be ordered.
-  pure function schema_of(tasks) result(schema)
+  function schema_of(tasks) result(schema)
     character(len=*), intent(in) :: tasks(:)
     type(schema_type) :: schema
 

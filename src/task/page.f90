@@ -104,7 +104,7 @@ contains
   end function content_of
 
   !> The input: what was typed, with units, and what was set from outside.
-  pure function input_table(configuration, settings) result(words)
+  function input_table(configuration, settings) result(words)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: settings(:)
     character(len=:), allocatable :: words
@@ -126,7 +126,7 @@ contains
     words = words // "</tbody></table></div>" // newline
   end function input_table
 
-  pure function group_rows(configuration, group) result(words)
+  function group_rows(configuration, group) result(words)
     type(configuration_type), intent(in) :: configuration
     type(group_type), intent(in) :: group
     character(len=:), allocatable :: words

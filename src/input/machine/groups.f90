@@ -3,7 +3,7 @@ module gestell_input_machine_groups
   use gestell_base_error, only: error_type
   use gestell_base_key, only: joined, key_type, quantities, text_key
   use gestell_input_machine_frame, only: drive_keys, foundation_keys, frame_keys, gravity_keys, support_keys
-  use gestell_input_machine_joints, only: joint_keys
+  use gestell_input_machine_joints, only: joint_keys, joint_variants
   use gestell_input_machine_mechanism, only: link_keys, mass_function_keys
   use gestell_input_machine_quantities, only: probe_keys
   use gestell_input_namelist_document, only: document_type, the_group
@@ -35,12 +35,13 @@ module gestell_input_machine_groups
 
 contains
 
-  pure function machine_schema() result(schema)
+  function machine_schema() result(schema)
     type(schema_type) :: schema
 
     schema%groups = groups
-    schema%keys = [drive_keys, unit_keys(), joint_keys, link_keys, mass_function_keys, frame_keys, support_keys, &
+    schema%keys = [drive_keys, unit_keys(), joint_keys(), link_keys, mass_function_keys, frame_keys, support_keys, &
       & foundation_keys, gravity_keys, probe_keys]
+    schema%variants = joint_variants()
   end function machine_schema
 
   pure function unit_keys() result(keys)

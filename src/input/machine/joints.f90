@@ -2,243 +2,194 @@
 module gestell_input_machine_joints
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
-  use gestell_base_key, only: integer_key, key_type, of_angle, of_length, positive, real_key, text_key
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_key, only: find_key, joined, key_type, text_key, unset
+  use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: group_names, group_type, has, name_of, word_length
-  use gestell_input_schema_read, only: read
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_namelist_suggest, only: suggestion
+  use gestell_input_schema, only: variant_type
+  use gestell_input_schema_read, only: read
   use gestell_input_schema_units, only: units_type
-  use gestell_model_joints_guide, only: guide_type
+  use gestell_model_joints_data, only: joint_data_type
+  use gestell_model_joints_joint, only: form_type, joint_type
+  use gestell_model_joints_registry, only: joint_forms, new_joint
   use gestell_model_linkage, only: linkage_type
   implicit none (type, external)
   private
 
-  public :: check_known, read_joint
+  public :: check_known, joint_keys, joint_variants, read_joint, type_of_joint
 
-  !> The types of joints, and the keys that each needs and can have, as words between blanks.
-  character(len=*), parameter :: joint_types(*) = [character(len=6) :: &
-    & "ground", "crank", "RRR", "RRP", "RPR", "rigid", "PRP", "RPP"]
-  character(len=*), parameter :: guide_keys = " guide guide_point guide_angle "
-  character(len=*), parameter :: needed_keys(*) = [character(len=24) :: " position ", " pivot radius ", &
-    & " ends lengths branch ", " ends lengths branch ", " ends lengths branch ", " ends offset ", " ", " ends slot_angle "]
-  character(len=*), parameter :: optional_keys(*) = [character(len=64) :: " ", " phase ", " ", guide_keys, " ", " ", &
-    & guide_keys // "guide2 guide2_point guide2_angle ", guide_keys]
-  type(key_type), parameter, public :: joint_keys(*) = [ &
+  type(key_type), parameter :: common_keys(*) = [ &
     & key_type("joint", "name", text_key, "what other groups call it", required=.true.), &
-    & key_type("joint", "type", text_key, "one of those below", required=.true., &
-    &   words="ground, crank, RRR, RRP, RPR, rigid, PRP, RPP"), &
-    & key_type("joint", "position", real_key, "where it is", 1, 2, 2, unit=of_length), &
-    & key_type("joint", "pivot", text_key, "the joint about which a crank turns"), &
-    & key_type("joint", "radius", real_key, "of a crank", unit=of_length, range=positive), &
-    & key_type("joint", "phase", real_key, "of a crank", unit=of_angle, default=0.0_dp), &
-    & key_type("joint", "ends", text_key, "joints", 1, 1, 2), &
-    & key_type("joint", "lengths", real_key, "lengths", 1, 1, 2, unit=of_length, range=positive), &
-    & key_type("joint", "branch", integer_key, "1 or -1"), &
-    & key_type("joint", "guide_point", real_key, "p", 1, 2, 2, unit=of_length), &
-    & key_type("joint", "guide_angle", real_key, "p", unit=of_angle), &
-    & key_type("joint", "guide", text_key, "p", 1, 2, 2), &
-    & key_type("joint", "guide2_point", real_key, "p", 1, 2, 2, unit=of_length), &
-    & key_type("joint", "guide2_angle", real_key, "p", unit=of_angle), &
-    & key_type("joint", "guide2", text_key, "p", 1, 2, 2), &
-    & key_type("joint", "slot_angle", real_key, "p", unit=of_angle), &
-    & key_type("joint", "offset", real_key, "p", 1, 2, 2, unit=of_length)]
-  !> Lines at a smaller angle (rad) are parallel.
-  real(dp), parameter :: parallel = 1.0e-9_dp
+    & key_type("joint", "type", text_key, "one of those below", required=.true.)]
 
 contains
 
+  !> The keys of all types of joints, each once, for as many values as any of them takes.
+  function joint_keys() result(keys)
+    type(key_type), allocatable :: keys(:)
+    type(form_type), allocatable :: forms(:)
+    character(len=8), allocatable :: names(:)
+    integer :: f, i, k
+
+    call joint_forms(forms)
+    names = forms%name
+    keys = common_keys
+    keys(2)%words = joined(names)
+    do f = 1, size(forms)
+      do i = 1, size(forms(f)%keys)
+        associate (key => forms(f)%keys(i))
+          k = find_key(keys, trim(key%name))
+          if (k == 0) then
+            keys = [keys, key]
+            keys(size(keys))%required = .false.
+            if (.not. key%default > unset .and. key%otherwise == "") keys(size(keys))%otherwise = "see the types"
+          else
+            keys(k)%least = min(keys(k)%least, key%least)
+            keys(k)%most = max(keys(k)%most, key%most)
+          end if
+        end associate
+      end do
+    end do
+  end function joint_keys
+
+  !> What documents tell of each type.
+  function joint_variants() result(variants)
+    type(variant_type), allocatable :: variants(:)
+    type(form_type), allocatable :: forms(:)
+    integer :: f, i
+
+    call joint_forms(forms)
+    allocate(variants(size(forms)))
+    do f = 1, size(forms)
+      variants(f) = variant_type("joint", "type", forms(f)%name, forms(f)%meaning)
+      do i = 1, size(forms(f)%keys)
+        associate (key => forms(f)%keys(i), keys => variants(f)%keys)
+          if (i > 1) keys = trim(keys) // ","
+          if (.not. key%required .and. all(forms(f)%keys(:i - 1)%required)) keys = trim(keys) // " may have"
+          keys = trim(keys) // " `" // trim(key%name) // "`"
+          if (key%most > 1) keys = trim(keys) // " (" // text(key%most) // ")"
+          keys = adjustl(keys)
+        end associate
+      end do
+    end do
+  end function joint_variants
+
+  !> Which of the forms a joint has. Error: none.
+  subroutine type_of_joint(group, forms, number, error)
+    type(group_type), intent(in) :: group
+    type(form_type), intent(in) :: forms(:)
+    integer, intent(out) :: number
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: type
+    character(len=8), allocatable :: names(:)
+
+    call read(group, common_keys, "type", type, error)
+    if (allocated(error)) return
+    number = findloc(forms%name == type, .true., dim=1)
+    if (number > 0) return
+    names = forms%name
+    call input_error(group, "type", "unknown" // suggestion(type, names), error)
+  end subroutine type_of_joint
+
   !> Adds joint `i` of `joints`, whose names are `names`, to the linkage, built on those before it.
   !> Errors: keys that do not fit the joint's type, joints that are not there (yet), values out of range.
-  subroutine read_joint(joints, names, i, units, linkage, error)
+  subroutine read_joint(joints, names, i, forms, units, linkage, error)
     type(group_type), intent(in) :: joints(:)
     type(dictionary_type), intent(in) :: names
     integer, intent(in) :: i
+    type(form_type), intent(in) :: forms(:)
     type(units_type), intent(in) :: units
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
-    type(group_type) :: group
-    character(len=:), allocatable :: type, pivot
-    character(len=word_length), allocatable :: ends(:)
-    type(guide_type) :: guides(2)
-    real(dp) :: position(2), radius, angle, lengths(2)
-    integer :: branch
+    class(joint_type), allocatable :: joint
+    type(joint_data_type) :: data
+    character(len=:), allocatable :: key, reason
+    integer :: number, k
 
-    group = joints(i)
-    call read(group, joint_keys, "type", type, error)
-    if (.not. allocated(error)) call check_keys(group, type, error)
+    call type_of_joint(joints(i), forms, number, error)
+    if (.not. allocated(error)) call check_keys(joints(i), forms(number), error)
     if (allocated(error)) return
-
-    select case (type)
-    case ("ground")
-      call read(group, joint_keys, "position", position, error, units)
+    do k = 1, size(forms(number)%keys)
+      call read_datum(joints, names, i, forms(number)%keys(k:k), units, data, error)
       if (allocated(error)) return
-      call linkage%ground(name_of(group), position, error)
-    case ("crank")
-      call read(group, joint_keys, "pivot", pivot, error)
-      if (.not. allocated(error)) call check_known(group, "pivot", [pivot], joints, names, i - 1, error)
-      if (.not. allocated(error)) call read(group, joint_keys, "radius", radius, error, units)
-      if (.not. allocated(error)) call read(group, joint_keys, "phase", angle, error, units, default=0.0_dp)
-      if (allocated(error)) return
-      if (abs(angle) > 2 * pi) angle = modulo(angle, 2 * pi)
-      call linkage%crank(name_of(group), pivot, radius, angle, error)
-    case ("RRR")
-      call get_ends(joints, names, i, 2, ends, error)
-      if (.not. allocated(error)) call read(group, joint_keys, "lengths", lengths, error, units)
-      if (.not. allocated(error)) call get_branch(group, branch, error)
-      if (allocated(error)) return
-      call linkage%rrr(name_of(group), ends, lengths, branch, error)
-    case ("RRP")
-      call get_ends(joints, names, i, 1, ends, error)
-      if (.not. allocated(error)) call read(group, joint_keys, "lengths", lengths(:1), error, units)
-      if (.not. allocated(error)) call get_branch(group, branch, error)
-      if (.not. allocated(error)) call get_guide(joints, names, i, "guide", units, linkage, guides(1), error)
-      if (allocated(error)) return
-      call linkage%rrp(name_of(group), ends(1), lengths(1), guides(1), branch, error)
-    case ("RPR")
-      call get_ends(joints, names, i, 2, ends, error)
-      if (.not. allocated(error)) call read(group, joint_keys, "lengths", lengths(:1), error, units)
-      if (.not. allocated(error)) call get_branch(group, branch, error)
-      if (allocated(error)) return
-      call linkage%rpr(name_of(group), ends, lengths(1), branch, error)
-    case ("rigid")
-      call get_ends(joints, names, i, 2, ends, error)
-      if (.not. allocated(error)) call read(group, joint_keys, "offset", position, error, units)
-      if (allocated(error)) return
-      call linkage%rigid(name_of(group), ends, position, error)
-    case ("PRP")
-      call get_guide(joints, names, i, "guide", units, linkage, guides(1), error)
-      if (.not. allocated(error)) call get_guide(joints, names, i, "guide2", units, linkage, guides(2), error)
-      if (allocated(error)) return
-      if (all(guides(1)%carriers == guides(2)%carriers) .and. &
-        & abs(sin(guides(1)%angle - guides(2)%angle)) < parallel) then
-        call input_error(group, "", "its two guides are parallel", error)
-        return
-      end if
-      call linkage%prp(name_of(group), guides, error)
-    case default ! RPP
-      call get_ends(joints, names, i, 1, ends, error)
-      if (.not. allocated(error)) call get_guide(joints, names, i, "guide", units, linkage, guides(1), error)
-      if (.not. allocated(error)) call read(group, joint_keys, "slot_angle", angle, error, units)
-      if (allocated(error)) return
-      if (abs(sin(angle)) < parallel) then
-        call input_error(group, "slot_angle", "the slot is parallel to the guide", error)
-        return
-      end if
-      call linkage%rpp(name_of(group), ends(1), guides(1), angle, error)
-    end select
-    if (allocated(error)) call in_group(group, error)
+    end do
+    call new_joint(number, joint)
+    key = ""
+    reason = ""
+    call joint%define(data, key, reason)
+    if (reason /= "") then
+      call input_error(joints(i), key, reason, error)
+    else
+      call linkage%add_joint(name_of(joints(i)), joint, error)
+      if (allocated(error)) call in_group(joints(i), error)
+    end if
   end subroutine read_joint
 
-  !> The ends of joint `i`: a number of different earlier joints.
-  subroutine get_ends(joints, names, i, number, ends, error)
-    type(group_type), intent(in) :: joints(:)
-    type(dictionary_type), intent(in) :: names
-    integer, intent(in) :: i, number
-    character(len=word_length), allocatable, intent(out) :: ends(:)
-    type(error_type), allocatable, intent(out) :: error
-
-    call read(joints(i), joint_keys, "ends", ends, error)
-    if (allocated(error)) return
-    if (size(ends) /= number) then
-      call input_error(joints(i), "ends", "needs " // trim(merge("1 joint ", "2 joints", number == 1)), error)
-      return
-    end if
-    call check_known(joints(i), "ends", ends, joints, names, i - 1, error)
-    if (allocated(error) .or. number == 1) return
-    if (ends(1) == ends(2)) call input_error(joints(i), "ends", "needs 2 different joints", error)
-  end subroutine get_ends
-
-  subroutine get_branch(group, branch, error)
-    type(group_type), intent(in) :: group
-    integer, intent(out) :: branch
-    type(error_type), allocatable, intent(out) :: error
-
-    call read(group, joint_keys, "branch", branch, error)
-    if (allocated(error)) return
-    if (abs(branch) /= 1) call input_error(group, "branch", "must be 1 or -1", error)
-  end subroutine get_branch
-
-  !> A guide of joint `i` by the keys `key`, `key`_point and `key`_angle: carried by two joints, or fixed, by its point
-  !> and angle.
-  subroutine get_guide(joints, names, i, key, units, linkage, guide, error)
+  !> What joint `i` gives for a key, or its default, into its data: numbers, or earlier joints, different ones.
+  subroutine read_datum(joints, names, i, key, units, data, error)
     type(group_type), intent(in) :: joints(:)
     type(dictionary_type), intent(in) :: names
     integer, intent(in) :: i
-    character(len=*), intent(in) :: key
+    type(key_type), intent(in) :: key(1)
     type(units_type), intent(in) :: units
-    type(linkage_type), intent(in) :: linkage
-    type(guide_type), intent(out) :: guide
+    type(joint_data_type), intent(inout) :: data
     type(error_type), allocatable, intent(out) :: error
-    character(len=word_length), allocatable :: carriers(:)
-    real(dp) :: point(2), angle
+    character(len=word_length), allocatable :: words(:)
+    character(len=:), allocatable :: name
+    real(dp) :: numbers(key(1)%most)
+    integer :: n
 
-    if (.not. has(joints(i), key)) then
-      if (.not. (has(joints(i), key // "_point") .and. has(joints(i), key // "_angle"))) then
-        call input_error(joints(i), "", "needs the keys '" // key // "_point' and '" // key // "_angle' of a fixed guide, or '" &
-          & // key // "' of a guide between two joints", error)
+    name = trim(key(1)%name)
+    if (key(1)%kind /= text_key) then
+      if (.not. (has(joints(i), name) .or. key(1)%default > unset)) return
+      call read(joints(i), key, name, numbers, error, units)
+      if (.not. allocated(error)) call data%add(name, numbers=numbers)
+    else if (has(joints(i), name)) then
+      call read(joints(i), key, name, words, error)
+      if (allocated(error)) return
+      n = size(words)
+      if (n /= key(1)%most) then
+        call input_error(joints(i), name, "needs " // trim(merge("1 joint ", "2 joints", key(1)%most == 1)), error)
         return
       end if
-      call read(joints(i), joint_keys, key // "_point", guide%point, error, units)
-      if (.not. allocated(error)) call read(joints(i), joint_keys, key // "_angle", guide%angle, error, units)
-      return
+      call check_known(joints(i), name, words, joints, names, i - 1, error)
+      if (allocated(error)) return
+      if (any([(words(n) == words(:n - 1), n = 1, size(words))])) then
+        call input_error(joints(i), name, "needs 2 different joints", error)
+      else
+        call data%add(name, joints=[(names%place(words(n)), n = 1, size(words))])
+      end if
     end if
-    call read(joints(i), joint_keys, key, carriers, error)
-    if (.not. allocated(error)) call check_known(joints(i), key, carriers, joints, names, i - 1, error)
-    if (.not. allocated(error)) call read(joints(i), joint_keys, key // "_point", point, error, units, default=0.0_dp)
-    if (.not. allocated(error)) call read(joints(i), joint_keys, key // "_angle", angle, error, units, default=0.0_dp)
-    if (allocated(error)) return
-    if (carriers(1) == carriers(2)) then
-      call input_error(joints(i), key, "needs 2 different joints", error)
-    else
-      call linkage%moving_guide(carriers, point, angle, guide, error)
-      if (allocated(error)) call in_group(joints(i), error)
-    end if
-  end subroutine get_guide
+  end subroutine read_datum
 
   !> Whether the group has all keys that its type of joint needs and none that it does not know.
-  subroutine check_keys(group, type, error)
+  subroutine check_keys(group, form, error)
     type(group_type), intent(in) :: group
-    character(len=*), intent(in) :: type
+    type(form_type), intent(in) :: form
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: needs, may, rest
-    integer :: i, blank
+    character(len=:), allocatable :: known
+    integer :: i, k
 
-    i = findloc(joint_types == type, .true., dim=1)
-    needs = trim(needed_keys(i)) // " "
-    may = trim(optional_keys(i)) // " "
     do i = 1, size(group%entries)
       associate (key => group%entries(i)%key)
-        if (key == "name" .or. key == "type" .or. index(needs // may, " " // key // " ") > 0) cycle
-        call input_error(group, key, "a joint of type '" // type // "' has no such key, it has" // &
-          & commas(trim(needs) // trim(may)), error)
+        if (key == "name" .or. key == "type" .or. find_key(form%keys, key) > 0) cycle
+        known = ""
+        do k = 1, size(form%keys)
+          known = known // trim(merge(", ", "  ", k > 1)) // " " // trim(form%keys(k)%name)
+        end do
+        call input_error(group, key, "a joint of type '" // trim(form%name) // "' has no such key, it has" // known, error)
         return
       end associate
     end do
-    rest = adjustl(needs)
-    do while (len_trim(rest) > 0)
-      blank = index(rest, " ")
-      if (.not. has(group, rest(:blank - 1))) then
-        call input_error(group, "", "a joint of type '" // type // "' needs the key '" // rest(:blank - 1) // "'", error)
-        return
-      end if
-      rest = adjustl(rest(blank:))
+    do k = 1, size(form%keys)
+      if (.not. form%keys(k)%required .or. has(group, trim(form%keys(k)%name))) cycle
+      call input_error(group, "", "a joint of type '" // trim(form%name) // "' needs the key '" // trim(form%keys(k)%name) &
+        & // "'", error)
+      return
     end do
   end subroutine check_keys
-
-  !> Words between blanks as words between commas.
-  pure function commas(words) result(text)
-    character(len=*), intent(in) :: words
-    character(len=:), allocatable :: text
-    integer :: i
-
-    text = ""
-    do i = 1, len_trim(words)
-      if (words(i:i) == " " .and. i > 1) text = text // ","
-      text = text // words(i:i)
-    end do
-  end function commas
 
   !> Whether all `wanted` are among the first `known` of the `joints`, whose names are `names`.
   subroutine check_known(group, key, wanted, joints, names, known, error)
@@ -287,24 +238,21 @@ contains
     builds_on = found(target)
   end function builds_on
 
-  !> The joints that joint `i` names.
+  !> The joints that joint `i` names by any of its keys.
   function carriers_of(joints, i) result(named)
     type(group_type), intent(in) :: joints(:)
     integer, intent(in) :: i
     logical :: named(size(joints))
-    character(len=*), parameter :: keys(*) = [character(len=6) :: "pivot", "ends", "guide", "guide2"]
-    character(len=word_length), allocatable :: names(:)
-    type(error_type), allocatable :: none
-    integer :: k, n
+    integer :: e, v
 
     named = .false.
-    do k = 1, size(keys)
-      if (.not. has(joints(i), trim(keys(k)))) cycle
-      call read(joints(i), joint_keys, trim(keys(k)), names, none)
-      if (allocated(none)) cycle
-      do n = 1, size(names)
-        named = named .or. group_names(joints) == names(n)
-      end do
+    do e = 1, size(joints(i)%entries)
+      associate (entry => joints(i)%entries(e))
+        if (entry%key == "name" .or. entry%key == "type") cycle
+        do v = 1, size(entry%values)
+          if (entry%values(v)%quoted) named = named .or. group_names(joints) == entry%values(v)%text
+        end do
+      end associate
     end do
   end function carriers_of
 

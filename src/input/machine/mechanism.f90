@@ -6,10 +6,12 @@ module gestell_input_machine_mechanism
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group
   use gestell_input_schema_read, only: count_values, read
-  use gestell_input_machine_joints, only: check_known, joint_keys, read_joint
+  use gestell_input_machine_joints, only: check_known, read_joint, type_of_joint
   use gestell_input_namelist_message, only: in_group, input_error, place
   use gestell_input_schema_units, only: units_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
+  use gestell_model_joints_joint, only: form_type
+  use gestell_model_joints_registry, only: joint_forms
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mechanism_type
   implicit none (type, external)
@@ -115,6 +117,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: joints(:), links(:)
     type(dictionary_type) :: names, link_names
+    type(form_type), allocatable :: forms(:)
     integer :: i
 
     joints = groups_named(doc, "joint")
@@ -128,10 +131,11 @@ contains
     if (allocated(error)) return
     call take_names(links, link_names, error)
     if (allocated(error)) return
-    call check_crank(joints, error)
+    call joint_forms(forms)
+    call check_crank(joints, forms, error)
     if (allocated(error)) return
     do i = 1, size(joints)
-      call read_joint(joints, names, i, units, linkage, error)
+      call read_joint(joints, names, i, forms, units, linkage, error)
       if (allocated(error)) return
     end do
     if (size(links) == 0) then
@@ -166,18 +170,18 @@ contains
   end subroutine take_names
 
   !> A mechanism has one crank.
-  subroutine check_crank(joints, error)
+  subroutine check_crank(joints, forms, error)
     type(group_type), intent(in) :: joints(:)
+    type(form_type), intent(in) :: forms(:)
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: type
     logical :: found
-    integer :: i
+    integer :: i, number
 
     found = .false.
     do i = 1, size(joints)
-      call read(joints(i), joint_keys, "type", type, error)
+      call type_of_joint(joints(i), forms, number, error)
       if (allocated(error)) return
-      if (type /= "crank") cycle
+      if (forms(number)%name /= "crank") cycle
       if (found) then
         call input_error(joints(i), "type", "a mechanism has only one crank", error)
         return

@@ -200,6 +200,8 @@ contains
         reason = "must be positive"
       else if (key%range%not_zero .and. .not. abs(value) > 0) then
         reason = "must not be zero"
+      else if (key%range%unit_size .and. .not. nint(abs(value)) == 1) then
+        reason = "must be 1 or -1"
       else if (least > unset .and. .not. value >= least) then
         reason = "must be at least " // concise(least)
         if (key%kind /= integer_key .and. abs(least) <= 0) reason = "must not be negative"

@@ -17,9 +17,17 @@ module gestell_input_schema
     integer :: about = option_group
   end type group_rule
 
+  !> What a word of a key says of its group: which of the other keys it has, in words.
+  type, public :: variant_type
+    character(len=16) :: group, key, name
+    character(len=320) :: meaning
+    character(len=200) :: keys = ""
+  end type variant_type
+
   type, public :: schema_type
     type(group_rule), allocatable :: groups(:)
     type(key_type), allocatable :: keys(:)
+    type(variant_type), allocatable :: variants(:)
   end type schema_type
 
 contains

@@ -1,13 +1,15 @@
 !> A directed line that a slider follows: fixed to the frame, or carried by the body between two joints.
 module gestell_model_joints_guide
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
+  use gestell_base_key, only: key_type, of_angle, of_length, real_key, text_key
   use gestell_base_kinds, only: dp
-  use gestell_model_joints_joint, only: point_type, slack
-  use gestell_model_joints_path, only: carry, find_direction, keep, path_type, turn
+  use gestell_model_joints_data, only: check_coordinates, check_finite, joint_data_type
+  use gestell_model_joints_path, only: batch, carry, cross, direction, find_direction, keep, path_type, point_type, slack, turn, &
+    & turning_feature
   implicit none (type, external)
   private
 
-  public :: cross, direction, dot, turning_feature
+  public :: crossing, meet, parallel
 
   !> The line through `point` (m) at `angle` (rad), in x-y or, with `carriers` P and Q (places of joints), in the system
   !> with its origin at P and its first axis toward Q.
@@ -18,7 +20,24 @@ module gestell_model_joints_guide
     procedure :: line
     procedure :: trace
     procedure :: motion
+    procedure :: define
+    procedure :: check
   end type guide_type
+
+  !> The keys of a guide, and of a second one.
+  character(len=*), parameter :: of_guide = "two joints whose body carries the guide; without, it is fixed", &
+    & of_point = "a point of the guide: in x-y, of a carried guide in the system with its origin at `guide(1)` and its first " // &
+    &   "axis toward `guide(2)`", of_angle_there = "direction of the guide in the same system, 0 along its first axis"
+  type(key_type), parameter, public :: guide_keys(*) = [ &
+    & key_type("joint", "guide", text_key, of_guide, 1, 2, 2, otherwise="none"), &
+    & key_type("joint", "guide_point", real_key, of_point, 1, 2, 2, unit=of_length, otherwise="`0, 0` of a carried guide"), &
+    & key_type("joint", "guide_angle", real_key, of_angle_there, unit=of_angle, otherwise="`0` of a carried guide")]
+  type(key_type), parameter, public :: second_guide_keys(*) = [ &
+    & key_type("joint", "guide2", text_key, "the same for the second guide of a `PRP`", 1, 2, 2, otherwise="none"), &
+    & key_type("joint", "guide2_point", real_key, "the same for the second guide", 1, 2, 2, unit=of_length, &
+    &   otherwise="`0, 0` of a carried guide"), &
+    & key_type("joint", "guide2_angle", real_key, "the same for the second guide", unit=of_angle, &
+    &   otherwise="`0` of a carried guide")]
 
   !> Bounds on a guide's motion over an interval of the crank angle.
   type, public :: guide_motion_type
@@ -33,6 +52,37 @@ module gestell_model_joints_guide
   end type guide_motion_type
 
 contains
+
+  !> Takes the guide that the keys `name`, `name`_point and `name`_angle give. `reason`, empty before: they do not make one.
+  pure subroutine define(self, data, name, reason)
+    class(guide_type), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable, intent(inout) :: reason
+
+    if (data%has(name)) then
+      self%carriers = data%joints(name)
+    else if (.not. (data%has(name // "_point") .and. data%has(name // "_angle"))) then
+      reason = "needs the keys '" // name // "_point' and '" // name // "_angle' of a fixed guide, or '" // name &
+        & // "' of a guide between two joints"
+      return
+    end if
+    if (data%has(name // "_point")) self%point = data%numbers(name // "_point")
+    if (data%has(name // "_angle")) self%angle = data%number(name // "_angle")
+  end subroutine define
+
+  !> `reason`, where it says nothing yet: the guide's numbers make no sense, or its carriers are the same joint.
+  pure subroutine check(self, reason)
+    class(guide_type), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    if (reason /= "") return
+    call check_finite([self%angle], reason)
+    call check_coordinates(self%point, reason)
+    if (all(self%carriers == 0)) return
+    if (reason /= "") reason = "a guide: " // reason
+    if (self%carriers(1) == self%carriers(2)) reason = "its guide needs two different joints"
+  end subroutine check
 
   !> The guide's point and its unit direction.
   pure subroutine line(self, points, origin, along)
@@ -92,38 +142,53 @@ contains
     end associate
   end function motion
 
-  !> The unit vector from one point to another.
-  pure type(point_type) function direction(from, to)
-    type(point_type), intent(in) :: from, to
-    type(jet) :: length
+  !> The crossing of two lines: g1 + s u1 = g2 + t u2, s = (g2 - g1) x u2 / (u1 x u2).
+  pure type(point_type) function crossing(g1, u1, g2, u2)
+    type(point_type), intent(in) :: g1, u1, g2, u2
+    type(jet) :: s
 
-    direction = point_type(to%x - from%x, to%y - from%y)
-    length = sqrt(dot(direction, direction))
-    direction = point_type(direction%x / length, direction%y / length)
-  end function direction
+    s = cross(point_type(g2%x - g1%x, g2%y - g1%y), u2) / cross(u1, u2)
+    crossing = point_type(g1%x + s * u1%x, g1%y + s * u1%y)
+  end function crossing
 
-  !> Crank angle over which the direction from one point to another changes in earnest (rad): where they come close to
-  !> each other it turns fast.
-  pure real(dp) function turning_feature(from, to) result(feature)
-    type(point_type), intent(in) :: from, to
-    real(dp) :: apart, rate
+  !> The crossing r = g + s u of two lines: s, s' and s'' from (r - h) x w = 0, differentiated,
+  !>
+  !>     r' = g' + s u' + s' u,                 (r' - h') x w + (r - h) x w' = 0,
+  !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   (r'' - h'') x w + 2 (r' - h') x w' + (r - h) x w'' = 0.
+  pure subroutine meet(g, u, h, w, here)
+    type(path_type), intent(in) :: g, u, h, w
+    type(path_type), intent(out) :: here
+    real(dp) :: sine, s, s1, s2, x, y, vx, vy, ax, ay
+    integer :: k
 
-    apart = hypot(to%x%v - from%x%v, to%y%v - from%y%v)
-    rate = hypot(to%x%d - from%x%d, to%y%d - from%y%d)
-    feature = 1
-    if (rate > apart) feature = apart / rate
-  end function turning_feature
+    do k = 1, batch
+      sine = u%x(k) * w%y(k) - u%y(k) * w%x(k)
+      s = ((h%x(k) - g%x(k)) * w%y(k) - (h%y(k) - g%y(k)) * w%x(k)) / sine
+      x = g%x(k) + s * u%x(k)
+      y = g%y(k) + s * u%y(k)
+      vx = g%vx(k) + s * u%vx(k)
+      vy = g%vy(k) + s * u%vy(k)
+      s1 = ((h%vx(k) - vx) * w%y(k) - (h%vy(k) - vy) * w%x(k) + (h%x(k) - x) * w%vy(k) - (h%y(k) - y) * w%vx(k)) / sine
+      vx = vx + s1 * u%x(k)
+      vy = vy + s1 * u%y(k)
+      ax = g%ax(k) + s * u%ax(k) + 2 * s1 * u%vx(k)
+      ay = g%ay(k) + s * u%ay(k) + 2 * s1 * u%vy(k)
+      s2 = ((h%ax(k) - ax) * w%y(k) - (h%ay(k) - ay) * w%x(k) + 2 * ((h%vx(k) - vx) * w%vy(k) - (h%vy(k) - vy) * w%vx(k)) &
+        & + (h%x(k) - x) * w%ay(k) - (h%y(k) - y) * w%ax(k)) / sine
+      here%x(k) = x
+      here%y(k) = y
+      here%vx(k) = vx
+      here%vy(k) = vy
+      here%ax(k) = ax + s2 * u%x(k)
+      here%ay(k) = ay + s2 * u%y(k)
+    end do
+  end subroutine meet
 
-  pure type(jet) function dot(a, b)
-    type(point_type), intent(in) :: a, b
+  !> Whether lines at this angle (rad) are parallel.
+  pure logical function parallel(angle)
+    real(dp), intent(in) :: angle
 
-    dot = a%x * b%x + a%y * b%y
-  end function dot
-
-  pure type(jet) function cross(a, b)
-    type(point_type), intent(in) :: a, b
-
-    cross = a%x * b%y - a%y * b%x
-  end function cross
+    parallel = abs(sin(angle)) < 1.0e-9_dp
+  end function parallel
 
 end module gestell_model_joints_guide

@@ -1,20 +1,15 @@
 !> A joint of a linkage: a point that earlier joints and the crank angle determine.
 module gestell_model_joints_joint
-  use gestell_math_jet, only: jet
+  use gestell_base_key, only: integer_key, key_type, of_length, one_or_minus_one, positive, real_key, text_key
   use gestell_base_kinds, only: dp
-  use gestell_model_joints_path, only: batch, path_type
+  use gestell_math_jet, only: jet
+  use gestell_model_joints_data, only: joint_data_type
+  use gestell_model_joints_guide, only: guide_type
+  use gestell_model_joints_path, only: batch, path_type, point_type, slack
   implicit none (type, external)
   private
 
-  public :: greatest_change
-
-  !> A point of the mechanism's x-y plane with its derivatives with respect to the crank angle (m).
-  type, public :: point_type
-    type(jet) :: x, y
-  end type point_type
-
-  !> Bounds on motions are taken this much longer, so that rounding cannot prove what does not hold.
-  real(dp), parameter, public :: slack = 1.01_dp
+  public :: greatest_change, point_type, reach_body, slack
 
   !> Within an interval the sine of a transmission angle keeps this part of what it is in the middle: so the least of the
   !> sines in the middles is nearly the least of all.
@@ -41,14 +36,46 @@ module gestell_model_joints_joint
     type(jet) :: travel
   end type fitness_type
 
+  !> What a joint is: the name of its type in an input and a sentence that says where such a joint lies; the links and the pairs of
+  !> one degree of freedom that it adds to Gruebler's count, and pairs of two (as cams have); the keys of an input, those that are
+  !> `required` first; of this one the bars that are drawn, pairs of joints in a row, and the guides on which it slides.
+  type, public :: form_type
+    character(len=8) :: name
+    character(len=320) :: meaning
+    integer :: links, pairs
+    integer :: higher_pairs = 0
+    type(key_type), allocatable :: keys(:)
+    integer, allocatable :: bars(:)
+    type(guide_type), allocatable :: guides(:)
+  end type form_type
+
+  !> Stands for the joint itself in its bars.
+  integer, parameter, public :: itself = 0
+
+  !> Keys that several types have.
+  character(len=*), parameter :: of_ends = "the earlier joints that the dyad hangs on, or whose body carries the joint", &
+    & of_lengths = "lengths of the dyad's links"
+  type(key_type), parameter, public :: one_end = key_type("joint", "ends", text_key, of_ends, 1, 1, 1, required=.true.)
+  type(key_type), parameter, public :: two_ends = key_type("joint", "ends", text_key, of_ends, 1, 2, 2, required=.true.)
+  type(key_type), parameter, public :: one_length = key_type("joint", "lengths", real_key, of_lengths, 1, 1, 1, required=.true., &
+    & unit=of_length, range=positive)
+  type(key_type), parameter, public :: two_lengths = key_type("joint", "lengths", real_key, of_lengths, 1, 2, 2, &
+    & required=.true., unit=of_length, range=positive)
+  type(key_type), parameter, public :: branch_key = key_type("joint", "branch", integer_key, &
+    & "which of the two ways to assemble the dyad", required=.true., range=one_or_minus_one)
+
   !> Joints refer to earlier ones by their place in the list.
   type, abstract, public :: joint_type
   contains
+    procedure(describe_joint), deferred :: describe
     procedure(place_joint), deferred :: place
     procedure(reach_joint), deferred :: reach
     procedure :: trace
     procedure :: fitness
     procedure :: explain
+    procedure :: define
+    procedure :: check
+    procedure :: carriers
   end type joint_type
 
   type, public :: named_joint_type
@@ -57,6 +84,14 @@ module gestell_model_joints_joint
   end type named_joint_type
 
   abstract interface
+    !> What the joint is; before its data are there, what holds for its type.
+    pure subroutine describe_joint(self, form)
+      import :: form_type, joint_type
+      implicit none (type, external)
+      class(joint_type), intent(in) :: self
+      type(form_type), intent(out) :: form
+    end subroutine describe_joint
+
     !> The joint's point at a crank angle (rad), from the points of the earlier joints. It must be assembled there.
     pure subroutine place_joint(self, crank_angle, points, here)
       import :: joint_type, point_type, dp
@@ -89,6 +124,25 @@ contains
 
     change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
   end function greatest_change
+
+  !> A point at `arm` from end number `base`. The direction turns with at most the sum of the ends' speeds over their
+  !> distance d, which must not vanish; its turning omega changes by e_perp . (a2 - a1) / d - 2 omega d' / d.
+  pure function reach_body(ends, speeds, accelerations, half_width, base, arm) result(reach)
+    type(point_type), intent(in) :: ends(2)
+    real(dp), intent(in) :: speeds(2), accelerations(2), half_width, arm
+    integer, intent(in) :: base
+    type(reach_type) :: reach
+    real(dp) :: apart, turning, change
+
+    apart = hypot(ends(2)%x%v - ends(1)%x%v, ends(2)%y%v - ends(1)%y%v)
+    reach%assembled = apart > slack * sum(speeds) * half_width
+    if (.not. reach%assembled) return
+    turning = sum(speeds) / (apart - slack * sum(speeds) * half_width)
+    change = (sum(accelerations) + 2 * turning * sum(speeds)) / (apart - slack * sum(speeds) * half_width)
+    reach%speed = speeds(base) + arm * turning
+    reach%acceleration = accelerations(base) + arm * (change + turning**2)
+    if (sum(speeds) > 0) reach%feature = apart / sum(speeds)
+  end function reach_body
 
   !> The joint's path over a batch of crank angles (rad), from those of the earlier joints: `place` at each of them.
   !> Override it by straight loops over the batch where speed matters.
@@ -138,5 +192,40 @@ contains
     end associate
     text = "it has no place there"
   end subroutine explain
+
+  !> Takes what an input gives for the keys of the joint's form; they are all there that it requires. `reason`, empty before: why
+  !> they make no joint, and by which `key`, if it is one alone.
+  pure subroutine define(self, data, key, reason)
+    class(joint_type), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=:), allocatable, intent(inout) :: key, reason
+
+    associate (unused_self => self, unused_data => data, unused_key => key)
+    end associate
+    reason = "no joint of this type can be read from an input"
+  end subroutine define
+
+  !> `reason`, empty before: why one of the joint's numbers makes no sense.
+  pure subroutine check(self, reason)
+    class(joint_type), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    associate (unused_self => self, unused => reason)
+    end associate
+  end subroutine check
+
+  !> The earlier joints that this one is built on, as its bars and guides name them.
+  pure subroutine carriers(self, joints)
+    class(joint_type), intent(in) :: self
+    integer, allocatable, intent(out) :: joints(:)
+    type(form_type) :: form
+    integer :: i
+
+    call self%describe(form)
+    allocate(joints(0))
+    if (allocated(form%bars)) joints = form%bars
+    if (allocated(form%guides)) joints = [joints, (form%guides(i)%carriers, i = 1, size(form%guides))]
+    joints = pack(joints, joints /= itself)
+  end subroutine carriers
 
 end module gestell_model_joints_joint

@@ -1,11 +1,20 @@
-!> Points and directions along a batch of crank angles: the motion of `point_type` again, in classical kinematics and in
-!> loops that the compiler can vectorise.
+!> Points and directions at one crank angle, and along a batch of them: the same motion in classical kinematics and in loops
+!> that the compiler can vectorise.
 module gestell_model_joints_path
   use gestell_base_kinds, only: dp
+  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   implicit none (type, external)
   private
 
-  public :: carry, find_direction, keep, take_batch, turn
+  public :: carry, cross, direction, dot, find_direction, keep, take_batch, turn, turning_feature
+
+  !> A point of the mechanism's x-y plane with its derivatives with respect to the crank angle (m).
+  type, public :: point_type
+    type(jet) :: x, y
+  end type point_type
+
+  !> Bounds on motions are taken this much longer, so that rounding cannot prove what does not hold.
+  real(dp), parameter, public :: slack = 1.01_dp
 
   !> Crank angles that go through a linkage together.
   integer, parameter, public :: batch = 32
@@ -17,6 +26,40 @@ module gestell_model_joints_path
   end type path_type
 
 contains
+
+  !> The unit vector from one point to another.
+  pure type(point_type) function direction(from, to)
+    type(point_type), intent(in) :: from, to
+    type(jet) :: length
+
+    direction = point_type(to%x - from%x, to%y - from%y)
+    length = sqrt(dot(direction, direction))
+    direction = point_type(direction%x / length, direction%y / length)
+  end function direction
+
+  !> Crank angle over which the direction from one point to another changes in earnest (rad): where they come close to
+  !> each other it turns fast.
+  pure real(dp) function turning_feature(from, to) result(feature)
+    type(point_type), intent(in) :: from, to
+    real(dp) :: apart, rate
+
+    apart = hypot(to%x%v - from%x%v, to%y%v - from%y%v)
+    rate = hypot(to%x%d - from%x%d, to%y%d - from%y%d)
+    feature = 1
+    if (rate > apart) feature = apart / rate
+  end function turning_feature
+
+  pure type(jet) function dot(a, b)
+    type(point_type), intent(in) :: a, b
+
+    dot = a%x * b%x + a%y * b%y
+  end function dot
+
+  pure type(jet) function cross(a, b)
+    type(point_type), intent(in) :: a, b
+
+    cross = a%x * b%y - a%y * b%x
+  end function cross
 
   !> The batch of the angles that begins with number `first`: up to number `last`, filled up with that one.
   pure subroutine take_batch(angles, first, last, some)

@@ -4,7 +4,7 @@ module gestell_model_linkage_assembly
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed, text
   use gestell_model_linkage_bodies, only: link_type
-  use gestell_model_joints_guide, only: turning_feature
+  use gestell_model_joints_path, only: turning_feature
   use gestell_model_joints_joint, only: named_joint_type, point_type, reach_type, slack
   implicit none (type, external)
   private

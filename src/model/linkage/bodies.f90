@@ -2,9 +2,8 @@
 module gestell_model_linkage_bodies
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-)
   use gestell_base_kinds, only: dp
-  use gestell_model_joints_guide, only: direction
   use gestell_model_joints_joint, only: point_type
-  use gestell_model_joints_path, only: batch, find_direction, keep, path_type
+  use gestell_model_joints_path, only: batch, direction, find_direction, keep, path_type
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, &
     & a1_ddd, a2_ddd, energy_d, energy_dd, energy_v, mass_functions_type, spin_dd, spin_v, table_columns
   implicit none (type, external)

@@ -6,11 +6,11 @@ module gestell_model_linkage_diagnosis
   use gestell_base_kinds, only: dp, pi
   use gestell_model_linkage_bodies, only: link_type
   use gestell_model_linkage_extremes, only: extremes_type
-  use gestell_model_joints_driven, only: crank_joint, ground_joint
-  use gestell_model_joints_guide, only: direction
-  use gestell_model_joints_joint, only: fitness_type, named_joint_type, point_type
-  use gestell_model_joints_lever, only: rigid_joint
-  use gestell_model_joints_rrr, only: rrr_joint
+  use gestell_model_joints_path, only: direction
+  use gestell_model_joints_joint, only: fitness_type, form_type, named_joint_type, point_type
+  use gestell_model_joints_types_crank, only: crank_joint
+  use gestell_model_joints_types_ground, only: ground_joint
+  use gestell_model_joints_types_rrr, only: rrr_joint
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, mechanism_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -31,8 +31,9 @@ module gestell_model_linkage_diagnosis
   end type joint_report_type
 
   type, public :: diagnosis_type
-    !> Gruebler's count: links with the frame, pairs of one degree of freedom, mobility 3 (links - 1) - 2 pairs.
-    integer :: links = 0, pairs = 0, mobility = 0
+    !> Gruebler's count: links with the frame, pairs of one degree of freedom and of two, mobility
+    !> 3 (links - 1) - 2 pairs - higher_pairs.
+    integer :: links = 0, pairs = 0, higher_pairs = 0, mobility = 0
     !> Grashof's class of a four-bar, else empty.
     character(len=40) :: grashof = ""
     type(joint_report_type), allocatable :: joints(:)
@@ -170,26 +171,21 @@ contains
     report%margin = track%margin%least
   end function joint_report
 
-  !> Every dyad brings two links and three pairs, the crank one of each.
+  !> The links and pairs that all joints bring, and the frame.
   subroutine count_links(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(inout) :: diagnosis
+    type(form_type) :: form
     integer :: i
 
     diagnosis%links = 1
     do i = 1, size(linkage%joints)
-      select type (joint => linkage%joints(i)%joint)
-      class is (ground_joint)
-      class is (rigid_joint)
-      class is (crank_joint)
-        diagnosis%links = diagnosis%links + 1
-        diagnosis%pairs = diagnosis%pairs + 1
-      class default
-        diagnosis%links = diagnosis%links + 2
-        diagnosis%pairs = diagnosis%pairs + 3
-      end select
+      call linkage%joints(i)%joint%describe(form)
+      diagnosis%links = diagnosis%links + form%links
+      diagnosis%pairs = diagnosis%pairs + form%pairs
+      diagnosis%higher_pairs = diagnosis%higher_pairs + form%higher_pairs
     end do
-    diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs
+    diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
 
   !> A four-bar is one RRR dyad between the crank's joint and a ground joint. It turns, so by Grashof's rule the shortest
@@ -197,6 +193,7 @@ contains
   character(len=40) function grashof_class(linkage)
     class(linkage_type), intent(in) :: linkage
     type(point_type) :: at(size(linkage%joints))
+    type(form_type) :: form
     real(dp) :: lengths(4)
     integer :: i, crank, dyad, other
 
@@ -204,9 +201,9 @@ contains
     crank = 0
     dyad = 0
     do i = 1, size(linkage%joints)
+      call linkage%joints(i)%joint%describe(form)
+      if (form%links == 0) cycle
       select type (joint => linkage%joints(i)%joint)
-      class is (ground_joint)
-      class is (rigid_joint)
       class is (crank_joint)
         crank = i
       class is (rrr_joint)

@@ -5,15 +5,18 @@ module gestell_model_linkage
   use gestell_base_kinds, only: dp
   use gestell_model_linkage_assembly, only: prove_assembly
   use gestell_model_linkage_bodies, only: link_type, move_link, sum_drive, sum_masses
-  use gestell_model_joints_driven, only: crank_joint, ground_joint
+  use gestell_model_joints_data, only: check_finite
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
-  use gestell_model_joints_lever, only: rigid_joint, rpr_joint
-  use gestell_model_joints_rrp, only: rrp_joint
-  use gestell_model_joints_rrr, only: rrr_joint
-  use gestell_model_joints_sliders, only: prp_joint, rpp_joint
+  use gestell_model_joints_types_crank, only: crank_joint
+  use gestell_model_joints_types_ground, only: ground_joint
+  use gestell_model_joints_types_prp, only: prp_joint
+  use gestell_model_joints_types_rigid, only: rigid_joint
+  use gestell_model_joints_types_rpp, only: rpp_joint
+  use gestell_model_joints_types_rpr, only: rpr_joint
+  use gestell_model_joints_types_rrp, only: rrp_joint
+  use gestell_model_joints_types_rrr, only: rrr_joint
   use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type
-  use gestell_model_linkage_checks, only: check_finite, check_lengths, check_place
   use gestell_model_linkage_table, only: greatest_terms, tabulate_linkage
   implicit none (type, external)
   private
@@ -58,8 +61,7 @@ contains
     real(dp), intent(in) :: position(2)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_place("joint '" // name // "'", position, error)
-    if (.not. allocated(error)) call self%add_joint(name, ground_joint(position), error)
+    call self%add_joint(name, ground_joint(position), error)
   end subroutine add_ground
 
   !> The crank's joint: at `radius` (m) about the joint `pivot`, at the crank angle + `phase` (rad).
@@ -71,11 +73,7 @@ contains
     integer :: place
 
     call self%find(pivot, place, error)
-    if (.not. allocated(error)) call check_finite("joint '" // name // "'", [radius, phase], error)
-    if (allocated(error)) return
-    call check_lengths(name, [radius], 1, error)
-    if (allocated(error)) return
-    call self%add_joint(name, crank_joint(place, radius, phase), error)
+    if (.not. allocated(error)) call self%add_joint(name, crank_joint(place, radius, phase), error)
   end subroutine add_crank
 
   !> A dyad's joint at `lengths` (m) from the joints `ends`, left (`branch` = 1) or right (-1) of the way between them.
@@ -88,7 +86,6 @@ contains
     integer :: places(2)
 
     call find_both(self, "joint '" // name // "'", ends, places, error)
-    if (.not. allocated(error)) call check_lengths(name, lengths, branch, error)
     if (.not. allocated(error)) call self%add_joint(name, rrr_joint(places, lengths, branch), error)
   end subroutine add_rrr
 
@@ -104,8 +101,6 @@ contains
     integer :: place
 
     call self%find(end, place, error)
-    if (.not. allocated(error)) call check_lengths(name, [length], branch, error)
-    if (.not. allocated(error)) call check_guide(self, name, guide, error)
     if (.not. allocated(error)) call self%add_joint(name, rrp_joint(place, length, guide, branch), error)
   end subroutine add_rrp
 
@@ -120,7 +115,6 @@ contains
     integer :: places(2)
 
     call find_both(self, "joint '" // name // "'", ends, places, error)
-    if (.not. allocated(error)) call check_lengths(name, [length], branch, error)
     if (.not. allocated(error)) call self%add_joint(name, rpr_joint(places, length, branch), error)
   end subroutine add_rpr
 
@@ -133,7 +127,6 @@ contains
     integer :: places(2)
 
     call find_both(self, "joint '" // name // "'", ends, places, error)
-    if (.not. allocated(error)) call check_place("joint '" // name // "'", offset, error)
     if (.not. allocated(error)) call self%add_joint(name, rigid_joint(places, offset), error)
   end subroutine add_rigid
 
@@ -144,9 +137,7 @@ contains
     type(guide_type), intent(in) :: guides(2)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_guide(self, name, guides(1), error)
-    if (.not. allocated(error)) call check_guide(self, name, guides(2), error)
-    if (.not. allocated(error)) call self%add_joint(name, prp_joint(guides), error)
+    call self%add_joint(name, prp_joint(guides), error)
   end subroutine add_prp
 
   !> A yoke on a guide, with a slot at `slot_angle` (rad) to it in which the joint `end` slides: where they cross.
@@ -159,8 +150,6 @@ contains
     integer :: place
 
     call self%find(end, place, error)
-    if (.not. allocated(error)) call check_guide(self, name, guide, error)
-    if (.not. allocated(error)) call check_finite("joint '" // name // "'", [slot_angle], error)
     if (.not. allocated(error)) call self%add_joint(name, rpp_joint(place, guide, slot_angle), error)
   end subroutine add_rpp
 
@@ -172,12 +161,15 @@ contains
     real(dp), intent(in) :: point(2), angle
     type(guide_type), intent(out) :: guide
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: reason
 
     call find_both(self, "a guide", carriers, guide%carriers, error)
-    if (.not. allocated(error)) call check_finite("a guide", [angle], error)
-    if (.not. allocated(error)) call check_place("a guide", point, error)
+    if (allocated(error)) return
     guide%point = point
     guide%angle = angle
+    reason = ""
+    call guide%check(reason)
+    if (reason /= "") call fatal_error(error, reason, invalid_input)
   end subroutine moving_guide
 
   !> The places of two different joints.
@@ -200,30 +192,16 @@ contains
     if (places(1) == places(2)) call fatal_error(error, name // " needs two different joints", invalid_input)
   end subroutine find_both
 
-  !> A guide has finite numbers, and no carriers or two different joints of the list.
-  subroutine check_guide(self, name, guide, error)
-    class(linkage_type), intent(in) :: self
-    character(len=*), intent(in) :: name
-    type(guide_type), intent(in) :: guide
-    type(error_type), allocatable, intent(out) :: error
-    integer :: joints
-
-    call check_finite("joint '" // name // "'", [guide%angle], error)
-    if (.not. allocated(error)) call check_place("joint '" // name // "'", guide%point, error)
-    if (allocated(error) .or. all(guide%carriers == 0)) return
-    joints = 0
-    if (allocated(self%joints)) joints = size(self%joints)
-    if (all(guide%carriers >= 1 .and. guide%carriers <= joints) .and. guide%carriers(1) /= guide%carriers(2)) return
-    call fatal_error(error, "joint '" // name // "': its guide needs two different joints that are there", invalid_input)
-  end subroutine check_guide
-
-  !> Any joint, given by an object whose references are places in the list of joints.
+  !> Any joint, given by an object whose references are places in the list of joints. Errors: its name is empty or taken; numbers
+  !> that make no sense; it is built on joints that are not there.
   subroutine add_joint(self, name, joint, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name
     class(joint_type), intent(in) :: joint
     type(error_type), allocatable, intent(out) :: error
     type(named_joint_type), allocatable :: longer(:)
+    character(len=:), allocatable :: reason
+    integer, allocatable :: carriers(:)
     integer :: i, count
 
     if (len_trim(name) == 0) then
@@ -234,6 +212,14 @@ contains
     if (allocated(self%joints)) count = size(self%joints)
     if (self%names%place(name) > 0) then
       call fatal_error(error, "joint '" // name // "' is there already", invalid_input)
+      return
+    end if
+    reason = ""
+    call joint%check(reason)
+    call joint%carriers(carriers)
+    if (reason == "" .and. any(carriers < 1 .or. carriers > count)) reason = "it is built on joints that are not there"
+    if (reason /= "") then
+      call fatal_error(error, "joint '" // name // "': " // reason, invalid_input)
       return
     end if
     allocate(longer(count + 1))
@@ -256,12 +242,15 @@ contains
     real(dp), intent(in) :: mass, inertia, center(2)
     type(error_type), allocatable, intent(out) :: error
     type(link_type) :: link
+    character(len=:), allocatable :: reason
 
     link%name = name
     link%mass = mass
     link%inertia = inertia
     link%center = center
-    call check_finite("link '" // name // "'", [mass, inertia, center], error)
+    reason = ""
+    call check_finite([mass, inertia, center], reason)
+    if (reason /= "") call fatal_error(error, "link '" // name // "': " // reason, invalid_input)
     if (.not. allocated(error)) call self%find(from, link%from, error)
     if (allocated(error)) return
     if (len_trim(to) > 0) call self%find(to, link%to, error)

@@ -1,13 +1,8 @@
 !> What of a linkage can be drawn: bars between joints, guides with the ways of their sliders, and where all of it goes.
 module gestell_model_linkage_skeleton
   use gestell_base_kinds, only: dp
-  use gestell_model_joints_driven, only: crank_joint, ground_joint
   use gestell_model_joints_guide, only: guide_type
-  use gestell_model_joints_joint, only: point_type
-  use gestell_model_joints_lever, only: rigid_joint, rpr_joint
-  use gestell_model_joints_rrp, only: rrp_joint
-  use gestell_model_joints_rrr, only: rrr_joint
-  use gestell_model_joints_sliders, only: prp_joint, rpp_joint
+  use gestell_model_joints_joint, only: form_type, itself, point_type
   use gestell_model_linkage, only: linkage_type
   implicit none (type, external)
   private
@@ -72,48 +67,40 @@ contains
     end do
   end subroutine trace_skeleton
 
-  !> The bars that joints and links say there are, and the sliders.
+  !> The bars that joints and links say there are, and the sliders. A joint that brings no link is a point of a body that is there:
+  !> the bars to it are this body's, and it is fixed to the frame where all that it is built on is.
   subroutine find_parts(linkage, skeleton)
     class(linkage_type), intent(in) :: linkage
     type(skeleton_type), intent(inout) :: skeleton
-    integer :: i
+    type(form_type) :: form
+    integer, allocatable :: carriers(:)
+    integer :: i, k, link
 
     allocate(skeleton%bars(0), skeleton%sliders(0))
     allocate(skeleton%grounded(size(linkage%joints)), source=.false.)
     do i = 1, size(linkage%joints)
-      select type (joint => linkage%joints(i)%joint)
-      type is (ground_joint)
-        skeleton%grounded(i) = .true.
-      type is (rigid_joint)
-        skeleton%grounded(i) = all(skeleton%grounded(joint%ends))
-      end select
+      call linkage%joints(i)%joint%describe(form)
+      call linkage%joints(i)%joint%carriers(carriers)
+      skeleton%grounded(i) = form%links == 0 .and. all(skeleton%grounded(carriers))
     end do
     do i = 1, size(linkage%links)
       if (linkage%links(i)%to > 0) call add_bar(skeleton, [linkage%links(i)%from, linkage%links(i)%to], i)
     end do
     do i = 1, size(linkage%joints)
-      select type (joint => linkage%joints(i)%joint)
-      type is (crank_joint)
-        call add_bar(skeleton, [joint%pivot, i], 0)
-      type is (rrr_joint)
-        call add_bar(skeleton, [joint%ends(1), i], 0)
-        call add_bar(skeleton, [joint%ends(2), i], 0)
-      type is (rrp_joint)
-        call add_bar(skeleton, [joint%end, i], 0)
-        call add_slider(skeleton, i, joint%guide)
-      type is (rpr_joint)
-        call add_bar(skeleton, [joint%ends(2), i], 0)
-        call add_bar(skeleton, [joint%ends(2), joint%ends(1)], 0)
-      type is (rigid_joint)
-        call add_bar(skeleton, [joint%ends(1), i], body_of(skeleton, joint%ends))
-        call add_bar(skeleton, [joint%ends(2), i], body_of(skeleton, joint%ends))
-      type is (prp_joint)
-        call add_slider(skeleton, i, joint%guides(1))
-        call add_slider(skeleton, i, joint%guides(2))
-      type is (rpp_joint)
-        call add_bar(skeleton, [joint%end, i], 0)
-        call add_slider(skeleton, i, joint%guide)
-      end select
+      call linkage%joints(i)%joint%describe(form)
+      call linkage%joints(i)%joint%carriers(carriers)
+      if (allocated(form%bars)) then
+        where (form%bars == itself) form%bars = i
+        do k = 1, size(form%bars), 2
+          link = 0
+          if (form%links == 0 .and. size(carriers) == 2) link = body_of(skeleton, carriers)
+          call add_bar(skeleton, form%bars(k:k + 1), link)
+        end do
+      end if
+      if (.not. allocated(form%guides)) cycle
+      do k = 1, size(form%guides)
+        skeleton%sliders = [skeleton%sliders, slider_type(i, form%guides(k))]
+      end do
     end do
   end subroutine find_parts
 
@@ -125,14 +112,6 @@ contains
     if (place_of_bar(skeleton, joints) > 0 .or. all(skeleton%grounded(joints))) return
     skeleton%bars = [skeleton%bars, bar_type(joints, link)]
   end subroutine add_bar
-
-  subroutine add_slider(skeleton, joint, guide)
-    type(skeleton_type), intent(inout) :: skeleton
-    integer, intent(in) :: joint
-    type(guide_type), intent(in) :: guide
-
-    skeleton%sliders = [skeleton%sliders, slider_type(joint, guide)]
-  end subroutine add_slider
 
   !> The bar between two joints, 0 where there is none.
   pure integer function place_of_bar(skeleton, joints) result(place)

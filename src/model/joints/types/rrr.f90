@@ -1,9 +1,11 @@
 !> The dyad of three turning pairs: the joint at given distances from two earlier ones.
-module gestell_model_joints_rrr
-  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
+module gestell_model_joints_types_rrr
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
-  use gestell_model_joints_joint, only: fitness_type, greatest_change, joint_type, point_type, reach_type, slack, steady
+  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
+  use gestell_model_joints_data, only: check_lengths, joint_data_type
+  use gestell_model_joints_joint, only: branch_key, fitness_type, form_type, greatest_change, itself, joint_type, point_type, &
+    & reach_type, slack, steady, two_ends, two_lengths
   use gestell_model_joints_path, only: batch, path_type
   implicit none (type, external)
   private
@@ -15,6 +17,9 @@ module gestell_model_joints_rrr
     real(dp) :: lengths(2) = 0
     integer :: branch = 1
   contains
+    procedure :: describe
+    procedure :: define
+    procedure :: check
     procedure :: place
     procedure :: trace
     procedure :: reach
@@ -23,6 +28,32 @@ module gestell_model_joints_rrr
   end type rrr_joint
 
 contains
+
+  pure subroutine describe(self, form)
+    class(rrr_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("RRR", "lies at `lengths(1)` from `ends(1)` and `lengths(2)` from `ends(2)`; `branch = 1`: left of the " // &
+      & "way from `ends(1)` to `ends(2)`, `-1`: right of it", links=2, pairs=3, keys=[two_ends, two_lengths, branch_key], &
+      & bars=[self%ends(1), itself, self%ends(2), itself])
+  end subroutine describe
+
+  pure subroutine define(self, data, key, reason)
+    class(rrr_joint), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=:), allocatable, intent(inout) :: key, reason
+
+    self%ends = data%joints("ends")
+    self%lengths = data%numbers("lengths")
+    self%branch = nint(data%number("branch"))
+  end subroutine define
+
+  pure subroutine check(self, reason)
+    class(rrr_joint), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call check_lengths(self%lengths, self%branch, reason)
+  end subroutine check
 
   !> With e from ends(1) to ends(2), d = |e|, and the angle mu between the two links,
   !>
@@ -219,4 +250,4 @@ contains
     end associate
   end subroutine explain
 
-end module gestell_model_joints_rrr
+end module gestell_model_joints_types_rrr

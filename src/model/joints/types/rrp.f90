@@ -1,11 +1,13 @@
 !> The dyad of a rod and a slider: the joint at a given distance from an earlier one, on a guide.
-module gestell_model_joints_rrp
-  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
+module gestell_model_joints_types_rrp
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
-  use gestell_model_joints_guide, only: cross, dot, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: fitness_type, greatest_change, joint_type, point_type, reach_type, slack, steady
-  use gestell_model_joints_path, only: batch, path_type
+  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
+  use gestell_model_joints_data, only: check_lengths, joint_data_type
+  use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
+  use gestell_model_joints_joint, only: branch_key, fitness_type, form_type, greatest_change, itself, joint_type, one_end, &
+    & one_length, point_type, reach_type, steady
+  use gestell_model_joints_path, only: batch, cross, dot, path_type
   implicit none (type, external)
   private
 
@@ -17,6 +19,9 @@ module gestell_model_joints_rrp
     type(guide_type) :: guide
     integer :: branch = 1
   contains
+    procedure :: describe
+    procedure :: define
+    procedure :: check
     procedure :: place
     procedure :: trace
     procedure :: reach
@@ -25,6 +30,34 @@ module gestell_model_joints_rrp
   end type rrp_joint
 
 contains
+
+  pure subroutine describe(self, form)
+    class(rrp_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("RRP", "slider: lies on the guide, at `lengths(1)` from `ends(1)`; `branch = 1`: the solution farther " // &
+      & "along the guide's direction, `-1`: the other", links=2, pairs=3, keys=[one_end, one_length, branch_key, guide_keys], &
+      & bars=[self%end, itself], guides=[self%guide])
+  end subroutine describe
+
+  pure subroutine define(self, data, key, reason)
+    class(rrp_joint), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=:), allocatable, intent(inout) :: key, reason
+
+    self%end = sum(data%joints("ends"))
+    self%length = data%number("lengths")
+    self%branch = nint(data%number("branch"))
+    call self%guide%define(data, "guide", reason)
+  end subroutine define
+
+  pure subroutine check(self, reason)
+    class(rrp_joint), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call check_lengths([self%length], self%branch, reason)
+    call self%guide%check(reason)
+  end subroutine check
 
   !> With the guide g + s u and r = end - g: s = r . u +- sqrt(l^2 - (r x u)^2).
   pure subroutine place(self, crank_angle, points, here)
@@ -197,4 +230,4 @@ contains
       & // " m must reach it"
   end subroutine explain
 
-end module gestell_model_joints_rrp
+end module gestell_model_joints_types_rrp

@@ -1,0 +1,326 @@
+!> What the records of keys tell people: help at a terminal, and the tables of the documents.
+module gestell_input_schema_help
+  use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_base_key, only: all_words, integer_key, key_type, real_key, text_key, unset
+  use gestell_base_text, only: concise
+  use gestell_base_wording, only: decimal, lower, shown
+  use gestell_input_namelist_suggest, only: listed, nearest_of
+  use gestell_input_schema, only: allowed_groups, find_group_rule, find_key_rule, option_group, schema_type, variant_type
+  use gestell_input_schema_check, only: unknown_group
+  use gestell_input_schema_rule, only: unknown_key
+  use gestell_input_schema_units, only: unit_symbol, units_type
+  implicit none (type, external)
+  private
+
+  public :: help_on, key_tables
+
+  character, parameter :: newline = new_line("a")
+  !> Columns of a terminal.
+  integer, parameter :: widest = 80
+
+contains
+
+  !> Help on a group, a key (GROUP.KEY, or KEY in all groups that have it), on "groups", or the "tables" of all in Markdown. Error:
+  !> there is no such word.
+  subroutine help_on(schema, topic, text, error)
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: topic
+    character(len=:), allocatable, intent(out) :: text
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: word, message
+    integer :: dot, group, i
+
+    word = lower(trim(adjustl(topic)))
+    if (index(word, "&") == 1) word = word(2:)
+    dot = scan(word // ".", "(.")
+    group = find_group_rule(schema, word(:dot - 1))
+    text = ""
+    message = ""
+    if (word == "groups") then
+      text = all_groups(schema)
+    else if (word == "tables") then
+      text = key_tables(schema)
+    else if (dot <= len(word)) then
+      dot = index(word, ".", back=.true.)
+      if (group == 0) then
+        message = unknown_group(word(:min(dot, scan(word, "(.")) - 1), schema)
+      else
+        i = find_key_rule(schema, trim(schema%groups(group)%name), word(dot + 1:scan(word(dot:) // "(", "(") + dot - 2))
+        if (i == 0) message = unknown_key(word(dot + 1:), schema, trim(schema%groups(group)%name))
+        if (i > 0) text = one_key(schema, i)
+      end if
+    else if (group > 0) then
+      text = one_group(schema, group)
+    else
+      do i = 1, size(schema%keys)
+        if (schema%keys(i)%name == word) text = text // one_key(schema, i)
+      end do
+      if (text == "") message = "no group or key has this name" // near(schema, word)
+    end if
+    if (message /= "") call fatal_error(error, "--help " // shown(topic) // ": " // message, wrong_usage)
+  end subroutine help_on
+
+  !> What a word that names nothing may mean.
+  pure function near(schema, word) result(hint)
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: word
+    character(len=:), allocatable :: hint
+    character(len=16), allocatable :: names(:)
+    integer :: i
+
+    names = [character(len=16) :: "groups", allowed_groups(schema)]
+    i = nearest_of(word, names)
+    if (i == 0) then
+      names = schema%keys%name
+      i = nearest_of(word, names)
+      ! keys of one name in two groups are equally near
+      if (i == 0) i = findloc([(nearest_of(word, names(i:i)) == 1, i = 1, size(names))], .true., dim=1)
+    end if
+    if (i > 0) then
+      hint = "; did you mean '" // trim(names(i)) // "'?"
+    else
+      hint = "; the groups are " // listed(allowed_groups(schema), "", "")
+    end if
+  end function near
+
+  pure function all_groups(schema) result(text)
+    type(schema_type), intent(in) :: schema
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = "Groups of an input; --help GROUP tells their keys, --help GROUP.KEY one of them." // newline // newline
+    do i = 1, size(schema%groups)
+      text = text // entry("&" // trim(schema%groups(i)%name), trim(schema%groups(i)%meaning) // " (" // times(schema, i) // ")")
+    end do
+  end function all_groups
+
+  !> How often a group may stand in a file.
+  pure function times(schema, group) result(words)
+    type(schema_type), intent(in) :: schema
+    integer, intent(in) :: group
+    character(len=:), allocatable :: words
+
+    words = "optional"
+    if (schema%groups(group)%required) words = "required"
+    if (schema%groups(group)%repeatable) words = "may repeat"
+  end function times
+
+  pure function one_group(schema, group) result(text)
+    type(schema_type), intent(in) :: schema
+    integer, intent(in) :: group
+    character(len=:), allocatable :: text
+    integer :: i
+
+    associate (rule => schema%groups(group))
+      text = paragraph("&" // trim(rule%name) // ": " // trim(rule%meaning) // " (" // times(schema, group) // ")", 0) // newline
+      do i = 1, size(schema%keys)
+        if (schema%keys(i)%group /= rule%name) cycle
+        text = text // entry(trim(schema%keys(i)%name), trim(schema%keys(i)%meaning)) &
+          & // paragraph(values_of(schema%keys(i)) // "; default: " // missing(schema%keys(i)), 18)
+      end do
+      do i = 1, size(schema%variants)
+        if (schema%variants(i)%group /= rule%name) cycle
+        text = text // newline // entry(trim(schema%variants(i)%key) // "='" // trim(schema%variants(i)%name) // "'", &
+          & trim(schema%variants(i)%meaning)) // paragraph("keys: " // trim(schema%variants(i)%keys), 18)
+      end do
+    end associate
+  end function one_group
+
+  pure function one_key(schema, i) result(text)
+    type(schema_type), intent(in) :: schema
+    integer, intent(in) :: i
+    character(len=:), allocatable :: text
+
+    associate (key => schema%keys(i))
+      text = paragraph(trim(key%group) // "." // trim(key%name) // ": " // trim(key%meaning), 0) &
+        & // entry("values", values_of(key)) // entry("default", missing(key))
+      if (schema%groups(find_group_rule(schema, key%group))%about == option_group) then
+        text = text // entry("sweep", "no: an option, not a number of the machine")
+      else if (key%kind /= real_key) then
+        text = text // entry("sweep", "no: only numbers that are not whole can run")
+      else
+        text = text // entry("sweep", "can run in &sweep and be a parameter of &sensitivity")
+      end if
+    end associate
+  end function one_key
+
+  !> A name with its explanation in a column beside it.
+  pure function entry(name, words) result(text)
+    character(len=*), intent(in) :: name, words
+    character(len=:), allocatable :: text
+
+    text = paragraph(words, 18)
+    if (len(name) <= 15) then
+      text(3:2 + len(name)) = name
+    else
+      text = "  " // name // newline // text
+    end if
+  end function entry
+
+  !> Words in lines of a terminal, `indent` columns in; without the marks of Markdown.
+  pure function paragraph(words, indent) result(text)
+    character(len=*), intent(in) :: words
+    integer, intent(in) :: indent
+    character(len=:), allocatable :: text
+    integer :: first, last, column
+
+    text = repeat(" ", indent)
+    column = indent
+    first = 1
+    do while (first <= len_trim(words))
+      last = first + index(words(first:) // " ", " ") - 2
+      if (column > indent .and. column + 1 + shown_length(words(first:last)) > widest) then
+        text = text // newline // repeat(" ", indent)
+        column = indent
+      else if (column > indent) then
+        text = text // " "
+        column = column + 1
+      end if
+      text = text // without_marks(words(first:last))
+      column = column + shown_length(words(first:last))
+      first = last + 2
+    end do
+    text = text // newline
+  end function paragraph
+
+  pure function without_marks(words) result(plain)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: plain
+    integer :: i
+
+    plain = ""
+    do i = 1, len(words)
+      if (words(i:i) /= "`") plain = plain // words(i:i)
+    end do
+  end function without_marks
+
+  pure integer function shown_length(words)
+    character(len=*), intent(in) :: words
+    integer :: i
+
+    shown_length = count([(words(i:i) /= "`", i = 1, len(words))])
+  end function shown_length
+
+  !> The values that a key takes, in words and Markdown.
+  pure function values_of(key) result(words)
+    type(key_type), intent(in) :: key
+    character(len=:), allocatable :: words
+    type(units_type) :: usual
+    character(len=:), allocatable :: unit, noun
+
+    noun = "number"
+    if (key%kind == integer_key) noun = "whole number"
+    if (key%kind == text_key) noun = "text"
+    if (key%words /= "") then
+      words = "one of " // quoted(key%words)
+      if (key%most > 1) words = "some of " // quoted(key%words)
+      return
+    end if
+    if (key%rank == 2) then
+      words = decimal(key%rows) // " x " // decimal(key%most / key%rows) // " " // noun // "s"
+    else if (key%most == 1) then
+      words = noun
+    else if (key%least == key%most) then
+      words = decimal(key%most) // " " // noun // "s"
+    else
+      words = decimal(key%least) // trim(merge(" or", " to", key%most == key%least + 1)) // " " // decimal(key%most) // " " &
+        & // noun // "s"
+    end if
+    unit = unit_symbol(key, 0, usual, in_turn=.true.)
+    if (unit /= "") words = words // ", " // unit
+    words = words // range_of(key)
+  end function values_of
+
+  !> The range of a number.
+  pure function range_of(key) result(words)
+    type(key_type), intent(in) :: key
+    character(len=:), allocatable :: words
+
+    words = ""
+    associate (range => key%range)
+      if (range%least > unset .and. range%most < huge(range%most)) then
+        words = ", " // concise(range%least) // " to " // concise(range%most, 9)
+      else if (range%above_zero) then
+        words = ", positive"
+      else if (range%unit_size) then
+        words = ", 1 or -1"
+      else if (range%not_zero) then
+        words = ", not zero"
+      else if (range%least > unset .and. abs(range%least) <= 0) then
+        words = ", not negative"
+      else if (range%least > unset) then
+        words = ", at least " // concise(range%least)
+      end if
+    end associate
+  end function range_of
+
+  !> What stands for a key that is missing.
+  pure function missing(key) result(words)
+    type(key_type), intent(in) :: key
+    character(len=:), allocatable :: words
+
+    words = default_of(key)
+    if (words == "") words = "none, it must be given"
+  end function missing
+
+  !> The default in Markdown, empty where there is none.
+  pure function default_of(key) result(words)
+    type(key_type), intent(in) :: key
+    character(len=:), allocatable :: words
+
+    words = trim(key%otherwise)
+    if (words /= "") return
+    if (key%word /= "") then
+      words = quoted(key%word)
+    else if (key%default > unset) then
+      words = concise(key%default)
+      if (key%rank == 1 .and. key%least == key%most) words = words // repeat(", " // words, key%most - 1)
+      if (key%rank == 2) words = decimal(key%most) // "*" // words
+      words = "`" // words // "`"
+    end if
+  end function default_of
+
+  !> Words between commas, each in quotes.
+  pure function quoted(list) result(words)
+    character(len=*), intent(in) :: list
+    character(len=:), allocatable :: words
+
+    words = listed(all_words(list), "`'", "'`")
+  end function quoted
+
+  !> For every group its heading and its table in Markdown, behind them those of its variants.
+  pure function key_tables(schema) result(text)
+    type(schema_type), intent(in) :: schema
+    character(len=:), allocatable :: text
+    integer :: g, i
+
+    text = ""
+    do g = 1, size(schema%groups)
+      text = text // "### `&" // trim(schema%groups(g)%name) // "`" // newline // newline &
+        & // "| key | values | default | meaning |" // newline // "|---|---|---|---|" // newline
+      do i = 1, size(schema%keys)
+        associate (key => schema%keys(i))
+          if (key%group == schema%groups(g)%name) text = text // "| `" // trim(key%name) // "` | " // values_of(key) // " | " &
+            & // default_of(key) // " | " // trim(key%meaning) // " |" // newline
+        end associate
+      end do
+      text = text // newline // variant_table(pack(schema%variants, schema%variants%group == schema%groups(g)%name))
+    end do
+  end function key_tables
+
+  pure function variant_table(variants) result(text)
+    type(variant_type), intent(in) :: variants(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ""
+    if (size(variants) == 0) return
+    text = "| `" // trim(variants(1)%key) // "` | keys | meaning |" // newline // "|---|---|---|" // newline
+    do i = 1, size(variants)
+      text = text // "| `'" // trim(variants(i)%name) // "'` | " // trim(variants(i)%keys) // " | " &
+        & // trim(variants(i)%meaning) // " |" // newline
+    end do
+    text = text // newline
+  end function variant_table
+
+end module gestell_input_schema_help

@@ -1,0 +1,125 @@
+!> The data of a joint: what its keys are given in an input, and what joints and guides can be given at all.
+module gestell_model_joints_data
+  use gestell_base_kinds, only: dp
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: check_coordinates, check_finite, check_lengths
+
+  !> Lengths of links (m) within which squares and their quotients neither vanish nor overflow.
+  real(dp), parameter :: shortest = 1.0e-100_dp, longest = 1.0e100_dp
+
+  !> What one key is given: numbers in SI and rad, or joints by their places in the list.
+  type :: datum_type
+    character(len=16) :: key
+    real(dp), allocatable :: numbers(:)
+    integer, allocatable :: joints(:)
+  end type datum_type
+
+  !> What all keys of a joint are given, or have as default.
+  type, public :: joint_data_type
+    private
+    type(datum_type) :: given(20)
+    integer :: count = 0
+  contains
+    procedure :: add
+    procedure :: has
+    procedure :: numbers
+    procedure :: number
+    procedure :: joints
+  end type joint_data_type
+
+contains
+
+  pure subroutine add(self, key, numbers, joints)
+    class(joint_data_type), intent(inout) :: self
+    character(len=*), intent(in) :: key
+    real(dp), intent(in), optional :: numbers(:)
+    integer, intent(in), optional :: joints(:)
+
+    self%count = self%count + 1
+    self%given(self%count)%key = key
+    if (present(numbers)) self%given(self%count)%numbers = numbers
+    if (present(joints)) self%given(self%count)%joints = joints
+  end subroutine add
+
+  pure integer function place_of(self, key) result(i)
+    class(joint_data_type), intent(in) :: self
+    character(len=*), intent(in) :: key
+
+    do i = 1, self%count
+      if (self%given(i)%key == key) return
+    end do
+    i = 0
+  end function place_of
+
+  pure logical function has(self, key)
+    class(joint_data_type), intent(in) :: self
+    character(len=*), intent(in) :: key
+
+    has = place_of(self, key) > 0
+  end function has
+
+  !> The numbers of a key that is there.
+  pure function numbers(self, key)
+    class(joint_data_type), intent(in) :: self
+    character(len=*), intent(in) :: key
+    real(dp), allocatable :: numbers(:)
+
+    allocate(numbers, source=self%given(place_of(self, key))%numbers)
+  end function numbers
+
+  !> The one number of a key that is there.
+  pure real(dp) function number(self, key)
+    class(joint_data_type), intent(in) :: self
+    character(len=*), intent(in) :: key
+
+    number = self%given(place_of(self, key))%numbers(1)
+  end function number
+
+  !> The joints of a key that is there.
+  pure function joints(self, key)
+    class(joint_data_type), intent(in) :: self
+    character(len=*), intent(in) :: key
+    integer, allocatable :: joints(:)
+
+    allocate(joints, source=self%given(place_of(self, key))%joints)
+  end function joints
+
+  !> `reason`, where it says nothing yet: not all of the numbers are finite.
+  pure subroutine check_finite(numbers, reason)
+    real(dp), intent(in) :: numbers(:)
+    character(len=:), allocatable, intent(inout) :: reason
+
+    if (reason == "" .and. .not. all(ieee_is_finite(numbers))) reason = "its numbers must be finite"
+  end subroutine check_finite
+
+  !> `reason`, where it says nothing yet: coordinates (m) are not finite, or beyond all lengths.
+  pure subroutine check_coordinates(coordinates, reason)
+    real(dp), intent(in) :: coordinates(:)
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call check_finite(coordinates, reason)
+    if (reason == "" .and. any(abs(coordinates) > longest)) reason = "coordinates must lie between -1e100 m and 1e100 m"
+  end subroutine check_coordinates
+
+  !> `reason`, where it says nothing yet: lengths (m) are not positive, or beyond what can be computed with; a branch is neither 1
+  !> nor -1.
+  pure subroutine check_lengths(lengths, branch, reason)
+    real(dp), intent(in) :: lengths(:)
+    integer, intent(in) :: branch
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call check_finite(lengths, reason)
+    if (reason /= "") return
+    if (.not. all(lengths > 0)) then
+      reason = "its lengths must be positive"
+    else if (any(lengths < shortest .or. lengths > longest)) then
+      reason = "lengths must lie between 1e-100 m and 1e100 m"
+    else if (abs(branch) /= 1) then
+      reason = "its branch must be 1 or -1"
+    end if
+  end subroutine check_lengths
+
+end module gestell_model_joints_data

@@ -1,0 +1,111 @@
+!> The joint that the crank carries.
+module gestell_model_joints_types_crank
+  use gestell_base_key, only: key_type, of_angle, of_length, positive, real_key, text_key
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_circle, only: circle
+  use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
+  use gestell_model_joints_data, only: check_finite, check_lengths, joint_data_type
+  use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
+  use gestell_model_joints_path, only: batch, path_type
+  implicit none (type, external)
+  private
+
+  type(key_type), parameter :: keys(*) = [ &
+    & key_type("joint", "pivot", text_key, "the joint about which the crank turns", required=.true.), &
+    & key_type("joint", "radius", real_key, "of the crank", required=.true., unit=of_length, range=positive), &
+    & key_type("joint", "phase", real_key, "of the crank, added to Omega t", unit=of_angle, default=0.0_dp)]
+
+  !> A point that turns about the joint `pivot`, at `radius` (m) and the crank angle + `phase` (rad).
+  type, extends(joint_type), public :: crank_joint
+    integer :: pivot = 0
+    real(dp) :: radius = 0, phase = 0
+  contains
+    procedure :: describe
+    procedure :: define
+    procedure :: check
+    procedure :: place
+    procedure :: trace
+    procedure :: reach
+  end type crank_joint
+
+contains
+
+  pure subroutine describe(self, form)
+    class(crank_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("crank", "turns about the joint `pivot` at the angle Omega t + `phase`", links=1, pairs=1, keys=keys, &
+      & bars=[self%pivot, itself])
+  end subroutine describe
+
+  pure subroutine define(self, data, key, reason)
+    class(crank_joint), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=:), allocatable, intent(inout) :: key, reason
+
+    self%pivot = sum(data%joints("pivot"))
+    self%radius = data%number("radius")
+    self%phase = data%number("phase")
+    if (abs(self%phase) > 2 * pi) self%phase = modulo(self%phase, 2 * pi)
+  end subroutine define
+
+  pure subroutine check(self, reason)
+    class(crank_joint), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call check_finite([self%radius, self%phase], reason)
+    call check_lengths([self%radius], 1, reason)
+  end subroutine check
+
+  pure subroutine place(self, crank_angle, points, here)
+    class(crank_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(jet) :: angle
+
+    angle = jet(crank_angle + self%phase, 1.0_dp, 0.0_dp)
+    here%x = points(self%pivot)%x + self%radius * cos(angle)
+    here%y = points(self%pivot)%y + self%radius * sin(angle)
+  end subroutine place
+
+  pure subroutine trace(self, angles, points, here)
+    class(crank_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    real(dp) :: c(batch), s(batch)
+
+    call circle(angles + self%phase, c, s)
+    call turn_about(points(self%pivot), self%radius, c, s, here)
+  end subroutine trace
+
+  pure subroutine turn_about(pivot, radius, c, s, here)
+    type(path_type), intent(in) :: pivot
+    real(dp), intent(in) :: radius, c(batch), s(batch)
+    type(path_type), intent(out) :: here
+    integer :: k
+
+    do k = 1, batch
+      here%x(k) = pivot%x(k) + radius * c(k)
+      here%y(k) = pivot%y(k) + radius * s(k)
+      here%vx(k) = pivot%vx(k) - radius * s(k)
+      here%vy(k) = pivot%vy(k) + radius * c(k)
+      here%ax(k) = pivot%ax(k) - radius * c(k)
+      here%ay(k) = pivot%ay(k) - radius * s(k)
+    end do
+  end subroutine turn_about
+
+  pure function reach(self, points, speeds, accelerations, half_width)
+    class(crank_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+
+    associate (unused_points => points, unused_width => half_width)
+    end associate
+    reach%speed = speeds(self%pivot) + self%radius
+    reach%acceleration = accelerations(self%pivot) + self%radius
+  end function reach
+
+end module gestell_model_joints_types_crank

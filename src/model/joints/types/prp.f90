@@ -1,0 +1,159 @@
+!> The dyad of two sliders that turn against each other, each on its guide.
+module gestell_model_joints_types_prp
+  use gestell_base_kinds, only: dp
+  use gestell_math_jet, only: jet, operator(*), operator(-)
+  use gestell_model_joints_data, only: joint_data_type
+  use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, meet, &
+    & parallel, second_guide_keys
+  use gestell_model_joints_joint, only: fitness_type, form_type, greatest_change, joint_type, point_type, reach_type, steady
+  use gestell_model_joints_path, only: batch, cross, dot, path_type
+  implicit none (type, external)
+  private
+
+  !> The joint of two sliders, each on its guide: where the guides cross.
+  type, extends(joint_type), public :: prp_joint
+    type(guide_type) :: guides(2)
+  contains
+    procedure :: describe
+    procedure :: define
+    procedure :: check
+    procedure :: place
+    procedure :: trace
+    procedure :: reach
+    procedure :: fitness
+    procedure :: explain
+  end type prp_joint
+
+contains
+
+  pure subroutine describe(self, form)
+    class(prp_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("PRP", "two sliders that turn against each other: lies where the guides cross", links=2, pairs=3, &
+      & keys=[guide_keys, second_guide_keys], guides=self%guides)
+  end subroutine describe
+
+  pure subroutine define(self, data, key, reason)
+    class(prp_joint), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=:), allocatable, intent(inout) :: key, reason
+
+    call self%guides(1)%define(data, "guide", reason)
+    if (reason == "") call self%guides(2)%define(data, "guide2", reason)
+    if (reason == "" .and. all(self%guides(1)%carriers == self%guides(2)%carriers) &
+      & .and. parallel(self%guides(1)%angle - self%guides(2)%angle)) reason = "its two guides are parallel"
+  end subroutine define
+
+  pure subroutine check(self, reason)
+    class(prp_joint), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call self%guides(1)%check(reason)
+    call self%guides(2)%check(reason)
+  end subroutine check
+
+  pure subroutine place(self, crank_angle, points, here)
+    class(prp_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(point_type) :: g1, u1, g2, u2
+
+    associate (unused => crank_angle)
+    end associate
+    call self%guides(1)%line(points, g1, u1)
+    call self%guides(2)%line(points, g2, u2)
+    here = crossing(g1, u1, g2, u2)
+  end subroutine place
+
+  pure subroutine trace(self, angles, points, here)
+    class(prp_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(path_type) :: g1, u1, g2, u2
+
+    associate (unused => angles)
+    end associate
+    call self%guides(1)%trace(points, g1, u1)
+    call self%guides(2)%trace(points, g2, u2)
+    call meet(g1, u1, g2, u2, here)
+  end subroutine trace
+
+  !> The sine of the guides' angle loses at most (omega_1 + omega_2) half_width, or less where its derivative in the middle is
+  !> small: its second is at most omega_1' + omega_2' + (omega_1 + omega_2)^2. Each guide fixes the joint's velocity
+  !> across itself to v_g + omega |r - g|, where |r - g| grows while the joint moves with at most V: what bounds V is
+  !>
+  !>     V sin <= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
+  pure function reach(self, points, speeds, accelerations, half_width)
+    class(prp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+    type(guide_motion_type) :: motion
+    type(point_type) :: g(2), u(2), here
+    type(jet) :: sine
+    real(dp) :: turning, bend, left, across, distance
+    integer :: i
+
+    turning = 0
+    bend = 0
+    do i = 1, 2
+      motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
+      reach%assembled = motion%sound
+      if (.not. reach%assembled) return
+      turning = turning + motion%turning
+      bend = bend + motion%turning_change
+      call self%guides(i)%line(points, g(i), u(i))
+    end do
+    sine = cross(u(1), u(2))
+    left = abs(sine%v) - 2 * greatest_change(turning, sine%d, bend + turning**2, half_width)
+    ! Closer to parallel `crossing` has lost half its digits.
+    reach%assembled = left > max(sqrt(epsilon(left)), steady * abs(sine%v))
+    if (.not. reach%assembled) return
+    here = crossing(g(1), u(1), g(2), u(2))
+    across = 0
+    do i = 1, 2
+      motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
+      across = across + motion%speed &
+        & + motion%turning * (hypot(here%x%v - g(i)%x%v, here%y%v - g(i)%y%v) + motion%speed * half_width)
+    end do
+    reach%speed = across / left
+    across = 0
+    do i = 1, 2
+      motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
+      distance = hypot(here%x%v - g(i)%x%v, here%y%v - g(i)%y%v) + (reach%speed + motion%speed) * half_width
+      across = across + motion%acceleration + distance * motion%turning_change &
+        & + 2 * motion%turning * (reach%speed + motion%speed + motion%turning * distance)
+    end do
+    reach%acceleration = across / left
+    if (turning > 0) reach%feature = abs(sine%v) / turning
+  end function reach
+
+  !> The transmission angle is the one between the guides; the travel that on the first.
+  pure function fitness(self, points, here)
+    class(prp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+    type(point_type) :: g1, u1, g2, u2
+    type(jet) :: sine, s
+
+    call self%guides(1)%line(points, g1, u1)
+    call self%guides(2)%line(points, g2, u2)
+    sine = cross(u1, u2)
+    s = dot(point_type(here%x - g1%x, here%y - g1%y), u1)
+    fitness = fitness_type(transmission=sign(1.0_dp, sine%v) * sine, slides=.true., travel=s)
+  end function fitness
+
+  pure subroutine explain(self, points, text)
+    class(prp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable, intent(out) :: text
+
+    associate (unused_self => self, unused_points => points)
+    end associate
+    text = "its guides become parallel, or the joints that carry one of them meet"
+  end subroutine explain
+
+end module gestell_model_joints_types_prp

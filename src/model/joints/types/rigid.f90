@@ -1,0 +1,103 @@
+!> A point of the body that carries two earlier joints.
+module gestell_model_joints_types_rigid
+  use gestell_base_key, only: key_type, of_length, real_key
+  use gestell_base_kinds, only: dp
+  use gestell_math_jet, only: operator(*), operator(+), operator(-)
+  use gestell_model_joints_data, only: check_coordinates, joint_data_type
+  use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_body, reach_type, two_ends
+  use gestell_model_joints_path, only: batch, carry, direction, find_direction, path_type
+  implicit none (type, external)
+  private
+
+  type(key_type), parameter :: offset_key = key_type("joint", "offset", real_key, "from `ends(1)` toward `ends(2)`, and " // &
+    & "across to the left", 1, 2, 2, required=.true., unit=of_length)
+
+  !> A point of the body that carries joints `ends(1)` and `ends(2)`: from `ends(1)` by `offset(1)` (m) toward `ends(2)`
+  !> and by `offset(2)` across, to the left.
+  type, extends(joint_type), public :: rigid_joint
+    integer :: ends(2) = 0
+    real(dp) :: offset(2) = 0
+  contains
+    procedure :: describe
+    procedure :: define
+    procedure :: check
+    procedure :: place
+    procedure :: trace
+    procedure :: reach
+    procedure :: explain
+  end type rigid_joint
+
+contains
+
+  pure subroutine describe(self, form)
+    class(rigid_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("rigid", "is fixed on the body that carries both `ends`: from `ends(1)` by `offset(1)` toward `ends(2)`, " // &
+      & "and by `offset(2)` across, to the left", links=0, pairs=0, keys=[two_ends, offset_key], &
+      & bars=[self%ends(1), itself, self%ends(2), itself])
+  end subroutine describe
+
+  pure subroutine define(self, data, key, reason)
+    class(rigid_joint), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=:), allocatable, intent(inout) :: key, reason
+
+    self%ends = data%joints("ends")
+    self%offset = data%numbers("offset")
+  end subroutine define
+
+  pure subroutine check(self, reason)
+    class(rigid_joint), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call check_coordinates(self%offset, reason)
+  end subroutine check
+
+  pure subroutine place(self, crank_angle, points, here)
+    class(rigid_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(point_type) :: e
+
+    associate (unused => crank_angle)
+    end associate
+    e = direction(points(self%ends(1)), points(self%ends(2)))
+    here%x = points(self%ends(1))%x + self%offset(1) * e%x - self%offset(2) * e%y
+    here%y = points(self%ends(1))%y + self%offset(1) * e%y + self%offset(2) * e%x
+  end subroutine place
+
+  pure subroutine trace(self, angles, points, here)
+    class(rigid_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(path_type) :: u
+
+    associate (unused => angles)
+    end associate
+    call find_direction(points(self%ends(1)), points(self%ends(2)), u)
+    call carry(points(self%ends(1)), u, self%offset(1), self%offset(2), here)
+  end subroutine trace
+
+  pure function reach(self, points, speeds, accelerations, half_width)
+    class(rigid_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+
+    reach = reach_body(points(self%ends), speeds(self%ends), accelerations(self%ends), half_width, 1, norm2(self%offset))
+  end function reach
+
+  pure subroutine explain(self, points, text)
+    class(rigid_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable, intent(out) :: text
+
+    associate (unused_self => self, unused_points => points)
+    end associate
+    text = "the two joints of its body meet"
+  end subroutine explain
+
+end module gestell_model_joints_types_rigid

@@ -1,0 +1,150 @@
+!> The dyad of a yoke: it slides on a guide, and a joint slides in its slot.
+module gestell_model_joints_types_rpp
+  use gestell_base_key, only: key_type, of_angle, real_key
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: fixed
+  use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), sin
+  use gestell_model_joints_data, only: check_finite, joint_data_type
+  use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, meet, &
+    & parallel
+  use gestell_model_joints_joint, only: fitness_type, form_type, itself, joint_type, one_end, point_type, reach_type
+  use gestell_model_joints_path, only: batch, dot, path_type, turn
+  implicit none (type, external)
+  private
+
+  type(key_type), parameter :: slot_key = key_type("joint", "slot_angle", real_key, "of the yoke's slot to the guide's direction", &
+    & required=.true., unit=of_angle)
+
+  !> The yoke: it slides along `guide` and has a straight slot at `slot_angle` (rad) to the guide's direction, in which
+  !> joint `end` slides. The joint is the point of the yoke where the slot crosses the guide.
+  type, extends(joint_type), public :: rpp_joint
+    integer :: end = 0
+    type(guide_type) :: guide
+    real(dp) :: slot_angle = 0
+  contains
+    procedure :: describe
+    procedure :: define
+    procedure :: check
+    procedure :: place
+    procedure :: trace
+    procedure :: reach
+    procedure :: fitness
+    procedure :: explain
+  end type rpp_joint
+
+contains
+
+  pure subroutine describe(self, form)
+    class(rpp_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("RPP", "yoke: it slides along the guide and has a slot at `slot_angle` to the guide's direction, in " // &
+      & "which `ends(1)` slides; the joint is the yoke's point where slot and guide cross. 90 deg: the Scotch yoke", &
+      & links=2, pairs=3, keys=[one_end, slot_key, guide_keys], bars=[self%end, itself], guides=[self%guide])
+  end subroutine describe
+
+  pure subroutine define(self, data, key, reason)
+    class(rpp_joint), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=:), allocatable, intent(inout) :: key, reason
+
+    self%end = sum(data%joints("ends"))
+    self%slot_angle = data%number("slot_angle")
+    call self%guide%define(data, "guide", reason)
+    if (reason /= "" .or. .not. parallel(self%slot_angle)) return
+    key = "slot_angle"
+    reason = "the slot is parallel to the guide"
+  end subroutine define
+
+  pure subroutine check(self, reason)
+    class(rpp_joint), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call self%guide%check(reason)
+    call check_finite([self%slot_angle], reason)
+  end subroutine check
+
+  !> The slot is a line through `end` at a fixed angle to the guide.
+  pure subroutine place(self, crank_angle, points, here)
+    class(rpp_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(point_type) :: g, u, w
+
+    associate (unused => crank_angle)
+    end associate
+    call self%guide%line(points, g, u)
+    associate (c => cos(self%slot_angle), s => sin(self%slot_angle))
+      w = point_type(c * u%x - s * u%y, c * u%y + s * u%x)
+    end associate
+    here = crossing(g, u, points(self%end), w)
+  end subroutine place
+
+  pure subroutine trace(self, angles, points, here)
+    class(rpp_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(path_type) :: g, u, slot
+
+    associate (unused => angles)
+    end associate
+    call self%guide%trace(points, g, u)
+    call turn(u, self%slot_angle, slot)
+    call meet(g, u, points(self%end), slot, here)
+  end subroutine trace
+
+  !> In the guide's own system the slot hands `end`'s velocity on, divided by the sine of the slot's angle.
+  pure function reach(self, points, speeds, accelerations, half_width)
+    class(rpp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+    type(guide_motion_type) :: motion
+    type(point_type) :: g, u
+    real(dp) :: apart, sine, sliding, dragged, in_slot
+
+    motion = self%guide%motion(points, speeds, accelerations, half_width)
+    sine = abs(sin(self%slot_angle))
+    reach%assembled = motion%sound .and. sine > sqrt(epsilon(sine))
+    if (.not. reach%assembled) return
+    call self%guide%line(points, g, u)
+    associate (end => points(self%end))
+      apart = hypot(end%x%v - g%x%v, end%y%v - g%y%v) + (speeds(self%end) + motion%speed) * half_width
+    end associate
+    sliding = (speeds(self%end) + motion%speed + motion%turning * apart) / sine
+    reach%speed = motion%speed + motion%turning * apart / sine + sliding
+    dragged = motion%acceleration + 2 * sliding * motion%turning &
+      & + apart / sine * (motion%turning_change + motion%turning**2)
+    in_slot = speeds(self%end) + reach%speed + motion%turning * apart / sine
+    reach%acceleration = dragged + (accelerations(self%end) + dragged + 2 * in_slot * motion%turning &
+      & + apart / sine * motion%turning_change) / sine
+    reach%feature = motion%feature
+  end function reach
+
+  !> The transmission angle is that of the slot.
+  pure function fitness(self, points, here)
+    class(rpp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+    type(point_type) :: g, u
+    type(jet) :: s
+
+    call self%guide%line(points, g, u)
+    s = dot(point_type(here%x - g%x, here%y - g%y), u)
+    fitness = fitness_type(transmission=jet(v=abs(sin(self%slot_angle))), slides=.true., travel=s)
+  end function fitness
+
+  pure subroutine explain(self, points, text)
+    class(rpp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable, intent(out) :: text
+
+    associate (unused => points)
+    end associate
+    text = "its slot, at " // fixed(self%slot_angle * 180 / pi, 3) // " deg to the guide, is parallel to it, or the " &
+      & // "joints that carry the guide meet"
+  end subroutine explain
+
+end module gestell_model_joints_types_rpp

@@ -1,0 +1,117 @@
+!> The dyad of turning pair, slider and turning pair: the slotted lever.
+module gestell_model_joints_types_rpr
+  use gestell_base_kinds, only: dp
+  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
+  use gestell_model_joints_data, only: check_lengths, joint_data_type
+  use gestell_model_joints_joint, only: branch_key, fitness_type, form_type, itself, joint_type, one_length, point_type, &
+    & reach_body, reach_type, two_ends
+  use gestell_model_joints_path, only: batch, carry, direction, find_direction, path_type
+  implicit none (type, external)
+  private
+
+  !> The lever turns about joint `ends(2)`, its slot passes through joint `ends(1)`. The joint lies on it at `length` (m) from
+  !> `ends(2)`, toward `ends(1)` (`branch` = 1) or away (-1).
+  type, extends(joint_type), public :: rpr_joint
+    integer :: ends(2) = 0
+    real(dp) :: length = 0
+    integer :: branch = 1
+  contains
+    procedure :: describe
+    procedure :: define
+    procedure :: check
+    procedure :: place
+    procedure :: trace
+    procedure :: reach
+    procedure :: fitness
+    procedure :: explain
+  end type rpr_joint
+
+contains
+
+  pure subroutine describe(self, form)
+    class(rpr_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("RPR", "slotted lever: it turns about `ends(2)`, its slot passes through `ends(1)`; the joint lies on it " // &
+      & "at `lengths(1)` from `ends(2)`, toward `ends(1)` (`branch = 1`) or away (`-1`)", links=2, pairs=3, &
+      & keys=[two_ends, one_length, branch_key], bars=[self%ends(2), itself, self%ends(2), self%ends(1)])
+  end subroutine describe
+
+  pure subroutine define(self, data, key, reason)
+    class(rpr_joint), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=:), allocatable, intent(inout) :: key, reason
+
+    self%ends = data%joints("ends")
+    self%length = data%number("lengths")
+    self%branch = nint(data%number("branch"))
+  end subroutine define
+
+  pure subroutine check(self, reason)
+    class(rpr_joint), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call check_lengths([self%length], self%branch, reason)
+  end subroutine check
+
+  pure subroutine place(self, crank_angle, points, here)
+    class(rpr_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(point_type) :: e
+
+    associate (unused => crank_angle)
+    end associate
+    e = direction(points(self%ends(2)), points(self%ends(1)))
+    here%x = points(self%ends(2))%x + self%branch * self%length * e%x
+    here%y = points(self%ends(2))%y + self%branch * self%length * e%y
+  end subroutine place
+
+  pure subroutine trace(self, angles, points, here)
+    class(rpr_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(path_type) :: u
+
+    associate (unused => angles)
+    end associate
+    call find_direction(points(self%ends(2)), points(self%ends(1)), u)
+    call carry(points(self%ends(2)), u, self%branch * self%length, 0.0_dp, here)
+  end subroutine trace
+
+  pure function reach(self, points, speeds, accelerations, half_width)
+    class(rpr_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+
+    reach = reach_body(points(self%ends), speeds(self%ends), accelerations(self%ends), half_width, 2, self%length)
+  end function reach
+
+  !> A dead point is where the joint in the slot meets the lever's pivot.
+  pure function fitness(self, points, here)
+    class(rpr_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+    type(jet) :: ex, ey
+
+    associate (unused => here, one => points(self%ends(1)), two => points(self%ends(2)))
+      ex = two%x - one%x
+      ey = two%y - one%y
+      fitness%margin = sqrt(ex * ex + ey * ey)
+    end associate
+  end function fitness
+
+  pure subroutine explain(self, points, text)
+    class(rpr_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable, intent(out) :: text
+
+    associate (unused_self => self, unused_points => points)
+    end associate
+    text = "the joint in the slot meets the lever's pivot"
+  end subroutine explain
+
+end module gestell_model_joints_types_rpr
