@@ -156,8 +156,8 @@ contains
         call help_on(schema, trim(key%group) // "." // trim(key%name), text, failure)
         call check_text(error, text, failure, trim(key%group) // "." // trim(key%name) // ": ")
         if (allocated(error)) return
-        call check(error, index(text, "can run in &sweep") > 0 .eqv. (key%kind == real_key .and. any(key%group == [character(len=16) :: &
-          & "drive", "joint", "link", "mass_functions", "frame", "support", "foundation", "gravity"])), text)
+        call check(error, index(text, "can run in &sweep") > 0 .eqv. (key%kind == real_key .and. any(key%group == &
+          & [character(len=16) :: "drive", "joint", "link", "mass_functions", "frame", "support", "foundation", "gravity"])), text)
       end associate
     end do
     call help_on(schema, "groups", text, failure)

@@ -32,7 +32,7 @@ module gestell_base_key
     !> real_key, integer_key or text_key.
     integer :: kind
     !> One sentence, in Markdown.
-    character(len=480) :: meaning = ""
+    character(len=256) :: meaning = ""
     !> Number of subscripts: 0 scalar, 1 vector or list, 2 matrix; fewest and most values.
     integer :: rank = 0, least = 1, most = 1
     !> Whether every group of this name must have it.
@@ -46,7 +46,7 @@ module gestell_base_key
     character(len=64) :: word = "", otherwise = ""
     type(range_type) :: range = range_type()
     !> The words that a text can be, between commas; empty: any.
-    character(len=200) :: words = ""
+    character(len=160) :: words = ""
     !> First dimension of a matrix.
     integer :: rows = 1
     !> With --set one value stands for all components.
@@ -86,7 +86,7 @@ contains
   !> Words as a list between commas.
   pure function joined(words) result(list)
     character(len=*), intent(in) :: words(:)
-    character(len=200) :: list
+    character(len=160) :: list
     integer :: i
 
     list = words(1)

@@ -9,7 +9,7 @@ module gestell_input_machine_joints
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema, only: variant_type
-  use gestell_input_schema_read, only: read
+  use gestell_input_schema_read, only: count_values, read
   use gestell_input_schema_units, only: units_type
   use gestell_model_joints_data, only: joint_data_type
   use gestell_model_joints_joint, only: form_type, joint_type
@@ -138,12 +138,15 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=word_length), allocatable :: words(:)
     character(len=:), allocatable :: name
-    real(dp) :: numbers(key(1)%most)
+    real(dp), allocatable :: numbers(:)
     integer :: n
 
     name = trim(key(1)%name)
     if (key(1)%kind /= text_key) then
       if (.not. (has(joints(i), name) .or. key(1)%default > unset)) return
+      n = key(1)%most
+      if (key(1)%least < n) n = max(1, count_values(joints(i), name))
+      allocate(numbers(n))
       call read(joints(i), key, name, numbers, error, units)
       if (.not. allocated(error)) call data%add(name, numbers=numbers)
     else if (has(joints(i), name)) then

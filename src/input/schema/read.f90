@@ -62,8 +62,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(units_type), intent(in), optional :: units
     real(dp), intent(in), optional :: default
-    type(units_type) :: usual
-    character(len=:), allocatable :: reason
     real(dp) :: missing
     integer :: i, k, n
 
@@ -80,26 +78,23 @@ contains
         return
       end if
       do k = 1, size(value)
-        value(k) = missing
-        reason = ""
         if (k <= n) then
           if (allocated(group%entries(i)%values(k)%text)) then
             value(k) = group%entries(i)%values(k)%number
-            reason = broken(key, value(k))
+            call check_range(group, key, value(k), k, error)
             if (present(units)) value(k) = units%to_si(key, k, value(k))
-            if (reason == "") cycle
-            if (key%rank == 0) call input_error(group, name, reason, error)
-            if (key%rank > 0) call input_error(group, name, reason, error, k)
-            return
+            if (allocated(error)) return
+            cycle
           end if
         end if
+        value(k) = missing
         if (.not. missing > unset) then
           value(k) = 0
           if (i == 0) call input_error(group, name, "must be given", error)
           if (i > 0) call input_error(group, name, "must be given", error, k)
           return
         end if
-        if (present(units)) value(k) = usual%to_si(key, k, missing)
+        if (present(units) .and. abs(missing) > 0) value(k) = in_usual_units(key, k, missing)
       end do
     end associate
   end subroutine read_vector
@@ -188,13 +183,25 @@ contains
     if (.not. allowed) allowed = index(word, ",") == 0 .and. index(", " // trim(key%words) // ",", ", " // trim(word) // ",") > 0
   end function allowed
 
-  !> What a number must be and is not; empty where it is.
-  pure function broken(key, value) result(reason)
+  !> A default in SI.
+  pure real(dp) function in_usual_units(key, element, default) result(value)
+    type(key_type), intent(in) :: key
+    integer, intent(in) :: element
+    real(dp), intent(in) :: default
+    type(units_type) :: usual
+
+    value = usual%to_si(key, element, default)
+  end function in_usual_units
+
+  !> Error: the number is out of its key's range.
+  pure subroutine check_range(group, key, value, element, error)
+    type(group_type), intent(in) :: group
     type(key_type), intent(in) :: key
     real(dp), intent(in) :: value
+    integer, intent(in) :: element
+    type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: reason
 
-    reason = ""
     associate (least => key%range%least, most => key%range%most)
       if (key%range%above_zero .and. .not. value > 0) then
         reason = "must be positive"
@@ -213,6 +220,8 @@ contains
       if (most < huge(most) .and. key%kind /= integer_key .and. (value > 0 .or. .not. key%range%above_zero)) reason = &
         & "must lie between " // concise(least) // " and " // concise(most)
     end associate
-  end function broken
+    if (key%rank == 0) call input_error(group, trim(key%name), reason, error)
+    if (key%rank > 0) call input_error(group, trim(key%name), reason, error, element)
+  end subroutine check_range
 
 end module gestell_input_schema_read
