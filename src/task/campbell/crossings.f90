@@ -2,6 +2,7 @@
 module gestell_task_campbell_crossings
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_math_root, only: root_search_type
   use gestell_task_campbell, only: campbell_order_type, campbell_point_type, campbell_type, check_campbell_order, crank_speed, &
     & solve_tracked
   use gestell_study_family, only: family_type
@@ -208,10 +209,9 @@ contains
     end associate
   end subroutine find_interval
 
-  !> A zero of `kind` between two points where its signs differ, by inverse quadratic interpolation where that is safe and
-  !> bisection elsewhere (Chandrupatla, Adv. Eng. Software 28, 1997, 145). A point where the mode is locked ends the search
-  !> for a detuning. `root` is not solved where there is no machine on the way. `sides`: the points on both sides of the zero
-  !> in the end; `doubt`: how far from `root` it can lie.
+  !> A zero of `kind` between two points where its signs differ. A point where the mode is locked ends the search for a detuning.
+  !> `root` is not solved where there is no machine on the way. `sides`: the points on both sides of the zero in the end;
+  !> `doubt`: how far from `root` it can lie.
   subroutine find_root(family, order, campbell, mode, multiple, kind, l, r, root, sides, doubt, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order
@@ -222,28 +222,30 @@ contains
     type(campbell_point_type), intent(out) :: root, sides(2)
     real(dp), intent(out) :: doubt
     type(error_type), allocatable, intent(out) :: error
-    type(campbell_point_type) :: a, b, new
-    real(dp) :: c, fa, fb, fc, part, least, noise
+    type(root_search_type) :: search
+    type(campbell_point_type) :: ends(2), new
+    real(dp) :: next, noise, f, tolerance
     integer :: k
 
-    a = r
-    b = l
-    fa = value_of(a, mode, multiple, kind)
-    fb = value_of(b, mode, multiple, kind)
-    part = 0.5_dp
-    doubt = abs(r%speed - l%speed)
+    ends = [r, l]
+    call search%start(r%speed, value_of(r, mode, multiple, kind), l%speed, value_of(l, mode, multiple, kind))
+    doubt = search%width()
     do k = 1, most_steps
-      sides = [b, a]
-      if ((a%speed - b%speed) * (r%speed - l%speed) < 0) sides = [a, b]
-      root = a
-      if (abs(fb) < abs(fa)) root = b
-      least = exact * abs(root%speed) / abs(b%speed - a%speed)
+      sides = ends
+      if ((ends(2)%speed - ends(1)%speed) * (r%speed - l%speed) < 0) sides = ends([2, 1])
+      root = ends(minloc(abs(search%f), dim=1))
+      tolerance = exact * abs(root%speed)
       ! What the error of the frequency, or of the difference of the exponents, makes of the zero.
       noise = root%modes(mode)%error
       if (kind == discriminant) noise = 2 * noise * sqrt(abs(value_of(root, mode, multiple, kind))) + noise**2
-      doubt = abs(b%speed - a%speed) * max(min(1.0_dp, noise / max(abs(fa - fb), tiny(noise))), min(least, 1.0_dp))
-      if (least > 0.5_dp .or. noise > abs(fa - fb) .or. .not. min(abs(fa), abs(fb)) > 0) return
-      call solve_tracked(family, a%speed + part * (b%speed - a%speed), order, nearer_end(), campbell, new, error)
+      associate (rise => abs(search%f(1) - search%f(2)))
+        doubt = max(search%width() * min(1.0_dp, noise / max(rise, tiny(noise))), min(tolerance, search%width()))
+        if (search%found(tolerance) .or. noise > rise) return
+      end associate
+      next = search%next(tolerance)
+      associate (nearer => merge(1, 2, abs(next - ends(1)%speed) <= abs(next - ends(2)%speed)))
+        call solve_tracked(family, next, order, ends(nearer), campbell, new, error)
+      end associate
       if (allocated(error)) return
       if (.not. known(new, mode)) then
         root%solved = .false.
@@ -253,37 +255,11 @@ contains
         root = new
         return
       end if
-      c = a%speed
-      fc = fa
-      associate (f => value_of(new, mode, multiple, kind))
-        if ((f > 0) .neqv. (fa > 0)) then
-          c = b%speed
-          fc = fb
-          b = a
-          fb = fa
-        end if
-        a = new
-        fa = f
-      end associate
-      part = 0.5_dp
-      associate (xi => (a%speed - b%speed) / (c - b%speed), phi => (fa - fb) / (fc - fb))
-        if (phi**2 < xi .and. (1 - phi)**2 < 1 - xi) then
-          part = fa / (fb - fa) * (fc / (fb - fc)) + (c - a%speed) / (b%speed - a%speed) * (fa / (fc - fa)) * (fb / (fc - fb))
-        end if
-      end associate
-      least = exact * abs(a%speed) / abs(b%speed - a%speed)
-      part = min(max(part, least), 1 - least)
+      f = value_of(new, mode, multiple, kind)
+      if (.not. search%replaces(f)) ends(2) = ends(1)
+      ends(1) = new
+      call search%take(new%speed, f)
     end do
-
-  contains
-
-    pure function nearer_end() result(point)
-      type(campbell_point_type) :: point
-
-      point = a
-      if (part > 0.5_dp) point = b
-    end function nearer_end
-
   end subroutine find_root
 
   !> What is sought to be zero.

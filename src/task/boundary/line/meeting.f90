@@ -2,6 +2,7 @@
 module gestell_task_boundary_line_meeting
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_math_root, only: root_search_type
   use gestell_task_boundary_line_exponents, only: stretch_type
   use gestell_task_boundary_line, only: line_type
   use gestell_task_boundary_line_pair, only: fit_pair, greatest_growth, pair_fit_type, pair_name_type, pair_type, solve_pair
@@ -200,8 +201,8 @@ contains
     end if
   end subroutine judge
 
-  !> The end of a tongue between a pair that dies out and one that grows, by inverse quadratic interpolation of its excess where
-  !> that is safe and bisection elsewhere (Chandrupatla, Adv. Eng. Software 28, 1997, 145). Error: the parameters make no sense.
+  !> The end of a tongue between a pair that dies out and one that grows: the zero of its excess. Error: the parameters make no
+  !> sense.
   subroutine tongue_end(family, line, stretch, name, outside, top, t, missing, error)
     class(family_type), intent(in) :: family
     type(line_type), intent(in) :: line
@@ -213,45 +214,23 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: share = 0.125_dp
     integer, parameter :: most_steps = 100
+    type(root_search_type) :: search
     type(pair_type) :: new
-    real(dp) :: a, b, c, fa, fb, fc, part, least
     integer :: k
 
-    a = top%t
-    fa = top%excess()
-    b = outside%t
-    fb = outside%excess()
     missing = .false.
-    part = 0.5_dp
-    t = a
+    call search%start(top%t, top%excess(), outside%t, outside%excess())
     do k = 1, most_steps
-      call solve_pair(family, line, stretch, name, a + part * (b - a), new, error)
+      t = search%root()
+      associate (tolerance => share * line%step() + 2 * spacing(t))
+        if (search%found(tolerance)) return
+        call solve_pair(family, line, stretch, name, search%next(tolerance), new, error)
+      end associate
       missing = new%at%missing()
       if (allocated(error) .or. missing) return
-      associate (f => new%excess())
-        if ((f > 0) .eqv. (fa > 0)) then
-          c = a
-          fc = fa
-        else
-          c = b
-          fc = fb
-          b = a
-          fb = fa
-        end if
-        a = new%t
-        fa = f
-      end associate
-      t = merge(a, b, abs(fa) < abs(fb))
-      least = (share * line%step() + 2 * spacing(t)) / abs(b - a)
-      if (least > 0.5_dp .or. .not. abs(fa) > 0) return
-      part = 0.5_dp
-      associate (xi => (a - b) / (c - b), phi => (fa - fb) / (fc - fb))
-        if (phi**2 < xi .and. (1 - phi)**2 < 1 - xi) then
-          part = fa / (fb - fa) * (fc / (fb - fc)) + (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb))
-        end if
-      end associate
-      part = min(max(part, least), 1 - least)
+      call search%take(new%t, new%excess())
     end do
+    t = search%root()
   end subroutine tongue_end
 
 end module gestell_task_boundary_line_meeting

@@ -2,6 +2,7 @@
 module gestell_task_boundary_line_root
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_math_root, only: root_search_type
   use gestell_task_boundary_line_functions, only: flutter
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_study_family, only: family_type
@@ -16,9 +17,8 @@ module gestell_task_boundary_line_root
 
 contains
 
-  !> A zero of the function `kind` between `l` and `r`, where its signs differ, by inverse quadratic interpolation where
-  !> that is safe and bisection elsewhere (Chandrupatla, Adv. Eng. Software 28, 1997, 145). `obstacle` is missing if there
-  !> is a point without a system on the way.
+  !> A zero of the function `kind` between `l` and `r`, where its signs differ. `obstacle` is missing if there is a point without
+  !> a system on the way.
   subroutine find_root(family, line, kind, l, r, t, obstacle, error)
     class(family_type), intent(in) :: family
     type(line_type), intent(in) :: line
@@ -27,47 +27,27 @@ contains
     real(dp), intent(out) :: t
     type(probe_type), intent(out) :: obstacle
     type(error_type), allocatable, intent(out) :: error
+    type(root_search_type) :: search
     type(probe_type) :: new
-    real(dp) :: a, b, c, fa, fb, fc, part, least
 
     obstacle%verdict = undecided
-    a = r%t
-    fa = r%f(kind)
-    b = l%t
-    fb = l%f(kind)
-    part = 0.5_dp
+    call search%start(r%t, r%f(kind), l%t, l%f(kind))
     do
-      call probe_line(family, line, a + part * (b - a), new, error)
+      t = search%root()
+      associate (tolerance => share * line%step() + 2 * spacing(t))
+        if (search%found(tolerance)) return
+        call probe_line(family, line, search%next(tolerance), new, error)
+      end associate
       if (allocated(error)) return
       if (new%missing()) then
         obstacle = new
         return
       end if
-      ! [a, b] stays the bracket, a the newest point, c the one before.
-      if ((new%f(kind) > 0) .eqv. (fa > 0)) then
-        c = a
-        fc = fa
-      else
-        c = b
-        fc = fb
-        b = a
-        fb = fa
-      end if
-      a = new%t
-      fa = new%f(kind)
-      t = merge(a, b, abs(fa) < abs(fb))
-      least = (share * line%step() + 2 * spacing(t)) / abs(b - a)
-      if (least > 0.5_dp .or. .not. abs(fa) > 0) return
+      call search%take(new%t, new%f(kind))
       ! Of another nature: its sign says nothing any more.
-      if (kind == flutter .and. (new%reciprocal .neqv. l%reciprocal)) return
-      part = 0.5_dp
-      associate (xi => (a - b) / (c - b), phi => (fa - fb) / (fc - fb))
-        if (phi**2 < xi .and. (1 - phi)**2 < 1 - xi) then
-          part = fa / (fb - fa) * (fc / (fb - fc)) + (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb))
-        end if
-      end associate
-      part = min(max(part, least), 1 - least)
+      if (kind == flutter .and. (new%reciprocal .neqv. l%reciprocal)) exit
     end do
+    t = search%root()
   end subroutine find_root
 
   !> Where the verdict changes from unstable to another, or back, by bisection.

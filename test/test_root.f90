@@ -1,0 +1,121 @@
+!> The search for a zero against functions whose zeros are known in closed form.
+module test_root
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, text
+  use gestell_math_root, only: root_search_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_root
+
+  integer, parameter :: cubic = 1, transcendental = 2, flat = 3, steep = 4, jump = 5, functions = 5
+  !> Brackets and zeros.
+  real(dp), parameter :: low(functions) = [1.0_dp, 2.0_dp, -1.0_dp, -3.0_dp, -1.0_dp]
+  real(dp), parameter :: high(functions) = [3.0_dp, 4.0_dp, 4.0_dp, 2.0_dp, 0.5_dp]
+  real(dp), parameter :: zeros(functions) = [2**(1.0_dp / 3), pi, 1.0_dp, 0.25_dp, 0.1_dp]
+  character(len=14), parameter :: names(functions) = [character(len=14) :: "cubic", "transcendental", "flat", "steep", "jump"]
+
+contains
+
+  subroutine collect_root(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("zeros in closed form, from both ends", test_zeros), &
+      & new_unittest("smooth functions take fewer steps than bisection", test_speed), &
+      & new_unittest("a zero that is met ends the search", test_met)]
+  end subroutine collect_root
+
+  real(dp) function f(which, x)
+    integer, intent(in) :: which
+    real(dp), intent(in) :: x
+
+    select case (which)
+    case (cubic)
+      f = x**3 - 2
+    case (transcendental)
+      f = sin(x)
+    case (flat)
+      f = (x - 1)**9
+    case (steep)
+      f = exp(40 * (x - 0.25_dp)) - 1
+    case default
+      f = sign(1.0_dp, x - 0.1_dp)
+    end select
+  end function f
+
+  !> The zero between `a` and `b`, and how often the function was wanted; -1 if a point lay outside the bracket or was met twice.
+  subroutine solve(which, a, b, tolerance, root, steps)
+    integer, intent(in) :: which
+    real(dp), intent(in) :: a, b, tolerance
+    real(dp), intent(out) :: root
+    integer, intent(out) :: steps
+    type(root_search_type) :: search
+    real(dp) :: x
+
+    call search%start(a, f(which, a), b, f(which, b))
+    steps = 0
+    do while (.not. search%found(tolerance))
+      x = search%next(tolerance)
+      if (x <= minval(search%x) .or. x >= maxval(search%x) .or. steps > 1000) then
+        steps = -1
+        return
+      end if
+      call search%take(x, f(which, x))
+      steps = steps + 1
+    end do
+    root = search%root()
+  end subroutine solve
+
+  subroutine test_zeros(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: tolerances(3) = [1.0e-3_dp, 1.0e-8_dp, 1.0e-14_dp]
+    real(dp) :: root
+    integer :: i, k, way, steps
+
+    do i = 1, functions
+      do k = 1, size(tolerances)
+        do way = 1, 2
+          if (way == 1) call solve(i, low(i), high(i), tolerances(k), root, steps)
+          if (way == 2) call solve(i, high(i), low(i), tolerances(k), root, steps)
+          call check(error, steps >= 0, more=trim(names(i)) // ": a point outside the bracket")
+          if (allocated(error)) return
+          call check(error, root, zeros(i), thr=2 * tolerances(k), more=trim(names(i)) // ", tolerance " // concise(tolerances(k)))
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_zeros
+
+  !> To 1e-12 of about 2 bisection takes 41 steps.
+  subroutine test_speed(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: root
+    integer :: i, steps
+
+    do i = cubic, transcendental
+      call solve(i, low(i), high(i), 1.0e-12_dp, root, steps)
+      call check(error, steps > 0 .and. steps <= 12, more=trim(names(i)) // ": " // text(steps) // " steps")
+      if (allocated(error)) return
+    end do
+    ! Where interpolation is of no use it costs little more than bisection.
+    call solve(jump, low(jump), high(jump), 1.0e-12_dp, root, steps)
+    call check(error, steps > 0 .and. steps <= 60, more="jump: " // text(steps) // " steps")
+  end subroutine test_speed
+
+  !> x (x + 1) is zero in the middle of [-1/2, 1/2] to the last bit.
+  subroutine test_met(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(root_search_type) :: search
+    real(dp) :: x
+
+    call search%start(-0.5_dp, -0.25_dp, 0.5_dp, 0.75_dp)
+    x = search%next(1.0e-12_dp)
+    call search%take(x, x * (x + 1))
+    call check(error, search%found(1.0e-12_dp), more="the zero at " // concise(x) // " did not end the search")
+    if (.not. allocated(error)) call check(error, search%root(), 0.0_dp, thr=0.0_dp)
+    if (.not. allocated(error)) call check(error, search%width() <= 1.0_dp)
+  end subroutine test_met
+
+end module test_root
