@@ -40,6 +40,7 @@ module gestell
   use gestell_task_power_drive, only: drive_type, find_drive, torque_type
   use gestell_study_family, only: family_type
   use gestell_study_frame_model, only: frame_models, newton_type, settle, settle_member
+  use gestell_study_frame_model_settled_family, only: settled_family_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
   use gestell_task_forces_ground, only: along_x, along_y, find_places, moment, place_type, static_force, whole_force
   use gestell_study_mode_solution, only: solve_modes

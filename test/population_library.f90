@@ -3,6 +3,7 @@ module population_library
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_methods, only: method_names
+  use gestell_floquet_period_integrated, only: integrated_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type, nothing_told
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
@@ -127,19 +128,32 @@ contains
   subroutine assemble(floquet, claim)
     type(floquet_type), intent(in) :: floquet
     type(claim_type), intent(inout) :: claim
+    real(dp), allocatable :: phi(:, :)
+    real(dp) :: norm, phi_error, liouville_defect
     integer :: n, k
 
     n = size(floquet%scale)
-    if (.not. all([(allocated(floquet%parts(k)%monodromy), k = 1, size(floquet%parts))])) return
-    allocate(claim%phi(n, n), source=0.0_dp)
+    norm = 0
+    phi_error = 0
+    liouville_defect = 0
+    allocate(phi(n, n), source=0.0_dp)
     do k = 1, size(floquet%parts)
-      associate (part => floquet%parts(k)%monodromy, states => floquet%parts(k)%states)
-        claim%phi(states, states) = part%phi
-        claim%norm = hypot(claim%norm, part%norm)
-        claim%phi_error = hypot(claim%phi_error, part%error)
-        claim%liouville_defect = claim%liouville_defect + part%liouville_defect
-      end associate
+      select type (part => floquet%parts(k)%solution)
+      type is (integrated_type)
+        associate (m => part%monodromy, states => floquet%parts(k)%states)
+          phi(states, states) = m%phi
+          norm = hypot(norm, m%norm)
+          phi_error = hypot(phi_error, m%error)
+          liouville_defect = liouville_defect + m%liouville_defect
+        end associate
+      class default
+        return
+      end select
     end do
+    call move_alloc(phi, claim%phi)
+    claim%norm = norm
+    claim%phi_error = phi_error
+    claim%liouville_defect = liouville_defect
   end subroutine assemble
 
   !> ln rho_max at the least tolerance; `failed` where the library declines.

@@ -9,9 +9,9 @@ module test_resonance_curve
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
-  use gestell_task_resonance_maxima, only: maximum_type
   use gestell_study_speed_point, only: in_resonance, marginal, reached, speed_order_type, unreached
   use gestell_system_periodic, only: periodic_system
+  use gestell_study_frame_model_settled_family, only: settled_family_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use slow_tests, only: new_slow
@@ -207,18 +207,19 @@ contains
   !> The very speed of the resonance is one of the grid, so that there is no vibration between those that rise to it.
   subroutine test_none_left(error)
     type(error_type), allocatable, intent(out) :: error
-    type(machine_family) :: family
+    character(len=8), parameter :: models(2) = [character(len=8) :: "rest", "averaged"]
+    type(machine_family) :: machines
+    type(settled_family_type) :: family
     type(resonance_curve_type) :: curve
-    type(speed_order_type) :: order
     type(gestell_error), allocatable :: failure
     integer :: k
 
-    call unbalanced_family(0.0_dp, family, error)
-    if (allocated(error)) return
-    order = order_of(["xi"])
+    call unbalanced_family(0.0_dp, machines, error)
+    allocate(family%inner, source=machines)
     do k = 1, 2
-      order%averaged = k == 2
-      call solve_curve(family, order, natural_rpm * grid(0.6_dp, 1.4_dp, 9), curve, failure)
+      if (allocated(error)) return
+      family%model = models(k)
+      call solve_curve(family, order_of(["xi"]), natural_rpm * grid(0.6_dp, 1.4_dp, 9), curve, failure)
       call check_success(error, failure)
       if (allocated(error)) return
       call check_that(error, count(curve%points%state == in_resonance), "==", 1, "points in resonance")

@@ -11,7 +11,7 @@
 !> checking the file are not timed.
 program chart
   use gestell, only: dp, error_type
-  use gestell_floquet_period_monodromy, only: survey
+  use gestell_floquet_period_survey, only: survey
   use gestell_input_schema_check, only: check_document
   use gestell_task_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration

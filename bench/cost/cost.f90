@@ -13,7 +13,7 @@ program cost
   use gestell, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, frame_type, linkage_type, &
     & multipliers_type, new_frame, periodic_solution_type, pi, solve_floquet, solve_multipliers, solve_periodic, &
     & stiffness_matrix, support_type
-  use gestell_floquet_period_monodromy, only: survey
+  use gestell_floquet_period_survey, only: survey
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
 

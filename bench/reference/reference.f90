@@ -7,7 +7,7 @@
 program reference
   use data_files, only: machine_of_file
   use gestell_base_error, only: error_type
-  use gestell_floquet_period_monodromy, only: survey
+  use gestell_floquet_period_survey, only: survey
   use gestell_model_frame, only: frame_type
   use machines, only: frame_of_machine
   use reference_frame, only: frame_of, frame_period

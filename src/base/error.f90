@@ -11,6 +11,8 @@ module gestell_base_error
     character(len=:), allocatable :: message
     !> Kind of the failure; the driver's exit code.
     integer :: code = 0
+    !> What programs have to tell from other failures; 0: nothing of that.
+    integer :: cause = 0
     !> What the message is about, as "joint 'B'", where that is one part of the machine.
     character(len=:), allocatable :: subject
     !> Whether it is that a file cannot be written.
@@ -21,6 +23,9 @@ module gestell_base_error
   integer, parameter, public :: invalid_input = 2
   integer, parameter, public :: impossible_mechanism = 3
   integer, parameter, public :: failed_computation = 4
+
+  !> Causes: a free vibration that nothing damps meets the excitation, so that there is no periodic one; an iteration goes astray.
+  integer, parameter, public :: resonance = 1, no_convergence = 2
 
 contains
 

@@ -3,16 +3,14 @@
 module gestell_floquet_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_constant, only: constant_multipliers, constant_periodic
-  use gestell_floquet_factors_factored, only: factored_multipliers, factored_periodic
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_period_period_map, only: check_phases
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
-  use gestell_floquet_part, only: errors_of_part, follow_part, part_type, scale_of, solve_part
+  use gestell_floquet_part, only: solve_part
+  use gestell_floquet_part_solution, only: evidence_type, part_solution_type
   use gestell_floquet_period_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
   use gestell_floquet_period_periodic_solution, only: periodic_of_monodromy => solve_periodic
-  use gestell_floquet_reduction_reduced, only: reduced_multipliers, reduced_periodic
   use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_system_part, only: check_coupled, independent_parts, part_of
   use gestell_system_periodic, only: periodic_system
@@ -20,7 +18,7 @@ module gestell_floquet_solution
   implicit none (type, external)
   private
 
-  public :: checkpoints, evidence, follow, solve_floquet, solve_multipliers, solve_periodic, take_errors
+  public :: checkpoints, evidence, evidence_type, follow, solve_floquet, solve_multipliers, solve_periodic, take_errors
 
   !> All multipliers of a monodromy matrix or of a Floquet solution.
   interface solve_multipliers
@@ -37,6 +35,14 @@ module gestell_floquet_solution
     procedure follow_monodromy, follow_floquet
   end interface follow
 
+  !> A part of the system: the places of its states in those of the system, the part as a system, unallocated where it is the whole,
+  !> and its solution.
+  type, public :: part_type
+    integer, allocatable :: states(:)
+    class(periodic_system), allocatable :: system
+    class(part_solution_type), allocatable :: solution
+  end type part_type
+
   type, public :: floquet_type
     real(dp) :: period = 0
     !> Whether there is what the periodic motion needs.
@@ -45,17 +51,6 @@ module gestell_floquet_solution
     real(dp), allocatable :: scale(:)
     type(part_type), allocatable :: parts(:)
   end type floquet_type
-
-  !> What a solution rests on, over all parts.
-  type, public :: evidence_type
-    !> Methods that integrated, separated by commas; 'averaged': closed form. Empty where all was reduced.
-    character(len=:), allocatable :: methods
-    !> Parts that do not act on each other; steps of the integrations over the period; factors of Phi(T) that were kept in
-    !> place of their product; angles of the reductions; evaluations of the coefficients in all.
-    integer :: parts = 0, steps = 0, factors = 0, angles = 0, evaluations = 0
-    !> Greatest relative error of a part's map, and greatest defect of Liouville's theorem.
-    real(dp) :: error = 0, liouville_defect = 0
-  end type evidence_type
 
 contains
 
@@ -83,17 +78,16 @@ contains
     allocate(floquet%parts(maxval(numbers)))
     if (size(floquet%parts) == 1) then
       floquet%parts(1)%states = [(i, i = 1, system%states)]
-      call solve_part(system, accuracy, forced, floquet%parts(1), error)
-      if (allocated(error)) return
-      floquet%scale = scale_of(floquet%parts(1))
+      call solve_part(system, accuracy, forced, floquet%parts(1)%solution, error)
+      if (.not. allocated(error)) floquet%scale = floquet%parts(1)%solution%scale
       return
     end if
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
         call part_of(system, pack([(i, i = 1, size(numbers))], numbers == k), part%system, part%states)
-        call solve_part(part%system, accuracy, forced, part, error)
+        call solve_part(part%system, accuracy, forced, part%solution, error)
         if (allocated(error)) return
-        floquet%scale(part%states) = scale_of(part)
+        floquet%scale(part%states) = part%solution%scale
       end associate
     end do
   end subroutine solve_floquet
@@ -108,43 +102,9 @@ contains
     if (.not. allocated(floquet%parts)) return
     found%parts = size(floquet%parts)
     do k = 1, size(floquet%parts)
-      associate (part => floquet%parts(k))
-        if (allocated(part%constant)) then
-          call add("averaged", part%constant%liouville_defect, found)
-          found%evaluations = found%evaluations + part%constant%evaluations
-          found%error = max(found%error, part%constant%error)
-        else if (allocated(part%reduced)) then
-          call add("", part%reduced%liouville_defect, found)
-          found%angles = found%angles + part%reduced%reduction%angles
-          found%evaluations = found%evaluations + part%reduced%reduction%evaluations
-          found%error = max(found%error, part%reduced%reduction%residual)
-        else if (allocated(part%factors)) then
-          call add(part%factors%method%name, part%factors%liouville_defect, found)
-          found%steps = found%steps + part%factors%steps
-          found%factors = found%factors + size(part%factors%a, 3)
-          found%evaluations = found%evaluations + part%factors%evaluations
-          found%error = max(found%error, part%factors%relative_error)
-        else
-          call add(part%monodromy%method%name, part%monodromy%liouville_defect, found)
-          found%steps = found%steps + part%monodromy%steps
-          found%evaluations = found%evaluations + part%monodromy%evaluations
-          found%error = max(found%error, part%monodromy%error / max(part%monodromy%norm, tiny(1.0_dp)))
-        end if
-      end associate
+      if (allocated(floquet%parts(k)%solution)) call floquet%parts(k)%solution%report(found)
     end do
   end subroutine evidence
-
-  !> A method, if there is one that is not named already, and a defect, if it is the greatest.
-  pure subroutine add(method, liouville_defect, found)
-    character(len=*), intent(in) :: method
-    real(dp), intent(in) :: liouville_defect
-    type(evidence_type), intent(inout) :: found
-
-    if (abs(liouville_defect) > abs(found%liouville_defect)) found%liouville_defect = liouville_defect
-    if (len(method) == 0 .or. index(", " // found%methods // ",", ", " // method // ",") > 0) return
-    if (len(found%methods) > 0) found%methods = found%methods // ", "
-    found%methods = found%methods // method
-  end subroutine add
 
   !> All multipliers; with `vectors` the eigenvectors too. Errors: `floquet` was not solved; LAPACK found no eigenvalues.
   subroutine multipliers_of_floquet(floquet, vectors, multipliers, error)
@@ -163,15 +123,7 @@ contains
     multipliers = no_multipliers(merge(size(floquet%scale), 0, vectors))
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
-        if (allocated(part%constant)) then
-          call constant_multipliers(part%constant, vectors, own)
-        else if (allocated(part%reduced)) then
-          call reduced_multipliers(part%reduced, vectors, own, error)
-        else if (allocated(part%factors)) then
-          call factored_multipliers(part%factors, vectors, own, error)
-        else
-          call multipliers_of_monodromy(part%monodromy, vectors, own, error)
-        end if
+        call part%solution%multipliers(vectors, own, error)
         if (allocated(error)) return
         if (vectors) then
           allocate(shapes(size(floquet%scale), size(part%states)), source=(0.0_dp, 0.0_dp))
@@ -199,20 +151,12 @@ contains
     allocate(solution%x0(size(floquet%scale)), solution%error(size(floquet%scale)), source=0.0_dp)
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
-        if (allocated(part%constant)) then
-          call constant_periodic(part%constant, own, error)
-        else if (allocated(part%reduced)) then
-          call reduced_periodic(part%reduced, own, error)
-        else if (allocated(part%factors)) then
-          call factored_periodic(part%factors, own, error)
-        else
-          call periodic_of_monodromy(part%monodromy, own, error)
-        end if
+        call part%solution%start(own, error)
         if (allocated(error)) return
         solution%x0(part%states) = own%x0
         ! The squares within a norm vanish below sqrt(tiny): so small a motion is known to that only.
         solution%error(part%states) = own%error
-        if (any(abs(own%x0) > 0)) solution%error(part%states) = max(own%error, sqrt(tiny(1.0_dp)) * scale_of(part))
+        if (any(abs(own%x0) > 0)) solution%error(part%states) = max(own%error, sqrt(tiny(1.0_dp)) * part%solution%scale)
         solution%condition = max(solution%condition, own%condition)
       end associate
     end do
@@ -227,7 +171,6 @@ contains
     real(dp), intent(in) :: phases(:)
     real(dp), allocatable, intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
-    type(periodic_solution_type) :: own
     real(dp), allocatable :: y(:, :)
     integer :: k
 
@@ -242,11 +185,11 @@ contains
     allocate(x(size(floquet%scale), size(phases)))
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
-        own%x0 = solution%x0(part%states)
+        allocate(y(size(part%states), size(phases)))
         if (allocated(part%system)) then
-          call follow_part(part%system, part, own, phases, y, error)
+          call part%solution%follow(part%system, solution%x0(part%states), phases, y, error)
         else
-          call follow_part(system, part, own, phases, y, error)
+          call part%solution%follow(system, solution%x0, phases, y, error)
         end if
         if (allocated(error)) return
         x(part%states, :) = y
@@ -265,10 +208,7 @@ contains
 
     turns = 0
     do k = 1, size(floquet%parts)
-      associate (part => floquet%parts(k))
-        if (allocated(part%monodromy)) turns = max(turns, part%monodromy%turns)
-        if (allocated(part%factors)) turns = max(turns, part%factors%turns)
-      end associate
+      turns = max(turns, floquet%parts(k)%solution%turns)
     end do
     number = max(fewest, ceiling(2 / pi * min(turns, 1.0e6_dp)))
   end function checkpoints
@@ -289,15 +229,16 @@ contains
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
         if (allocated(part%system)) then
-          call errors_of_part(part%system, part, phases, x(part%states, :), own, error)
+          call part%solution%errors(part%system, phases, x(part%states, :), own, error)
         else
-          call errors_of_part(system, part, phases, x(part%states, :), own, error)
+          call part%solution%errors(system, phases, x(part%states, :), own, error)
         end if
         if (allocated(error)) return
         errors%differences(part%states, :) = own%differences
         errors%rounding(part%states) = own%rounding
         ! The squares within a norm vanish below sqrt(tiny): so small a motion is known to that only.
-        if (any(abs(x(part%states, :)) > 0)) errors%rounding(part%states) = max(own%rounding, sqrt(tiny(1.0_dp)) * scale_of(part))
+        if (any(abs(x(part%states, :)) > 0)) errors%rounding(part%states) = max(own%rounding, &
+          & sqrt(tiny(1.0_dp)) * part%solution%scale)
       end associate
     end do
     if (.not. all(ieee_is_finite(errors%bounds()))) call fatal_error(error, "the errors of the periodic vibration " &

@@ -1,16 +1,15 @@
 !> One point of a sweep by a solution of its own.
 module gestell_study_point
-  use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
-  use gestell_model_frame, only: frame_type
-  use gestell_study_family, only: family_type, take_member
+  use gestell_floquet_solution, only: floquet_type
+  use gestell_study_family, only: family_type
+  use gestell_study_member, only: impossible_member, member_type
   use gestell_study_tile_results, only: all_columns, eta_peak, failed, has_multipliers, impossible, log_rho_max, psi_peak, &
     & rho_error, rho_max, stable, sweep_columns, undecided, unstable, verdict, verdict_behind, xi_peak
   use gestell_study_vibration, only: solve_vibration, vibration_type
-  use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -25,9 +24,7 @@ module gestell_study_point
     logical :: columns(sweep_columns) = all_columns
     !> 'auto', 'expansion' or 'direct'.
     character(len=9) :: engine = "auto"
-    !> Whether M, B, C are averaged over the turn.
-    logical :: averaged = .false.
-    !> The frame's model (gestell_study_frame_model), by which the family's members are.
+    !> The model of the frame (gestell_study_frame_model), by which the family's members are.
     character(len=11) :: model = "exact"
   end type sweep_order_type
 
@@ -40,49 +37,24 @@ contains
     type(sweep_order_type), intent(in) :: order
     real(dp), intent(out) :: values(sweep_columns)
     type(error_type), allocatable, intent(out) :: error
-    class(periodic_system), allocatable :: system
-    type(averaged_system) :: model
-    type(floquet_type) :: floquet
+    type(member_type) :: member
     type(multipliers_type) :: multipliers
+    logical :: peaks
 
     values = ieee_value(1.0_dp, ieee_quiet_nan)
-    call take_member(family, parameters, system, error)
-    if (allocated(error)) then
-      if (all(error%code /= [impossible_mechanism, failed_computation])) return
-      values([verdict, verdict_behind]) = merge(impossible, failed, error%code == impossible_mechanism)
-      deallocate(error)
-      return
-    end if
-    values([verdict, verdict_behind]) = failed
-    select type (system)
-    class is (frame_type)
-      if (order%averaged) then
-        call system%averaged(model)
-        call solve_floquet(model, order%accuracy, any(order%columns(xi_peak:psi_peak)), floquet, error)
-      else
-        call solve_floquet(system, order%accuracy, any(order%columns(xi_peak:psi_peak)), floquet, error)
-      end if
-    class default
-      call solve_floquet(system, order%accuracy, .false., floquet, error)
-    end select
-    if (has_multipliers(order%columns) .and. .not. allocated(error)) then
-      call solve_multipliers(floquet, .false., multipliers, error)
-    end if
-    if (allocated(error)) then
-      if (error%code /= invalid_input) deallocate(error)
-      return
-    end if
+    peaks = any(order%columns(xi_peak:psi_peak))
+    call member%make(family, parameters, error)
+    if (.not. allocated(error)) call member%solve(order%accuracy, peaks, error)
+    if (has_multipliers(order%columns) .and. .not. allocated(error)) call member%multipliers(.false., multipliers, error)
+    values([verdict, verdict_behind]) = merge(impossible, failed, member%state == impossible_member)
+    if (allocated(error) .or. .not. member%is_sound()) return
     if (has_multipliers(order%columns)) then
       values(rho_max) = abs(multipliers%rho(1))
       values(log_rho_max) = multipliers%log_abs(1)
       values(rho_error) = multipliers%error(1)
       values([verdict, verdict_behind]) = verdict_number(multipliers)
     end if
-    if (.not. any(order%columns(xi_peak:psi_peak))) return
-    select type (system)
-    class is (frame_type)
-      call set_peaks(system, floquet, values)
-    end select
+    if (peaks) call set_peaks(member%system, member%floquet, values)
   end subroutine solve_point
 
   !> Relative error of the vibration, in the norm of balanced units, that is allowed where the peaks come from an expansion: beside
@@ -93,16 +65,16 @@ contains
     peak_limit = 1000 * order%accuracy%tolerance
   end function peak_limit
 
-  !> The peaks of a frame's vibration; a resonance has none.
-  subroutine set_peaks(frame, floquet, values)
-    class(frame_type), intent(in) :: frame
+  !> The peaks of a frame's vibration; a resonance has none, nor has another system.
+  subroutine set_peaks(system, floquet, values)
+    class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
     real(dp), intent(inout) :: values(sweep_columns)
     integer, parameter :: rows = 64, harmonics = 20
     type(vibration_type) :: vibration
     type(error_type), allocatable :: error
 
-    call solve_vibration(frame, floquet, rows, harmonics, vibration, error)
+    call solve_vibration(system, floquet, rows, harmonics, vibration, error)
     if (.not. allocated(error)) values([xi_peak, eta_peak, psi_peak]) = vibration%peak(:3)
   end subroutine set_peaks
 

@@ -1,26 +1,24 @@
 !> The vibration of a machine at one speed, as a resonance curve needs it: peaks, roots of the mean square, orders, and where
 !> the free vibrations stand against the turn of the crank.
 module gestell_study_speed_point
-  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_period_periodic_solution, only: resonance_message => resonance
-  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
+  use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
-  use gestell_study_family, only: family_type, take_member
+  use gestell_study_family, only: family_type
+  use gestell_study_member, only: impossible_member, member_type
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_study_speeds, only: check_orders
   use gestell_study_vibration_statistics, only: statistics_type, take_statistics
   use gestell_study_vibration, only: solve_vibration, vibration_type
-  use gestell_system_averaged, only: averaged_system
-  use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
-  public :: check_speed_order, solve_member, solve_speed_point
+  public :: check_speed_order, solve_response, solve_speed_point
 
   !> What is wanted at every speed.
   type, public :: speed_order_type
@@ -30,8 +28,6 @@ module gestell_study_speed_point
     !> Orders of the crank that are split off.
     integer :: orders = 6
     type(accuracy_type) :: accuracy
-    !> Whether M, B, C are averaged over the turn.
-    logical :: averaged = .false.
   end type speed_order_type
 
   !> States of a point, and their names: a vibration that free ones leave, that they neither leave nor join for sure, that
@@ -70,7 +66,7 @@ contains
     type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_member(family, [speed], order, point, error)
+    call solve_response(family, [speed], order, point, error)
     point%speed = speed
   end subroutine solve_speed_point
 
@@ -91,75 +87,40 @@ contains
   end subroutine check_speed_order
 
   !> The same at any parameters; `speed` stays open.
-  subroutine solve_member(family, parameters, order, point, error)
+  subroutine solve_response(family, parameters, order, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(speed_order_type), intent(in) :: order
     type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
-    class(periodic_system), allocatable :: system
+    type(member_type), target :: member
+    class(frame_type), pointer :: frame
+    type(quantity_type), allocatable :: quantities(:)
+    type(multipliers_type) :: multipliers
+    type(vibration_type) :: vibration
+    integer :: i
 
     call check_speed_order(order, error)
     if (allocated(error)) return
     allocate(point%values(3 + order%orders, size(order%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
     allocate(point%strongest(size(order%names)), source=0)
-    call take_member(family, parameters, system, error)
-    if (allocated(error)) then
-      if (all(error%code /= [impossible_mechanism, failed_computation])) return
-      point%state = merge(no_mechanism, no_solution, error%code == impossible_mechanism)
-      deallocate(error)
-      return
-    end if
-    select type (system)
-    class is (frame_type)
-      call solve_frame(system, order, point, error)
-    class default
+    call member%make(family, parameters, error)
+    point%state = merge(no_mechanism, no_solution, member%state == impossible_member)
+    if (allocated(error) .or. .not. member%is_sound()) return
+    frame => frame_of(member%system)
+    if (associated(frame)) then
+      call find_quantities(frame, order, quantities, error)
+    else
       call fatal_error(error, "only a frame has a resonance curve", invalid_input)
-    end select
-  end subroutine solve_member
-
-  subroutine solve_frame(frame, order, point, error)
-    class(frame_type), intent(in) :: frame
-    type(speed_order_type), intent(in) :: order
-    type(speed_point_type), intent(inout) :: point
-    type(error_type), allocatable, intent(out) :: error
-    type(quantity_type), allocatable :: quantities(:)
-    type(probe_type), allocatable :: probes(:)
-    type(averaged_system) :: model
-    type(floquet_type) :: floquet
-    type(multipliers_type) :: multipliers
-    type(vibration_type) :: vibration
-    integer :: i, rows, harmonics_wanted
-
-    allocate(quantities(size(order%names)), probes(0))
-    if (allocated(order%probes)) probes = order%probes
-    rows = 0
-    do i = 1, size(quantities)
-      call find_quantity(frame, probes, trim(order%names(i)), quantities(i), error)
-      if (allocated(error)) return
-      rows = max(rows, quantities(i)%rows())
-    end do
-    if (order%averaged) then
-      call frame%averaged(model)
-      call solve_floquet(model, order%accuracy, .true., floquet, error)
-    else
-      call solve_floquet(frame, order%accuracy, .true., floquet, error)
     end if
-    if (.not. allocated(error)) call solve_multipliers(floquet, .true., multipliers, error)
-    if (allocated(error)) then
-      if (error%code /= invalid_input) deallocate(error)
-      return
-    end if
+    if (.not. allocated(error)) call member%solve(order%accuracy, .true., error)
+    if (.not. allocated(error)) call member%multipliers(.true., multipliers, error)
+    if (allocated(error) .or. .not. member%is_sound()) return
     call take_turns(frame, multipliers, point)
-
-    harmonics_wanted = max(harmonics, order%orders)
-    if (order%averaged) then
-      call solve_vibration(frame, floquet, history, harmonics_wanted, vibration, error, rows, model)
-    else
-      call solve_vibration(frame, floquet, history, harmonics_wanted, vibration, error, rows)
-    end if
+    call solve_vibration(member%system, member%floquet, history, max(harmonics, order%orders), vibration, error, &
+      & maxval([(quantities(i)%rows(), i = 1, size(quantities))]))
     if (allocated(error)) then
-      if (error%message == resonance_message .or. without_motion(floquet)) point%state = in_resonance
+      if (error%cause == resonance) point%state = in_resonance
       deallocate(error)
       return
     end if
@@ -171,19 +132,24 @@ contains
       call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i), error)
       if (allocated(error)) return
     end do
-  end subroutine solve_frame
+  end subroutine solve_response
 
-  !> Whether the averaged model has no periodic motion.
-  pure logical function without_motion(floquet)
-    type(floquet_type), intent(in) :: floquet
-    integer :: k
+  !> Error: a name stands for no quantity of the frame.
+  subroutine find_quantities(frame, order, quantities, error)
+    class(frame_type), intent(in) :: frame
+    type(speed_order_type), intent(in) :: order
+    type(quantity_type), allocatable, intent(out) :: quantities(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(probe_type), allocatable :: probes(:)
+    integer :: i
 
-    without_motion = .false.
-    do k = 1, size(floquet%parts)
-      if (allocated(floquet%parts(k)%constant)) without_motion = without_motion .or. &
-        & allocated(floquet%parts(k)%constant%resonance)
+    allocate(quantities(size(order%names)), probes(0))
+    if (allocated(order%probes)) probes = order%probes
+    do i = 1, size(quantities)
+      call find_quantity(frame, probes, trim(order%names(i)), quantities(i), error)
+      if (allocated(error)) return
     end do
-  end function without_motion
+  end subroutine find_quantities
 
   subroutine take_values(vibration, quantity, values, strongest, error)
     type(vibration_type), intent(in) :: vibration

@@ -84,8 +84,7 @@ contains
     associate (plan => configuration%plan)
       call read_sweep(doc, schema, configuration%units, plan, error)
       plan%order%accuracy = configuration%accuracy
-      plan%order%averaged = configuration%tasks%averaged
-      plan%order%model = configuration%tasks%model
+      plan%order%model = configuration%model()
       if (.not. allocated(error) .and. over_speed) call read_speeds(doc, plan, error)
     end associate
   end subroutine read_plan

@@ -37,7 +37,7 @@ module gestell_task_context
 
 contains
 
-  !> The machines of `family` by the frame's model, or by another one, as several threads may ask for them.
+  !> The machines of `family` by the frame's model, or by another one unless that is averaged, as several threads may ask for them.
   subroutine members(self, family, locked, model)
     class(context_type), intent(in) :: self
     class(family_type), intent(in) :: family
@@ -45,8 +45,8 @@ contains
     character(len=*), intent(in), optional :: model
 
     allocate(locked%inner, source=family)
-    locked%model = self%configuration%tasks%model
-    if (present(model)) locked%model = model
+    locked%model = self%configuration%model()
+    if (present(model) .and. .not. self%configuration%tasks%averaged) locked%model = model
     locked%accuracy = self%configuration%accuracy
   end subroutine members
 

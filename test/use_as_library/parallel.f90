@@ -1,7 +1,7 @@
 !> Many frames at once on several threads give the same bits as one after the other. Stops with an error otherwise.
 program parallel
-  use gestell, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, frame_type, linkage_type, &
-    & new_frame, pi, stiffness_matrix, support_type, tasks_type
+  use gestell, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, evidence, evidence_type, &
+    & frame_type, linkage_type, new_frame, pi, stiffness_matrix, support_type, tasks_type
   use, intrinsic :: iso_fortran_env, only: int64
   use omp_lib, only: omp_get_max_threads, omp_get_thread_num
   implicit none (type, external)
@@ -42,6 +42,7 @@ contains
     type(support_type) :: supports(2)
     type(frame_type) :: frame
     type(analysis_type) :: analysis
+    type(evidence_type) :: found
     type(error_type), allocatable :: error
 
     call linkage%ground("A0", [0.0_dp, 0.0_dp], error)
@@ -56,9 +57,10 @@ contains
       & damping_matrix(supports), (150 + 5 * k) * pi / 30, error)
     if (.not. allocated(error)) call analyse(frame, tasks_type(), accuracy_type(), analysis, error)
     if (allocated(error)) error stop "no analysis"
+    call evidence(analysis%floquet, found)
     associate (multipliers => analysis%multipliers, vibration => analysis%vibration)
       results = [real(multipliers%rho), aimag(multipliers%rho), multipliers%error, vibration%start%x0, vibration%peak, &
-        & vibration%history(:6, 100), analysis%floquet%parts(1)%monodromy%error]
+        & vibration%history(:6, 100), found%error]
       words = multipliers%verdict()
     end associate
 

@@ -6,18 +6,19 @@ module gestell_floquet_constant
   use gestell_math_lapack, only: balancing, eigensystem, inverse
   use gestell_floquet_constant_harmonics, only: solve_harmonics, spectrum_type
   use gestell_floquet_multipliers, only: arrange, disc_bounds, multiplier, multipliers_type
+  use gestell_floquet_part_solution, only: evidence_type, part_solution_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: constant_multipliers, constant_periodic, solve_constant
+  public :: solve_constant
 
-  type, public :: constant_type
+  type, extends(part_solution_type), public :: constant_type
     real(dp) :: period = 0
-    !> Units of the states, powers of two, shape (n).
-    real(dp), allocatable :: scale(:)
     !> Eigenvalues lambda of P (1/s), radii of their discs, their conditions, shape (n), and eigenvectors, shape (n, n);
     !> conditions and vectors in balanced units.
     complex(dp), allocatable :: values(:), vectors(:, :)
@@ -31,12 +32,18 @@ module gestell_floquet_constant
     !> The periodic motion, where it was asked for, or why there is none.
     type(spectrum_type), allocatable :: spectrum
     type(error_type), allocatable :: resonance
+  contains
+    procedure :: multipliers => take_multipliers
+    procedure :: start => take_start
+    procedure :: follow => take_motion
+    procedure :: errors => take_errors
+    procedure :: report => take_report
   end type constant_type
 
 contains
 
   !> Eigenvalues, and if `forced` the periodic motion. Errors: M is singular; LAPACK found no eigenvalues. A resonance is
-  !> an error of the periodic motion alone, see `constant_periodic`.
+  !> an error of the periodic motion alone.
   subroutine solve_constant(system, forced, constant, error)
     type(averaged_system), intent(in) :: system
     logical, intent(in) :: forced
@@ -96,28 +103,29 @@ contains
     norm = norm2(lower * spread(scale, 1, f) / spread(scale(f + 1:), 2, 2 * f))
   end function error_of
 
-  !> All multipliers; with `vectors` the eigenvectors too. An error d of lambda changes rho by the factor exp(d T), so
+  !> An error d of lambda changes rho by the factor exp(d T), so
   !> |d| T is the error of ln |rho| and of the argument, however small |rho| is.
-  pure subroutine constant_multipliers(constant, vectors, multipliers)
-    type(constant_type), intent(in) :: constant
+  subroutine take_multipliers(self, vectors, multipliers, error)
+    class(constant_type), intent(in) :: self
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: most = 690
-    real(dp) :: turn(size(constant%values))
+    real(dp) :: turn(size(self%values))
 
-    associate (period => constant%period, m => multipliers)
-      m%condition = constant%condition
-      m%log_abs = real(constant%values) * period
-      turn = aimag(constant%values) * period
+    associate (period => self%period, m => multipliers)
+      m%condition = self%condition
+      m%log_abs = real(self%values) * period
+      turn = aimag(self%values) * period
       m%arg = turn - 2 * pi * anint(turn / (2 * pi))
       m%exponent = cmplx(m%log_abs, m%arg, dp)
       m%rho = multiplier(m%exponent)
-      m%error = disc_bounds(m%exponent, exp(min(log_growth(constant%radius * period), most)))
+      m%error = disc_bounds(m%exponent, exp(min(log_growth(self%radius * period), most)))
       m%exponent = m%exponent / period
-      if (vectors) m%vectors = constant%vectors * spread(constant%scale, 2, size(turn))
+      if (vectors) m%vectors = self%vectors * spread(self%scale, 2, size(turn))
     end associate
     call arrange(multipliers)
-  end subroutine constant_multipliers
+  end subroutine take_multipliers
 
   !> ln(exp(x) - 1) for x > 0, without loss of digits.
   elemental real(dp) function log_growth(x)
@@ -130,21 +138,54 @@ contains
     end if
   end function log_growth
 
-  !> The start of the periodic motion. Its error bounds hold at all times of the period. Error: resonance.
-  subroutine constant_periodic(constant, solution, error)
-    type(constant_type), intent(in) :: constant
+  !> The error bounds hold at all times of the period.
+  subroutine take_start(self, solution, error)
+    class(constant_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: start(size(constant%scale), 1)
+    real(dp) :: start(size(self%scale), 1)
 
-    if (allocated(constant%resonance)) then
-      allocate(error, source=constant%resonance)
+    if (allocated(self%resonance)) then
+      allocate(error, source=self%resonance)
       return
     end if
-    call constant%spectrum%motion([0.0_dp], start)
+    call self%spectrum%motion([0.0_dp], start)
     solution%x0 = start(:, 1)
-    solution%error = constant%spectrum%error
-    solution%condition = constant%spectrum%condition
-  end subroutine constant_periodic
+    solution%error = self%spectrum%error
+    solution%condition = self%spectrum%condition
+  end subroutine take_start
+
+  subroutine take_motion(self, system, x0, phases, x, error)
+    class(constant_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: x0(:), phases(:)
+    real(dp), intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused_system => system, unused_start => x0)
+    end associate
+    call self%spectrum%motion(phases, x)
+  end subroutine take_motion
+
+  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+    class(constant_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: disturbance
+
+    associate (unused_system => system, unused_disturbance => present(disturbance))
+    end associate
+    allocate(errors%differences(size(x, 1), 2 * size(phases)), source=0.0_dp)
+    allocate(errors%rounding, source=self%spectrum%error)
+  end subroutine take_errors
+
+  pure subroutine take_report(self, found)
+    class(constant_type), intent(in) :: self
+    type(evidence_type), intent(inout) :: found
+
+    call found%add("averaged", self%evaluations, self%error, self%liouville_defect)
+  end subroutine take_report
 
 end module gestell_floquet_constant

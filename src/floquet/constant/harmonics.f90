@@ -3,7 +3,7 @@
 !>
 !>     h = sum Re(h_m exp(i m w t)),   Z_m q_m = h_m,   Z_m = C + i m w B - (m w)^2 M,   m = 0, 1, 2, ...
 module gestell_floquet_constant_harmonics
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, resonance
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: inverse
   use gestell_base_text, only: concise
@@ -264,6 +264,7 @@ contains
         & "nothing damps meets harmonic " // concise(order, 15) // " of the period (resonance); more damping or another " // &
         & "speed may help", failed_computation)
     end if
+    error%cause = resonance
   end subroutine singular_at
 
 end module gestell_floquet_constant_harmonics

@@ -1,42 +1,85 @@
-!> Multipliers and periodic motion from the factors of a monodromy matrix.
+!> Floquet's solution from the factors of a monodromy matrix.
 module gestell_floquet_factors_factored
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_factors_cycle, only: accumulate, distance_from_one, frames_type, periodic_answer, solve_frames
-  use gestell_floquet_factors, only: factors_type
+  use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_period_period_map, only: trajectory
   use gestell_floquet_multipliers, only: arrange, multiplier, multipliers_type
-  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, resonance
+  use gestell_floquet_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_period_survey, only: survey_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance
   use gestell_floquet_period_turn_errors, only: compare, comparison_type, relative_rounding, take_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
-  public :: factored_errors, factored_multipliers, factored_periodic, follow_factored
+  public :: solve_factored
+
+  type, extends(part_solution_type), public :: factored_type
+    type(factors_type) :: factors
+    !> Their frames, or why there are none.
+    type(frames_type) :: frames
+    type(error_type), allocatable :: failure
+    !> The periodic motion at the starts of the segments, in balanced units, shape (n, K); unallocated: of a system without forcing,
+    !> or in resonance.
+    real(dp), allocatable :: starts(:, :)
+  contains
+    procedure :: multipliers => take_multipliers
+    procedure :: start => take_start
+    procedure :: follow => take_motion
+    procedure :: errors => take_errors
+    procedure :: report => take_report
+  end type factored_type
 
 contains
 
-  !> All multipliers; with `vectors` the eigenvectors too. Error: no convergence.
-  subroutine factored_multipliers(factors, vectors, multipliers, error)
-    type(factors_type), intent(in) :: factors
+  !> The factors of `system` to `accuracy`, and their frames; if `forced` also what the periodic motion needs. `seen`: of a system
+  !> that was surveyed already. Errors: those of `solve_factors`. Where the factors have no frames that is an error of
+  !> multipliers and periodic motion.
+  subroutine solve_factored(system, accuracy, forced, factored, error, seen)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(factored_type), intent(out) :: factored
+    type(error_type), allocatable, intent(out) :: error
+    type(survey_type), intent(in), optional :: seen
+    integer :: i
+
+    call solve_factors(system, accuracy, forced, factored%factors, error, seen)
+    if (allocated(error)) return
+    factored%scale = factored%factors%scale
+    factored%turns = factored%factors%turns
+    associate (frames => factored%frames)
+      call solve_frames(factored%factors, frames, factored%failure)
+      if (allocated(factored%failure) .or. .not. forced) return
+      frames%distance = [(distance_from_one(frames, i), i = 1, system%states)]
+      if (all(frames%distance > 0)) call periodic_answer(frames, factored%factors%b, factored%starts)
+    end associate
+  end subroutine solve_factored
+
+  subroutine take_multipliers(self, vectors, multipliers, error)
+    class(factored_type), intent(in) :: self
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
-    type(frames_type) :: frames
     logical, allocatable :: paired(:)
     integer :: n, k, partner
 
-    call solve_frames(factors, frames, error)
-    if (allocated(error)) return
-    n = size(factors%scale)
+    if (allocated(self%failure)) then
+      allocate(error, source=self%failure)
+      return
+    end if
+    n = size(self%scale)
     allocate(paired(n), source=.false.)
-    multipliers%exponent = frames%z
-    multipliers%error = frames%bound
-    multipliers%condition = frames%condition
-    if (vectors) multipliers%vectors = frames%x(:, :, 1) * spread(factors%scale, 2, n)
+    multipliers%exponent = self%frames%z
+    multipliers%error = self%frames%bound
+    multipliers%condition = self%frames%condition
+    if (vectors) multipliers%vectors = self%frames%x(:, :, 1) * spread(self%scale, 2, n)
     do k = 1, n
       if (paired(k)) cycle
-      partner = partner_of(frames, paired, k)
+      partner = partner_of(self%frames, paired, k)
       paired([k, partner]) = .true.
       associate (z => multipliers%exponent(k))
         if (partner == k) then
@@ -50,9 +93,9 @@ contains
     multipliers%log_abs = real(multipliers%exponent)
     multipliers%arg = aimag(multipliers%exponent)
     multipliers%rho = multiplier(multipliers%exponent)
-    multipliers%exponent = multipliers%exponent / factors%period
+    multipliers%exponent = multipliers%exponent / self%factors%period
     call arrange(multipliers)
-  end subroutine factored_multipliers
+  end subroutine take_multipliers
 
   !> Of those that have no partner yet the multiplier that is nearest to the conjugate of the k-th: k itself for a real one.
   pure integer function partner_of(frames, paired, k) result(partner)
@@ -66,112 +109,116 @@ contains
     partner = minloc(abs(difference), dim=1, mask=.not. paired)
   end function partner_of
 
-  !> x(0) of the periodic motion. Error: resonance within the errors.
-  subroutine factored_periodic(factors, solution, error)
-    type(factors_type), intent(in) :: factors
+  !> Error: the factors have no frames; resonance within the errors.
+  subroutine check_starts(self, error)
+    class(factored_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    if (allocated(self%failure)) then
+      allocate(error, source=self%failure)
+    else if (.not. allocated(self%starts)) then
+      call raise_resonance(error)
+    end if
+  end subroutine check_starts
+
+  subroutine take_start(self, solution, error)
+    class(factored_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    type(frames_type) :: frames
-    real(dp), allocatable :: x(:, :), doubt(:), at_starts(:, :)
+    real(dp), allocatable :: doubt(:), at_starts(:, :)
     integer :: n, count, k, next
 
-    call periodic_states(factors, frames, x, error)
+    call check_starts(self, error)
     if (allocated(error)) return
-    n = size(x, 1)
-    count = size(x, 2)
-    allocate(doubt(count))
-    do k = 1, count
-      next = modulo(k, count) + 1
-      doubt(k) = factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
-        & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
-    end do
-    call accumulate(factors, frames, doubt, at_starts)
-    solution%x0 = x(:, 1) * factors%scale
-    solution%error = at_starts(:, 1) * factors%scale
-    solution%condition = maxval(frames%condition / frames%distance)
-  end subroutine factored_periodic
+    associate (factors => self%factors, x => self%starts)
+      n = size(x, 1)
+      count = size(x, 2)
+      allocate(doubt(count))
+      do k = 1, count
+        next = modulo(k, count) + 1
+        doubt(k) = factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
+          & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
+      end do
+      call accumulate(factors, self%frames, doubt, at_starts)
+      solution%x0 = x(:, 1) * self%scale
+    end associate
+    solution%error = at_starts(:, 1) * self%scale
+    solution%condition = maxval(self%frames%condition / self%frames%distance)
+  end subroutine take_start
 
-  !> The frames, and the periodic motion at the starts of the segments, shape (n, K), in balanced units. Error: resonance within
-  !> the errors.
-  subroutine periodic_states(factors, frames, x, error)
-    type(factors_type), intent(in) :: factors
-    type(frames_type), intent(out) :: frames
-    real(dp), allocatable, intent(out) :: x(:, :)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i
-
-    call solve_frames(factors, frames, error)
-    if (allocated(error)) return
-    frames%distance = [(distance_from_one(frames, i), i = 1, size(factors%scale))]
-    if (any(frames%distance <= 0)) then
-      call fatal_error(error, resonance, failed_computation)
-      return
-    end if
-    call periodic_answer(frames, factors%b, x)
-  end subroutine periodic_states
-
-  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points): anew from its own start in each segment.
-  subroutine follow_factored(system, factors, phases, x, error)
+  !> Anew from its own start in each segment.
+  subroutine take_motion(self, system, x0, phases, x, error)
+    class(factored_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
-    type(factors_type), intent(in) :: factors
-    real(dp), intent(in) :: phases(:)
+    real(dp), intent(in) :: x0(:), phases(:)
     real(dp), intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
-    type(frames_type) :: frames
-    real(dp), allocatable :: starts(:, :)
     integer :: k, first, last, begin, finish
 
-    call periodic_states(factors, frames, starts, error)
+    associate (unused_start => x0)
+    end associate
+    call check_starts(self, error)
     if (allocated(error)) return
     last = 0
     begin = 1
-    do k = 1, size(starts, 2)
-      first = last + 1
-      do while (last < size(phases))
-        if (phases(last + 1) >= factors%ends(k + 1) .and. k < size(starts, 2)) exit
-        last = last + 1
+    associate (factors => self%factors, starts => self%starts)
+      do k = 1, size(starts, 2)
+        first = last + 1
+        do while (last < size(phases))
+          if (phases(last + 1) >= factors%ends(k + 1) .and. k < size(starts, 2)) exit
+          last = last + 1
+        end do
+        finish = begin
+        do while (factors%nodes(finish) < factors%ends(k + 1))
+          finish = finish + 1
+        end do
+        call trajectory(system, factors%method, factors%nodes(begin:finish), starts(:, k) * self%scale, phases(first:last), &
+          & x(:, first:last), error)
+        if (allocated(error)) return
+        begin = finish
       end do
-      finish = begin
-      do while (factors%nodes(finish) < factors%ends(k + 1))
-        finish = finish + 1
-      end do
-      call trajectory(system, factors%method, factors%nodes(begin:finish), starts(:, k) * factors%scale, phases(first:last), &
-        & x(:, first:last), error)
-      if (allocated(error)) return
-      begin = finish
-    end do
-  end subroutine follow_factored
+    end associate
+  end subroutine take_motion
 
-  !> The errors of the motion `x` that `follow_factored` found at `phases`, shape (n, phases), the first 0 and the last 1.
-  !> `disturbance`: what is unknown of the load, integrated over the period. Errors: overflow; resonance within the errors.
-  subroutine factored_errors(system, factors, phases, x, errors, error, disturbance)
+  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+    class(factored_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
-    type(factors_type), intent(in) :: factors
     real(dp), intent(in) :: phases(:), x(:, :)
     type(turn_errors_type), intent(out) :: errors
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: disturbance
-    type(frames_type) :: frames
     type(comparison_type) :: comparison, turn
-    real(dp), allocatable :: starts(:, :), z(:, :), own(:), at_starts(:, :)
+    real(dp), allocatable :: z(:, :), own(:), at_starts(:, :)
     integer :: count
 
-    call periodic_states(factors, frames, starts, error)
+    call check_starts(self, error)
     if (allocated(error)) return
-    count = size(starts, 2)
-    associate (scale => spread(factors%scale, 2, count))
-      call compare(system, factors%method, factors%nodes, factors%scale, factors%ends, starts * scale, phases, x, comparison, error)
-      if (.not. allocated(error)) call compare(system, factors%method, factors%nodes, factors%scale, factors%ends, &
-        & starts * scale, factors%ends(:1), x(:, :1), turn, error)
+    count = size(self%starts, 2)
+    associate (factors => self%factors, scale => spread(self%scale, 2, count))
+      call compare(system, factors%method, factors%nodes, self%scale, factors%ends, self%starts * scale, phases, x, &
+        & comparison, error)
+      if (.not. allocated(error)) call compare(system, factors%method, factors%nodes, self%scale, factors%ends, &
+        & self%starts * scale, factors%ends(:1), x(:, :1), turn, error)
       if (allocated(error)) return
-      call periodic_answer(frames, turn%defect / scale, z)
+      call periodic_answer(self%frames, turn%defect / scale, z)
       z = z * scale
     end associate
-    own = (relative_rounding(system, comparison%steps, factors%turns) + system%load_rounding) * comparison%size / count
-    if (present(disturbance)) own = own + disturbance / minval(factors%scale) / count
-    call accumulate(factors, frames, own, at_starts)
+    own = (relative_rounding(system, comparison%steps, self%turns) + system%load_rounding) * comparison%size / count
+    if (present(disturbance)) own = own + disturbance / minval(self%scale) / count
+    call accumulate(self%factors, self%frames, own, at_starts)
     ! The motion is followed from each start.
-    call take_differences(comparison, factors%scale, z, z, at_starts, own, errors)
-  end subroutine factored_errors
+    call take_differences(comparison, self%scale, z, z, at_starts, own, errors)
+  end subroutine take_errors
+
+  pure subroutine take_report(self, found)
+    class(factored_type), intent(in) :: self
+    type(evidence_type), intent(inout) :: found
+
+    associate (f => self%factors)
+      call found%add(f%method%name, f%evaluations, f%relative_error, f%liouville_defect)
+      found%steps = found%steps + f%steps
+      found%factors = found%factors + size(f%a, 3)
+    end associate
+  end subroutine take_report
 
 end module gestell_floquet_factors_factored

@@ -12,7 +12,8 @@ module gestell_floquet_factors
     & too_many_steps, watch_rounding
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_period_monodromy, only: accuracy_type, choose_method, survey
+  use gestell_floquet_period_monodromy, only: accuracy_type, choose_method
+  use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_floquet_period_liouville, only: trace_integral
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -58,13 +59,15 @@ module gestell_floquet_factors
 contains
 
   !> The factors of `system`, and the b if `forced`, to `accuracy`: the sum of their relative errors, measured as
-  !> `solve_monodromy` measures it for one. Errors: singular equations, tolerance out of reach.
-  subroutine solve_factors(system, accuracy, forced, factors, error)
+  !> `solve_monodromy` measures it for one. `seen`: of a system that was surveyed already. Errors: singular equations,
+  !> tolerance out of reach.
+  subroutine solve_factors(system, accuracy, forced, factors, error, seen)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
     type(factors_type), intent(out) :: factors
     type(error_type), allocatable, intent(out) :: error
+    type(survey_type), intent(in), optional :: seen
     type(level_type) :: coarse, middle, fine
     real(dp), allocatable :: d12(:, :), d23(:, :), left(:, :), floor(:)
     type(begin_type) :: begin
@@ -73,8 +76,13 @@ contains
     logical :: rounding
 
     factors%period = system%period
-    call survey(system, factors%scale, turns, error)
-    if (allocated(error)) return
+    if (present(seen)) then
+      factors%scale = seen%scale
+      turns = seen%turns
+    else
+      call survey(system, factors%scale, turns, error)
+      if (allocated(error)) return
+    end if
     call choose_method(system, accuracy, turns, factors%method, error)
     if (allocated(error)) return
     associate (order => factors%method%order)

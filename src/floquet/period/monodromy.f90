@@ -1,8 +1,8 @@
 !> The monodromy matrix Phi(T) to an ordered accuracy, with the evidence for it.
 module gestell_floquet_period_monodromy
-  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_math_lapack, only: balancing, inverse, log_abs_determinant
+  use gestell_math_lapack, only: inverse, log_abs_determinant
   use gestell_math_matrix, only: balanced
   use gestell_base_text, only: text
   use gestell_floquet_period_convergence, only: begin_type, most_steps, next_steps, promised, remaining, safety, &
@@ -12,12 +12,12 @@ module gestell_floquet_period_monodromy
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: cheapest_method, new_method
   use gestell_floquet_period_liouville, only: trace_integral
+  use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: check_accuracy, choose_method, solve_monodromy, survey
+  public :: check_accuracy, choose_method, solve_monodromy
 
   !> What the user orders.
   type, public :: accuracy_type
@@ -86,20 +86,26 @@ contains
   !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. Steps given
   !> by the user are compared with half and twice as many; where that tells nothing, `monodromy%told` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
-  !> tolerance out of reach.
-  subroutine solve_monodromy(system, accuracy, forced, monodromy, error)
+  !> tolerance out of reach. `seen`: of a system that was surveyed already.
+  subroutine solve_monodromy(system, accuracy, forced, monodromy, error, seen)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
     type(monodromy_type), intent(out) :: monodromy
     type(error_type), allocatable, intent(out) :: error
+    type(survey_type), intent(in), optional :: seen
     real(dp) :: turns
 
     call system%check(error)
     if (.not. allocated(error)) call check_accuracy(accuracy, error)
     if (allocated(error)) return
     monodromy%period = system%period
-    call survey(system, monodromy%scale, turns, error)
+    if (present(seen)) then
+      monodromy%scale = seen%scale
+      turns = seen%turns
+    else
+      call survey(system, monodromy%scale, turns, error)
+    end if
     if (.not. allocated(error)) call choose_method(system, accuracy, turns, monodromy%method, error)
     if (allocated(error)) return
     if (accuracy%steps > 0) then
@@ -142,31 +148,6 @@ contains
       call new_method(name, method, error)
     end if
   end subroutine choose_method
-
-  !> The units that balance the states, from the size of P over the period, and how far the fastest motion turns
-  !> within the period, w_max T in radians.
-  subroutine survey(system, scale, turns, error)
-    class(periodic_system), intent(in) :: system
-    real(dp), allocatable, intent(out) :: scale(:)
-    real(dp), intent(out) :: turns
-    type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: points = 16
-    real(dp), allocatable :: p(:, :, :)
-    integer :: k
-
-    allocate(p(system%states, system%states, points))
-    call system%sample([((k - 0.5_dp) / points, k = 1, points)], p)
-    turns = 0
-    if (.not. all(ieee_is_finite(p))) then
-      call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
-        & failed_computation)
-      return
-    end if
-    scale = balancing(maxval(abs(p), dim=3))
-    do k = 1, points
-      turns = max(turns, scaled_norm(p(:, :, k), scale) * system%period / sqrt(2.0_dp))
-    end do
-  end subroutine survey
 
   !> With N steps, measured by N/2 and 2 N. The method has not begun to converge, and nothing is told of the error, unless the
   !> differences fall or are small already, and the bound that they give is below Phi(T) (below the greatest x_p(t)) itself:

@@ -1,6 +1,6 @@
 !> The one periodic solution of x' = P x + f: x0 = (E - Phi)^-1 x_p(T), and the motion that starts there.
 module gestell_floquet_period_periodic_solution
-  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced, unit_matrix
@@ -12,11 +12,7 @@ module gestell_floquet_period_periodic_solution
   implicit none (type, external)
   private
 
-  public :: follow, resonance, solve_periodic, take_errors
-
-  !> What a failure means.
-  character(len=*), parameter :: resonance = "the periodic vibration cannot be told: within the error of the free ones a " &
-    & // "multiplier may equal 1 (resonance); more damping, another speed or a smaller tolerance may help"
+  public :: follow, raise_resonance, solve_periodic, take_errors
 
   !> Where the periodic motion starts, with the evidence.
   type, public :: periodic_solution_type
@@ -27,6 +23,15 @@ module gestell_floquet_period_periodic_solution
   end type periodic_solution_type
 
 contains
+
+  !> Raises `error`: there is no periodic vibration, or none that is known.
+  pure subroutine raise_resonance(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, "the periodic vibration cannot be told: within the error of the free ones a multiplier may equal 1 " &
+      & // "(resonance); more damping, another speed or a smaller tolerance may help", failed_computation)
+    error%cause = resonance
+  end subroutine raise_resonance
 
   !> Solves (E - Phi) x0 = x_p(T) in balanced units. An error e of Phi and e_p of x_p(T) disturb x0 by at most
   !>
@@ -69,7 +74,7 @@ contains
       end if
       call inverse(unit_matrix(n) - balanced(monodromy%phi, d), inverted, error)
       if (allocated(error)) then
-        call fatal_error(error, resonance, failed_computation)
+        call raise_resonance(error)
         return
       end if
       amplification = norm2(inverted)
@@ -86,7 +91,7 @@ contains
         end do
       end if
       if (.not. lost < 1) then
-        call fatal_error(error, resonance, failed_computation)
+        call raise_resonance(error)
         return
       end if
       solution%condition = amplification * (1 + monodromy%norm)
@@ -144,7 +149,7 @@ contains
     rounding = relative_rounding(system, comparison%steps, monodromy%turns)
     lost = norm2(inverted) * rounding * monodromy%norm
     if (.not. lost < 1) then
-      call fatal_error(error, resonance, failed_computation)
+      call raise_resonance(error)
       return
     end if
     own = (rounding + system%load_rounding) / (1 - lost) * comparison%size / count

@@ -15,7 +15,7 @@ module gestell_floquet_period_quick_motion
   use gestell_floquet_period_period_map, only: motions
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_period_monodromy, only: survey
+  use gestell_floquet_period_survey, only: survey
   use gestell_floquet_integrator_gauss, only: gauss
   use gestell_floquet_period_turn_errors, only: relative_rounding
   use gestell_system_periodic, only: periodic_system

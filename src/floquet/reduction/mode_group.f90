@@ -4,11 +4,12 @@ module gestell_floquet_reduction_mode_group
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: eigensystem, inverse
   use gestell_floquet_reduction_conjugates, only: entry
-  use gestell_floquet_factors_factored, only: factored_multipliers
-  use gestell_floquet_factors, only: factors_type, solve_factors
-  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_factors_factored, only: factored_type, solve_factored
+  use gestell_floquet_part_solution, only: part_solution_type
+  use gestell_floquet_period_integrated, only: integrate, integrated_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multiplier, multipliers_type, set_multipliers
-  use gestell_floquet_period_periodic_solution, only: resonance
+  use gestell_floquet_period_periodic_solution, only: raise_resonance
   use gestell_floquet_reduction, only: reduction_type
   use gestell_floquet_sampled, only: complex_system, real_system, sampled_system
   implicit none (type, external)
@@ -24,10 +25,9 @@ module gestell_floquet_reduction_mode_group
     complex(dp) :: shift = 0
     complex(dp), allocatable :: phi(:, :)
     real(dp) :: error = 0
-    !> Only for more than one mode: the rest as a system of its own, its map, and where that loses modes its factors.
+    !> Only for more than one mode: the rest as a system of its own, and its solution; where that is by factors there is no Phi.
     type(sampled_system), allocatable :: system
-    type(monodromy_type), allocatable :: monodromy
-    type(factors_type), allocatable :: factors
+    class(part_solution_type), allocatable :: solution
   end type group_type
 
 contains
@@ -40,6 +40,8 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(group_type), intent(inout) :: group
     type(error_type), allocatable, intent(out) :: error
+    type(integrated_type), allocatable :: integrated
+    type(factored_type), allocatable :: factored
     complex(dp), allocatable :: d(:, :, :)
     complex(dp) :: centre
     integer :: m, i, k
@@ -65,30 +67,32 @@ contains
         group%error = rounding
         return
       end if
-      allocate(group%monodromy)
+      allocate(integrated)
       if (any(group%conjugates /= group%columns)) then
         group%system = complex_system(d, rounding)
-        call solve_monodromy(group%system, accuracy, .false., group%monodromy, error)
-        if (allocated(error)) return
-        group%phi = cmplx(group%monodromy%phi(:m, :m), group%monodromy%phi(m + 1:, :m), dp)
+      else if (forced) then
+        group%system = real_system(real(d), transpose(reduction%forcing(:, group%columns)), rounding)
       else
-        if (forced) then
-          group%system = real_system(real(d), transpose(reduction%forcing(:, group%columns)), rounding)
-        else
-          group%system = real_system(real(d), 0 * real(d(:, 1, :)), rounding)
-        end if
-        call solve_monodromy(group%system, accuracy, forced, group%monodromy, error)
-        if (allocated(error)) return
-        group%phi = group%monodromy%phi
+        group%system = real_system(real(d), 0 * real(d(:, 1, :)), rounding)
       end if
-      group%error = group%monodromy%error
     end associate
-    if (.not. group%monodromy%loses_modes()) return
-    if (any(group%conjugates /= group%columns)) then
+    call integrate(group%system, accuracy, forced, integrated, error)
+    if (allocated(error)) return
+    associate (monodromy => integrated%monodromy)
+      if (.not. monodromy%loses_modes()) then
+        group%phi = monodromy%phi(:m, :m)
+        if (any(group%conjugates /= group%columns)) group%phi = cmplx(monodromy%phi(:m, :m), monodromy%phi(m + 1:, :m), dp)
+        group%error = monodromy%error
+      end if
+    end associate
+    if (allocated(group%phi)) then
+      call move_alloc(integrated, group%solution)
+    else if (any(group%conjugates /= group%columns)) then
       call fatal_error(error, "the modes of a group differ too much", failed_computation)
     else
-      allocate(group%factors)
-      call solve_factors(group%system, accuracy, forced, group%factors, error)
+      allocate(factored)
+      call solve_factored(group%system, accuracy, forced, factored, error)
+      call move_alloc(factored, group%solution)
     end if
   end subroutine solve_group
 
@@ -117,8 +121,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
 
-    if (allocated(group%factors)) then
-      call factored_multipliers(group%factors, vectors, multipliers, error)
+    if (.not. allocated(group%phi)) then
+      call group%solution%multipliers(vectors, multipliers, error)
       if (allocated(error)) return
     else
       if (size(group%phi) == 1) then
@@ -182,7 +186,7 @@ contains
       end associate
     end do
     if (any(distance <= 0)) then
-      call fatal_error(error, resonance, failed_computation)
+      call raise_resonance(error)
       return
     end if
     amplification = size(distance) * maxval(multipliers%condition / distance)

@@ -1,18 +1,17 @@
-!> Multipliers and periodic motion of a system that was taken apart into groups of modes (gestell_floquet_reduction).
+!> Floquet's solution of a system that was taken apart into groups of modes (gestell_floquet_reduction).
 module gestell_floquet_reduction_reduced
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: inverse
   use gestell_floquet_reduction_conjugates, only: complex_columns
   use gestell_floquet_period_convergence, only: safety
-  use gestell_floquet_factors_factored, only: factored_errors, factored_periodic, follow_factored
-  use gestell_floquet_period_period_map, only: trajectory
   use gestell_floquet_reduction_mode_group, only: blocks, group_amplification, group_multipliers, group_type, least_size, mirror, &
     & solve_group, take_rates
   use gestell_floquet_reduction_modes, only: columns_of, modes_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, no_multipliers
-  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic, take_errors
+  use gestell_floquet_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_reduction, only: reduction_type
   use gestell_floquet_reduction_trigonometric, only: interpolation
   use gestell_floquet_period_turn_errors, only: turn_errors_type
@@ -20,18 +19,22 @@ module gestell_floquet_reduction_reduced
   implicit none (type, external)
   private
 
-  public :: follow_reduced, reduced_errors, reduced_multipliers, reduced_periodic, solve_reduced
+  public :: solve_reduced
 
-  type, public :: reduced_type
+  type, extends(part_solution_type), public :: reduced_type
     type(reduction_type) :: reduction
     !> Of two conjugate groups one; the slow group, if there is one, stands first.
     type(group_type), allocatable :: groups(:)
     logical :: has_slow = .false.
-    !> Units of the states, shape (n), and the period.
-    real(dp), allocatable :: scale(:)
     real(dp) :: period = 0
     !> Sum of ln |rho| - integral of tr P.
     real(dp) :: liouville_defect = 0
+  contains
+    procedure :: multipliers => take_multipliers
+    procedure :: start => take_start
+    procedure :: follow => take_motion
+    procedure :: errors => take_errors
+    procedure :: report => take_report
   end type reduced_type
 
 contains
@@ -86,82 +89,76 @@ contains
   end function groups_to_solve
 
   subroutine check_liouville(reduced, error)
-    type(reduced_type), intent(inout) :: reduced
+    class(reduced_type), intent(inout) :: reduced
     type(error_type), allocatable, intent(out) :: error
     type(multipliers_type) :: multipliers
 
-    call reduced_multipliers(reduced, .false., multipliers, error)
+    call reduced%multipliers(.false., multipliers, error)
     if (.not. allocated(error)) reduced%liouville_defect = sum(multipliers%log_abs) - reduced%reduction%trace
   end subroutine check_liouville
 
-  !> All multipliers; what the groups still do to each other is within the bounds.
-  !> Error: LAPACK found no eigenvalues.
-  subroutine reduced_multipliers(reduced, vectors, multipliers, error)
-    type(reduced_type), intent(in) :: reduced
+  !> What the groups still do to each other is within the bounds.
+  subroutine take_multipliers(self, vectors, multipliers, error)
+    class(reduced_type), intent(in) :: self
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     type(multipliers_type) :: one
     integer :: g, n
 
-    n = size(reduced%scale)
+    n = size(self%scale)
     multipliers = no_multipliers(merge(n, 0, vectors))
-    do g = 1, size(reduced%groups)
-      associate (group => reduced%groups(g), start => complex_columns(reduced%reduction%basis(1, :, :), &
-        & reduced%reduction%modes%conjugate))
+    do g = 1, size(self%groups)
+      associate (group => self%groups(g), start => complex_columns(self%reduction%basis(1, :, :), &
+        & self%reduction%modes%conjugate))
         call group_multipliers(group, vectors, one, error)
         if (allocated(error)) return
         if (vectors) one%vectors = matmul(start(:, group%columns), one%vectors) &
-          & * spread(reduced%scale, 2, size(group%columns))
+          & * spread(self%scale, 2, size(group%columns))
         call append(multipliers, one)
         if (all(group%conjugates == group%columns)) cycle
         call mirror(one)
         call append(multipliers, one)
       end associate
     end do
-    multipliers%error = disc_bounds(multipliers%exponent, max(multipliers%error, reduced%reduction%residual))
-    multipliers%exponent = multipliers%exponent / reduced%period
+    multipliers%error = disc_bounds(multipliers%exponent, max(multipliers%error, self%reduction%residual))
+    multipliers%exponent = multipliers%exponent / self%period
     call arrange(multipliers)
-  end subroutine reduced_multipliers
+  end subroutine take_multipliers
 
-  !> x(0) of the periodic motion: that of the slow group, and the response p of the fast ones. Error: resonance within the
-  !> errors.
-  subroutine reduced_periodic(reduced, solution, error)
-    type(reduced_type), intent(in) :: reduced
+  !> That of the slow group, and the response p of the fast ones.
+  subroutine take_start(self, solution, error)
+    class(reduced_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
     type(periodic_solution_type) :: slow
-    real(dp) :: within(size(reduced%scale)), slow_size
+    real(dp) :: within(size(self%scale)), slow_size
     real(dp), allocatable :: start(:)
 
     slow_size = 0
-    associate (r => reduced%reduction, group => reduced%groups(1))
+    associate (r => self%reduction, group => self%groups(1))
       start = r%response(1, :)
-      if (reduced%has_slow) then
-        if (allocated(group%factors)) then
-          call factored_periodic(group%factors, slow, error)
-        else
-          call solve_periodic(group%monodromy, slow, error)
-        end if
+      if (self%has_slow) then
+        call group%solution%start(slow, error)
         if (allocated(error)) return
         start = start + matmul(r%basis(1, :, group%columns), slow%x0)
         slow_size = maxval(abs(slow%x0))
       end if
-      call fast_errors(reduced, slow_size, within, solution%condition, error)
+      call fast_errors(self, slow_size, within, solution%condition, error)
       if (allocated(error)) return
-      if (reduced%has_slow) then
+      if (self%has_slow) then
         within(group%columns) = slow%error + safety * size(group%columns) * slow%condition * r%slow_residual
         solution%condition = max(solution%condition, slow%condition)
       end if
-      solution%x0 = start * reduced%scale
-      solution%error = matmul(abs(complex_columns(r%basis(1, :, :), r%modes%conjugate)), within) * reduced%scale &
-        & + rounding_of(reduced)
+      solution%x0 = start * self%scale
+      solution%error = matmul(abs(complex_columns(r%basis(1, :, :), r%modes%conjugate)), within) * self%scale &
+        & + rounding_of(self)
     end associate
-  end subroutine reduced_periodic
+  end subroutine take_start
 
   !> What rounding leaves of p, in the units of the states.
   pure function rounding_of(reduced) result(rounding)
-    type(reduced_type), intent(in) :: reduced
+    class(reduced_type), intent(in) :: reduced
     real(dp) :: rounding(size(reduced%scale))
 
     associate (r => reduced%reduction)
@@ -178,7 +175,7 @@ contains
   !> and are amplified by |(E - Phi)^-1| and the growth within the period. What decays (or grows) throughout with a rate of at
   !> least lambda is nowhere greater than |r| / lambda. Error: resonance within the errors.
   subroutine fast_errors(reduced, slow_size, within, condition, error)
-    type(reduced_type), intent(in) :: reduced
+    class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: slow_size
     real(dp), intent(out) :: within(:), condition
     type(error_type), allocatable, intent(out) :: error
@@ -208,73 +205,83 @@ contains
     end associate
   end subroutine fast_errors
 
-  !> The periodic motion that starts with `x0`, at `phases` (ascending, in [0, 1]); x has the shape (n, points).
-  subroutine follow_reduced(reduced, x0, phases, x, error)
-    type(reduced_type), intent(in) :: reduced
+  subroutine take_motion(self, system, x0, phases, x, error)
+    class(reduced_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: x0(:), phases(:)
     real(dp), intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: shapes(:, :, :), y(:, :)
     integer :: k
 
-    x = transpose(matmul(interpolation(reduced%reduction%angles, phases), reduced%reduction%response))
-    if (reduced%has_slow) then
-      call follow_slow(reduced, x0, phases, y, error)
+    associate (unused_system => system)
+    end associate
+    x = transpose(matmul(interpolation(self%reduction%angles, phases), self%reduction%response))
+    if (self%has_slow) then
+      call follow_slow(self, x0, phases, y, error)
       if (allocated(error)) return
-      call slow_shapes(reduced, phases, shapes)
+      call slow_shapes(self, phases, shapes)
       do k = 1, size(phases)
         x(:, k) = x(:, k) + matmul(shapes(k, :, :), y(:, k))
       end do
     end if
-    x = x * spread(reduced%scale, 2, size(phases))
-  end subroutine follow_reduced
+    x = x * spread(self%scale, 2, size(phases))
+  end subroutine take_motion
 
-  !> The errors of the motion `x` that `follow_reduced` found at `phases`, shape (n, phases), the first 0 and the last 1. Errors:
-  !> overflow; resonance within the errors.
-  subroutine reduced_errors(reduced, phases, x, errors, error)
-    type(reduced_type), intent(in) :: reduced
+  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+    class(reduced_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:), x(:, :)
     type(turn_errors_type), intent(out) :: errors
     type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: disturbance
     type(turn_errors_type) :: slow
-    real(dp) :: within(size(reduced%scale)), slow_size, condition
+    real(dp) :: within(size(self%scale)), slow_size, condition
     real(dp), allocatable :: y(:, :), shapes(:, :, :)
     integer :: k
 
+    associate (unused_system => system, unused_disturbance => present(disturbance))
+    end associate
     slow_size = 0
-    associate (r => reduced%reduction, group => reduced%groups(1))
+    associate (r => self%reduction, group => self%groups(1))
       allocate(errors%differences(size(x, 1), 2 * size(phases)), source=0.0_dp)
-      if (reduced%has_slow) then
-        call follow_slow(reduced, x(:, 1), phases, y, error)
+      if (self%has_slow) then
+        call follow_slow(self, x(:, 1), phases, y, error)
         if (allocated(error)) return
-        if (allocated(group%factors)) then
-          call factored_errors(group%system, group%factors, phases, y, slow, error, safety * r%slow_residual)
-        else
-          call take_errors(group%system, group%monodromy, phases, y, slow, error, safety * r%slow_residual)
-        end if
+        call group%solution%errors(group%system, phases, y, slow, error, safety * r%slow_residual)
         if (allocated(error)) return
         slow_size = maxval(abs(y))
-        call slow_shapes(reduced, phases, shapes)
+        call slow_shapes(self, phases, shapes)
         do k = 1, size(phases)
           associate (both => [k, size(phases) + k])
-            errors%differences(:, both) = matmul(shapes(k, :, :), slow%differences(:, both)) * spread(reduced%scale, 2, 2)
+            errors%differences(:, both) = matmul(shapes(k, :, :), slow%differences(:, both)) * spread(self%scale, 2, 2)
           end associate
         end do
       end if
-      call fast_errors(reduced, slow_size, within, condition, error)
+      call fast_errors(self, slow_size, within, condition, error)
       if (allocated(error)) return
-      if (reduced%has_slow) within(group%columns) = slow%rounding
+      if (self%has_slow) within(group%columns) = slow%rounding
       allocate(errors%rounding(size(x, 1)), source=0.0_dp)
       do k = 1, r%angles
         errors%rounding = max(errors%rounding, matmul(abs(complex_columns(r%basis(k, :, :), r%modes%conjugate)), within))
       end do
-      errors%rounding = errors%rounding * reduced%scale + rounding_of(reduced)
+      errors%rounding = errors%rounding * self%scale + rounding_of(self)
     end associate
-  end subroutine reduced_errors
+  end subroutine take_errors
+
+  pure subroutine take_report(self, found)
+    class(reduced_type), intent(in) :: self
+    type(evidence_type), intent(inout) :: found
+
+    associate (r => self%reduction)
+      call found%add("", r%evaluations, r%residual, self%liouville_defect)
+      found%angles = found%angles + r%angles
+    end associate
+  end subroutine take_report
 
   !> The slow group's motion, shape (m, phases), that starts with the state x0 of all.
   subroutine follow_slow(reduced, x0, phases, y, error)
-    type(reduced_type), intent(in) :: reduced
+    class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: x0(:), phases(:)
     real(dp), allocatable, intent(out) :: y(:, :)
     type(error_type), allocatable, intent(out) :: error
@@ -285,17 +292,13 @@ contains
       if (allocated(error)) return
       y0 = matmul(inverted(group%columns, :), x0 / reduced%scale - r%response(1, :))
       allocate(y(size(group%columns), size(phases)))
-      if (allocated(group%factors)) then
-        call follow_factored(group%system, group%factors, phases, y, error)
-      else
-        call trajectory(group%system, group%monodromy%method, group%monodromy%nodes, y0, phases, y, error)
-      end if
+      call group%solution%follow(group%system, y0, phases, y, error)
     end associate
   end subroutine follow_slow
 
   !> The columns of S that belong to the slow group, shape (phases, n, m).
   pure subroutine slow_shapes(reduced, phases, shapes)
-    type(reduced_type), intent(in) :: reduced
+    class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: phases(:)
     real(dp), allocatable, intent(out) :: shapes(:, :, :)
     integer :: n, m

@@ -10,17 +10,17 @@
 !> The exact vibration comes from Newton's method (gestell_study_frame_model_newton), from the linear vibration or, where that is
 !> too far away, on a path from rest or from another speed (gestell_study_frame_model_vibration_path).
 module gestell_study_frame_model
-  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, invalid_input, no_convergence, resonance
   use gestell_base_kinds, only: dp
   use gestell_math_trigonometric, only: series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_period_periodic_solution, only: resonance
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_frame_model_vibration_path, only: follow_excitation, follow_speed
-  use gestell_study_frame_model_newton, only: iterate, no_convergence, rough
+  use gestell_study_frame_model_newton, only: iterate, rough
+  use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -76,22 +76,28 @@ contains
     end select
   end subroutine settle
 
-  !> The same of a family's member, in its place; what is no frame stays as it is.
+  !> The same of a family's member, in its place, or with model 'averaged' the frame with M, B, C averaged over the turn; what is no
+  !> frame stays as it is.
   subroutine settle_member(system, model, accuracy, error)
     class(periodic_system), allocatable, intent(inout) :: system
     character(len=*), intent(in) :: model
     type(accuracy_type), intent(in) :: accuracy
     type(error_type), allocatable, intent(out) :: error
     class(frame_type), allocatable :: settled
+    type(averaged_system), allocatable :: means
 
     if (model == "rest") return
     select type (system)
     class is (frame_type)
-      call settle(system, model, accuracy, settled, error)
+      if (model == "averaged") then
+        allocate(means)
+        call system%averaged(means)
+      else
+        call settle(system, model, accuracy, settled, error)
+      end if
     end select
-    if (.not. allocated(settled)) return
-    deallocate(system)
-    call move_alloc(settled, system)
+    if (allocated(settled)) call move_alloc(settled, system)
+    if (allocated(means)) call move_alloc(means, system)
   end subroutine settle_member
 
   !> Newton's method from `varied`, the frame about rest; where that fails, on a path. Between two turning points of the vibrations
@@ -166,7 +172,7 @@ contains
     type(error_type), intent(in), allocatable :: error
 
     too_far = .false.
-    if (allocated(error)) too_far = any(error%message == [character(len=len(resonance)) :: resonance, no_convergence])
+    if (allocated(error)) too_far = any(error%cause == [resonance, no_convergence])
   end function too_far
 
 end module gestell_study_frame_model

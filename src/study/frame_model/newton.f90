@@ -2,7 +2,7 @@
 !> motion q_k+1 of the frame varied about q_k (gestell_model_frame_varied_frame). Each step is a quick solution of the system that
 !> tells what q_k lacks, so that its own errors are small beside the step.
 module gestell_study_frame_model_newton
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, no_convergence
   use gestell_base_kinds, only: dp
   use gestell_math_trigonometric, only: series_through, series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -17,9 +17,6 @@ module gestell_study_frame_model_newton
   private
 
   public :: iterate, loosened, next_motion, values_of
-
-  !> The message where the steps do not become small.
-  character(len=*), parameter, public :: no_convergence = "Newton's method does not converge"
 
   !> Accuracy of a vibration that is a start only.
   real(dp), parameter, public :: rough = 1.0e-6_dp
@@ -110,7 +107,8 @@ contains
       if (.not. step < greatest_step .and. k > 2) exit
       before = step
     end do
-    call fatal_error(error, no_convergence, failed_computation)
+    call fatal_error(error, "Newton's method does not converge", failed_computation)
+    error%cause = no_convergence
   end subroutine iterate
 
   !> The periodic motion of `system` at as many equidistant phases as resolve it, at least `samples`. It is solved quickly, so its

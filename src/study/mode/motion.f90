@@ -5,12 +5,10 @@ module gestell_study_mode_motion
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
   use gestell_math_matrix, only: balanced
-  use gestell_floquet_factors, only: factors_type, solve_factors
+  use gestell_floquet_factors_factored, only: factored_type, solve_factored
   use gestell_floquet_integrator_mesh, only: merged
-  use gestell_floquet_period_monodromy, only: accuracy_type, survey
-  use gestell_floquet_factors_periodic_bounds, only: periodic_bounds
-  use gestell_floquet_factors_periodic_frames, only: periodic_frames
-  use gestell_floquet_factors_periodic_schur, only: periodic_multipliers, periodic_schur
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -35,50 +33,39 @@ contains
 
   !> All motions, from the factors of the monodromy matrix and the frames of their periodic Schur form: along its frame no
   !> motion is lost beside another one, and none under- or overflows.
-  !> Errors: those of `solve_factors`; the vibrations are too fast against the period.
+  !> Errors: those of `solve_factored`; the vibrations are too fast against the period.
   subroutine solve_motions(system, accuracy, motions, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     type(motions_type), intent(out) :: motions
     type(error_type), allocatable, intent(out) :: error
-    type(factors_type) :: factors
-    complex(dp), allocatable, dimension(:, :, :) :: a, q, r, x, y
-    complex(dp), allocatable :: lambda(:, :)
-    real(dp), allocatable :: scale(:), log_abs(:), arg(:), most(:), condition(:)
-    real(dp) :: turns
+    type(factored_type) :: factored
+    type(survey_type) :: seen
     integer :: n, samples
 
-    call survey(system, scale, turns, error)
+    call survey(system, seen%scale, seen%turns, error)
     if (allocated(error)) return
-    if (turns > most_turns) then
+    if (seen%turns > most_turns) then
       call fatal_error(error, "the free vibrations are too fast against the period to tell their modes", failed_computation)
       return
     end if
-    call solve_factors(system, accuracy_type(tolerance=accuracy%tolerance), .false., factors, error)
+    call solve_factored(system, accuracy_type(tolerance=accuracy%tolerance), .false., factored, error, seen)
+    if (.not. allocated(error) .and. allocated(factored%failure)) allocate(error, source=factored%failure)
     if (allocated(error)) return
     n = system%states
-    allocate(a, source=cmplx(factors%a, 0, dp))
-    allocate(q, r, x, y, mold=a)
-    allocate(lambda(n, size(a, 3)))
-    allocate(log_abs(n), arg(n), most(n), condition(n), motions%error(n))
-    call periodic_schur(a, q, r, error)
-    if (allocated(error)) return
-    call periodic_multipliers(r, log_abs, arg)
-    call periodic_frames(q, r, x, y, lambda)
-    call periodic_bounds(a, log_abs, arg, x, y, lambda, factors%error, motions%error, most, condition)
-    motions%exponent = cmplx(log_abs, arg, dp)
+    motions%exponent = factored%frames%z
+    motions%error = factored%frames%bound
     ! More than twice the order of the fastest vibration, and what the coefficients add to it.
-    samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * turns / pi + 4 * system%least_steps)) / log(2.0_dp))
+    samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * seen%turns / pi + 4 * system%least_steps)) / log(2.0_dp))
     allocate(motions%positions(samples, n / 2, n))
-    call follow_frames(system, factors, x, lambda, motions, error)
+    call follow_frames(system, factored, motions, error)
     motions%exponent = motions%exponent / system%period
   end subroutine solve_motions
 
   !> p at equidistant phases, within each segment from the frame at its start.
-  subroutine follow_frames(system, factors, x, lambda, motions, error)
+  subroutine follow_frames(system, factored, motions, error)
     class(periodic_system), intent(in) :: system
-    type(factors_type), intent(in) :: factors
-    complex(dp), intent(in) :: x(:, :, :), lambda(:, :)
+    type(factored_type), intent(in) :: factored
     type(motions_type), intent(inout) :: motions
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: nodes(:), a(:, :, :)
@@ -86,27 +73,29 @@ contains
     integer :: samples, next, segment, first, last, k
 
     samples = size(motions%positions, 1)
-    allocate(nodes, source=merged(factors%nodes, [(real(k, dp) / samples, k = 0, samples - 1)]))
     allocate(a(system%states, system%states, block_length))
     next = 1
     segment = 1
     past = 0
-    now = x(:, :, 1)
-    call keep(0.0_dp)
-    do first = 1, size(nodes) - 1, block_length
-      last = min(first + block_length - 1, size(nodes) - 1)
-      call factors%method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :last - first + 1), error)
-      if (allocated(error)) return
-      do k = first, last
-        now = matmul(balanced(a(:, :, k - first + 1), factors%scale), now)
-        if (nodes(k + 1) >= factors%ends(segment + 1) .and. segment < size(x, 3)) then
-          past = past + log(lambda(:, segment))
-          segment = segment + 1
-          now = x(:, :, segment)
-        end if
-        call keep(nodes(k + 1))
+    associate (factors => factored%factors, x => factored%frames%x, lambda => factored%frames%lambda)
+      allocate(nodes, source=merged(factors%nodes, [(real(k, dp) / samples, k = 0, samples - 1)]))
+      now = x(:, :, 1)
+      call keep(0.0_dp)
+      do first = 1, size(nodes) - 1, block_length
+        last = min(first + block_length - 1, size(nodes) - 1)
+        call factors%method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :last - first + 1), error)
+        if (allocated(error)) return
+        do k = first, last
+          now = matmul(balanced(a(:, :, k - first + 1), factors%scale), now)
+          if (nodes(k + 1) >= factors%ends(segment + 1) .and. segment < size(x, 3)) then
+            past = past + log(lambda(:, segment))
+            segment = segment + 1
+            now = x(:, :, segment)
+          end if
+          call keep(nodes(k + 1))
+        end do
       end do
-    end do
+    end associate
 
   contains
 
@@ -118,7 +107,7 @@ contains
       if (real(next - 1, dp) / samples > phase) return
       f = system%states / 2
       do i = 1, system%states
-        motions%positions(next, :, i) = exp(past(i) - motions%exponent(i) * phase) * now(:f, i) * factors%scale(:f)
+        motions%positions(next, :, i) = exp(past(i) - motions%exponent(i) * phase) * now(:f, i) * factored%scale(:f)
       end do
       next = next + 1
     end subroutine keep

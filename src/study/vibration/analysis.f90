@@ -1,10 +1,10 @@
 !> One machine at one speed: what was asked for, and nothing else.
 module gestell_study_vibration_analysis
-  use gestell_base_error, only: error_type, failed_computation
+  use gestell_base_error, only: error_type, failed_computation, resonance
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, resonance
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
@@ -13,6 +13,7 @@ module gestell_study_vibration_analysis
   use gestell_study_vibration_several, only: list_vibrations, search_vibrations, several_type
   use gestell_study_vibration, only: check_times, solve_vibration, vibration_type
   use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
@@ -79,9 +80,10 @@ contains
     class(frame_type), intent(in) :: frame
     type(tasks_type), intent(in) :: tasks
     type(accuracy_type), intent(in) :: accuracy
-    type(analysis_type), intent(out) :: analysis
+    type(analysis_type), intent(out), target :: analysis
     type(error_type), allocatable, intent(out) :: error
-    type(averaged_system) :: model
+    type(averaged_system), target :: model
+    class(periodic_system), pointer :: system
     type(multipliers_type) :: multipliers
 
     call frame%check(error)
@@ -89,13 +91,15 @@ contains
     if (allocated(error)) return
     if (tasks%averaged) then
       allocate(analysis%frame, source=frame)
-      call analysis%frame%averaged(model)
-      call solve_floquet(model, accuracy, tasks%vibration(), analysis%floquet, error)
+      call frame%averaged(model)
+      system => model
     else
       call settle(frame, trim(tasks%model), accuracy, analysis%frame, error, analysis%newton)
       if (allocated(error)) call name_resonance_at_rest(frame, accuracy, error)
-      if (.not. allocated(error)) call solve_floquet(analysis%frame, accuracy, tasks%vibration(), analysis%floquet, error)
+      if (allocated(error)) return
+      system => analysis%frame
     end if
+    call solve_floquet(system, accuracy, tasks%vibration(), analysis%floquet, error)
     if (allocated(error)) return
     if (tasks%judged()) then
       call solve_multipliers(analysis%floquet, tasks%modes, multipliers, error)
@@ -107,16 +111,13 @@ contains
     if (.not. tasks%vibration()) return
     allocate(analysis%vibration)
     if (tasks%rows == 0) then
-      call solve_vibration(analysis%frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
-    else if (tasks%averaged) then
-      call solve_vibration(analysis%frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, &
-        & tasks%rows, model)
+      call solve_vibration(system, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
     else
-      call solve_vibration(analysis%frame, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, tasks%rows)
+      call solve_vibration(system, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, tasks%rows)
     end if
     if (allocated(error)) then
       deallocate(analysis%vibration)
-      if (error%message == resonance) call name_resonance(frame, analysis, error)
+      if (error%cause == resonance .and. .not. tasks%averaged) call name_resonance(frame, analysis, error)
     else if (analysis%vibration%start%condition > one_digit) then
       call name_resonance(frame, analysis)
     end if
@@ -173,7 +174,7 @@ contains
     if (allocated(error)) return
     call solve_periodic(at_rest%floquet, start, error)
     if (.not. allocated(error)) return
-    if (error%message /= resonance) return
+    if (error%cause /= resonance) return
     failure%message = failure%message // "; about rest"
     call name_resonance(frame, at_rest, failure)
   end subroutine name_resonance_at_rest

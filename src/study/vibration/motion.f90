@@ -8,6 +8,7 @@ module gestell_study_vibration_motion
   use gestell_model_frame_quantity, only: accelerations, cosine, displacements, guide_forces, moment_excess, sine, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private
@@ -23,7 +24,7 @@ contains
   !> free degrees of freedom there. `system`: the frame or its averaged model, whose solution x is.
   subroutine whole_motion(frame, system, phases, x, rows, motion)
     class(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in) :: system
+    class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
     integer, intent(in) :: rows
@@ -84,7 +85,7 @@ contains
   !> q'' from (23).
   subroutine add_accelerations(frame, system, phases, x, motion)
     class(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in) :: system
+    class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:), x(:, :)
     real(dp), intent(inout) :: motion(:, :)
     real(dp), allocatable :: p(:, :, :), load(:, :)
@@ -101,7 +102,7 @@ contains
   !> The frame with all three degrees of freedom free, averaged where `system` is.
   subroutine free_all(frame, system, whole)
     class(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in) :: system
+    class(periodic_system), intent(in) :: system
     class(second_order_system), allocatable, intent(out) :: whole
     class(frame_type), allocatable :: free
     type(averaged_system), allocatable :: model
@@ -148,7 +149,7 @@ contains
   !> rounding leaves of its error.
   subroutine motion_errors(frame, system, phases, states, part, errors)
     class(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in) :: system
+    class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: states(:), part
     real(dp), intent(out) :: errors(:)

@@ -7,11 +7,12 @@ module gestell_study_vibration
   use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, take_errors
   use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_model_frame, only: frame_type
+  use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_mounting, only: load_rounding, matrix_rounding, turned_loads
   use gestell_model_frame_quantity, only: accelerations, exact_rows, guide_forces, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_study_vibration_motion, only: motion_errors, whole_motion
-  use gestell_system_second_order, only: second_order_system
+  use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -52,22 +53,27 @@ module gestell_study_vibration
 
 contains
 
-  !> The periodic vibration of `frame`, at `points` + 1 times, with at least `harmonics` harmonics. `floquet` must
-  !> have been solved with forcing. With `rows` also that many rows of the motion; `system` is the averaged model where `floquet`
-  !> solves that. Errors: as of `check_times`; `floquet` is not that of the frame, with forcing; resonance; overflow.
-  subroutine solve_vibration(frame, floquet, points, harmonics, vibration, error, rows, system)
-    class(frame_type), intent(in) :: frame
+  !> The periodic vibration of `system`, a frame or the averaged model of one, at `points` + 1 times, with at least `harmonics`
+  !> harmonics. `floquet` must have been solved with forcing. With `rows` also that many rows of the motion. Errors: as of
+  !> `check_times`; there is no frame; `floquet` is not that of the system, with forcing; resonance; overflow.
+  subroutine solve_vibration(system, floquet, points, harmonics, vibration, error, rows)
+    class(periodic_system), intent(in), target :: system
     type(floquet_type), intent(in) :: floquet
     integer, intent(in) :: points, harmonics
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: rows
-    class(second_order_system), intent(in), optional :: system
+    class(frame_type), pointer :: frame
     real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:), watched(:), x_watched(:, :)
     type(turn_errors_type) :: errors
     logical :: resolved_all
     integer :: samples, every, kept, k, i
 
+    frame => frame_of(system)
+    if (.not. associated(frame)) then
+      call fatal_error(error, "the vibration is that of a frame", invalid_input)
+      return
+    end if
     call frame%check(error)
     if (.not. allocated(error)) call check_times(points, harmonics, error, rows)
     if (.not. allocated(error)) call solve_periodic(floquet, vibration%start, error)
@@ -107,7 +113,7 @@ contains
       end if
       resolved_all = states_resolved(frame, floquet, vibration)
       if (kept > 0) then
-        call take_motion(frame, system, phases, x, kept, vibration%motion)
+        call whole_motion(frame, system, phases, x, kept, vibration%motion)
         call take_series(vibration)
         if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, vibration)
       end if
@@ -126,7 +132,7 @@ contains
       if (points <= most_shared) then
         vibration%motion_history = vibration%motion(:, ::samples / points)
       else
-        call take_motion(frame, system, [(real(k, dp) / points, k = 0, points)], ordered, kept, vibration%motion_history)
+        call whole_motion(frame, system, [(real(k, dp) / points, k = 0, points)], ordered, kept, vibration%motion_history)
       end if
       vibration%motion = vibration%motion(:, :samples)
     end if
@@ -220,7 +226,7 @@ contains
   !> of the exact frame, beside the motion, and rounding, of the states, the load and the sums.
   subroutine take_motion_errors(frame, system, phases, x, rows, states, errors)
     class(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in), optional :: system
+    class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
     integer, intent(in) :: rows
@@ -236,9 +242,9 @@ contains
     class is (varied_frame_type)
       from = x
     end select
-    call take_motion(frame, system, phases, from, rows, there)
-    call take_motion(frame, system, phases, from + states%differences(:, :n), rows, compared)
-    call take_motion(frame, system, phases, from + states%differences(:, n + 1:), rows, finer)
+    call whole_motion(frame, system, phases, from, rows, there)
+    call whole_motion(frame, system, phases, from + states%differences(:, :n), rows, compared)
+    call whole_motion(frame, system, phases, from + states%differences(:, n + 1:), rows, finer)
     allocate(errors%differences(rows, 2 * n))
     errors%differences(:, :n) = compared - there
     errors%differences(:, n + 1:) = finer - there
@@ -246,25 +252,9 @@ contains
     ! Of the accelerations' coefficients and load: the model's, of the mechanism's first and second derivatives, which travel
     ! through several joints, and where forces of links cancel.
     associate (model => 4 * (sums + frame%rounding) + frame%load_rounding)
-      call take_roundings(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), model, errors%rounding)
+      call motion_errors(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), model, errors%rounding)
     end associate
   end subroutine take_motion_errors
-
-  !> The motion, of the averaged model where there is one.
-  subroutine take_motion(frame, system, phases, x, rows, motion)
-    class(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in), optional :: system
-    real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(in) :: x(:, :)
-    integer, intent(in) :: rows
-    real(dp), allocatable, intent(out) :: motion(:, :)
-
-    if (present(system)) then
-      call whole_motion(frame, system, phases, x, rows, motion)
-    else
-      call whole_motion(frame, frame, phases, x, rows, motion)
-    end if
-  end subroutine take_motion
 
   !> The harmonics of the motion's rows; those of the states are there already.
   pure subroutine take_series(vibration)
@@ -287,7 +277,7 @@ contains
   !> the terms that they are sums of counts as resolved.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in), optional :: system
+    class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
     type(vibration_type), intent(in) :: vibration
@@ -297,25 +287,10 @@ contains
 
     errors = vibration%motion_errors%bounds()
     associate (inner => phases(:size(phases) - 1), series => vibration%motion_series)
-      call take_roundings(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
+      call motion_errors(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
       rows_resolved = all([(is_resolved(series(k), rounding * terms(k), errors(k)), k = velocities + 1, size(series))])
     end associate
   end function rows_resolved
-
-  !> How errors of the states, and this part of the load, show in the motion's rows.
-  subroutine take_roundings(frame, system, phases, states, part, errors)
-    class(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in), optional :: system
-    real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(in) :: states(:), part
-    real(dp), intent(out) :: errors(:)
-
-    if (present(system)) then
-      call motion_errors(frame, system, phases, states, part, errors)
-    else
-      call motion_errors(frame, frame, phases, states, part, errors)
-    end if
-  end subroutine take_roundings
 
   !> Whether the samples resolve the free states. What is roundoff beside the other states, in balanced units, counts as
   !> resolved; the forces follow from the states.

@@ -3,15 +3,12 @@ module gestell_task_boundary_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_model_frame, only: frame_type
   use gestell_task_boundary, only: border_accuracy, border_type, border_rest_type, find_borders, &
     & nearest_stable, nearest_type, usual_tolerance
   use gestell_task_boundary_branches, only: find_branch_borders
   use gestell_task_boundary_map, only: border_line_type, border_map_type, search_border_line, trace_borders
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type
-  use gestell_system_averaged, only: averaged_system
-  use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
@@ -22,8 +19,6 @@ module gestell_task_boundary_solution
     type(accuracy_type) :: accuracy
     !> Relative to the ranges: of values of one parameter, and of curves.
     real(dp) :: tolerance = usual_tolerance
-    !> Whether M, B, C are averaged over the turn.
-    logical :: averaged = .false.
   end type border_order_type
 
   type, public :: border_results_type
@@ -36,13 +31,6 @@ module gestell_task_boundary_solution
     type(nearest_type), allocatable :: nearest(:)
   end type border_results_type
 
-  !> The frames of a family with averaged coefficients.
-  type, extends(family_type) :: averaged_family_type
-    class(family_type), pointer :: family => null()
-  contains
-    procedure :: member => averaged_member
-  end type averaged_family_type
-
 contains
 
   !> Searches line `number` of the grid of two parameters (gestell_task_boundary_map): for `solve_borders`, by as many threads
@@ -54,14 +42,8 @@ contains
     integer, intent(in) :: number
     type(border_line_type), intent(out) :: line
     type(error_type), allocatable, intent(out) :: error
-    type(averaged_family_type) :: averaged
 
-    if (order%averaged) then
-      averaged%family => family
-      call search_border_line(averaged, grid, fine_of(order%accuracy), order%tolerance, number, line, error)
-    else
-      call search_border_line(family, grid, fine_of(order%accuracy), order%tolerance, number, line, error)
-    end if
+    call search_border_line(family, grid, fine_of(order%accuracy), order%tolerance, number, line, error)
   end subroutine search_line_of
 
   !> Borders within the ranges of `grid`; with `base` (all parameters) also what is stable nearest to it. `lines`: those of the
@@ -72,25 +54,6 @@ contains
     type(grid_type), intent(in) :: grid
     type(border_order_type), intent(in) :: order
     type(border_results_type), intent(out) :: results
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(in), optional :: base(:)
-    type(border_line_type), intent(in), optional :: lines(:)
-    class(family_type), intent(in), optional, target :: bare
-    type(averaged_family_type) :: averaged
-
-    if (order%averaged) then
-      averaged%family => family
-      call solve_family(averaged, grid, order, results, error, base, lines)
-    else
-      call solve_family(family, grid, order, results, error, base, lines, bare)
-    end if
-  end subroutine solve_borders
-
-  subroutine solve_family(family, grid, order, results, error, base, lines, bare)
-    class(family_type), intent(in) :: family
-    type(grid_type), intent(in) :: grid
-    type(border_order_type), intent(in) :: order
-    type(border_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: base(:)
     type(border_line_type), intent(in), optional :: lines(:)
@@ -117,7 +80,7 @@ contains
       if (allocated(error)) return
     end do
     if (results%nearest(1)%found .and. .not. abs(results%nearest(1)%distance) > 0) deallocate(results%nearest)
-  end subroutine solve_family
+  end subroutine solve_borders
 
   !> What is ordered, but not coarser than narrow tongues want it.
   pure type(accuracy_type) function fine_of(accuracy) result(fine)
@@ -126,24 +89,5 @@ contains
     fine = accuracy
     fine%tolerance = min(fine%tolerance, border_accuracy)
   end function fine_of
-
-  subroutine averaged_member(self, parameters, system, error)
-    class(averaged_family_type), intent(in) :: self
-    real(dp), intent(in) :: parameters(:)
-    class(periodic_system), allocatable, intent(out) :: system
-    type(error_type), allocatable, intent(out) :: error
-    type(averaged_system) :: model
-
-    call self%family%member(parameters, system, error)
-    if (allocated(error)) return
-    select type (system)
-    class is (frame_type)
-      call system%averaged(model)
-    class default
-      return
-    end select
-    deallocate(system)
-    allocate(system, source=model)
-  end subroutine averaged_member
 
 end module gestell_task_boundary_solution

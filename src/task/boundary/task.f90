@@ -56,7 +56,6 @@ contains
 
     if (.not. self%ordered) return
     configuration%plan%borders%accuracy = configuration%accuracy
-    configuration%plan%borders%averaged = configuration%tasks%averaged
     call read_borders(doc, schema, configuration%plan, error)
   end subroutine read_boundary
 

@@ -1,16 +1,17 @@
 !> The modes of a machine over its speed: the Campbell diagram.
 module gestell_task_campbell
-  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_model_frame, only: frame_type
-  use gestell_study_family, only: family_type, take_member
+  use gestell_model_frame_frame_of, only: frame_of
+  use gestell_study_family, only: family_type
+  use gestell_study_member, only: member_type
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_tracking, only: track
   use gestell_study_mode_type, only: mode_type, most_freedoms
   use gestell_study_speeds, only: check_orders, check_speeds
-  use gestell_system_averaged, only: averaged_system
-  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private
 
@@ -19,8 +20,6 @@ module gestell_task_campbell
   !> What is ordered.
   type, public :: campbell_order_type
     type(accuracy_type) :: accuracy
-    !> Whether M, B, C are averaged over the turn.
-    logical :: averaged = .false.
     !> Crossings with 1, 2, ... times the crank's speed are sought.
     integer :: orders = 6
   end type campbell_order_type
@@ -143,35 +142,30 @@ contains
     type(campbell_type), intent(inout) :: campbell
     type(campbell_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
-    class(periodic_system), allocatable :: system
-    type(averaged_system) :: model
+    type(member_type), target :: member
+    class(frame_type), pointer :: frame
     type(mode_type), allocatable :: modes(:)
     real(dp), allocatable :: mass(:, :)
 
     point%speed = speed
-    call take_member(family, [speed], system, error)
-    if (allocated(error)) then
-      if (any(error%code == [impossible_mechanism, failed_computation])) deallocate(error)
+    call member%make(family, [speed], error)
+    if (allocated(error) .or. .not. member%is_sound()) return
+    campbell%solutions = campbell%solutions + 1
+    frame => frame_of(member%system)
+    if (.not. associated(frame)) then
+      call fatal_error(error, "the modes over the speed are those of a frame", invalid_input)
       return
     end if
-    campbell%solutions = campbell%solutions + 1
-    select type (system)
-    class is (frame_type)
-      if (order%averaged) then
-        call system%averaged(model)
-        call solve_modes(model, order%accuracy, modes, mass, error)
-      else
-        call solve_modes(system, order%accuracy, modes, mass, error)
-      end if
-      if (allocated(error)) return
-      campbell%modes = size(modes)
-      campbell%free = system%free
-      point%modes(:size(modes)) = modes
-      point%mass(:size(modes), :size(modes)) = mass
-      point%solved = any(modes%told)
-    class default
-      call fatal_error(error, "the modes over the speed are those of a frame", invalid_input)
+    select type (system => member%system)
+    class is (second_order_system)
+      call solve_modes(system, order%accuracy, modes, mass, error)
     end select
+    if (allocated(error)) return
+    campbell%modes = size(modes)
+    campbell%free = frame%free
+    point%modes(:size(modes)) = modes
+    point%mass(:size(modes), :size(modes)) = mass
+    point%solved = any(modes%told)
   end subroutine solve_point
 
   !> The modes at another `speed`, numbered as those at `near`. `point` is not solved where there is no machine.

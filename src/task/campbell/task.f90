@@ -82,7 +82,6 @@ contains
       end select
     end if
     diagram%order%accuracy = context%configuration%accuracy
-    diagram%order%averaged = context%configuration%tasks%averaged
     diagram%order%orders = context%configuration%orders
     call context%members(context%configuration%plan%family, family, model_of_modes)
     call solve_campbell(family, context%speeds(), diagram%order, diagram%campbell, error)

@@ -1,21 +1,21 @@
 !> Critical speeds: where the periodic vibration of a machine really is greatest about a crossing of the Campbell diagram.
 module gestell_task_critical
-  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_math_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, resonance
-  use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: floquet_type, follow, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
+  use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_quantity, only: exact_rows, find_quantity, guide_forces, probe_type, quantity_type, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_task_campbell, only: campbell_order_type, check_campbell_order
   use gestell_task_campbell_crossings, only: crossing_type
-  use gestell_study_family, only: family_type, take_member
+  use gestell_study_family, only: family_type
+  use gestell_study_member, only: member_type
   use gestell_study_vibration_motion, only: whole_motion
   use gestell_study_vibration_small_motion, only: moved, moved_type
-  use gestell_system_averaged, only: averaged_system
-  use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_positive_inf, ieee_value
   implicit none (type, external)
@@ -285,28 +285,22 @@ contains
     integer, intent(in) :: multiple
     type(response_type), intent(out) :: one
     type(error_type), allocatable, intent(out) :: error
-    class(periodic_system), allocatable :: system
-    type(averaged_system) :: model
+    type(member_type), target :: member
+    class(frame_type), pointer :: frame
     type(error_type), allocatable :: failure
 
-    call take_member(family, [speed], system, error)
-    if (allocated(error)) then
-      if (any(error%code == [impossible_mechanism, failed_computation])) deallocate(error)
-      return
-    end if
-    select type (system)
-    class is (frame_type)
-      if (order%averaged) then
-        call system%averaged(model)
-        call solve_floquet(model, order%accuracy, .true., one%floquet, failure)
-        if (.not. allocated(failure)) call measure(system, model, multiple, one, failure)
-      else
-        call solve_floquet(system, order%accuracy, .true., one%floquet, failure)
-        if (.not. allocated(failure)) call measure(system, system, multiple, one, failure)
-      end if
+    call member%make(family, [speed], error)
+    if (.not. allocated(error)) call member%solve(order%accuracy, .true., error)
+    if (allocated(error) .or. .not. member%is_sound()) return
+    one%floquet = member%floquet
+    frame => frame_of(member%system)
+    if (.not. associated(frame)) return
+    select type (system => member%system)
+    class is (second_order_system)
+      call measure(frame, system, multiple, one, failure)
     end select
     if (.not. allocated(failure)) return
-    if (failure%message == resonance) one%values = ieee_value(1.0_dp, ieee_positive_inf)
+    if (failure%cause == resonance) one%values = ieee_value(1.0_dp, ieee_positive_inf)
   end subroutine respond
 
   !> `system`: the frame itself, or its averaged model.
@@ -329,7 +323,7 @@ contains
     if (allocated(error)) return
     count = size(wave)
     phases = [(real(i, dp) / count, i = 0, count - 1)]
-    call follow(frame, one%floquet, start, phases, x, error)
+    call follow(system, one%floquet, start, phases, x, error)
     if (allocated(error)) return
     f = size(frame%free)
     reached = 0

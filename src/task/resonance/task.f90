@@ -81,7 +81,6 @@ contains
       order%probes = configuration%probes
       order%orders = configuration%orders
       order%accuracy = configuration%accuracy
-      order%averaged = configuration%tasks%averaged
       call start_curve(curve, order, context%speeds(), error)
       do while (.not. allocated(error))
         call curve%wanted(work%speeds)

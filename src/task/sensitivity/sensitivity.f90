@@ -8,10 +8,10 @@
 module gestell_task_sensitivity
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_period_periodic_solution, only: resonance
+  use gestell_floquet_period_periodic_solution, only: raise_resonance
   use gestell_study_family, only: family_type
   use gestell_study_vibration_small_motion, only: moved_type
-  use gestell_study_speed_point, only: check_speed_order, in_resonance, solve_member, speed_order_type, speed_point_type, &
+  use gestell_study_speed_point, only: check_speed_order, in_resonance, solve_response, speed_order_type, speed_point_type, &
     & state_names, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -91,7 +91,7 @@ contains
 
   !> The machine itself, and how large steps may be: a change p of a parameter turns a free vibration of N swings by at
   !> most 2 pi N p more in a turn, which has to be little against the distance of its multiplier from 1.
-  !> Errors: no parameters; there is no periodic vibration; what `solve_member` finds.
+  !> Errors: no parameters; there is no periodic vibration; what `solve_response` finds.
   subroutine solve_base(family, parameters, order, base, error)
     class(family_type), intent(in) :: family
     integer, intent(in) :: parameters
@@ -112,12 +112,12 @@ contains
     base%order%orders = 1
     base%order%accuracy%tolerance = min(order%accuracy%tolerance, sharp)
     base%parameters = parameters
-    call solve_member(family, [(0.0_dp, q = 1, parameters)], base%order, point, error)
+    call solve_response(family, [(0.0_dp, q = 1, parameters)], base%order, point, error)
     if (allocated(error)) return
     base%state = point%state
     base%moved = point%moved
     if (point%state == in_resonance) then
-      call fatal_error(error, resonance, failed_computation)
+      call raise_resonance(error)
     else if (point%state > unreached) then
       call fatal_error(error, "there is no vibration whose sensitivity could be told: the state of the machine is '" &
         & // trim(state_names(point%state)) // "'", failed_computation)
@@ -132,7 +132,7 @@ contains
   end subroutine solve_base
 
   !> The derivatives with respect to parameter `number`. Errors: there is none of that number, or no base; what
-  !> `solve_member` finds.
+  !> `solve_response` finds.
   subroutine solve_parameter(family, base, number, found, error)
     class(family_type), intent(in) :: family
     type(sensitivity_base_type), intent(in) :: base
@@ -179,7 +179,7 @@ contains
 
       parameters = 0
       parameters(number) = p
-      call solve_member(family, parameters, base%order, point, error)
+      call solve_response(family, parameters, base%order, point, error)
       known = .false.
       if (allocated(error)) return
       known = point%state <= unreached

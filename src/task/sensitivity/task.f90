@@ -80,7 +80,6 @@ contains
       order%names = self%quantities%name
       order%probes = configuration%probes
       order%accuracy = configuration%accuracy
-      order%averaged = configuration%tasks%averaged
       call solve_base(work%family, size(paths), order, work%base, error)
       if (allocated(error)) return
       allocate(work%found(size(paths)))

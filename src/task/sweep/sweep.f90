@@ -88,7 +88,7 @@ contains
     type(sweep_order_type), intent(in) :: order
     type(tile_type), intent(in) :: cell
 
-    can_expand = order%engine /= "direct" .and. order%accuracy%steps == 0 .and. .not. order%averaged &
+    can_expand = order%engine /= "direct" .and. order%accuracy%steps == 0 .and. order%model /= "averaged" &
       & .and. cell_points(cell) >= merge(2, least_points, order%engine == "expansion")
   end function can_expand
 

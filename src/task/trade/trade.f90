@@ -8,7 +8,8 @@ module gestell_task_trade
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type, name_length
   use gestell_floquet_integrator_methods, only: method_names, new_method
-  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_survey, only: survey
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, solve_floquet, solve_multipliers, solve_periodic

@@ -3,17 +3,17 @@
 !> Every axis is measured by u: 0 where its range begins and 1 where it ends, in the logarithm where it is logarithmic. All
 !> tolerances of borders are in u: relative to the ranges.
 module gestell_task_boundary_line
-  use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_task_boundary_line_functions, only: border_functions, border_kinds
   use gestell_task_boundary_line_multipliers, only: border_multipliers
-  use gestell_study_family, only: family_type, take_member
+  use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
+  use gestell_study_member, only: impossible_member, member_type
   use gestell_study_point, only: verdict_number
   use gestell_study_tile_results, only: failed, impossible, unstable
-  use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
@@ -78,22 +78,17 @@ contains
     real(dp), intent(in) :: t
     type(probe_type), intent(out) :: probe
     type(error_type), allocatable, intent(out) :: error
-    class(periodic_system), allocatable :: system
+    type(member_type) :: member
     type(multipliers_type) :: multipliers
+    type(error_type), allocatable :: failure
 
     probe%t = t
-    call take_member(family, parameters_at(line, t), system, error)
-    if (allocated(error)) then
-      if (all(error%code /= [impossible_mechanism, failed_computation])) return
-      probe%verdict = merge(impossible, failed, error%code == impossible_mechanism)
-      deallocate(error)
-      return
-    end if
-    call border_multipliers(system, line%accuracy, multipliers, error)
-    if (allocated(error)) then
-      if (error%code /= invalid_input) deallocate(error)
-      return
-    end if
+    call member%make(family, parameters_at(line, t), error)
+    probe%verdict = merge(impossible, failed, member%state == impossible_member)
+    if (allocated(error) .or. .not. member%is_sound()) return
+    call border_multipliers(member%system, line%accuracy, multipliers, failure)
+    call member%take_failure(failure, error)
+    if (.not. member%is_sound()) return
     probe%verdict = verdict_number(multipliers)
     probe%arg = abs(multipliers%arg(1))
     probe%z = cmplx(multipliers%log_abs, multipliers%arg, dp)

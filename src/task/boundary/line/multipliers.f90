@@ -3,9 +3,9 @@
 module gestell_task_boundary_line_multipliers
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_factors_factored, only: factored_multipliers
-  use gestell_floquet_factors, only: factors_type, solve_factors
-  use gestell_floquet_period_monodromy, only: accuracy_type, survey
+  use gestell_floquet_factors_factored, only: factored_type, solve_factored
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_system_averaged, only: averaged_system
@@ -68,9 +68,8 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: unfit
-    type(factors_type) :: factors
-    real(dp), allocatable :: scale(:)
-    real(dp) :: turns
+    type(factored_type) :: factored
+    type(survey_type) :: seen
     logical :: other_way
 
     other_way = accuracy%steps > 0
@@ -79,15 +78,15 @@ contains
     type is (averaged_system)
       other_way = .true.
     end select
-    if (.not. other_way) call survey(system, scale, turns, unfit)
+    if (.not. other_way) call survey(system, seen%scale, seen%turns, unfit)
     if (allocated(unfit)) return
-    if (.not. other_way) other_way = turns > many_turns
+    if (.not. other_way) other_way = seen%turns > many_turns
     if (other_way) then
       allocate(unfit)
       return
     end if
-    call solve_factors(system, accuracy, .false., factors, unfit)
-    if (.not. allocated(unfit)) call factored_multipliers(factors, .false., multipliers, unfit)
+    call solve_factored(system, accuracy, .false., factored, unfit, seen)
+    if (.not. allocated(unfit)) call factored%multipliers(.false., multipliers, unfit)
   end subroutine from_factors
 
 end module gestell_task_boundary_line_multipliers

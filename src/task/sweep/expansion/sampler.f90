@@ -7,7 +7,8 @@ module gestell_task_sweep_expansion_sampler
   use gestell_floquet_period_period_map, only: motions, period_map
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy, survey
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_survey, only: survey
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
   use gestell_study_family, only: family_type, take_member

@@ -1,0 +1,47 @@
+!> A first look at a system over its period.
+module gestell_floquet_period_survey
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: balancing
+  use gestell_math_matrix, only: balanced
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: survey
+
+  !> What `survey` finds.
+  type, public :: survey_type
+    real(dp), allocatable :: scale(:)
+    real(dp) :: turns = 0
+  end type survey_type
+
+contains
+
+  !> The units that balance the states, from the size of P over the period, and how far the fastest motion turns
+  !> within the period, w_max T in radians.
+  subroutine survey(system, scale, turns, error)
+    class(periodic_system), intent(in) :: system
+    real(dp), allocatable, intent(out) :: scale(:)
+    real(dp), intent(out) :: turns
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 16
+    real(dp), allocatable :: p(:, :, :)
+    integer :: k
+
+    allocate(p(system%states, system%states, points))
+    call system%sample([((k - 0.5_dp) / points, k = 1, points)], p)
+    turns = 0
+    if (.not. all(ieee_is_finite(p))) then
+      call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
+        & failed_computation)
+      return
+    end if
+    scale = balancing(maxval(abs(p), dim=3))
+    do k = 1, points
+      turns = max(turns, norm2(balanced(p(:, :, k), scale)) * system%period / sqrt(2.0_dp))
+    end do
+  end subroutine survey
+
+end module gestell_floquet_period_survey

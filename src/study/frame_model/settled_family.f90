@@ -1,0 +1,45 @@
+!> A family whose members are those of another one by a model of the frame.
+module gestell_study_frame_model_settled_family
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_study_family, only: family_type
+  use gestell_study_frame_model, only: settle_member
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  type, extends(family_type), public :: settled_family_type
+    !> Gives the members that no model has settled.
+    class(family_type), allocatable :: inner
+    !> As of `settle_member`.
+    character(len=11) :: model = "exact"
+    type(accuracy_type) :: accuracy
+  contains
+    procedure :: member
+    procedure :: bare_member
+  end type settled_family_type
+
+contains
+
+  subroutine member(self, parameters, system, error)
+    class(settled_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+
+    call self%bare_member(parameters, system, error)
+    if (.not. allocated(error)) call settle_member(system, trim(self%model), self%accuracy, error)
+  end subroutine member
+
+  !> The member before the model. Errors: those of the family within.
+  subroutine bare_member(self, parameters, system, error)
+    class(settled_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+
+    call self%inner%member(parameters, system, error)
+  end subroutine bare_member
+
+end module gestell_study_frame_model_settled_family

@@ -1,0 +1,92 @@
+!> The one solver of the machines of a family: a member, whether there is one, its Floquet solution and its multipliers.
+module gestell_study_member
+  use gestell_base_error, only: error_type, failed_computation, impossible_mechanism
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_study_family, only: family_type, take_member
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  !> States of a member: all that was asked of it is there; its mechanism cannot be assembled; something could not be computed.
+  integer, parameter, public :: sound_member = 0, impossible_member = 1, failed_member = 2
+
+  type, public :: member_type
+    integer :: state = failed_member
+    !> Why it is not sound.
+    type(error_type), allocatable :: reason
+    class(periodic_system), allocatable :: system
+    type(floquet_type) :: floquet
+  contains
+    procedure :: is_sound
+    procedure :: make
+    procedure :: solve
+    procedure :: multipliers => multipliers_of_member
+    procedure :: take_failure
+  end type member_type
+
+contains
+
+  pure logical function is_sound(self)
+    class(member_type), intent(in) :: self
+
+    is_sound = self%state == sound_member
+  end function is_sound
+
+  !> The member of `family` at these parameters. Error: they make no sense; whatever else is missing the state tells.
+  subroutine make(self, family, parameters, error)
+    class(member_type), intent(inout) :: self
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: parameters(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: failure
+
+    self%state = sound_member
+    call take_member(family, parameters, self%system, failure)
+    call self%take_failure(failure, error)
+  end subroutine make
+
+  !> The Floquet solution of a member that is sound. Error: as of `make`.
+  subroutine solve(self, accuracy, forced, error)
+    class(member_type), intent(inout) :: self
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: failure
+
+    if (.not. self%is_sound()) return
+    call solve_floquet(self%system, accuracy, forced, self%floquet, failure)
+    call self%take_failure(failure, error)
+  end subroutine solve
+
+  !> The multipliers of a member that is solved and sound. Error: as of `make`.
+  subroutine multipliers_of_member(self, vectors, multipliers, error)
+    class(member_type), intent(inout) :: self
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: failure
+
+    if (.not. self%is_sound()) return
+    call solve_multipliers(self%floquet, vectors, multipliers, failure)
+    call self%take_failure(failure, error)
+  end subroutine multipliers_of_member
+
+  !> Takes a `failure`, if there is one, for the state; what is the caller's own becomes `error`.
+  subroutine take_failure(self, failure, error)
+    class(member_type), intent(inout) :: self
+    type(error_type), allocatable, intent(inout) :: failure
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. allocated(failure)) return
+    self%state = merge(impossible_member, failed_member, failure%code == impossible_mechanism)
+    if (any(failure%code == [impossible_mechanism, failed_computation])) then
+      call move_alloc(failure, self%reason)
+    else
+      call move_alloc(failure, error)
+    end if
+  end subroutine take_failure
+
+end module gestell_study_member
