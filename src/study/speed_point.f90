@@ -18,7 +18,7 @@ module gestell_study_speed_point
   implicit none (type, external)
   private
 
-  public :: check_speed_order, solve_response, solve_speed_point
+  public :: check_speed_order, solve_response, solve_speed_point, state_of
 
   !> What is wanted at every speed.
   type, public :: speed_order_type
@@ -124,15 +124,27 @@ contains
       deallocate(error)
       return
     end if
-    point%state = marginal
-    if (multipliers%verdict() == "stable") point%state = reached
-    if (multipliers%verdict() == "unstable") point%state = unreached
+    point%state = state_of(multipliers)
     point%moved = moved(frame, vibration%peak(:3))
     do i = 1, size(quantities)
       call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i), error)
       if (allocated(error)) return
     end do
   end subroutine solve_response
+
+  !> The state of a vibration by the free ones.
+  pure integer function state_of(multipliers) result(state)
+    type(multipliers_type), intent(in) :: multipliers
+
+    select case (multipliers%verdict())
+    case ("stable")
+      state = reached
+    case ("unstable")
+      state = unreached
+    case default
+      state = marginal
+    end select
+  end function state_of
 
   !> Error: a name stands for no quantity of the frame.
   subroutine find_quantities(frame, order, quantities, error)

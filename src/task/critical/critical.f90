@@ -1,23 +1,26 @@
-!> Critical speeds: where the periodic vibration of a machine really is greatest about a crossing of the Campbell diagram.
+!> Critical speeds: the maxima of the vibration over the speed that belong to crossings of the Campbell diagram.
 module gestell_task_critical
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_math_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
-  use gestell_floquet_solution, only: floquet_type, follow, solve_multipliers, solve_periodic
+  use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_quantity, only: exact_rows, find_quantity, guide_forces, probe_type, quantity_type, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_task_campbell, only: campbell_order_type, check_campbell_order
   use gestell_task_campbell_crossings, only: crossing_type
+  use gestell_task_resonance_maxima, only: find_maxima, maximum_type, step_to_top
+  use gestell_task_resonance_points, only: curve_point_type, curve_points_type
   use gestell_study_family, only: family_type
   use gestell_study_member, only: member_type
+  use gestell_study_speed_point, only: in_resonance, reached, speed_point_type, state_of, unreached
   use gestell_study_vibration_motion, only: whole_motion
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_system_second_order, only: second_order_system
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_positive_inf, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -31,6 +34,9 @@ module gestell_task_critical
   !> The two quantities that are looked at: the amplitude of the harmonic of the crossing's order, all positions together in the
   !> norm of the mean mass matrix, over the root of the mass (m); and the greatest total force on the ground (N).
   integer, parameter, public :: amplitude = 1, force = 2
+  !> Row of a point's values, beside size and error, with what the order has of them: its part in the mean square of the vibration,
+  !> and its amplitude of the force over the greatest force.
+  integer, parameter :: part_of_order = 3
 
   type, public :: critical_type
     type(crossing_type) :: crossing
@@ -49,28 +55,17 @@ module gestell_task_critical
     type(moved_type) :: moved
   end type critical_type
 
-  !> Less than any amplitude or force.
-  real(dp), parameter :: nothing = -1
-
-  !> What a machine tells at one speed.
-  type :: response_type
-    !> The two quantities, infinite at resonance, `nothing` where there is no machine or no solution.
-    real(dp) :: values(2) = nothing
-    !> What the order has of them: its part in the mean square of the vibration, and its amplitude of the force over the greatest
-    !> force.
-    real(dp) :: shares(2) = 0
-    type(floquet_type) :: floquet
-    type(moved_type) :: moved
-  end type response_type
-
   !> The range that is looked at, in half widths, at the most this part of the speed; samples of it. A peak belongs to a crossing
   !> that is no more than about so many half widths away.
   real(dp), parameter :: reach = 6, most_reach = 0.3_dp, near = 1
   integer, parameter :: samples = 37
   !> What stands out by less is no peak.
   real(dp), parameter :: least_prominence = 1.02_dp
-  !> Peaks are found as exactly, in half widths.
+  !> Peaks are found as exactly, in half widths, and in so many rounds at the most.
   real(dp), parameter :: exact = 1.0e-3_dp
+  integer, parameter :: most_rounds = 40
+  !> Two speeds closer than this, relative to themselves, are one.
+  real(dp), parameter :: same = 4 * epsilon(1.0_dp)
 
 contains
 
@@ -138,16 +133,18 @@ contains
 
   end subroutine give_away
 
-  !> The highest peaks about a crossing.
+  !> The peaks about a crossing.
   subroutine search(family, order, crossing, critical, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order
     type(crossing_type), intent(in) :: crossing
     type(critical_type), intent(out) :: critical
     type(error_type), allocatable, intent(out) :: error
-    type(response_type) :: one
-    real(dp) :: values(2, samples), speeds(samples), half
-    integer :: i, quantity
+    type(curve_points_type) :: curve
+    type(maximum_type) :: tops(2)
+    real(dp), allocatable :: speeds(:)
+    real(dp) :: half, step(2), won
+    integer :: i, round, quantity
 
     critical%crossing = crossing
     associate (mode => crossing%at)
@@ -160,195 +157,191 @@ contains
     end associate
     half = reach * critical%half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2
     half = min(max(half, reach * crossing%error), most_reach * abs(crossing%speed))
-    do i = 1, samples
-      speeds(i) = crossing%speed + half * (2.0_dp * (i - 1) / (samples - 1) - 1)
-      call respond(family, order, speeds(i), nint(crossing%order), one, error)
+    allocate(curve%points(0))
+    speeds = [(crossing%speed + half * (2.0_dp * (i - 1) / (samples - 1) - 1), i = 1, samples)]
+    do round = 1, most_rounds
+      call add_points(family, order, speeds, nint(crossing%order), curve, error)
       if (allocated(error)) return
-      values(:, i) = one%values
+      if (any(curve%points%state == in_resonance)) then
+        critical%outcome = unbounded
+        critical%verdict = "undecided"
+        return
+      end if
+      step = 0
+      do quantity = amplitude, force
+        call nearest_top(curve, quantity, critical, 2 * half / (samples - 1), tops(quantity))
+        associate (i => tops(quantity)%point, enough => exact * critical%half_width)
+          if (i == 0) cycle
+          if (curve%points(i + 1)%speed - curve%points(i - 1)%speed <= 2 * enough) cycle
+          call step_to_top(curve, tops(quantity), step(quantity), won)
+          ! A parabola through points far apart tells the top less exactly.
+          if (abs(step(quantity)) <= enough / 4) step(quantity) = 0
+        end associate
+      end do
+      call curve%new_ones(pack(tops%speed + step, abs(step) > 0), same, speeds)
+      if (size(speeds) == 0) exit
     end do
-    if (any(values(amplitude, :) > huge(1.0_dp))) then
-      critical%outcome = unbounded
-      critical%verdict = "undecided"
-      return
-    end if
-    do quantity = 1, 2
-      call refine(family, order, speeds, values(quantity, :), quantity, critical, error)
-      if (allocated(error)) return
+    do quantity = amplitude, force
+      if (tops(quantity)%point > 0) call take_top(curve%points(tops(quantity)%point), tops(quantity), order, critical)
     end do
     critical%outcome = merge(peak, no_peak, critical%found(amplitude))
   end subroutine search
 
-  !> The maximum of a quantity that is nearest to the crossing, by the golden section.
-  subroutine refine(family, order, speeds, values, quantity, critical, error)
-    class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
-    real(dp), intent(in) :: speeds(:), values(:)
+  !> The maximum of a quantity that is near enough to the crossing, about which samples are `apart`, and nearest to it; point 0:
+  !> none.
+  subroutine nearest_top(curve, quantity, critical, apart, top)
+    type(curve_points_type), intent(in) :: curve
     integer, intent(in) :: quantity
-    type(critical_type), intent(inout) :: critical
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: golden = 0.381966_dp
-    type(response_type) :: one
-    real(dp) :: x(3), top, side, new, f, foot
-    integer :: i
-
-    i = nearest_top(speeds, values, critical%crossing, critical%half_width)
-    if (i == 0) return
-    x = speeds(i - 1:i + 1)
-    top = values(i)
-    do while (abs(x(3) - x(1)) > 2 * max(exact * critical%half_width, 4 * spacing(x(2))))
-      side = merge(x(3), x(1), abs(x(3) - x(2)) > abs(x(2) - x(1)))
-      new = x(2) + golden * (side - x(2))
-      call respond(family, order, new, nint(critical%crossing%order), one, error)
-      if (allocated(error)) return
-      f = one%values(quantity)
-      if (f > top) then
-        if ((new - x(2)) * (x(3) - x(2)) > 0) then
-          x = [x(2), new, x(3)]
-        else
-          x = [x(1), new, x(2)]
-        end if
-        top = f
-      else if ((new - x(2)) * (x(3) - x(2)) > 0) then
-        x(3) = new
-      else
-        x(1) = new
-      end if
-    end do
-    foot = max(valley(values, i, 1, top), valley(values, i, -1, top), tiny(top))
-    if (top < least_prominence * foot) return
-    call respond(family, order, x(2), nint(critical%crossing%order), one, error)
-    if (allocated(error)) return
-    ! An order that the accuracy does not tell from nothing; a force that rises by more than the order has is another's peak.
-    if (quantity == amplitude .and. one%shares(amplitude) < order%accuracy%tolerance) return
-    if (quantity == force .and. top - foot > 2 * one%shares(force) * top) return
-    critical%found(quantity) = .true.
-    critical%speed(quantity) = x(2)
-    critical%error(quantity) = abs(x(3) - x(1)) / 2
-    critical%height(quantity) = top
-    critical%prominence(quantity) = top / foot
-    if (quantity == amplitude) critical%share = one%shares(amplitude)
-    call judge(one, critical, error)
-  end subroutine refine
-
-  !> Adds the verdict of a machine at a peak, the worst one counts, and how far it moves there. Error: LAPACK found no eigenvalues.
-  subroutine judge(one, critical, error)
-    type(response_type), intent(in) :: one
-    type(critical_type), intent(inout) :: critical
-    type(error_type), allocatable, intent(out) :: error
-    type(multipliers_type) :: multipliers
-
-    call solve_multipliers(one%floquet, .false., multipliers, error)
-    if (allocated(error)) return
-    if (any(critical%verdict == [character(len=6) :: "", "stable"]) .or. multipliers%verdict() == "unstable") then
-      critical%verdict = multipliers%verdict()
-    end if
-    critical%moved%turn = max(critical%moved%turn, one%moved%turn)
-    critical%moved%displacement = max(critical%moved%displacement, one%moved%displacement)
-    critical%moved%size = one%moved%size
-  end subroutine judge
-
-  !> The sample that is a maximum, near enough to the crossing and nearest to it; 0: none.
-  pure integer function nearest_top(speeds, values, crossing, half_width) result(top)
-    real(dp), intent(in) :: speeds(:), values(:), half_width
-    type(crossing_type), intent(in) :: crossing
+    type(critical_type), intent(in) :: critical
+    real(dp), intent(in) :: apart
+    type(maximum_type), intent(out) :: top
+    type(maximum_type), allocatable :: maxima(:)
+    real(dp), allocatable :: level(:)
+    logical, allocatable :: known(:)
     real(dp) :: limit
     integer :: k
 
-    limit = near * half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2 + abs(speeds(2) - speeds(1))
-    top = 0
-    do k = 2, size(speeds) - 1
-      if (.not. (values(k) >= values(k - 1) .and. values(k) >= values(k + 1))) cycle
-      if (abs(speeds(k) - crossing%speed) >= limit) cycle
-      limit = abs(speeds(k) - crossing%speed)
-      top = k
+    call curve%levels(quantity, level, known)
+    call find_maxima(curve, quantity, level, known, spread(.false., 1, size(level) - 1), log(least_prominence), maxima)
+    associate (crossing => critical%crossing)
+      limit = near * critical%half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2 + apart
+      do k = 1, size(maxima)
+        if (abs(maxima(k)%speed - crossing%speed) >= limit) cycle
+        limit = abs(maxima(k)%speed - crossing%speed)
+        top = maxima(k)
+      end do
+    end associate
+  end subroutine nearest_top
+
+  !> A peak, with the verdict of the machine, the worst one counts, and how far it moves there. None: an order that the accuracy
+  !> does not tell from nothing; a force that rises by more than the order has is another's peak.
+  subroutine take_top(point, top, order, critical)
+    type(curve_point_type), intent(in) :: point
+    type(maximum_type), intent(in) :: top
+    type(campbell_order_type), intent(in) :: order
+    type(critical_type), intent(inout) :: critical
+    character(len=10), parameter :: verdicts(reached:unreached) = [character(len=10) :: "stable", "undecided", "unstable"]
+
+    associate (q => top%quantity, share => point%values(part_of_order, top%quantity))
+      if (q == amplitude .and. share < order%accuracy%tolerance) return
+      if (q == force .and. 1 - exp(-top%rise) > 2 * share) return
+      critical%found(q) = .true.
+      critical%speed(q) = top%speed
+      critical%error(q) = max(exact * critical%half_width, 4 * spacing(top%speed))
+      critical%height(q) = top%value
+      critical%prominence(q) = exp(top%rise)
+      if (q == amplitude) critical%share = share
+    end associate
+    if (any(critical%verdict == [character(len=6) :: "", "stable"]) .or. point%state == unreached) then
+      critical%verdict = verdicts(point%state)
+    end if
+    critical%moved%turn = max(critical%moved%turn, point%moved%turn)
+    critical%moved%displacement = max(critical%moved%displacement, point%moved%displacement)
+    critical%moved%size = point%moved%size
+  end subroutine take_top
+
+  !> Adds what the machine tells of the order `multiple` at more speeds, in the direction of the points. Error: the machine is not
+  !> sound.
+  subroutine add_points(family, order, speeds, multiple, curve, error)
+    class(family_type), intent(in) :: family
+    type(campbell_order_type), intent(in) :: order
+    real(dp), intent(in) :: speeds(:)
+    integer, intent(in) :: multiple
+    type(curve_points_type), intent(inout) :: curve
+    type(error_type), allocatable, intent(out) :: error
+    type(speed_point_type) :: points(size(speeds))
+    integer :: i
+
+    do i = 1, size(speeds)
+      call respond(family, order, speeds(i), multiple, points(i), error)
+      if (allocated(error)) return
     end do
-  end function nearest_top
+    call curve%insert(points, refined=.false.)
+  end subroutine add_points
 
-  !> The least value on the way from sample `i` in one direction to the end or to what is higher than the top.
-  pure real(dp) function valley(values, i, direction, top)
-    real(dp), intent(in) :: values(:), top
-    integer, intent(in) :: i, direction
-    integer :: k
-
-    valley = top
-    do k = i + direction, merge(size(values), 1, direction > 0), direction
-      if (values(k) > top) return
-      valley = min(valley, values(k))
-    end do
-  end function valley
-
-  !> What the machine tells of the order `multiple` at a speed. Error: the machine is not sound.
-  subroutine respond(family, order, speed, multiple, one, error)
+  subroutine respond(family, order, speed, multiple, point, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order
     real(dp), intent(in) :: speed
     integer, intent(in) :: multiple
-    type(response_type), intent(out) :: one
+    type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
     type(member_type), target :: member
-    class(frame_type), pointer :: frame
+    type(multipliers_type) :: multipliers
     type(error_type), allocatable :: failure
 
+    point%speed = speed
+    allocate(point%values(3, 2), source=0.0_dp)
+    allocate(point%strongest(2), source=multiple)
     call member%make(family, [speed], error)
     if (.not. allocated(error)) call member%solve(order%accuracy, .true., error)
+    if (.not. allocated(error)) call member%multipliers(.false., multipliers, error)
     if (allocated(error) .or. .not. member%is_sound()) return
-    one%floquet = member%floquet
-    frame => frame_of(member%system)
-    if (.not. associated(frame)) return
     select type (system => member%system)
     class is (second_order_system)
-      call measure(frame, system, multiple, one, failure)
+      call measure(system, member%floquet, multiple, point, failure)
     end select
-    if (.not. allocated(failure)) return
-    if (failure%cause == resonance) one%values = ieee_value(1.0_dp, ieee_positive_inf)
+    if (.not. allocated(failure)) then
+      point%state = state_of(multipliers)
+    else if (failure%cause == resonance) then
+      point%state = in_resonance
+    end if
   end subroutine respond
 
-  !> `system`: the frame itself, or its averaged model.
-  subroutine measure(frame, system, multiple, one, error)
-    class(frame_type), intent(in) :: frame
-    class(second_order_system), intent(in) :: system
+  !> Amplitude and force of a frame or its averaged model.
+  subroutine measure(system, floquet, multiple, point, error)
+    class(second_order_system), intent(in), target :: system
+    type(floquet_type), intent(in) :: floquet
     integer, intent(in) :: multiple
-    type(response_type), intent(inout) :: one
+    type(speed_point_type), intent(inout) :: point
     type(error_type), allocatable, intent(out) :: error
+    class(frame_type), pointer :: frame
     type(periodic_solution_type) :: start
     type(quantity_type) :: total
     type(probe_type) :: no_probes(0)
     real(dp), allocatable :: x(:, :), motion(:, :), forces(:, :), phases(:)
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
-    complex(dp) :: harmonic(size(frame%free)), wave(max(128, 8 * frame%least_steps, 16 * multiple))
-    real(dp) :: mass(size(frame%free), size(frame%free)), reached(3)
+    complex(dp) :: harmonic(system%states / 2), wave(max(128, 8 * system%least_steps, 16 * multiple))
+    real(dp) :: mass(system%states / 2, system%states / 2), peaks(3)
     integer :: count, f, i, rows
 
-    call solve_periodic(one%floquet, start, error)
+    frame => frame_of(system)
+    if (.not. associated(frame)) then
+      call fatal_error(error, "critical speeds are those of a frame", invalid_input)
+      return
+    end if
+    call solve_periodic(floquet, start, error)
     if (allocated(error)) return
     count = size(wave)
     phases = [(real(i, dp) / count, i = 0, count - 1)]
-    call follow(system, one%floquet, start, phases, x, error)
+    call follow(system, floquet, start, phases, x, error)
     if (allocated(error)) return
     f = size(frame%free)
-    reached = 0
-    reached(frame%free) = maxval(abs(x(:f, :)), dim=2)
-    one%moved = moved(frame, reached)
+    peaks = 0
+    peaks(frame%free) = maxval(abs(x(:f, :)), dim=2)
+    point%moved = moved(frame, peaks)
     wave = [(exp(cmplx(0, -2 * pi * multiple * i / count, dp)), i = 0, count - 1)]
     harmonic = 2 * matmul(x(:f, :), wave) / count
     allocate(m(count, f, f), b(count, f, f), c(count, f, f))
     call system%sample_second_order(phases, m, b, c)
     mass = sum(m, dim=1) / count
-    one%values(amplitude) = sqrt(real(dot_product(harmonic, matmul(mass, harmonic))) / (frame%mass + frame%mechanism%mass))
-    call find_quantity(frame, no_probes, "f", total, error)
-    if (allocated(error)) return
-    rows = merge(velocities, guide_forces, f == 3)
-    select type (frame)
-    class is (varied_frame_type)
-      rows = exact_rows(frame)
-    end select
-    call whole_motion(frame, system, phases, x, rows, motion)
-    forces = matmul(transpose(motion), total%weights(:size(motion, 1), :))
-    one%values(force) = sqrt(greatest(sum(forces**2, dim=2)))
-    one%shares(force) = norm2(abs(2 * matmul(transpose(forces), wave) / count)) / max(one%values(force), tiny(mass))
-    x(:f, :) = x(:f, :) - spread(sum(x(:f, :), dim=2) / count, 2, count)
-    one%shares(amplitude) = real(dot_product(harmonic, matmul(mass, harmonic))) / 2 &
-      & / max(sum(x(:f, :) * matmul(mass, x(:f, :))) / count, tiny(mass))
+    associate (size_of => point%values(1, :), share => point%values(part_of_order, :))
+      size_of(amplitude) = sqrt(real(dot_product(harmonic, matmul(mass, harmonic))) / (frame%mass + frame%mechanism%mass))
+      call find_quantity(frame, no_probes, "f", total, error)
+      if (allocated(error)) return
+      rows = merge(velocities, guide_forces, f == 3)
+      select type (frame)
+      class is (varied_frame_type)
+        rows = exact_rows(frame)
+      end select
+      call whole_motion(frame, system, phases, x, rows, motion)
+      forces = matmul(transpose(motion), total%weights(:size(motion, 1), :))
+      size_of(force) = sqrt(greatest(sum(forces**2, dim=2)))
+      share(force) = norm2(abs(2 * matmul(transpose(forces), wave) / count)) / max(size_of(force), tiny(mass))
+      x(:f, :) = x(:f, :) - spread(sum(x(:f, :), dim=2) / count, 2, count)
+      share(amplitude) = real(dot_product(harmonic, matmul(mass, harmonic))) / 2 &
+        & / max(sum(x(:f, :) * matmul(mass, x(:f, :))) / count, tiny(mass))
+    end associate
   end subroutine measure
 
 end module gestell_task_critical

@@ -10,7 +10,7 @@ module gestell_task_resonance_maxima
   implicit none (type, external)
   private
 
-  public :: find_maxima, half_power_speeds, top_speeds
+  public :: find_maxima, half_power_speeds, step_to_top, top_speeds
 
   type, public :: maximum_type
     integer :: quantity = 0
@@ -20,6 +20,8 @@ module gestell_task_resonance_maxima
     !> Where P has fallen to P_0 / sqrt(2) on both sides, their distance, and half of it relative to the speed, the damping
     !> ratio of a single resonance; NaN where the curve turns up before, or ends.
     real(dp) :: half(2) = 0, width = 0, damping_ratio = 0
+    !> By how much it stands out of the higher one of its flanks, in ln(peak).
+    real(dp) :: rise = 0
     !> Whether its surroundings are resolved; whether the vibration grows without bounds there, as at a border of stability.
     logical :: resolved = .true., unbounded = .false.
     !> Whether the motion is small enough there for linear equations.
@@ -70,6 +72,7 @@ contains
       n = n + 1
       associate (point => curve%points(i), maximum => found(n), states => curve%points(i - 1:i + 1)%state)
         maximum = maximum_type(q, i, point%state, point%strongest(q), point%speed, point%values(1, q))
+        maximum%rise = min(fall(level, known, i, -1), fall(level, known, i, 1))
         maximum%resolved = .not. any(bent(i - 1:i))
         maximum%half = [half_of(curve, level, known, i, -1), half_of(curve, level, known, i, 1)]
         if (.not. maximum%resolved) maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
@@ -168,26 +171,41 @@ contains
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)
     real(dp), allocatable :: speeds(:)
-    real(dp) :: h(2), rise(2), a, b, step, won
+    real(dp) :: step, won
     integer :: m
 
     allocate(speeds(0))
     do m = 1, size(maxima)
-      associate (i => maxima(m)%point, q => maxima(m)%quantity, s => maxima(m)%speed)
-        if (.not. maxima(m)%resolved) cycle
-        h = [s - curve%points(i - 1)%speed, curve%points(i + 1)%speed - s]
-        ! (P_0 / P)^2 - 1 of both neighbours = a h^2 +- b h
-        rise = [rest(curve, q, i, i - 1), rest(curve, q, i, i + 1)]
-        a = (rise(1) / h(1) + rise(2) / h(2)) / (h(1) + h(2))
-        b = (rise(2) / h(2) * h(1) - rise(1) / h(1) * h(2)) / (h(1) + h(2))
-        if (.not. a > 0) cycle
-        step = -b / (2 * a)
-        won = b**2 / (8 * a)
-        if (abs(step) <= position * abs(s) .and. won <= max(gain, curve%points(i)%values(2, q) / maxima(m)%value)) cycle
-        speeds = [speeds, s + step]
+      if (.not. maxima(m)%resolved) cycle
+      call step_to_top(curve, maxima(m), step, won)
+      associate (errors => curve%points(maxima(m)%point)%values(2, maxima(m)%quantity))
+        if (abs(step) <= position * abs(maxima(m)%speed) .and. won <= max(gain, errors / maxima(m)%value)) cycle
       end associate
+      speeds = [speeds, maxima(m)%speed + step]
     end do
   end function top_speeds
+
+  !> How far the top lies from the point of a maximum, by the parabola through that and its neighbours, and by what part it is
+  !> higher; zero where that has no top.
+  pure subroutine step_to_top(curve, maximum, step, won)
+    class(curve_points_type), intent(in) :: curve
+    type(maximum_type), intent(in) :: maximum
+    real(dp), intent(out) :: step, won
+    real(dp) :: h(2), rise(2), a, b
+
+    step = 0
+    won = 0
+    associate (i => maximum%point, q => maximum%quantity)
+      h = [maximum%speed - curve%points(i - 1)%speed, curve%points(i + 1)%speed - maximum%speed]
+      ! (P_0 / P)^2 - 1 of both neighbours = a h^2 +- b h
+      rise = [rest(curve, q, i, i - 1), rest(curve, q, i, i + 1)]
+    end associate
+    a = (rise(1) / h(1) + rise(2) / h(2)) / (h(1) + h(2))
+    b = (rise(2) / h(2) * h(1) - rise(1) / h(1) * h(2)) / (h(1) + h(2))
+    if (.not. a > 0) return
+    step = -b / (2 * a)
+    won = b**2 / (8 * a)
+  end subroutine step_to_top
 
   !> (P_i / P_k)^2 - 1, without loss where it is small.
   pure real(dp) function rest(curve, q, i, k)
