@@ -60,7 +60,7 @@ program main
   use test_resonance, only: collect_resonance
   use test_probes, only: collect_probes
   use test_resonance_curve, only: collect_resonance_curve
-  use test_root, only: collect_root
+  use test_math, only: collect_math
   use test_rows, only: collect_rows
   use test_sensitivity, only: collect_sensitivity
   use test_set, only: collect_set
@@ -110,7 +110,7 @@ program main
     & new_testsuite("guards", collect_guards), &
     & new_testsuite("hostile", collect_hostile), &
     & new_testsuite("lost", collect_lost), &
-    & new_testsuite("root", collect_root), &
+    & new_testsuite("math", collect_math), &
     & new_testsuite("lanes", collect_lanes), &
     & new_testsuite("spectra", collect_spectra), &
     & new_testsuite("spectra-edges", collect_spectra_edges), &

@@ -116,18 +116,21 @@ contains
   subroutine test_left_out(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: looked_at = 6, all_places = 14
+    type(mathieu_family), target :: family
     type(line_type) :: line
     type(search_type) :: search
     type(gestell_error), allocatable :: failure
     integer :: i, k
 
+    family = mathieu_family(q=0.1_dp, d=1.0e-3_dp)
+    line%family => family
     line%axes = [axis_type(0.5_dp, 200.0_dp, 10)]
     line%start = [0.0_dp]
     line%way = [1.0_dp]
     line%accuracy = accuracy_type(tolerance=border_accuracy)
     do i = 1, 2
       if (i == 2) line%most_meetings = looked_at
-      call search_line(mathieu_family(q=0.1_dp, d=1.0e-3_dp), line, range_nodes(10), search, failure)
+      call search_line(line, range_nodes(10), search, failure)
       call check_success(error, failure)
       if (allocated(error)) return
       if (i == 1) then

@@ -2,6 +2,7 @@
 module gestell_study_mode_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
+  use gestell_math_order, only: ascending
   use gestell_floquet_constant, only: constant_type, solve_constant
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_study_mode_components, only: find_components, keep_component
@@ -253,29 +254,11 @@ contains
     all(:size(mass, 1), :size(mass, 2)) = mass
   end function embedded
 
+  !> By their frequencies; what is not told stands last.
   pure subroutine sort(modes)
     type(mode_type), intent(inout) :: modes(:)
-    type(mode_type) :: moved
-    integer :: i, k
 
-    do i = 2, size(modes)
-      moved = modes(i)
-      do k = i - 1, 1, -1
-        if (place_of(modes(k)) <= place_of(moved)) exit
-        modes(k + 1) = modes(k)
-      end do
-      modes(k + 1) = moved
-    end do
-
-  contains
-
-    pure real(dp) function place_of(mode)
-      type(mode_type), intent(in) :: mode
-
-      place_of = huge(place_of)
-      if (mode%told) place_of = mode%frequency()
-    end function place_of
-
+    modes = modes(ascending(merge(modes%frequency(), huge(1.0_dp), modes%told)))
   end subroutine sort
 
 end module gestell_study_mode_solution

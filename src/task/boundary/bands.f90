@@ -1,6 +1,7 @@
 !> Borders that pass through a box side by side, as those of many tongues do.
 module gestell_task_boundary_bands
   use gestell_base_kinds, only: dp
+  use gestell_math_order, only: ascending
   use gestell_task_boundary_vertex, only: vertices_type
   implicit none (type, external)
   private
@@ -36,18 +37,14 @@ contains
   end function opposite_sides
 
   !> Those of `ids` whose coordinate `k` is `value`, ascending in the other one.
-  pure function along(value, k, ids, vertices) result(ascending)
+  pure function along(value, k, ids, vertices) result(found)
     real(dp), intent(in) :: value
     integer, intent(in) :: k, ids(:)
     type(vertices_type), intent(in) :: vertices
-    integer, allocatable :: ascending(:)
-    integer :: i, least
+    integer, allocatable :: found(:)
 
-    ascending = pack(ids, abs(vertices%list(ids)%u(k) - value) <= 0)
-    do i = 1, size(ascending)
-      least = i - 1 + minloc(vertices%list(ascending(i:))%u(3 - k), dim=1)
-      ascending([i, least]) = ascending([least, i])
-    end do
+    found = pack(ids, abs(vertices%list(ids)%u(k) - value) <= 0)
+    found = found(ascending(vertices%list(found)%u(3 - k)))
   end function along
 
   !> Those on the lower side, half way, and on the upper side, each ascending; shape (n, 3), n = 0 if they do not correspond.

@@ -64,7 +64,7 @@ contains
   !> search begins. `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis). `rest`: what is not
   !> sure. Errors: as of `check_search`; the parameters make no sense.
   subroutine find_borders(family, axis, accuracy, tolerance, borders, error, rest)
-    class(family_type), intent(in) :: family
+    class(family_type), intent(in), target :: family
     type(axis_type), intent(in) :: axis
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: tolerance
@@ -77,8 +77,8 @@ contains
     allocate(borders(0))
     call check_search([axis], accuracy, tolerance, error)
     if (allocated(error)) return
-    call line_along([axis], 1, [axis%from], accuracy, tolerance, line)
-    call search_line(family, line, range_nodes(axis%count), search, error)
+    call line_along(family, [axis], 1, [axis%from], accuracy, tolerance, line)
+    call search_line(line, range_nodes(axis%count), search, error)
     if (allocated(error)) return
     borders = borders_on(axis, line, search, 1)
     if (present(rest)) rest = rest_of(axis, line, search)
@@ -130,7 +130,7 @@ contains
   !> `base` is its own nearest. Errors: as of `check_search` for that axis; `base`, `which` and `axes` do not fit together; the
   !> parameters make no sense.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error)
-    class(family_type), intent(in) :: family
+    class(family_type), intent(in), target :: family
     real(dp), intent(in) :: base(:)
     integer, intent(in) :: which
     type(axis_type), intent(in) :: axes(:)
@@ -156,19 +156,19 @@ contains
       return
     end if
     ! `base` itself may lie where the axis does not lead, as beyond zero from a logarithmic one.
-    call line_along([(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, accuracy, tolerance, line)
-    call probe_line(family, line, 0.0_dp, here, error)
+    call line_along(family, [(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, accuracy, tolerance, line)
+    call probe_line(line, 0.0_dp, here, error)
     if (allocated(error)) return
     nearest%verdict = verdict_names(here%verdict)
     if (.not. (here%missing() .or. here%is_unstable())) then
       nearest = nearest_type(nearest%verdict, .true., base(which), 0.0_dp, nearest%verdict)
       return
     end if
-    call line_along(axes, which, base, accuracy, tolerance, line)
+    call line_along(family, axes, which, base, accuracy, tolerance, line)
     home = coordinate(axes(which), base(which))
     u = range_nodes(axes(which)%count)
     if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
-    call search_line(family, line, u, search, error)
+    call search_line(line, u, search, error)
     if (allocated(error)) return
     do i = 1, size(search%marks)
       if (.not. search%marks(i)%is_unstable()) call consider(search%marks(i)%t, search%marks(i)%verdict)
@@ -201,7 +201,8 @@ contains
   end subroutine nearest_stable
 
   !> The line along parameter `which` through `base`.
-  subroutine line_along(axes, which, base, accuracy, tolerance, line)
+  subroutine line_along(family, axes, which, base, accuracy, tolerance, line)
+    class(family_type), intent(in), target :: family
     type(axis_type), intent(in) :: axes(:)
     integer, intent(in) :: which
     real(dp), intent(in) :: base(:)
@@ -210,6 +211,7 @@ contains
     type(line_type), intent(out) :: line
     integer :: k
 
+    line%family => family
     allocate(line%axes(size(axes)))
     do k = 1, size(axes)
       line%axes(k) = axis_type(base(k), base(k), 1, .false.)

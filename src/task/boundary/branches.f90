@@ -5,6 +5,7 @@
 module gestell_task_boundary_branches
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_math_order, only: ascending
   use gestell_math_trigonometric, only: series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
@@ -54,7 +55,7 @@ contains
     type(border_rest_type), intent(out) :: rest
     !> Whether there is any branch; else nothing excites the frames, or no vibration was found.
     logical, intent(out) :: followed
-    type(branch_family_type) :: family
+    type(branch_family_type), target :: family
     type(branch_type), allocatable :: branches(:)
     type(line_type) :: line
     type(search_type) :: search
@@ -82,14 +83,14 @@ contains
       family%branch = branches(i)
       ends = branches(i)%ends() + merge(beside_turn, 0.0_dp, branches(i)%turns) * [1, -1]
       if (.not. ends(2) > ends(1)) cycle
-      call line_along([axis], 1, [axis%from], accuracy, tolerance, line)
+      call line_along(family, [axis], 1, [axis%from], accuracy, tolerance, line)
       line%start = ends(1)
       line%way = ends(2) - ends(1)
-      call probe_line(family, line, 0.5_dp, middle, error)
+      call probe_line(line, 0.5_dp, middle, error)
       if (allocated(error)) return
       if (between_turns(middle)) cycle
       number = number + 1
-      call search_line(family, line, nodes_of(branches(i), line, axis%count), search, error)
+      call search_line(line, nodes_of(branches(i), line, axis%count), search, error)
       if (allocated(error)) return
       borders = [borders, borders_on(axis, line, search, number)]
       own = rest_of(axis, line, search)
@@ -99,7 +100,7 @@ contains
       rest%places = [rest%places, own%places]
       call add_turns(family, tolerance, number, search, borders)
     end do
-    call sort(borders, axis%to < axis%from)
+    borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
   end subroutine find_branch_borders
 
   !> Where the search of a branch begins: also at points of it between which the vibration changes by a quarter of itself.
@@ -257,25 +258,6 @@ contains
       borders = [borders, border]
     end do
   end subroutine add_turns
-
-  !> In the direction of the range.
-  pure subroutine sort(borders, descending)
-    type(border_type), intent(inout) :: borders(:)
-    logical, intent(in) :: descending
-    type(border_type) :: next
-    integer :: i, k
-
-    do i = 2, size(borders)
-      next = borders(i)
-      k = i
-      do while (k > 1)
-        if ((borders(k - 1)%value <= next%value) .neqv. descending) exit
-        borders(k) = borders(k - 1)
-        k = k - 1
-      end do
-      borders(k) = next
-    end do
-  end subroutine sort
 
   !> The frame varied about its vibration on the branch. Error: Newton's method does not come to it.
   subroutine member(self, parameters, system, error)

@@ -6,7 +6,6 @@ module gestell_task_boundary_cells
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_task_boundary_line_search, only: search_line, search_type, short_nodes
   use gestell_task_boundary_vertex, only: plane_type, vertices_type
-  use gestell_study_family, only: family_type
   implicit none (type, external)
   private
 
@@ -19,8 +18,7 @@ contains
   !> system at their mean tells whether the unstable stretches hang together; of four or more on two opposite sides the line half
   !> way between these. Where that is not certain, systems are missing, or a narrow tongue ends in the box, it is halved, down to
   !> the size of the deviation allowed. Error: the parameters make no sense.
-  recursive subroutine connect_cell(family, plane, box, pool, vertices, error)
-    class(family_type), intent(in) :: family
+  recursive subroutine connect_cell(plane, box, pool, vertices, error)
     type(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
@@ -48,14 +46,14 @@ contains
         if (.not. certain) k = merge(1, 2, abs(vertices%list(ids(1))%u(1) - vertices%list(ids(2))%u(1)) <= 0)
       else if (regular) then
         associate (sides => opposite_sides(box, ids, vertices))
-          if (n == 4) call mean_tells(family, plane, box, ids, enter, sides > 0, vertices, joined, certain, error)
+          if (n == 4) call mean_tells(plane, box, ids, enter, sides > 0, vertices, joined, certain, error)
           if (allocated(error)) return
           if (sides > 0) parallel = size_of(sides) > flat * size_of(3 - sides)
           if (parallel) k = sides
         end associate
       end if
       if (.not. certain) then
-        call divide(family, plane, box, ids, k, parallel, size_of(k) <= plane%deviation, vertices, certain, error)
+        call divide(plane, box, ids, k, parallel, size_of(k) <= plane%deviation, vertices, certain, error)
         if (allocated(error) .or. .not. certain) return
       end if
     end associate
@@ -140,8 +138,7 @@ contains
   !> Whether the unstable stretches of four hang together. The system at their mean tells, if it agrees with their distances:
   !> near ones are the sides of a tongue, unstable or stable. If not, the tongue may pass beside the mean, or end: a line
   !> through the mean, across it, is searched for its sides.
-  subroutine mean_tells(family, plane, box, ids, enter, opposite, vertices, joined, certain, error)
-    class(family_type), intent(in) :: family
+  subroutine mean_tells(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     type(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:)
@@ -165,7 +162,7 @@ contains
     end do
     joined = ways(1) < ways(2)
     call plane%line(mean, [1.0_dp, 0.0_dp], line)
-    call probe_line(family, line, 0.0_dp, probe, error)
+    call probe_line(line, 0.0_dp, probe, error)
     certain = .not. probe%missing() .and. (probe%is_unstable() .eqv. joined)
     if (allocated(error) .or. certain .or. opposite) return
 
@@ -177,7 +174,7 @@ contains
     across = across * min(1.0_dp, within(mean, across))
     if (norm2(across) < plane%precision()) return
     call plane%line(mean - across, 2 * across, line)
-    call search_line(family, line, short_nodes, search, error)
+    call search_line(line, short_nodes, search, error)
     if (allocated(error)) return
     certain = size(search%found%list) == 2
   end subroutine mean_tells
@@ -207,8 +204,7 @@ contains
   !> Links what passes from one side of the box to the opposite one, if it is `parallel` and borders on the line through the
   !> middle, on which coordinate `k` is constant, show that it does; else halves the box by that line and links within the
   !> halves, if it is not too `small` for that: then it is `left` as it is. Error: the parameters make no sense.
-  recursive subroutine divide(family, plane, box, ids, k, parallel, small, vertices, left, error)
-    class(family_type), intent(in) :: family
+  recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, left, error)
     type(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), k
@@ -230,7 +226,7 @@ contains
     way = box%high - box%low
     way(k) = 0
     call plane%line(start, way, line)
-    call search_line(family, line, short_nodes, search, error)
+    call search_line(line, short_nodes, search, error)
     if (allocated(error)) return
     call vertices%add_search(line, search)
     associate (half_way => [(i, i = before + 1, vertices%count)])
@@ -246,7 +242,7 @@ contains
       half(1)%high(k) = start(k)
       half(2)%low(k) = start(k)
       do i = 1, 2
-        call connect_cell(family, plane, half(i), [ids, half_way], vertices, error)
+        call connect_cell(plane, half(i), [ids, half_way], vertices, error)
         if (allocated(error)) return
       end do
     end associate

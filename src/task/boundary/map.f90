@@ -61,7 +61,7 @@ contains
   !> those of the grid, all of them searched (`search_border_line`); without them they are searched one after the other. Errors: a
   !> grid without two axes; as of `check_search`; the parameters make no sense.
   subroutine trace_borders(family, grid, accuracy, deviation, map, error, lines)
-    class(family_type), intent(in) :: family
+    class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: deviation
@@ -96,7 +96,7 @@ contains
   !> Searches line `number` of the search grid: first those on which the second parameter is constant. Each may be searched by a
   !> thread of its own. `grid` has two axes. Error: the parameters make no sense.
   subroutine search_border_line(family, grid, accuracy, deviation, number, found, error)
-    class(family_type), intent(in) :: family
+    class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: deviation
@@ -107,18 +107,19 @@ contains
     integer, parameter :: most_nodes = 20
     type(plane_type) :: plane
 
-    plane = plane_of(grid, accuracy, deviation)
+    plane = plane_of(family, grid, accuracy, deviation)
     associate (u1 => skewed(grid%axes(1)%count), u2 => skewed(grid%axes(2)%count))
       if (number <= size(u2)) then
         call plane%line([0.0_dp, u2(number)], [1.0_dp, 0.0_dp], found%line)
-        call search_line(family, found%line, range_nodes(min(grid%axes(1)%count, most_nodes)), found%search, error)
+        call search_line(found%line, range_nodes(min(grid%axes(1)%count, most_nodes)), found%search, error)
       else
         call plane%line([u1(number - size(u2)), 0.0_dp], [0.0_dp, 1.0_dp], found%line)
-        call search_line(family, found%line, range_nodes(min(grid%axes(2)%count, most_nodes)), found%search, error)
+        call search_line(found%line, range_nodes(min(grid%axes(2)%count, most_nodes)), found%search, error)
       end if
     end associate
-    ! The systems on the way are of no more use.
+    ! The systems on the way, and the family, are of no more use.
     if (allocated(found%search%marks)) deallocate(found%search%marks)
+    found%line%family => null()
   end subroutine search_border_line
 
   !> Errors: as of `trace_borders`.
@@ -137,12 +138,14 @@ contains
     call check_search(grid%axes, accuracy, deviation, error)
   end subroutine check_plane
 
-  pure function plane_of(grid, accuracy, deviation) result(plane)
+  function plane_of(family, grid, accuracy, deviation) result(plane)
+    class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: deviation
     type(plane_type) :: plane
 
+    plane%family => family
     plane%axes = grid%axes
     plane%accuracy = accuracy
     plane%deviation = deviation
@@ -150,7 +153,7 @@ contains
   end function plane_of
 
   subroutine connect_lines(family, grid, accuracy, deviation, lines, map, error)
-    class(family_type), intent(in) :: family
+    class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: deviation
@@ -165,7 +168,7 @@ contains
     integer :: k
 
     allocate(first(size(lines) + 1))
-    plane = plane_of(grid, accuracy, deviation)
+    plane = plane_of(family, grid, accuracy, deviation)
     u1 = skewed(grid%axes(1)%count)
     u2 = skewed(grid%axes(2)%count)
     do k = 1, size(lines)
@@ -173,16 +176,15 @@ contains
       call vertices%add_search(lines(k)%line, lines(k)%search)
     end do
     first(size(first)) = vertices%count + 1
-    call connect_cells(family, plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
-    if (.not. allocated(error)) call follow_curves(family, plane, vertices, map, error)
+    call connect_cells(plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
+    if (.not. allocated(error)) call follow_curves(plane, vertices, map, error)
     map%thin = vertices%thin
     map%left_out = vertices%left_out
     map%places = [(open_place_type(parameter_at(plane%axes, vertices%open(k)%u), &
       & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
   end subroutine connect_lines
 
-  subroutine connect_cells(family, plane, u1, u2, first1, first2, vertices, error)
-    class(family_type), intent(in) :: family
+  subroutine connect_cells(plane, u1, u2, first1, first2, vertices, error)
     type(plane_type), intent(in) :: plane
     real(dp), intent(in) :: u1(:), u2(:)
     integer, intent(in) :: first1(:), first2(:)
@@ -192,7 +194,7 @@ contains
 
     do i = 1, size(u1) - 1
       do j = 1, size(u2) - 1
-        call connect_cell(family, plane, box_type([u1(i), u2(j)], [u1(i + 1), u2(j + 1)]), &
+        call connect_cell(plane, box_type([u1(i), u2(j)], [u1(i + 1), u2(j + 1)]), &
           & [(k, k = first1(i), first1(i + 2) - 1), (k, k = first2(j), first2(j + 2) - 1)], vertices, error)
         if (allocated(error)) return
       end do
@@ -200,8 +202,7 @@ contains
   end subroutine connect_cells
 
   !> The curves one after the other, refined: first those that begin and end somewhere, then the closed ones.
-  subroutine follow_curves(family, plane, vertices, map, error)
-    class(family_type), intent(in) :: family
+  subroutine follow_curves(plane, vertices, map, error)
     type(plane_type), intent(in) :: plane
     type(vertices_type), intent(in) :: vertices
     type(border_map_type), intent(inout) :: map
@@ -221,7 +222,7 @@ contains
     do closed = 0, 1
       do start = 1, vertices%count
         if (done(start) .or. vertices%list(start)%next == 0 .or. (closed == 0 .and. reached(start))) cycle
-        call follow_curve(family, plane, vertices, start, done, curves, map%rough, error)
+        call follow_curve(plane, vertices, start, done, curves, map%rough, error)
         if (allocated(error)) return
         if (extent(curves, size(numbers) + 1) <= least * plane%deviation) then
           curves%count = size(numbers)
@@ -273,8 +274,7 @@ contains
     end do
   end function extent
 
-  subroutine follow_curve(family, plane, vertices, start, done, curves, rough, error)
-    class(family_type), intent(in) :: family
+  subroutine follow_curve(plane, vertices, start, done, curves, rough, error)
     type(plane_type), intent(in) :: plane
     type(vertices_type), intent(in) :: vertices
     integer, intent(in) :: start
@@ -291,7 +291,7 @@ contains
       done(here) = .true.
       next = vertices%list(here)%next
       if (next == 0) return
-      call refine(family, plane, vertices%list(here), vertices%list(next), most_divisions, curves, rough, error)
+      call refine(plane, vertices%list(here), vertices%list(next), most_divisions, curves, rough, error)
       if (allocated(error)) return
       call curves%add(vertices%list(next))
       if (done(next)) return

@@ -5,7 +5,6 @@ module gestell_task_boundary_refine
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_task_boundary_line_search, only: search_line, search_type, short_nodes
   use gestell_task_boundary_vertex, only: plane_type, vertex_of, vertex_type, vertices_type
-  use gestell_study_family, only: family_type
   implicit none (type, external)
   private
 
@@ -17,8 +16,7 @@ contains
   !> deviation allowed from the straight way, measured across it at 1/2, 1/4 and 3/4; and where the kind changes, until the
   !> corner lies between vertices as near to each other as that. `rough` counts the stretches where no border was found.
   !> Error: the parameters make no sense.
-  recursive subroutine refine(family, plane, p, q, divisions, curve, rough, error)
-    class(family_type), intent(in) :: family
+  recursive subroutine refine(plane, p, q, divisions, curve, rough, error)
     type(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
     integer, intent(in) :: divisions
@@ -33,7 +31,7 @@ contains
     if (divisions == 0) return
     if (norm2(q%u - p%u) <= merge(plane%precision(), plane%deviation, p%kind == q%kind)) return
     do k = 1, size(parts)
-      call cross(family, plane, p, q, parts(k), p%kind == q%kind, middle, found, near, error)
+      call cross(plane, p, q, parts(k), p%kind == q%kind, middle, found, near, error)
       if (allocated(error)) return
       if (.not. near) exit
     end do
@@ -42,17 +40,16 @@ contains
       rough = rough + 1
       return
     end if
-    call refine(family, plane, p, middle, divisions - 1, curve, rough, error)
+    call refine(plane, p, middle, divisions - 1, curve, rough, error)
     if (allocated(error)) return
     call curve%add(middle)
-    call refine(family, plane, middle, q, divisions - 1, curve, rough, error)
+    call refine(plane, middle, q, divisions - 1, curve, rough, error)
   end subroutine refine
 
   !> The border across the way from `p` to `q` at the `part` of it, the nearest that has its unstable side on the left: that of
   !> a narrow tongue may lie on either side. `near`: not farther away than the deviation allowed, where that is all that is
   !> asked; or nothing can be known, at the edge of the ranges.
-  subroutine cross(family, plane, p, q, part, near_will_do, vertex, found, near, error)
-    class(family_type), intent(in) :: family
+  subroutine cross(plane, p, q, part, near_will_do, vertex, found, near, error)
     type(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
     real(dp), intent(in) :: part
@@ -70,7 +67,7 @@ contains
     middle = p%u + part * (q%u - p%u)
     left = [p%u(2) - q%u(2), q%u(1) - p%u(1)] / norm2(q%u - p%u)
     call plane%line(middle, left, line)
-    call probe_line(family, line, 0.0_dp, here, error)
+    call probe_line(line, 0.0_dp, here, error)
     if (allocated(error)) return
     if (here%missing()) return
     ! Where regions are wide.
@@ -79,14 +76,14 @@ contains
     near = near_will_do .and. edge <= plane%deviation
     if (near) return
     call plane%line(middle, outward, line)
-    call probe_line(family, line, min(plane%deviation, edge), next, error)
+    call probe_line(line, min(plane%deviation, edge), next, error)
     if (allocated(error) .or. next%missing()) return
     near = near_will_do .and. (next%is_unstable() .neqv. here%is_unstable())
     if (near) return
     distance = plane%deviation
     farthest = 2 * norm2(q%u - p%u)
     do
-      call nearest_crossing(family, plane, middle, left, distance, vertex, found, error)
+      call nearest_crossing(plane, middle, left, distance, vertex, found, error)
       near = near_will_do .and. found .and. distance <= plane%deviation
       if (allocated(error) .or. found .or. distance >= farthest) return
       distance = min(growth * distance, farthest)
@@ -94,8 +91,7 @@ contains
   end subroutine cross
 
   !> The border nearest to `middle`, as far as `distance` along `left` and back, that is unstable there on the `left`.
-  subroutine nearest_crossing(family, plane, middle, left, distance, vertex, found, error)
-    class(family_type), intent(in) :: family
+  subroutine nearest_crossing(plane, middle, left, distance, vertex, found, error)
     type(plane_type), intent(in) :: plane
     real(dp), intent(in) :: middle(2), left(2), distance
     type(vertex_type), intent(out) :: vertex
@@ -109,7 +105,7 @@ contains
     back = min(distance, to_edge(middle, -left))
     ahead = min(distance, to_edge(middle, left))
     call plane%line(middle - back * left, (back + ahead) * left, line)
-    call search_line(family, line, short_nodes, search, error)
+    call search_line(line, short_nodes, search, error)
     found = .false.
     if (allocated(error)) return
     associate (list => search%found%list)

@@ -6,6 +6,7 @@ module gestell_task_boundary_vertex
   use gestell_task_boundary_line_crossing, only: crossing_type
   use gestell_task_boundary_line, only: line_type
   use gestell_task_boundary_line_search, only: search_type
+  use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   implicit none (type, external)
   private
@@ -44,6 +45,7 @@ module gestell_task_boundary_vertex
 
   !> What is sought, and where.
   type, public :: plane_type
+    class(family_type), pointer :: family => null()
     type(axis_type) :: axes(2)
     type(accuracy_type) :: accuracy
     !> How far curves may pass by the border, in u, and the search grid's distance.
@@ -108,7 +110,7 @@ contains
   end function precision_of_lines
 
   !> The line start + t way.
-  pure subroutine line(self, start, way, along)
+  subroutine line(self, start, way, along)
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: start(2), way(2)
     type(line_type), intent(out) :: along
@@ -117,6 +119,7 @@ contains
     allocate(along%start(2), along%way(2))
     along%start = start
     along%way = way
+    along%family => self%family
     along%accuracy = self%accuracy
     along%tolerance = min(self%precision(), finest_lines)
   end subroutine line

@@ -1,11 +1,10 @@
 !> The points of a resonance curve, in the order of their speeds.
 module gestell_task_resonance_points
   use gestell_base_kinds, only: dp
+  use gestell_math_order, only: ascending
   use gestell_study_speed_point, only: speed_point_type, unreached
   implicit none (type, external)
   private
-
-  public :: insertion_order
 
   type, public, extends(speed_point_type) :: curve_point_type
     !> Whether the point stands between those of the grid.
@@ -68,11 +67,9 @@ contains
     real(dp), intent(in) :: speeds(:), same
     real(dp), allocatable, intent(out) :: new(:)
     real(dp) :: sorted(size(speeds)), last, s
-    integer, allocatable :: order(:)
     integer :: i, k, n
 
-    allocate(order, source=insertion_order(speeds))
-    sorted = speeds(order)
+    sorted = speeds(ascending(speeds))
     if (self%descends) sorted = sorted(size(sorted):1:-1)
     n = 0
     i = 1
@@ -92,21 +89,6 @@ contains
     end do
     allocate(new, source=sorted(:n))
   end subroutine new_ones
-
-  !> The places of ascending values.
-  pure function insertion_order(values) result(order)
-    real(dp), intent(in) :: values(:)
-    integer :: order(size(values))
-    integer :: k, i
-
-    do k = 1, size(values)
-      do i = k, 2, -1
-        if (values(order(i - 1)) <= values(k)) exit
-        order(i) = order(i - 1)
-      end do
-      order(i) = k
-    end do
-  end function insertion_order
 
   !> ln(peak) of quantity `q` where it is `known` and more than its error; elsewhere 0.
   subroutine levels(self, q, level, known)

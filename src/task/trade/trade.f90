@@ -4,6 +4,7 @@ module gestell_task_trade
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced
+  use gestell_math_order, only: ascending
   use gestell_floquet_period_period_map, only: period_map
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type, name_length
@@ -234,16 +235,9 @@ contains
   !> The middle one of the values.
   pure real(dp) function median(values)
     real(dp), intent(in) :: values(:)
-    real(dp) :: sorted(size(values)), least
-    integer :: i, k
+    real(dp) :: sorted(size(values))
 
-    sorted = values
-    do i = 1, size(sorted)
-      k = i - 1 + minloc(sorted(i:), dim=1)
-      least = sorted(k)
-      sorted(k) = sorted(i)
-      sorted(i) = least
-    end do
+    sorted = values(ascending(values))
     median = sorted((size(sorted) + 1) / 2)
   end function median
 

@@ -5,7 +5,6 @@ module gestell_task_boundary_line_crossing
   use gestell_task_boundary_line_functions, only: border_kinds, divergence, flutter, period_doubling
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_task_boundary_line_root, only: find_change, find_root
-  use gestell_study_family, only: family_type
   use gestell_study_tile_results, only: stable, undecided
   implicit none (type, external)
   private
@@ -96,8 +95,7 @@ contains
   !> Adds to `found` the borders between `l` and `r`: a zero is sought of each function that changes its sign, or else the
   !> place where the verdict changes; a zero with no change of the verdict is none, but divides what is left. At most
   !> `depth` times. Error: the parameters make no sense.
-  recursive subroutine separate(family, line, l, r, depth, found, error)
-    class(family_type), intent(in) :: family
+  recursive subroutine separate(line, l, r, depth, found, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: l, r
     integer, intent(in) :: depth
@@ -116,26 +114,26 @@ contains
     end if
     kind = changing(l, r)
     if (kind > 0) then
-      call find_root(family, line, kind, l, r, t, obstacle, error)
+      call find_root(line, kind, l, r, t, obstacle, error)
     else if (l%is_unstable() .neqv. r%is_unstable()) then
-      call find_change(family, line, l, r, t, obstacle, error)
+      call find_change(line, l, r, t, obstacle, error)
     else
       return
     end if
     if (allocated(error)) return
     if (obstacle%missing()) then
-      call last_before(family, line, l, obstacle, below, error)
-      if (.not. allocated(error)) call last_before(family, line, r, obstacle, above, error)
+      call last_before(line, l, obstacle, below, error)
+      if (.not. allocated(error)) call last_before(line, r, obstacle, above, error)
     else
-      call verify(family, line, l, r, t, crossing, below, above, success, error)
+      call verify(line, l, r, t, crossing, below, above, success, error)
       if (success) then
         crossing%kind = kind
         call add_named(found, crossing, below, above)
       end if
     end if
     if (allocated(error)) return
-    call separate(family, line, l, below, depth - 1, found, error)
-    if (.not. allocated(error)) call separate(family, line, above, r, depth - 1, found, error)
+    call separate(line, l, below, depth - 1, found, error)
+    if (.not. allocated(error)) call separate(line, above, r, depth - 1, found, error)
   end subroutine separate
 
   !> The border between two systems that lie nearer to each other than it is to be found.
@@ -168,8 +166,7 @@ contains
 
   !> Both sides of the border at `t` by their verdicts, as near to it as they can tell: `unstable` on one side and not on
   !> the other, and `stable` there if it is so at that end of the interval.
-  subroutine verify(family, line, l, r, t, crossing, below, above, success, error)
-    class(family_type), intent(in) :: family
+  subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: l, r
     real(dp), intent(in) :: t
@@ -184,10 +181,10 @@ contains
     distance = line%step()
     do
       below = l
-      if (t - distance > l%t) call probe_line(family, line, t - distance, below, error)
+      if (t - distance > l%t) call probe_line(line, t - distance, below, error)
       if (allocated(error)) return
       above = r
-      if (t + distance < r%t) call probe_line(family, line, t + distance, above, error)
+      if (t + distance < r%t) call probe_line(line, t + distance, above, error)
       if (allocated(error)) return
       if (below%missing() .or. above%missing()) return
       if (below%is_unstable() .neqv. above%is_unstable()) then
@@ -223,8 +220,7 @@ contains
   end subroutine name_kind
 
   !> Of the systems from `here` on toward a point where there is none, nearly the last.
-  subroutine last_before(family, line, here, none, last, error)
-    class(family_type), intent(in) :: family
+  subroutine last_before(line, here, none, last, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: here, none
     type(probe_type), intent(out) :: last
@@ -237,7 +233,7 @@ contains
     last = here
     beyond = none%t
     do k = 1, halvings
-      call probe_line(family, line, (last%t + beyond) / 2, between, error)
+      call probe_line(line, (last%t + beyond) / 2, between, error)
       if (allocated(error)) return
       if (between%missing()) then
         beyond = between%t

@@ -6,7 +6,6 @@ module gestell_task_boundary_line_exponents
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_study_family, only: family_type
   implicit none (type, external)
   private
 
@@ -37,8 +36,7 @@ module gestell_task_boundary_line_exponents
 contains
 
   !> The node at `t` of a line that is searched between two `ends`, none of which is left. Error: the parameters make no sense.
-  subroutine solve_node(family, line, t, ends, node, error)
-    class(family_type), intent(in) :: family
+  subroutine solve_node(line, t, ends, node, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t, ends(2)
     type(node_type), intent(out) :: node
@@ -50,12 +48,12 @@ contains
     real(dp) :: change
     integer :: i, k
 
-    call probe_line(family, line, t, node%at, error)
+    call probe_line(line, t, node%at, error)
     if (allocated(error) .or. node%at%missing()) return
     allocate(node%slope(size(node%at%z)), source=(0.0_dp, 0.0_dp))
     change = part * (ends(2) - ends(1))
     if (t > sum(ends) / 2) change = -change
-    call probe_line(family, line, t + change, beside, error)
+    call probe_line(line, t + change, beside, error)
     if (allocated(error) .or. beside%missing()) return
     if (size(beside%z) /= size(node%slope)) return
     allocate(free(size(node%slope)), source=.true.)

@@ -4,7 +4,6 @@ module gestell_task_boundary_line_follow
   use gestell_base_kinds, only: dp
   use gestell_task_boundary_line_exponents, only: connect, node_type, solve_node, stretch_type
   use gestell_task_boundary_line, only: line_type
-  use gestell_study_family, only: family_type
   implicit none (type, external)
   private
 
@@ -30,8 +29,7 @@ contains
   !> The stretches between the first and the last of `t`, ascending, with nodes at all of them and between them where the
   !> multipliers do not go on as their slopes say: all that need it are halved, then those of the halves, so that where the
   !> nodes do not suffice the shortest remain as they are. Error: the parameters make no sense.
-  subroutine follow_multipliers(family, line, t, way, error)
-    class(family_type), intent(in) :: family
+  subroutine follow_multipliers(line, t, way, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t(:)
     type(way_type), intent(out) :: way
@@ -43,7 +41,7 @@ contains
     allocate(nodes(size(t)))
     associate (ends => t([1, size(t)]), span => t(size(t)) - t(1))
       do i = 1, size(t)
-        call solve_node(family, line, t(i), ends, nodes(i), error)
+        call solve_node(line, t(i), ends, nodes(i), error)
         if (allocated(error)) return
       end do
       allocate(state(size(t) - 1), source=open)
@@ -62,7 +60,7 @@ contains
           if (state(i) /= open) cycle
           n = n + 1
           more_state(n) = open
-          call solve_node(family, line, (nodes(i)%at%t + nodes(i + 1)%at%t) / 2, ends, more(n), error)
+          call solve_node(line, (nodes(i)%at%t + nodes(i + 1)%at%t) / 2, ends, more(n), error)
           if (allocated(error)) return
         end do
         more(n + 1) = nodes(size(nodes))

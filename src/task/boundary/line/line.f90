@@ -19,8 +19,9 @@ module gestell_task_boundary_line
 
   public :: coordinate, parameter_at, parameters_at, probe_line, sensitivity, skewed
 
-  !> u(t) = start + t way, and what is ordered of its borders.
+  !> u(t) = start + t way through the parameters of a family, and what is ordered of its borders.
   type, public :: line_type
+    class(family_type), pointer :: family => null()
     type(axis_type), allocatable :: axes(:)
     real(dp), allocatable :: start(:), way(:)
     type(accuracy_type) :: accuracy
@@ -72,8 +73,7 @@ contains
   end function is_unstable
 
   !> Solves the system at `t`. Error: the parameters make no sense.
-  subroutine probe_line(family, line, t, probe, error)
-    class(family_type), intent(in) :: family
+  subroutine probe_line(line, t, probe, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t
     type(probe_type), intent(out) :: probe
@@ -83,7 +83,7 @@ contains
     type(error_type), allocatable :: failure
 
     probe%t = t
-    call member%make(family, parameters_at(line, t), error)
+    call member%make(line%family, parameters_at(line, t), error)
     probe%verdict = merge(impossible, failed, member%state == impossible_member)
     if (allocated(error) .or. .not. member%is_sound()) return
     call border_multipliers(member%system, line%accuracy, multipliers, failure)

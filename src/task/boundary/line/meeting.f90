@@ -6,7 +6,6 @@ module gestell_task_boundary_line_meeting
   use gestell_task_boundary_line_exponents, only: stretch_type
   use gestell_task_boundary_line, only: line_type
   use gestell_task_boundary_line_pair, only: fit_pair, greatest_growth, pair_fit_type, pair_name_type, pair_type, solve_pair
-  use gestell_study_family, only: family_type
   implicit none (type, external)
   private
 
@@ -33,8 +32,7 @@ contains
 
   !> Follows the growth of the pair `name` of a stretch to its maximum near `start`, where its phases meet; they part by `rate`
   !> per t. Error: the parameters make no sense.
-  subroutine search_meeting(family, line, stretch, name, start, rate, meeting, error)
-    class(family_type), intent(in) :: family
+  subroutine search_meeting(line, stretch, name, start, rate, meeting, error)
     type(line_type), intent(in) :: line
     type(stretch_type), intent(in) :: stretch
     type(pair_name_type), intent(in) :: name
@@ -50,7 +48,7 @@ contains
     integer :: three(3), n
 
     bounds = bounds_about(stretch)
-    call three_about(family, line, stretch, name, start, rate, bounds, seen(:3), error)
+    call three_about(line, stretch, name, start, rate, bounds, seen(:3), error)
     meeting%t = start
     meeting%width = stretch%length()
     if (allocated(error) .or. any(seen(:3)%at%missing())) return
@@ -59,7 +57,7 @@ contains
       meeting%top = seen(maxloc(seen(:n)%growth - clear * seen(:n)%noise, dim=1))
       if (grows(meeting%top)) then
         meeting%outcome = tongue
-        call find_outside(family, line, stretch, name, seen(:n), bounds, meeting, error)
+        call find_outside(line, stretch, name, seen(:n), bounds, meeting, error)
         return
       end if
       if (n == most) return
@@ -77,7 +75,7 @@ contains
         end if
       end associate
       associate (new => seen(n + 1))
-        call solve_pair(family, line, stretch, name, meeting%t, new, error)
+        call solve_pair(line, stretch, name, meeting%t, new, error)
         if (allocated(error) .or. new%at%missing()) return
         if (new%growth < -clear * new%noise .and. abs(new%growth - told) < part * abs(new%growth)) then
           meeting%outcome = no_tongue
@@ -114,8 +112,7 @@ contains
   end function nearest_three
 
   !> Where on both sides of a tongue's top the pair dies out: the nearest of those that were `seen`, or else ever farther away.
-  subroutine find_outside(family, line, stretch, name, seen, bounds, meeting, error)
-    class(family_type), intent(in) :: family
+  subroutine find_outside(line, stretch, name, seen, bounds, meeting, error)
     type(line_type), intent(in) :: line
     type(stretch_type), intent(in) :: stretch
     type(pair_name_type), intent(in) :: name
@@ -141,7 +138,7 @@ contains
           if (side == 1) t = max(t, bounds(1))
           if (side == 2) t = min(t, bounds(2))
           if (.not. abs(t - top) > 0) exit
-          call solve_pair(family, line, stretch, name, t, here, error)
+          call solve_pair(line, stretch, name, t, here, error)
           if (allocated(error)) return
           if (here%at%missing()) exit
           meeting%outside(side) = here%excess() > 0
@@ -163,8 +160,7 @@ contains
   end function bounds_about
 
   !> The pair at `start` and on both sides of it, about where the detuning is a few times the growth.
-  subroutine three_about(family, line, stretch, name, start, rate, bounds, three, error)
-    class(family_type), intent(in) :: family
+  subroutine three_about(line, stretch, name, start, rate, bounds, three, error)
     type(line_type), intent(in) :: line
     type(stretch_type), intent(in) :: stretch
     type(pair_name_type), intent(in) :: name
@@ -174,15 +170,15 @@ contains
     real(dp), parameter :: times = 3, widest = 0.2_dp
     real(dp) :: s, middle
 
-    call solve_pair(family, line, stretch, name, start, three(2), error)
+    call solve_pair(line, stretch, name, start, three(2), error)
     if (allocated(error) .or. three(2)%at%missing()) return
     s = times * max(abs(real(three(2)%mean)), sqrt(abs(three(2)%delta)), three(2)%noise)
     s = min(s, widest * stretch%length() * abs(rate)) / max(abs(rate), tiny(s))
     s = min(max(s, line%step(), 16 * spacing(start)), (bounds(2) - bounds(1)) / 2)
     middle = min(max(start, bounds(1) + s), bounds(2) - s)
-    if (abs(middle - start) > 0) call solve_pair(family, line, stretch, name, middle, three(2), error)
-    if (.not. allocated(error)) call solve_pair(family, line, stretch, name, middle - s, three(1), error)
-    if (.not. allocated(error)) call solve_pair(family, line, stretch, name, middle + s, three(3), error)
+    if (abs(middle - start) > 0) call solve_pair(line, stretch, name, middle, three(2), error)
+    if (.not. allocated(error)) call solve_pair(line, stretch, name, middle - s, three(1), error)
+    if (.not. allocated(error)) call solve_pair(line, stretch, name, middle + s, three(3), error)
   end subroutine three_about
 
   !> At the maximum of the growth: it is below zero, or zero within the errors.
@@ -203,8 +199,7 @@ contains
 
   !> The end of a tongue between a pair that dies out and one that grows: the zero of its excess. Error: the parameters make no
   !> sense.
-  subroutine tongue_end(family, line, stretch, name, outside, top, t, missing, error)
-    class(family_type), intent(in) :: family
+  subroutine tongue_end(line, stretch, name, outside, top, t, missing, error)
     type(line_type), intent(in) :: line
     type(stretch_type), intent(in) :: stretch
     type(pair_name_type), intent(in) :: name
@@ -224,7 +219,7 @@ contains
       t = search%root()
       associate (tolerance => share * line%step() + 2 * spacing(t))
         if (search%found(tolerance)) return
-        call solve_pair(family, line, stretch, name, search%next(tolerance), new, error)
+        call solve_pair(line, stretch, name, search%next(tolerance), new, error)
       end associate
       missing = new%at%missing()
       if (allocated(error) .or. missing) return

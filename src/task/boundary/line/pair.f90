@@ -7,7 +7,6 @@ module gestell_task_boundary_line_pair
   use gestell_base_kinds, only: dp, pi
   use gestell_task_boundary_line_exponents, only: stretch_type, wrapped
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_study_family, only: family_type
   use gestell_study_tile_results, only: failed
   implicit none (type, external)
   private
@@ -41,8 +40,7 @@ contains
 
   !> The pair `name` of a stretch at `t`: those two multipliers that are nearest to where its curves have them.
   !> Error: the parameters make no sense.
-  subroutine solve_pair(family, line, stretch, name, t, pair, error)
-    class(family_type), intent(in) :: family
+  subroutine solve_pair(line, stretch, name, t, pair, error)
     type(line_type), intent(in) :: line
     type(stretch_type), intent(in) :: stretch
     type(pair_name_type), intent(in) :: name
@@ -54,7 +52,7 @@ contains
     integer :: i, k, best(2)
 
     pair%t = t
-    call probe_line(family, line, t, pair%at, error)
+    call probe_line(line, t, pair%at, error)
     if (allocated(error) .or. pair%at%missing()) return
     if (size(pair%at%z) /= size(stretch%miss)) then
       pair%at%verdict = failed

@@ -5,7 +5,6 @@ module gestell_task_boundary_line_root
   use gestell_math_root, only: root_search_type
   use gestell_task_boundary_line_functions, only: flutter
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_study_family, only: family_type
   use gestell_study_tile_results, only: undecided
   implicit none (type, external)
   private
@@ -19,8 +18,7 @@ contains
 
   !> A zero of the function `kind` between `l` and `r`, where its signs differ. `obstacle` is missing if there is a point without
   !> a system on the way.
-  subroutine find_root(family, line, kind, l, r, t, obstacle, error)
-    class(family_type), intent(in) :: family
+  subroutine find_root(line, kind, l, r, t, obstacle, error)
     type(line_type), intent(in) :: line
     integer, intent(in) :: kind
     type(probe_type), intent(in) :: l, r
@@ -36,7 +34,7 @@ contains
       t = search%root()
       associate (tolerance => share * line%step() + 2 * spacing(t))
         if (search%found(tolerance)) return
-        call probe_line(family, line, search%next(tolerance), new, error)
+        call probe_line(line, search%next(tolerance), new, error)
       end associate
       if (allocated(error)) return
       if (new%missing()) then
@@ -51,8 +49,7 @@ contains
   end subroutine find_root
 
   !> Where the verdict changes from unstable to another, or back, by bisection.
-  subroutine find_change(family, line, l, r, t, obstacle, error)
-    class(family_type), intent(in) :: family
+  subroutine find_change(line, l, r, t, obstacle, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: l, r
     real(dp), intent(out) :: t
@@ -67,7 +64,7 @@ contains
     do
       t = (a + b) / 2
       if (b - a <= max(share * line%step(), 4 * spacing(t))) return
-      call probe_line(family, line, t, new, error)
+      call probe_line(line, t, new, error)
       if (allocated(error)) return
       if (new%missing()) then
         obstacle = new

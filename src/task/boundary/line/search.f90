@@ -2,6 +2,7 @@
 module gestell_task_boundary_line_search
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_math_order, only: ascending
   use gestell_task_boundary_line_crossing, only: add_named, crossing_type, crossings_type, separate, verify
   use gestell_task_boundary_line_exponents, only: stretch_type
   use gestell_task_boundary_line_follow, only: follow_multipliers, way_type
@@ -9,7 +10,6 @@ module gestell_task_boundary_line_search
   use gestell_task_boundary_line_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
   use gestell_task_boundary_line_pair, only: pair_name_type
   use gestell_task_boundary_line_places, only: fastest_within, find_meetings, place_type, places_type
-  use gestell_study_family, only: family_type
   implicit none (type, external)
   private
 
@@ -51,8 +51,7 @@ contains
 
   !> All borders along the line from 0 to 1; `nodes`: where the search begins, ascending from 0 to 1. Error: the parameters make
   !> no sense.
-  subroutine search_line(family, line, nodes, search, error)
-    class(family_type), intent(in) :: family
+  subroutine search_line(line, nodes, search, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: nodes(:)
     type(search_type), intent(out) :: search
@@ -63,7 +62,7 @@ contains
     integer :: i
 
     allocate(search%doubts(0), search%marks(0))
-    call follow_multipliers(family, line, nodes, way, error)
+    call follow_multipliers(line, nodes, way, error)
     if (allocated(error)) return
     do i = 1, way%count
       associate (stretch => way%list(i))
@@ -77,13 +76,13 @@ contains
     do i = 1, places%count
       associate (place => places%list(i))
         if (abs(place%rate) > fastest) cycle
-        call look(family, line, way%list(place%stretch), place, search, error)
+        call look(line, way%list(place%stretch), place, search, error)
         if (allocated(error)) return
       end associate
     end do
     call name_left_out(places, fastest, way, search)
     call sort_marks(search)
-    call close_gaps(family, line, search, error)
+    call close_gaps(line, search, error)
     if (.not. allocated(error)) call search%found%sort(2 * line%step())
   end subroutine search_line
 
@@ -144,8 +143,7 @@ contains
   end function merged
 
   !> Searches for a tongue where two multipliers meet.
-  subroutine look(family, line, stretch, place, search, error)
-    class(family_type), intent(in) :: family
+  subroutine look(line, stretch, place, search, error)
     type(line_type), intent(in) :: line
     type(stretch_type), intent(in) :: stretch
     type(place_type), intent(in) :: place
@@ -155,12 +153,12 @@ contains
 
     search%meetings = search%meetings + 1
     associate (start => stretch%ends(1)%t + place%x * stretch%length())
-      call search_meeting(family, line, stretch, place%name, start, place%rate, meeting, error)
+      call search_meeting(line, stretch, place%name, start, place%rate, meeting, error)
     end associate
     if (allocated(error)) return
     select case (meeting%outcome)
     case (tongue)
-      call add_tongue(family, line, stretch, place%name, meeting, search, error)
+      call add_tongue(line, stretch, place%name, meeting, search, error)
     case (thin)
       search%thin = search%thin + 1
     case (open_question)
@@ -171,8 +169,7 @@ contains
   end subroutine look
 
   !> The borders at both ends of a tongue, and systems in it and beside it.
-  subroutine add_tongue(family, line, stretch, name, meeting, search, error)
-    class(family_type), intent(in) :: family
+  subroutine add_tongue(line, stretch, name, meeting, search, error)
     type(line_type), intent(in) :: line
     type(stretch_type), intent(in) :: stretch
     type(pair_name_type), intent(in) :: name
@@ -189,11 +186,11 @@ contains
     do side = 1, 2
       if (.not. meeting%outside(side)) cycle
       call add_mark(search, meeting%sides(side)%at)
-      call tongue_end(family, line, stretch, name, meeting%sides(side), meeting%top, t, missing, error)
+      call tongue_end(line, stretch, name, meeting%sides(side), meeting%top, t, missing, error)
       if (allocated(error)) return
       if (missing) cycle
-      if (side == 1) call verify(family, line, meeting%sides(1)%at, meeting%top%at, t, crossing, below, above, success, error)
-      if (side == 2) call verify(family, line, meeting%top%at, meeting%sides(2)%at, t, crossing, below, above, success, error)
+      if (side == 1) call verify(line, meeting%sides(1)%at, meeting%top%at, t, crossing, below, above, success, error)
+      if (side == 2) call verify(line, meeting%top%at, meeting%sides(2)%at, t, crossing, below, above, success, error)
       if (allocated(error)) return
       call add_mark(search, below)
       call add_mark(search, above)
@@ -203,8 +200,7 @@ contains
 
   !> Between neighbouring marks the number of borders that were found must be even if the verdict is the same, odd if not; and
   !> where none was found, no function may change its sign: else borders are sought there.
-  subroutine close_gaps(family, line, search, error)
-    class(family_type), intent(in) :: family
+  subroutine close_gaps(line, search, error)
     type(line_type), intent(in) :: line
     type(search_type), intent(inout) :: search
     type(error_type), allocatable, intent(out) :: error
@@ -215,7 +211,7 @@ contains
       associate (l => search%marks(i), r => search%marks(i + 1))
         n = count(search%found%list%t > l%t .and. search%found%list%t < r%t)
         if (n > 0 .and. (mod(n, 2) == 1 .eqv. (l%is_unstable() .neqv. r%is_unstable()))) cycle
-        call separate(family, line, l, r, usual_depth, search%found, error)
+        call separate(line, l, r, usual_depth, search%found, error)
         if (allocated(error)) return
       end associate
     end do
@@ -241,25 +237,15 @@ contains
   pure subroutine sort_marks(search)
     type(search_type), intent(inout) :: search
     type(probe_type), allocatable :: sorted(:)
-    integer :: order(search%seen), i, k, n
+    integer, allocatable :: order(:)
+    integer :: i
 
-    ! Nearly sorted they are.
-    n = 0
-    do i = 1, search%seen
-      k = n
-      do while (k > 0)
-        if (search%marks(order(k))%t <= search%marks(i)%t) exit
-        k = k - 1
-      end do
-      if (k > 0) then
-        if (.not. search%marks(order(k))%t < search%marks(i)%t) cycle
-      end if
-      order(k + 2:n + 1) = order(k + 1:n)
-      order(k + 1) = i
-      n = n + 1
-    end do
-    allocate(sorted(n))
-    do i = 1, n
+    associate (t => search%marks(:search%seen)%t)
+      order = ascending(t)
+      order = pack(order, [(i == 1 .or. t(order(i)) > t(order(max(i - 1, 1))), i = 1, size(order))])
+    end associate
+    allocate(sorted(size(order)))
+    do i = 1, size(order)
       sorted(i) = search%marks(order(i))
     end do
     call move_alloc(sorted, search%marks)

@@ -1,13 +1,14 @@
-!> The search for a zero against functions whose zeros are known in closed form.
-module test_root
+!> Searches for zeros against functions whose zeros are known in closed form, and the order of numbers.
+module test_math
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
+  use gestell_math_order, only: ascending
   use gestell_math_root, only: root_search_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
-  public :: collect_root
+  public :: collect_math
 
   integer, parameter :: cubic = 1, transcendental = 2, flat = 3, steep = 4, jump = 5, functions = 5
   !> Brackets and zeros.
@@ -18,14 +19,15 @@ module test_root
 
 contains
 
-  subroutine collect_root(testsuite)
+  subroutine collect_math(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
       & new_unittest("zeros in closed form, from both ends", test_zeros), &
       & new_unittest("smooth functions take fewer steps than bisection", test_speed), &
-      & new_unittest("a zero that is met ends the search", test_met)]
-  end subroutine collect_root
+      & new_unittest("a zero that is met ends the search", test_met), &
+      & new_unittest("ascending numbers, equal ones as they come", test_ascending)]
+  end subroutine collect_math
 
   real(dp) function f(which, x)
     integer, intent(in) :: which
@@ -118,4 +120,15 @@ contains
     if (.not. allocated(error)) call check(error, search%width() <= 1.0_dp)
   end subroutine test_met
 
-end module test_root
+  subroutine test_ascending(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: values(7) = [3.0_dp, -1.0_dp, 3.0_dp, 0.0_dp, 7.5_dp, -1.0_dp, 3.0_dp]
+    integer, parameter :: expected(7) = [2, 6, 4, 1, 3, 7, 5]
+    character(len=40) :: words
+
+    write (words, "(7(1x, i0))") ascending(values)
+    call check(error, all(ascending(values) == expected), more="the places are" // words)
+    if (.not. allocated(error)) call check(error, size(ascending(values(:0))), 0)
+  end subroutine test_ascending
+
+end module test_math
