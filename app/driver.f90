@@ -131,7 +131,6 @@ contains
     if (.not. parts .and. (orders_any(tasks, own_machine) .or. .not. others)) then
       if (.not. allocated(context%configuration%impossible)) call solve_machine(context, result, error)
       if (allocated(error)) return
-      call say_rest(console, result)
     end if
     if (orders_any(tasks, all_speeds)) then
       if (context%configuration%plan%grid%axes(1)%from * context%configuration%frame%speed < 0) call result%say(newline &
@@ -143,8 +142,9 @@ contains
         if (allocated(context%configuration%impossible) .and. task%about == own_machine) cycle
         call task%run(context, result, error)
       end associate
-      call say_rest(console, result)
       if (allocated(error)) return
+      ! what is told of the machine itself waits for its headlines
+      if (tasks(i)%task%about /= own_machine) call say_rest(console, result)
     end do
     if (orders_any(tasks, own_machine)) call end_line(context, result)
   end subroutine run_tasks
@@ -204,6 +204,7 @@ contains
       if (drawn == "") drawn = "none"
       closing = closing // "pictures in " // on_one_line(context%folder) // "/, .svg and .png: " // drawn // newline
     end if
+    if (.not. options%check) closing = closing // result%in_short()
     if (options%json) call write_json(options, context, result, error)
     if (allocated(error)) return
     if (options%report .and. .not. options%check) call write_page(context, result, console%said // closing, error)
@@ -244,6 +245,7 @@ contains
     type(result_type), intent(inout) :: result
     integer :: last
 
+    call result%lead()
     do while (len(result%notes) > 0)
       last = index(result%notes, newline)
       call tell(result%notes(:last - 1))

@@ -9,7 +9,7 @@ module gestell_output_result
   implicit none (type, external)
   private
 
-  !> A sentence that an engineer reads first; `state`: stable, unstable or undecided.
+  !> A sentence that an engineer reads first; `state`: stable, unstable or undecided, empty where it is neither good nor bad.
   type, public :: headline_type
     character(len=9) :: state
     character(len=:), allocatable :: words
@@ -21,7 +21,7 @@ module gestell_output_result
     type(headline_type), allocatable :: headlines(:)
     !> The report, and what of it was not yet said.
     character(len=:), allocatable :: report
-    integer, private :: said = 0
+    integer, private :: said = 0, room = -1
     !> What is told beside the report, each on a line of its own.
     character(len=:), allocatable :: notes
     !> What is told of a machine on one line, or of several on one each.
@@ -40,11 +40,16 @@ module gestell_output_result
     procedure :: add
     procedure :: say
     procedure :: note
+    procedure :: leave_room
+    procedure :: lead
+    procedure :: in_short
     procedure :: rest
     procedure :: warn
     procedure :: fail
     procedure :: write => write_result
   end type result_type
+
+  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -106,12 +111,50 @@ contains
     self%report = self%report // lines
   end subroutine say
 
+  !> Here the headlines will stand when all are known; nothing behind this place is said before.
+  pure subroutine leave_room(self)
+    class(result_type), intent(inout) :: self
+
+    self%room = len(self%report)
+  end subroutine leave_room
+
+  !> Puts the headlines where room was left: the verdict first, with what is wrong below it.
+  pure subroutine lead(self)
+    class(result_type), intent(inout) :: self
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    if (self%room < 0 .or. self%verdict == "") return
+    lines = newline // "VERDICT  "
+    do i = 1, size(self%headlines)
+      if (i > 1) lines = lines // "  "
+      lines = lines // self%headlines(i)%words // newline
+    end do
+    self%report = self%report(:self%room) // lines // self%report(self%room + 1:)
+    self%room = -1
+  end subroutine lead
+
+  !> The verdict in one line, with what is wrong; empty without a verdict.
+  pure function in_short(self) result(line)
+    class(result_type), intent(in) :: self
+    character(len=:), allocatable :: line
+    integer :: i
+
+    line = ""
+    if (self%verdict == "") return
+    line = "VERDICT  " // trim(self%verdict)
+    do i = 2, size(self%headlines)
+      if (all(self%headlines(i)%state /= [character(len=9) :: "stable", ""])) line = line // "; " // self%headlines(i)%words
+    end do
+    line = line // newline
+  end function in_short
+
   !> A line beside the report.
   pure subroutine note(self, line)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: line
 
-    self%notes = self%notes // "note: " // line // new_line("a")
+    self%notes = self%notes // "note: " // line // newline
   end subroutine note
 
   !> What of the report was not yet taken.
@@ -132,7 +175,7 @@ contains
 
     if (len_trim(lines) == 0) return
     headline%state = state
-    headline%words = trim(adjustl(lines(:index(lines // new_line("a"), new_line("a")) - 1)))
+    headline%words = trim(adjustl(lines(:index(lines // newline, newline) - 1)))
     do i = 1, size(self%headlines)
       if (self%headlines(i)%words == headline%words) return
     end do

@@ -49,7 +49,8 @@ contains
       call page%append(section(context%place, result%tables(i)))
     end do
     call page%append(input_table(context%configuration, context%head%settings))
-    call page%append("<h2>Report</h2>" // newline // "<pre>" // escaped(report) // "</pre>" // newline // tail())
+    call page%append("<h2>Report</h2>" // newline // "<details><summary>as on standard output</summary>" // newline &
+      & // "<pre>" // escaped(report) // "</pre></details>" // newline // tail())
     call page%complete(error)
   end subroutine write_page
 
@@ -60,7 +61,8 @@ contains
 
     line = escaped(words)
     if (index(words, state // ":") == 1) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
-    line = "<p class=""verdict " // state // """>" // line // "</p>" // newline
+    line = "<p class=""verdict " // trim(merge(state // repeat(" ", 4), "note" // repeat(" ", len(state)), state /= "")) &
+      & // """>" // line // "</p>" // newline
   end function banner
 
   !> Picture and rows of a table.

@@ -6,7 +6,7 @@ A message is a text, or a pattern where a number in it depends on how finely the
 import re
 
 # All tasks, as messages list them.
-TASKS = ("'drawing', 'stability', 'modes', 'response', 'forces', 'power', 'trade', 'sweep', 'sensitivity', 'boundary', 'campbell', "
+TASKS = ("'drawing', 'stability', 'modes', 'response', 'forces', 'power', 'trade', 'sensitivity', 'sweep', 'boundary', 'campbell', "
          "'critical', 'resonance'")
 
 # The four-bar mechanism of data/khang_four_bar.nml; messages name its lines.
@@ -425,6 +425,6 @@ OPTIONS = [
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
      "its ends are 0.33 m apart, lengths of 0.1 m and 0.16 m reach from 0.06 m to 0.26 m"),
     ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
-     "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'sweep', "
-     "'sensitivity', 'campbell', 'critical' or 'resonance'"),
+     "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'sensitivity', "
+     "'sweep', 'campbell', 'critical' or 'resonance'"),
 ]

@@ -32,7 +32,7 @@ def test_names_of_files():
                   "one line", repr(run.err))
     with Folder() as folder:
         run = Run(folder, "-o", "two\nfolders", "input.nml")
-        equal("a folder of two lines", run.out.splitlines()[-1], "files in two?folders/")
+        equal("a folder of two lines", run.out.splitlines()[-2], "files in two?folders/")
 
 
 def test_long_references():

@@ -310,7 +310,7 @@ def test_plot_option():
         run = Run(folder, "input.nml", "--plot")
         run.done("--plot")
         equal("--plot, files", bare(folder / "input"), every)
-        check("--plot, report", run.out.endswith("pictures in input/, .svg and .png: mechanism, multipliers, response, harmonics\n"),
+        check("--plot, report", "pictures in input/, .svg and .png: mechanism, multipliers, response, harmonics\nVERDICT" in run.out,
               "the pictures", run.out[-200:])
         for name in ("a b", "it's", "-x", "$(touch bad)", "\"q\"", "a;b", "ä"):
             Run(folder, "-q", "--plot", "-o", name, "input.nml").done(f"--plot to {name}")
@@ -343,7 +343,7 @@ def test_no_gnuplot():
         run = Run(folder, "input.nml", "--plot", environment={"PATH": str(folder / "empty")})
         equal("no gnuplot", (run.code, run.err), (4, "there is no program gnuplot to draw the pictures (in Debian the package "
               "gnuplot-nox, or ./bootstrap --with gnuplot); all else is done, the scripts for it are written\n"))
-        check("no gnuplot, report", run.out.endswith("pictures in input/, .svg and .png: none\n"), "none", run.out[-200:])
+        check("no gnuplot, report", "pictures in input/, .svg and .png: none\nVERDICT" in run.out, "none", run.out[-200:])
         equal("no gnuplot, all else is written", bare(folder / "input"),
               sorted(f"{name}.{end}" for name in ("harmonics", "mechanism", "multipliers", "response") for end in ("csv", "gp")))
         Run(folder, "-q", "input.nml", environment={"PATH": str(folder / "empty")}).done("no gnuplot, no --plot")

@@ -13,13 +13,16 @@ module gestell_output_page_html
     & "h1{line-height:1.2;margin-bottom:.2rem}h2{margin-top:2.5rem;border-bottom:1px solid #ccc}" // newline // &
     & ".sub{color:#555;margin-top:0}.verdict{padding:.8rem 1rem;border-left:.5rem solid;background:#f4f4f4;font-size:1.1rem}" &
     & // newline // &
-    & ".stable{border-color:#009e73}.unstable{border-color:#d55e00}.undecided{border-color:#e69f00}" // newline // &
+    & ".note{border-color:#888}.stable{border-color:#009e73}.unstable{border-color:#d55e00}.undecided{border-color:#e69f00}" &
+    & // newline // "summary{cursor:pointer;color:#555;font-size:.9rem}" // newline // &
     & "figure{margin:1rem 0}figure img{max-width:100%;height:auto}figcaption{color:#555;font-size:.9rem}" // newline // &
     & ".wide{overflow-x:auto}table{border-collapse:collapse;font-size:.9rem;margin:.5rem 0}" // newline // &
     & "caption{text-align:left;color:#555}th,td{padding:.15rem .6rem;border-bottom:1px solid #ddd;text-align:left}" // newline // &
     & "td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}thead th{border-bottom:2px solid #888}" &
     & // newline // &
     & "pre{background:#f4f4f4;padding:1rem;overflow-x:auto;font-size:.8rem;line-height:1.35}" // newline // &
+    & "@media(prefers-color-scheme:dark){body{background:#1b1b1b;color:#ddd}.verdict,pre{background:#2a2a2a}" // newline // &
+    & ".sub,figcaption,caption,summary{color:#aaa}h2,th,td{border-color:#444}figure img{background:#fff}}" // newline // &
     & "@media print{body{margin:0;max-width:none}h2{break-after:avoid}figure,tr{break-inside:avoid}pre{white-space:pre-wrap}}" &
     & // newline
 
@@ -31,7 +34,7 @@ contains
     character(len=:), allocatable :: page
 
     page = "<!DOCTYPE html>" // newline // "<html lang=""en"">" // newline // "<head>" // newline // &
-      & "<meta charset=""utf-8"">" // newline // "<meta name=""viewport"" content=""width=device-width"">" // newline // &
+      & "<meta charset=""utf-8"">" // newline // "<meta name=""viewport"" content=""width=device-width,initial-scale=1"">" // newline // &
       & "<title>" // escaped(title) // "</title>" // newline // "<style>" // newline // style // "</style>" // newline // &
       & "</head>" // newline // "<body>" // newline
   end function head

@@ -10,6 +10,8 @@ module gestell_output_page_table
 
   !> Rows that are shown at the most; a table with more columns than this and fewer rows is turned.
   integer, parameter :: most_rows = 60, most_columns = 10
+  !> Tables with more rows are folded away.
+  integer, parameter :: most_open = 12
   character, parameter :: newline = new_line("a")
 
 contains
@@ -23,7 +25,9 @@ contains
     lines = ""
     if (table%rows == 0) return
     rows = min(table%rows, most_rows)
-    lines = "<div class=""wide""><table>" // newline // "<caption>" // escaped(table%name // ".csv")
+    lines = ""
+    if (table%rows > most_open) lines = "<details><summary>" // text(table%rows) // " rows</summary>" // newline
+    lines = lines // "<div class=""wide""><table>" // newline // "<caption>" // escaped(table%name // ".csv")
     if (table%rows > rows) lines = lines // ": the first " // text(rows) // " of " // text(table%rows) // " rows"
     lines = lines // "</caption>" // newline
     if (size(table%columns) > most_columns .and. rows < size(table%columns)) then
@@ -32,6 +36,7 @@ contains
       lines = lines // upright(table%columns, rows)
     end if
     lines = lines // "</table></div>" // newline
+    if (table%rows > most_open) lines = lines // "</details>" // newline
   end function html_table
 
   pure function upright(columns, rows) result(lines)

@@ -12,7 +12,7 @@ module gestell_task_boundary_report
   implicit none (type, external)
   private
 
-  public :: report_borders, report_search
+  public :: report_borders, report_search, summary, way_to_stable
 
   character, parameter :: newline = new_line("a")
   !> Curves that are listed, at the most.
@@ -73,6 +73,36 @@ contains
       report = report // "    along " // trim(plan%paths(k)) // ": " // way_to(results%nearest(k)) // newline
     end do
   end function report_borders
+
+  !> How many boundaries there are; over one parameter where.
+  pure function summary(plan, results) result(line)
+    type(sweep_plan_type), intent(in) :: plan
+    type(border_results_type), intent(in) :: results
+    character(len=:), allocatable :: line
+    integer, parameter :: most = 6
+    integer :: i
+
+    if (allocated(results%map)) then
+      line = "Stability boundaries over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)) // ": " &
+        & // counted(results%map%curves, "curve")
+      return
+    end if
+    line = "Stability boundaries over " // trim(plan%paths(1)) // ": "
+    if (size(results%values) == 0) line = line // "none in the range"
+    do i = 1, min(size(results%values), most)
+      line = line // trim(merge(", ", "  ", i > 1)) // repeat(" ", merge(1, 0, i > 1)) // concise(results%values(i)%value, 7)
+    end do
+    if (size(results%values) > most) line = line // ", ... (" // text(size(results%values)) // ")"
+  end function summary
+
+  !> The nearest machine that is not unstable along a parameter.
+  pure function way_to_stable(path, nearest) result(line)
+    character(len=*), intent(in) :: path
+    type(nearest_type), intent(in) :: nearest
+    character(len=:), allocatable :: line
+
+    line = "The nearest machine that is not unstable along " // path // ": " // way_to(nearest)
+  end function way_to_stable
 
   !> What the search leaves open.
   pure function rest_of(rest, tolerance) result(report)

@@ -10,7 +10,7 @@ module gestell_task_boundary_task
   use gestell_task, only: all_machines, task_type
   use gestell_task_boundary, only: border_accuracy
   use gestell_task_boundary_plot, only: plot_borders
-  use gestell_task_boundary_report, only: report_borders, report_search
+  use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to_stable
   use gestell_task_boundary_map, only: border_line_type, border_lines
   use gestell_task_boundary_solution, only: border_results_type, search_line_of, solve_borders
   use gestell_task_configuration, only: configuration_type
@@ -76,6 +76,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(border_results_type) :: results
     type(table_type) :: table
+    integer :: k
 
     call solve(context, results, error)
     if (allocated(error)) return
@@ -88,6 +89,12 @@ contains
         table = table_of_values(plan, results)
       end if
       call result%add(table, plot_borders(plan%paths, plan%units, plan%grid, results))
+      call result%warn("", summary(plan, results))
+      if (allocated(results%nearest)) then
+        do k = 1, size(results%nearest)
+          call result%warn("", way_to_stable(trim(plan%paths(k)), results%nearest(k)))
+        end do
+      end if
       call result%say(report_search(plan) // report_borders(plan, results))
     end associate
     associate (unused_task => self)

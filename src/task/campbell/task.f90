@@ -2,6 +2,7 @@
 module gestell_task_campbell_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_wording, only: counted
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, per_second, plain, rpm
@@ -62,6 +63,8 @@ contains
       & diagram%order%orders))
     call result%add(crossings_table(diagram%crossings, verdict), plot_crossings(diagram%crossings))
     if (verdict /= "stable") call result%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
+    call result%warn("", "Campbell diagram: " // counted(diagram%campbell%modes, "mode") // ", " &
+      & // counted(size(diagram%crossings), "crossing") // " with orders of the crank")
     call result%say(report_campbell(diagram%campbell, diagram%crossings))
     associate (unused_task => self)
     end associate

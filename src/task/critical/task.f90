@@ -2,6 +2,8 @@
 module gestell_task_critical_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, text
+  use gestell_base_wording, only: counted
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -56,10 +58,31 @@ contains
     if (verdict /= "stable") call result%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
     call result%warn("undecided", beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), &
       & i = 1, size(critical))]), model_of_modes))
+    call result%warn("", greatest_peak(critical))
     call result%say(report_critical(critical, diagram%order%orders, verdict))
     associate (unused_task => self)
     end associate
   end subroutine run
+
+  !> The greatest of all peaks; empty without one.
+  pure function greatest_peak(critical) result(line)
+    type(critical_type), intent(in) :: critical(:)
+    character(len=:), allocatable :: line
+    integer :: i
+
+    line = ""
+    i = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=[(critical(i)%found(amplitude), &
+      & i = 1, size(critical))])
+    if (i == 0) return
+    line = "Critical speeds: " // counted(count([(critical(i)%found(amplitude), i = 1, size(critical))]), "peak")
+    i = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=[(critical(i)%found(amplitude), &
+      & i = 1, size(critical))])
+    associate (peak => critical(i))
+      line = line // ", the greatest amplitude at " // concise(peak%speed(amplitude), 6) // " rpm, " &
+        & // concise(1000 * peak%height(amplitude), 4) // " mm (mode " // text(peak%crossing%mode) // ", order " &
+        & // text(nint(peak%crossing%order)) // ")"
+    end associate
+  end function greatest_peak
 
   !> critical.csv.
   pure type(table_type) function table_of(critical, verdict) result(table)

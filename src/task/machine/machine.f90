@@ -21,8 +21,6 @@ module gestell_task_machine
 
   public :: end_line, solve_machine
 
-  character, parameter :: newline = new_line("a")
-
 contains
 
   !> Solves it for what the tasks want, and tells what concerns them all. Error: it cannot be solved; where only the vibration
@@ -76,18 +74,18 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: frequencies(:)
     type(multipliers_type), allocatable :: better
-    character(len=:), allocatable :: sentence, warning
+    character(len=:), allocatable :: warning
 
     associate (frame => context%configuration%frame, tasks => context%configuration%tasks, analysis => context%analysis, &
       & accuracy => context%configuration%accuracy)
       call frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
       call result%say(report_transmission(frame))
+      call result%leave_room()
       if (allocated(analysis%multipliers)) then
         if (tasks%model /= "exact" .and. .not. tasks%averaged) call check_model(frame, accuracy, analysis%multipliers, better)
-        sentence = verdict_sentence(analysis%multipliers, frame%period, among(analysis%several))
-        call result%warn(result%verdict, sentence)
-        call result%say(newline // "VERDICT  " // sentence // newline // verdict_lines(analysis%multipliers))
+        call result%warn(result%verdict, verdict_sentence(analysis%multipliers, frame%period, among(analysis%several)))
+        call result%say(verdict_lines(analysis%multipliers))
       end if
       call result%say(better_line(better, trim(tasks%model)) // evidence_lines(analysis, accuracy) &
         & // newton_line(analysis%newton) // several_lines(analysis%several, tasks%all_vibrations))

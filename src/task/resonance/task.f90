@@ -2,7 +2,7 @@
 module gestell_task_resonance_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
+  use gestell_base_text, only: concise, text
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
@@ -99,9 +99,28 @@ contains
       if (verdict /= "stable") call result%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
       call result%warn("undecided", beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], &
         & curve%points%state <= unreached), configuration%tasks%model))
+      do k = 1, size(self%quantities)
+        call result%warn("", greatest_response(curve, k, self%quantities(k)))
+      end do
       call result%say(report_resonance(self%quantities, curve, configuration%tasks%model))
     end associate
   end subroutine run
+
+  !> Where a quantity is greatest; empty where it has no value.
+  pure function greatest_response(curve, q, quantity) result(line)
+    type(resonance_curve_type), intent(in) :: curve
+    integer, intent(in) :: q
+    type(quantity_type), intent(in) :: quantity
+    character(len=:), allocatable :: line
+    integer :: i
+
+    line = ""
+    associate (points => curve%points)
+      i = maxloc([(points(i)%values(1, q), i = 1, size(points))], dim=1, mask=curve%has_values())
+      if (i > 0) line = "Response of " // trim(quantity%name) // ": greatest at " // concise(points(i)%speed, 6) // " rpm, " &
+        & // concise(points(i)%values(1, q), 4) // " " // trim(quantity%unit)
+    end associate
+  end function greatest_response
 
   recursive subroutine compute(self, k, error)
     class(speeds_type), intent(inout) :: self

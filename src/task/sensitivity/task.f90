@@ -1,6 +1,7 @@
 !> The task `sensitivity`: by how much vibrations change with the numbers of the machine.
 module gestell_task_sensitivity_task
   use gestell_base_error, only: error_type
+  use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
@@ -89,9 +90,27 @@ contains
       call result%add(table_of(self%quantities, paths, work%base, work%found, verdict), plot_sensitivity(self%quantities, paths, &
         & work%found))
       call result%warn("undecided", beyond_small([work%base%moved], configuration%tasks%model))
+      do k = 1, size(self%quantities)
+        call result%warn("", strongest(self%quantities(k), k, paths, work%found))
+      end do
       call result%say(report_sensitivity(self%quantities, paths, work%base, work%found, configuration%tasks%model))
     end associate
   end subroutine run
+
+  !> The parameter that changes a peak most; empty where none is known to.
+  pure function strongest(quantity, q, paths, found) result(line)
+    type(quantity_type), intent(in) :: quantity
+    integer, intent(in) :: q
+    character(len=*), intent(in) :: paths(:)
+    type(sensitivity_type), intent(in) :: found(:)
+    character(len=:), allocatable :: line
+    integer :: i
+
+    line = ""
+    i = maxloc([(abs(found(i)%slope(1, q)), i = 1, size(found))], dim=1, mask=[(found(i)%state(q) == "ok", i = 1, size(found))])
+    if (i > 0) line = "Peak of " // trim(quantity%name) // ": " // concise(found(i)%slope(1, q), 3) // " % for 1 % of " &
+      & // trim(paths(i)) // ", which matters most"
+  end function strongest
 
   recursive subroutine compute(self, k, error)
     class(parameters_type), intent(inout) :: self

@@ -20,7 +20,7 @@ module gestell_task_sweep_task
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_plot, only: plot_sweep
-  use gestell_task_sweep_report, only: report_grid, report_sweep
+  use gestell_task_sweep_report, only: big, report_grid, report_sweep
   use gestell_task_sweep_summary, only: summary_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -145,9 +145,22 @@ contains
       table = table_of(plan, values)
       table%written = .true.
       call result%add(table, plot_sweep(plan%paths, plan%units, plan%grid, plan%order%columns, summary))
+      call result%warn("", tally(summary))
       call result%say(report_sweep(plan, summary))
     end associate
   end subroutine tell_sweep
+
+  !> How many points have which verdict.
+  pure function tally(summary) result(line)
+    type(summary_type), intent(in) :: summary
+    character(len=:), allocatable :: line
+    integer :: i
+
+    line = "Sweep: " // big(summary%points) // " points"
+    do i = 0, ubound(summary%verdicts, 1)
+      if (summary%verdicts(i) > 0) line = line // ", " // big(summary%verdicts(i)) // " " // trim(verdict_names(i))
+    end do
+  end function tally
 
   !> Gives its folder back.
   subroutine settle(self)
