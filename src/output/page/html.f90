@@ -34,7 +34,8 @@ contains
     character(len=:), allocatable :: page
 
     page = "<!DOCTYPE html>" // newline // "<html lang=""en"">" // newline // "<head>" // newline // &
-      & "<meta charset=""utf-8"">" // newline // "<meta name=""viewport"" content=""width=device-width,initial-scale=1"">" // newline // &
+      & "<meta charset=""utf-8"">" // newline // "<meta name=""viewport"" content=""width=device-width,initial-scale=1"">" // &
+      & newline // &
       & "<title>" // escaped(title) // "</title>" // newline // "<style>" // newline // style // "</style>" // newline // &
       & "</head>" // newline // "<body>" // newline
   end function head
