@@ -3,8 +3,9 @@
 
 usage: validation/same_digits.py BEFORE AFTER [input.nml ...]
 
-Words must be equal. Numbers may differ by the error that their table states for them: a column NAME_error, error_NAME or
-`error` of the row, else 1e-9 of the greatest in the column (numbers that rounding alone decides). Seconds are not compared.
+Words must be equal. Numbers may differ by the error that their table states for them: a column NAME_error, with the unit behind
+it or not, or `error` of the row, else 1e-9 of the greatest in the column (numbers that rounding alone decides). Seconds are
+not compared.
 Columns may be added at the end. The last line counts tables with the same bytes, within the errors, and different.
 """
 import csv
@@ -36,7 +37,9 @@ def number(cell):
 
 def error_of(names, row, k):
     """The error that a row states for its column k; None where it states none."""
-    for name in (names[k] + "_error", "error_" + names[k], "error"):
+    whole = names[k]
+    for name in [whole + "_error", "error_" + whole, *(whole[:i] + "_error" + whole[i:] for i, c in enumerate(whole) if c == "_"),
+                 "error"]:
         if name in names and name != names[k]:
             value = number(row[names.index(name)])
             return abs(value) if value is not None and math.isfinite(value) else None
