@@ -1,4 +1,6 @@
-!> `fpm test`: the tests that are not slow; `fpm test -- all`: the slow ones too; `fpm test -- SUITE [TEST]`: one suite, one test.
+!> `fpm test`: the tests that are not slow; `fpm test -- slow`: those that are; `fpm test -- all`: both; `fpm test -- SUITE [TEST]`:
+!> one suite, one test. With GESTELL_TRAPS in the environment the program stops where the processor overflows, divides by zero or
+!> makes a NaN.
 program main
   use slow_tests, only: is_slow, long
   use test_assembly, only: collect_assembly
@@ -83,7 +85,7 @@ program main
   type(testsuite_type), allocatable :: suites(:)
   type(unittest_type), allocatable :: tests(:)
   character(len=:), allocatable :: suite_name, test_name
-  integer :: i, k, failed, all, slow
+  integer :: i, k, failed, no_traps, slow, total
   logical :: halting(3), one_suite
   real :: begin, finish
 
@@ -164,16 +166,18 @@ program main
     & new_testsuite("set", collect_set)]
 
   failed = 0
-  all = 0
+  total = 0
   slow = 0
+  call get_environment_variable("GESTELL_TRAPS", status=no_traps)
+  if (no_traps == 0) call ieee_set_halting_mode(ieee_usual, .true.)
   call ieee_get_halting_mode(ieee_usual, halting)
   call get_argument(1, suite_name)
   call get_argument(2, test_name)
   if (.not. allocated(suite_name)) suite_name = ""
-  one_suite = suite_name /= "" .and. suite_name /= "all"
+  one_suite = all(suite_name /= [character(len=4) :: "", "slow", "all"])
   if (one_suite) then
     if (.not. any([(suites(i)%name == suite_name, i = 1, size(suites))])) then
-      write (error_unit, "(a)") "there is no suite '" // suite_name // "'; the suites, beside 'all', are"
+      write (error_unit, "(a)") "there is no suite '" // suite_name // "'; the suites, beside 'all' and 'slow', are"
       write (error_unit, "(2x, a)") (suites(i)%name, i = 1, size(suites))
       error stop 1, quiet=.true.
     end if
@@ -183,14 +187,14 @@ program main
     write (error_unit, "(a)") "# " // suites(i)%name
     if (allocated(test_name)) then
       call run_selected(suites(i)%collect, test_name, error_unit, failed)
-      all = all + 1
+      total = total + 1
       ! A test that is not there: its suite's are listed.
       if (failed < 0) failed = 1
     else
       call suites(i)%collect(tests)
       ! One after the other: the reader of input files is for one thread, and random numbers stay the same.
       do k = 1, size(tests)
-        if (suite_name == "" .and. is_slow(tests(k))) cycle
+        if (merge(suite_name == "", suite_name == "slow", is_slow(tests(k)))) cycle
         write (error_unit, "(2x, a)") "Starting " // tests(k)%name
         call cpu_time(begin)
         call run_selected(suites(i)%collect, tests(k)%name, error_unit, failed)
@@ -198,7 +202,7 @@ program main
         if (finish - begin > long .and. .not. is_slow(tests(k))) then
           write (error_unit, "(7x, f0.1, a)") finish - begin, " s of the processor: to be marked as slow"
         end if
-        all = all + 1
+        total = total + 1
       end do
       slow = slow + count([(is_slow(tests(k)), k = 1, size(tests))])
     end if
@@ -207,6 +211,6 @@ program main
   end do
   if (suite_name == "") write (error_unit, "(i0, a)") slow, " slow tests are left out: fpm test -- all"
   flush (error_unit)
-  write (output_unit, "(i0, a, i0, a)") all - failed, " passed, ", failed, " failed"
-  if (failed > 0 .or. all == 0) error stop 1, quiet=.true.
+  write (output_unit, "(i0, a, i0, a)") total - failed, " passed, ", failed, " failed"
+  if (failed > 0 .or. total == 0) error stop 1, quiet=.true.
 end program main

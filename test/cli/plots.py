@@ -7,7 +7,7 @@ import subprocess
 import xml.etree.ElementTree
 
 from broken_inputs import REST, SOUND
-from harness import Folder, Run, Table, check, equal, near, series
+from harness import SECONDS, Folder, Run, Table, check, equal, near, series
 
 GNUPLOT = shutil.which("gnuplot")
 ALL = SOUND.replace("'stability', 'response'", "'stability', 'modes', 'response', 'drawing'")
@@ -63,7 +63,7 @@ def drawn(what, folder):
         return texts
     for name in sorted(tables):
         # In the locale C gnuplot warns that it cannot write a degree sign there; the pictures are the same.
-        done = subprocess.run([GNUPLOT, "-d", f"{name}.gp"], cwd=folder, capture_output=True, timeout=60,
+        done = subprocess.run([GNUPLOT, "-d", f"{name}.gp"], cwd=folder, capture_output=True, timeout=SECONDS,
                               env={**os.environ, "LC_ALL": "C.UTF-8"})
         equal(f"{what}, gnuplot {name}.gp", (done.returncode, done.stdout + done.stderr), (0, b""))
         texts[name] = sound_picture(what, folder / f"{name}.svg")

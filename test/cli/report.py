@@ -9,7 +9,7 @@ import tempfile
 import xml.etree.ElementTree
 
 from broken_inputs import SOUND
-from harness import Folder, Run, check, equal
+from harness import SECONDS, Folder, Run, check, equal
 
 GNUPLOT = shutil.which("gnuplot")
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -68,7 +68,7 @@ def shown(what, path, pictures):
         done = subprocess.run([BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
                                "--disable-background-networking", "--disable-component-update", "--disable-sync",
                                f"--user-data-dir={place}", "--virtual-time-budget=5000", "--dump-dom", copy.as_uri()],
-                              capture_output=True, timeout=60)
+                              capture_output=True, timeout=SECONDS)
     title = re.search(r"<title>(.*?)</title>", done.stdout.decode(errors="replace"))
     equal(f"{what}: pictures in the browser", title and title[1], f"seen {pictures}")
 

@@ -326,20 +326,26 @@ def test_together():
 # ---- interruptions ---------------------------------------------------------------------------------------------------
 
 
+def blocks_in(output):
+    return [name for name in files(output / "sweep.blocks") if name.isdigit()]
+
+
 def test_killed():
     """Killed at random moments, again and again: what a block holds is not computed again, the bytes are the same."""
     chance = random.Random(6)
     with Folder(input=SWEEP + LONG) as folder:
-        begin = time.monotonic()
         right = undisturbed(folder)
-        seconds = time.monotonic() - begin
         for trial in range(5):
             output = folder / f"killed{trial}"
             kept = 0
             for _ in range(200):
                 run = subprocess.Popen([Run.program, "-q", "input.nml", "-o", output.name], cwd=folder, stderr=subprocess.PIPE)
+                # A little after it has begun or has some blocks more, however busy the computer.
+                wanted = kept + chance.randrange(4)
+                while run.poll() is None and len(blocks_in(output)) < wanted:
+                    time.sleep(0.001)
                 try:
-                    run.wait(chance.uniform(0.1, 0.6) * seconds)
+                    run.wait(chance.uniform(0, 0.02))
                 except subprocess.TimeoutExpired:
                     run.send_signal(signal.SIGKILL)
                 message = run.communicate()[1]
@@ -348,7 +354,7 @@ def test_killed():
                 equal(f"killed, trial {trial}", (run.returncode, message), (-signal.SIGKILL, b""))
                 check("killed, no half sweep.csv", not (output / "sweep.csv").exists()
                       or (output / "sweep.csv").read_bytes() == right, "none, or all of it", "another")
-                blocks = [name for name in files(output / "sweep.blocks") if name.isdigit()]
+                blocks = blocks_in(output)
                 check(f"killed, trial {trial}, blocks stay", len(blocks) >= kept or not blocks, f">= {kept}", len(blocks))
                 kept = len(blocks)
             equal(f"killed, trial {trial}, same bytes", (output / "sweep.csv").read_bytes() == right, True)

@@ -127,7 +127,8 @@ contains
         if (abs(lambda(j, k)) > 0) phase(j) = phase(j) * lambda(j, k) / abs(lambda(j, k))
       end do
     end do
-    discs%arg = atan2(aimag(phase), real(phase))
+    ! Not by atan2 (gestell_floquet_multipliers): conjugates have opposite ones to the last digit.
+    discs%arg = aimag(log(phase))
 
     discs%cluster = [(j, j = 1, n)]
     do i = 1, n

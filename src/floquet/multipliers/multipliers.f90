@@ -94,9 +94,11 @@ contains
     n = size(rho)
     multipliers%rho = rho
     multipliers%condition = [(1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
-    multipliers%log_abs = log(max(abs(rho), tiny(1.0_dp)))
-    multipliers%arg = atan2(aimag(rho), real(rho))
-    multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp)
+    ! The logarithm of a complex number is the same for the same number, that of its conjugate the conjugate. Those of real
+    ! numbers, and atan2, may differ in the last digit from one element of an array to the next, where they are vectorised.
+    multipliers%exponent = log(merge(rho, cmplx(tiny(1.0_dp), 0.0_dp, dp), abs(rho) > 0))
+    multipliers%log_abs = real(multipliers%exponent)
+    multipliers%arg = aimag(multipliers%exponent)
     f = 0
     if (present(changes)) then
       do k = 1, size(changes, 3)

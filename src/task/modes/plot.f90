@@ -58,8 +58,7 @@ contains
       & // "plot 'modes.csv' using (place(column('index')) - 0.27):(part(size_of('xi'))) with boxes lt 1 dt 1 lw 1 " &
       & // "fs solid 1 title '|ξ|', '' using (place(column('index'))):(part(size_of('eta'))) with boxes lt 2 dt 1 lw 1 " &
       & // "fs pattern 2 title '|η|', '' using (place(column('index')) + 0.27):(part(radius * size_of('psi'))) " &
-      & // "with boxes lt 3 dt 1 lw 1 fs solid 0.25 title 'r |ψ|, r = " // concise(radius, 3) // " m'" // newline &
-      &
+      & // "with boxes lt 3 dt 1 lw 1 fs solid 0.25 title 'r |ψ|, r = " // concise(radius, 3) // " m'" // newline
     figure = new_figure("modes", "Shapes of the modes at " // speed_in_words(frame) // ", at the start of a turn", lines, &
       & width=720, height=460)
   end function plot_modes
