@@ -73,7 +73,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(parameters_type) :: work
     type(speed_order_type) :: order
-    character(len=9) :: verdict
+    character(len=len(state_names)) :: verdict
     integer :: k
 
     call context%members(self%plan%family, work%family)
