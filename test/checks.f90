@@ -4,6 +4,7 @@ module checks
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use testdrive, only: error_type, test_failed
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: qp => real128
   implicit none (type, external)
   private
@@ -223,6 +224,9 @@ contains
     real(qp), intent(in) :: found, wanted
     character(len=*), intent(in) :: relation
 
+    ! To compare a NaN is an invalid operation.
+    holds = .false.
+    if (ieee_is_nan(found) .or. ieee_is_nan(wanted)) return
     select case (relation)
     case ("<")
       holds = found < wanted
