@@ -40,6 +40,8 @@ contains
     type(joint_data_type), intent(in) :: data
     character(len=:), allocatable, intent(inout) :: key, reason
 
+    associate (unused_key => key, unused_reason => reason)
+    end associate
     self%position = data%numbers("position")
   end subroutine define
 

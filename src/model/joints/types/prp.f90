@@ -39,6 +39,8 @@ contains
     type(joint_data_type), intent(in) :: data
     character(len=:), allocatable, intent(inout) :: key, reason
 
+    associate (unused_key => key)
+    end associate
     call self%guides(1)%define(data, "guide", reason)
     if (reason == "") call self%guides(2)%define(data, "guide2", reason)
     if (reason == "" .and. all(self%guides(1)%carriers == self%guides(2)%carriers) &

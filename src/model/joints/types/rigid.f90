@@ -43,6 +43,8 @@ contains
     type(joint_data_type), intent(in) :: data
     character(len=:), allocatable, intent(inout) :: key, reason
 
+    associate (unused_key => key, unused_reason => reason)
+    end associate
     self%ends = data%joints("ends")
     self%offset = data%numbers("offset")
   end subroutine define

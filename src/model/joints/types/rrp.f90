@@ -45,6 +45,8 @@ contains
     type(joint_data_type), intent(in) :: data
     character(len=:), allocatable, intent(inout) :: key, reason
 
+    associate (unused_key => key)
+    end associate
     self%end = sum(data%joints("ends"))
     self%length = data%number("lengths")
     self%branch = nint(data%number("branch"))

@@ -43,6 +43,8 @@ contains
     type(joint_data_type), intent(in) :: data
     character(len=:), allocatable, intent(inout) :: key, reason
 
+    associate (unused_key => key, unused_reason => reason)
+    end associate
     self%ends = data%joints("ends")
     self%lengths = data%numbers("lengths")
     self%branch = nint(data%number("branch"))
