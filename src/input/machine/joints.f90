@@ -223,7 +223,7 @@ contains
   end subroutine check_known
 
   !> Whether joint `i` is built on joint `target`, directly or by way of others; not where there is no such joint.
-  logical function builds_on(joints, i, target)
+  pure logical function builds_on(joints, i, target)
     type(group_type), intent(in) :: joints(:)
     integer, intent(in) :: i, target
     logical :: found(size(joints)), done(size(joints))
@@ -242,7 +242,7 @@ contains
   end function builds_on
 
   !> The joints that joint `i` names by any of its keys.
-  function carriers_of(joints, i) result(named)
+  pure function carriers_of(joints, i) result(named)
     type(group_type), intent(in) :: joints(:)
     integer, intent(in) :: i
     logical :: named(size(joints))
