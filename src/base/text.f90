@@ -28,12 +28,13 @@ contains
   end function exact_line
 
   pure character(len=longest) function concise_line(value, digits) result(line)
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
     character(len=40) :: buffer, layout
     integer :: exponent, last
 
-    if (.not. abs(value) <= huge(value)) then
+    if (.not. ieee_is_finite(value)) then
       write (line, "(g0)") value
       line = adjustl(line)
       return
