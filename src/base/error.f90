@@ -24,7 +24,8 @@ module gestell_base_error
   integer, parameter, public :: impossible_mechanism = 3
   integer, parameter, public :: failed_computation = 4
 
-  !> Causes: a free vibration that nothing damps meets the excitation, so that there is no periodic one; an iteration goes astray.
+  !> What a failure can come from: a free vibration that nothing damps meets the excitation, so that there is no periodic one; an
+  !> iteration goes astray.
   integer, parameter, public :: resonance = 1, no_convergence = 2
 
 contains
