@@ -2,6 +2,7 @@
 !> the place of the call, which threads then share.
 module gestell_base_text
   use gestell_base_kinds, only: dp
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 

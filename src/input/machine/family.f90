@@ -12,6 +12,8 @@ module gestell_input_machine_family
   use gestell_base_wording, only: lower
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type
+  use gestell_model_joints_joint, only: form_type
+  use gestell_model_joints_registry, only: joint_forms
   use gestell_model_mechanism, only: mechanism_type
   use gestell_study_family, only: family_type
   use gestell_system_periodic, only: periodic_system
@@ -32,6 +34,8 @@ module gestell_input_machine_family
     !> The groups that have to be read again for every member.
     type(document_type) :: doc
     type(units_type) :: units
+    !> Of all types of joints.
+    type(form_type), allocatable :: forms(:)
     type(place_type), allocatable :: places(:)
     !> Whether the parameters are changes of the numbers in their places, relative to what the document says.
     logical :: relative = .false.
@@ -101,9 +105,10 @@ contains
 
     family%units = units
     allocate(family%places(0))
+    call joint_forms(family%forms)
     moves = any([(about(schema, lower(paths(k)(:scan(paths(k) // ".", "(.") - 1))) == mechanism_group, k = 1, size(paths))])
     if (.not. moves) then
-      call read_mechanism(doc, units, family%mechanism, error)
+      call read_mechanism(doc, units, family%mechanism, error, family%forms)
       if (allocated(error)) return
       call family%mechanism%prepare(family%impossible)
       if (allocated(family%impossible)) then
@@ -189,7 +194,7 @@ contains
     if (allocated(self%mechanism)) then
       call read_frame(doc, self%units, self%mechanism, frame, error)
     else
-      call read_mechanism(doc, self%units, mechanism, error)
+      call read_mechanism(doc, self%units, mechanism, error, self%forms)
       if (.not. allocated(error)) call read_frame(doc, self%units, mechanism, frame, error)
     end if
     if (.not. allocated(error)) then
@@ -218,7 +223,7 @@ contains
     type(frame_data_type) :: data
     class(mechanism_type), allocatable :: mechanism
 
-    if (.not. allocated(self%mechanism)) call read_mechanism(doc, self%units, mechanism, error)
+    if (.not. allocated(self%mechanism)) call read_mechanism(doc, self%units, mechanism, error, self%forms)
     if (.not. allocated(error)) call read_drive_and_frame(doc, self%units, data, error)
   end subroutine read_all
 

@@ -49,12 +49,15 @@ module gestell_input_machine_mechanism
 
 contains
 
-  !> The mechanism of a checked document: by its mass functions where the document gives them, else a linkage.
-  subroutine read_mechanism(doc, units, mechanism, error)
+  !> The mechanism of a checked document: by its mass functions where the document gives them, else a linkage. `forms`: those of
+  !> all types of joints, for who reads many.
+  subroutine read_mechanism(doc, units, mechanism, error, forms)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
     class(mechanism_type), allocatable, intent(out) :: mechanism
     type(error_type), allocatable, intent(out) :: error
+    type(form_type), intent(in), optional :: forms(:)
+    type(form_type), allocatable :: own(:)
     type(linkage_type) :: linkage
     type(harmonic_mechanism_type) :: harmonic
 
@@ -62,7 +65,12 @@ contains
       call read_harmonics(doc, harmonic, error)
       if (.not. allocated(error)) allocate(mechanism, source=harmonic)
     else
-      call read_linkage(doc, units, linkage, error)
+      if (present(forms)) then
+        call read_linkage(doc, units, forms, linkage, error)
+      else
+        call joint_forms(own)
+        call read_linkage(doc, units, own, linkage, error)
+      end if
       if (.not. allocated(error)) allocate(mechanism, source=linkage)
     end if
   end subroutine read_mechanism
@@ -110,14 +118,14 @@ contains
 
   !> The linkage of a checked document. Errors: keys that do not fit the joint's type, joints that are not there (yet),
   !> names given twice, values out of range.
-  subroutine read_linkage(doc, units, linkage, error)
+  subroutine read_linkage(doc, units, forms, linkage, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
+    type(form_type), intent(in) :: forms(:)
     type(linkage_type), intent(out) :: linkage
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: joints(:), links(:)
     type(dictionary_type) :: names, link_names
-    type(form_type), allocatable :: forms(:)
     integer :: i
 
     joints = groups_named(doc, "joint")
@@ -131,7 +139,6 @@ contains
     if (allocated(error)) return
     call take_names(links, link_names, error)
     if (allocated(error)) return
-    call joint_forms(forms)
     call check_crank(joints, forms, error)
     if (allocated(error)) return
     do i = 1, size(joints)
