@@ -58,7 +58,7 @@ contains
     if (allocated(error)) return
     call prepare(options, context, result)
     do i = 1, size(tasks)
-      if (options%plot .or. options%report) tasks(i)%task%ordered = tasks(i)%task%ordered .or. tasks(i)%task%pictured
+      tasks(i)%task%implied = tasks(i)%task%pictured .and. (options%plot .or. options%report)
       if (tasks(i)%task%ordered) call tasks(i)%task%prepare(context, error)
       if (allocated(error)) return
     end do
@@ -138,12 +138,14 @@ contains
     end if
     do i = 1, size(tasks)
       associate (task => tasks(i)%task)
-        if (.not. task%ordered .or. parts .and. .not. task%shared .or. context%one_line .and. .not. task%brief) cycle
+        if (.not. (task%ordered .or. task%implied) .or. parts .and. .not. task%shared) cycle
+        if (context%one_line .and. .not. task%brief) cycle
         if (allocated(context%configuration%impossible) .and. task%about == own_machine) cycle
+        ! what is told of the machine itself waits for its headlines, and no longer
+        if (task%about /= own_machine) call say_rest(console, result)
         call task%run(context, result, error)
       end associate
       if (allocated(error)) return
-      ! what is told of the machine itself waits for its headlines
       if (tasks(i)%task%about /= own_machine) call say_rest(console, result)
     end do
     if (orders_any(tasks, own_machine)) call end_line(context, result)
@@ -162,8 +164,7 @@ contains
       if (.not. allocated(configuration%impossible)) call result%say(report_mechanism(configuration%frame) &
         & // report_frequencies(configuration%frame))
       do i = 1, size(tasks)
-        if (.not. tasks(i)%task%ordered) cycle
-        call result%say(tasks(i)%task%preview(configuration))
+        if (tasks(i)%task%ordered) call result%say(tasks(i)%task%preview(configuration))
         if (.not. (options%plot .and. tasks(i)%task%pictured) .or. allocated(configuration%impossible)) cycle
         call tasks(i)%task%run(context, result, error)
         if (allocated(error)) return
@@ -182,7 +183,7 @@ contains
     character(len=:), allocatable, intent(inout) :: closing
     type(error_type), allocatable, intent(inout) :: error
     type(error_type), allocatable :: unwritten, undrawn
-    character(len=:), allocatable :: drawn
+    character(len=:), allocatable :: drawn, failure
 
     call say_rest(console, result)
     if (options%one_line) then
@@ -196,26 +197,32 @@ contains
       call move_alloc(unwritten, error)
       return
     else if (allocated(error)) then
+      if (options%json) call write_json(options, context, result, error%message, unwritten)
+      if (allocated(unwritten)) call move_alloc(unwritten, error)
       return
     end if
     if (.not. options%check) closing = newline // "files in " // on_one_line(context%folder) // "/" // newline
     if (options%plot .or. options%report) then
-      call draw_pictures(context%place, result%figures, drawn, undrawn)
+      call draw_pictures(context%place, context%folder, result%figures, drawn, undrawn)
+      call result%fail(undrawn)
       if (drawn == "") drawn = "none"
       closing = closing // "pictures in " // on_one_line(context%folder) // "/, .svg and .png: " // drawn // newline
     end if
     if (.not. options%check) closing = closing // result%in_short()
-    if (options%json) call write_json(options, context, result, error)
+    failure = ""
+    if (allocated(result%failure)) failure = result%failure%message
+    if (options%json) call write_json(options, context, result, failure, error)
     if (allocated(error)) return
     if (options%report .and. .not. options%check) call write_page(context, result, console%said // closing, error)
-    if (.not. allocated(error)) call result%fail(undrawn)
   end subroutine write_files
 
-  !> results.json, or the same on standard output that is quiet otherwise. Error: it cannot be written.
-  subroutine write_json(options, context, result, error)
+  !> results.json, or the same on standard output that is quiet otherwise; `failure`: what could not be computed, if anything.
+  !> Error: it cannot be written.
+  subroutine write_json(options, context, result, failure, error)
     type(options_type), intent(in) :: options
     type(context_type), intent(in) :: context
     type(result_type), intent(in) :: result
+    character(len=*), intent(in) :: failure
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: output
 
@@ -224,7 +231,7 @@ contains
     else
       call open_output(output, context%place // "/results.json")
     end if
-    call append_json(result, context%head, output)
+    call append_json(result, context%head, failure, output)
     call output%complete(error)
   end subroutine write_json
 

@@ -18,10 +18,11 @@ module gestell_output_json
 
 contains
 
-  !> Adds the object and the end of its line.
-  subroutine append_json(result, head, output)
+  !> Adds the object and the end of its line. `failure`: why not all could be computed; empty: all could.
+  subroutine append_json(result, head, failure, output)
     type(result_type), intent(in) :: result
     type(head_type), intent(in) :: head
+    character(len=*), intent(in) :: failure
     type(output_type), intent(inout) :: output
     integer :: i
 
@@ -38,12 +39,7 @@ contains
         & // string(result%headlines(i)%words) // "}")
     end do
     call output%append("]," // newline)
-    if (allocated(result%failure)) then
-      call output%append(member("failure", string(result%failure%message)))
-    else
-      call output%append(member("failure", "null"))
-    end if
-    call output%append("""tables"": {")
+    call output%append(member("failure", or_null(failure)) // """tables"": {")
     do i = 1, size(result%tables)
       call output%append(comma(i) // newline)
       call append_table(result%tables(i), output)

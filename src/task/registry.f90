@@ -27,6 +27,9 @@ module gestell_task_registry
 
   public :: all_tasks, input_schema, orders_any, read_configuration, read_input
 
+  !> Room for all of them.
+  integer, parameter :: most = 50
+
 contains
 
   !> One of each.
@@ -34,7 +37,7 @@ contains
     type(any_task_type), allocatable, intent(out) :: tasks(:)
     integer :: n
 
-    allocate(tasks(15))
+    allocate(tasks(most))
     n = 0
     call add(drawing_task())
     call add(stability_task())

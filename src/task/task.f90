@@ -18,7 +18,8 @@ module gestell_task
     character(len=11) :: name = ""
     integer :: about = own_machine
     logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
-    logical :: ordered = .false.
+    !> Whether the input orders it; whether an option does, for its picture alone.
+    logical :: ordered = .false., implied = .false.
   contains
     procedure(describe), deferred :: describe
     procedure :: read => read_nothing

@@ -128,8 +128,8 @@ contains
       call fatal_error(error, "standard output cannot be written: " // self%reason, failed_computation)
     else
       call fatal_error(error, self%name // ": cannot be written: " // self%reason, failed_computation)
+      error%unwritten = .true.
     end if
-    error%unwritten = .true.
   end subroutine complete
 
   !> Ends the file without a name: it is gone.
