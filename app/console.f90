@@ -3,7 +3,7 @@
 module console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: last_reason, write_whole
-  use gestell_base_wording, only: one_line_of, printable
+  use gestell_input_wording, only: one_line_of, printable
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private

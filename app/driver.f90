@@ -3,7 +3,7 @@ module driver
   use cli, only: options_type
   use console, only: console_type, tell
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
-  use gestell_base_wording, only: on_one_line
+  use gestell_input_wording, only: on_one_line
   use gestell_input_namelist, only: read_document
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type

@@ -4,7 +4,7 @@ module limits
   use gestell_base_text, only: text
   use gestell_base_files, only: open_to_read, unlock_file
   use gestell_input_namelist_number, only: read_integer
-  use gestell_base_wording, only: lower
+  use gestell_input_wording, only: lower
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_long
   implicit none (type, external)
   private

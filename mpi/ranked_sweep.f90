@@ -16,7 +16,7 @@ module ranked_sweep
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type
-  use gestell_base_wording, only: counted, decimal
+  use gestell_input_wording, only: counted, decimal
   use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type
   use gestell_task_locked_family, only: locked_family_type

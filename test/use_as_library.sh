@@ -88,9 +88,9 @@ threads() {
 }
 
 # gfortran keeps the length of a text that a function allocates in static memory, which threads share: the library below
-# src/io has no such functions.
+# src/input has no such functions.
 static_lengths() {
-  ! nm -A "$temporary/installed/lib/libgestell.a" | grep -E 'src_(base|system|floquet|model|study)_.* b slen'
+  ! nm -A "$temporary/installed/lib/libgestell.a" | grep -E 'src_(base|math|system|floquet|model|study)_.* b slen'
 }
 
 # Every Fortran block of the documentation stands word for word in an example.

@@ -1,7 +1,7 @@
 !> What heads every table: where its numbers come from.
 module gestell_output_head
   use gestell_base_version, only: version
-  use gestell_base_wording, only: on_one_line
+  use gestell_input_wording, only: on_one_line
   use gestell_output_report_verdict, only: verdict_line
   use gestell_output_table, only: table_type
   implicit none (type, external)

@@ -2,7 +2,7 @@
 module gestell_output_json
   use gestell_base_text, only: text
   use gestell_base_version, only: version
-  use gestell_base_wording, only: printable
+  use gestell_input_wording, only: printable
   use gestell_output_file_output, only: output_type
   use gestell_output_head, only: head_type
   use gestell_output_result, only: result_type

@@ -9,7 +9,7 @@ module gestell_input_machine_family
   use gestell_input_machine_mechanism, only: read_mechanism
   use gestell_input_schema_path, only: set_path_real
   use gestell_input_schema, only: find_group_rule, mechanism_group, option_group, schema_type
-  use gestell_base_wording, only: lower
+  use gestell_input_wording, only: lower
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type
   use gestell_model_joints_joint, only: form_type

@@ -6,7 +6,7 @@ module gestell_input_namelist_entry
   use gestell_input_namelist_number, only: is_digits, read_integer
   use gestell_input_namelist_scanner, only: scanner_type, token_type, next_token, skip_blanks, next_character, &
     bare, mark, quoted, unclosed_quote
-  use gestell_base_wording, only: shown, lower
+  use gestell_input_wording, only: shown, lower
   implicit none (type, external)
   private
 

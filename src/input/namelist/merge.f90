@@ -8,7 +8,7 @@ module gestell_input_namelist_merge
     unknown_key
   use gestell_base_key, only: key_type
   use gestell_input_schema, only: schema_type, find_key_rule, count_keys
-  use gestell_base_wording, only: decimal
+  use gestell_input_wording, only: decimal
   implicit none (type, external)
   private
 

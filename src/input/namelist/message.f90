@@ -2,7 +2,7 @@
 module gestell_input_namelist_message
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_input_namelist_document, only: value_type, entry_type, group_type, find_entry, name_of
-  use gestell_base_wording, only: shown, decimal, longest_shown
+  use gestell_input_wording, only: shown, decimal, longest_shown
   implicit none (type, external)
   private
 

@@ -6,7 +6,7 @@ module gestell_input_namelist
   use gestell_input_namelist_message, only: label, place
   use gestell_input_namelist_scanner, only: scanner_type, token_type, next_token, skip_blanks, bare, mark, end_of_text
   use gestell_input_namelist_source, only: read_text
-  use gestell_base_wording, only: shown, lower, decimal
+  use gestell_input_wording, only: shown, lower, decimal
   implicit none (type, external)
   private
 

@@ -1,7 +1,7 @@
 !> Numbers as a careful user writes them: nothing is guessed.
 module gestell_input_namelist_number
   use gestell_base_kinds, only: dp
-  use gestell_base_wording, only: lower
+  use gestell_input_wording, only: lower
   implicit none (type, external)
   private
 

@@ -1,6 +1,6 @@
 !> Cuts the text of an input file into the pieces that a namelist is made of.
 module gestell_input_namelist_scanner
-  use gestell_base_wording, only: lower
+  use gestell_input_wording, only: lower
   implicit none (type, external)
   private
 

@@ -3,7 +3,7 @@ module gestell_input_namelist_source
   use, intrinsic :: iso_c_binding, only: c_int
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_files, only: close_file, is_there, last_reason, open_to_read, read_some
-  use gestell_base_wording, only: decimal
+  use gestell_input_wording, only: decimal
   implicit none (type, external)
   private
 

@@ -1,6 +1,6 @@
 !> Suggestions for misspelt words.
 module gestell_input_namelist_suggest
-  use gestell_base_wording, only: lower
+  use gestell_input_wording, only: lower
   implicit none (type, external)
   private
 

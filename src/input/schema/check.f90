@@ -6,7 +6,7 @@ module gestell_input_schema_check
   use gestell_input_namelist_message, only: input_error, place, label
   use gestell_input_schema, only: schema_type, find_group_rule, allowed_groups
   use gestell_input_namelist_suggest, only: nearest_of, listed
-  use gestell_base_wording, only: shown, decimal
+  use gestell_input_wording, only: shown, decimal
   implicit none (type, external)
   private
 

@@ -3,7 +3,7 @@ module gestell_input_schema_help
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_key, only: all_words, integer_key, key_type, real_key, text_key, unset
   use gestell_base_text, only: concise
-  use gestell_base_wording, only: decimal, lower, shown
+  use gestell_input_wording, only: decimal, lower, shown
   use gestell_input_namelist_suggest, only: listed, nearest_of
   use gestell_input_schema, only: allowed_groups, find_group_rule, find_key_rule, option_group, schema_type, variant_type
   use gestell_input_schema_check, only: unknown_group

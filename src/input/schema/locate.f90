@@ -7,7 +7,7 @@ module gestell_input_schema_locate
   use gestell_input_schema_rule, only: element_of, subscript_words, extent_words, unknown_key
   use gestell_input_schema, only: schema_type, find_group_rule, find_key_rule
   use gestell_input_namelist_suggest, only: suggestion
-  use gestell_base_wording, only: shown, lower, decimal, without_quotes
+  use gestell_input_wording, only: shown, lower, decimal, without_quotes
   implicit none (type, external)
   private
 

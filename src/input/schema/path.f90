@@ -9,7 +9,7 @@ module gestell_input_schema_path
   use gestell_input_schema_rule, only: check_values
   use gestell_base_key, only: key_type, text_key
   use gestell_input_schema, only: schema_type
-  use gestell_base_wording, only: shown, without_quotes
+  use gestell_input_wording, only: shown, without_quotes
   implicit none (type, external)
   private
 

@@ -4,7 +4,7 @@ module gestell_input_schema_read
   use gestell_base_key, only: all_words, find_key, integer_key, key_type, unset
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
-  use gestell_base_wording, only: decimal
+  use gestell_input_wording, only: decimal
   use gestell_input_namelist_document, only: group_type, find_entry, word_length
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion

@@ -8,7 +8,7 @@ module gestell_input_schema_rule
   use gestell_base_key, only: integer_key, key_type, real_key, text_key
   use gestell_input_schema, only: schema_type, allowed_keys, count_keys
   use gestell_input_namelist_suggest, only: nearest_of, listed
-  use gestell_base_wording, only: decimal, has_control, shown
+  use gestell_input_wording, only: decimal, has_control, shown
   implicit none (type, external)
   private
 

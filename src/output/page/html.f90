@@ -1,6 +1,6 @@
 !> Pieces of a page of HTML.
 module gestell_output_page_html
-  use gestell_base_wording, only: printable
+  use gestell_input_wording, only: printable
   implicit none (type, external)
   private
 

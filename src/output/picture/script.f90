@@ -5,7 +5,7 @@ module gestell_output_picture_script
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_file_output, only: write_file
-  use gestell_base_wording, only: length_of_character
+  use gestell_input_wording, only: length_of_character
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private

@@ -1,7 +1,7 @@
 !> The verdict in the words that stand wherever a vibration is told: one that the machine leaves is no use to anybody who does not
 !> know it.
 module gestell_output_report_verdict
-  use gestell_base_wording, only: lower
+  use gestell_input_wording, only: lower
   implicit none (type, external)
   private
 

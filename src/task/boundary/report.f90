@@ -3,7 +3,7 @@ module gestell_task_boundary_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_task_sweep_plan, only: sweep_plan_type
-  use gestell_base_wording, only: counted, padded
+  use gestell_input_wording, only: counted, padded
   use gestell_task_boundary, only: border_rest_type, nearest_type
   use gestell_task_boundary_line_functions, only: flutter, kind_names
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type

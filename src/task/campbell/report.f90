@@ -2,7 +2,7 @@
 module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
-  use gestell_base_wording, only: counted, padded
+  use gestell_input_wording, only: counted, padded
   use gestell_output_report_warnings, only: beyond_small, left_at
   use gestell_task_campbell, only: campbell_point_type, campbell_type
   use gestell_task_campbell_crossings, only: crossing_type

@@ -2,7 +2,7 @@
 module gestell_task_campbell_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_wording, only: counted
+  use gestell_input_wording, only: counted
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, per_second, plain, rpm

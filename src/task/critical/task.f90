@@ -3,7 +3,7 @@ module gestell_task_critical_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
-  use gestell_base_wording, only: counted
+  use gestell_input_wording, only: counted
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type

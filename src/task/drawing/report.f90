@@ -4,8 +4,8 @@ module gestell_task_drawing_report
   use gestell_math_fourier, only: fourier_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
-  use gestell_base_wording, only: counted
-  use gestell_base_wording, only: padded
+  use gestell_input_wording, only: counted
+  use gestell_input_wording, only: padded
   use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type

@@ -3,7 +3,7 @@ module gestell_task_forces_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed, text
   use gestell_output_report_significance, only: noise_of, order_words
-  use gestell_base_wording, only: padded
+  use gestell_input_wording, only: padded
   use gestell_output_report_verdict, only: section
   use gestell_task_forces_ground, only: along_x, along_y, moment, place_type, whole_force
   implicit none (type, external)

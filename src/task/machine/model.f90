@@ -3,7 +3,7 @@ module gestell_task_machine_model
   use gestell_base_text, only: concise
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_task_stability_report, only: modulus, told
-  use gestell_base_wording, only: padded
+  use gestell_input_wording, only: padded
   use gestell_study_vibration_analysis, only: tasks_type
   use gestell_study_frame_model, only: newton_type
   use gestell_task_trade_frame_models, only: model_finding_type

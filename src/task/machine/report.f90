@@ -8,7 +8,7 @@ module gestell_task_machine_report
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: evidence, evidence_type
   use gestell_task_configuration, only: configuration_type
-  use gestell_base_wording, only: counted, on_one_line, padded
+  use gestell_input_wording, only: counted, on_one_line, padded
   use gestell_output_report_plausibility, only: implausible_lines
   use gestell_task_power_report, only: holder_line
   use gestell_task_machine_model, only: model_line

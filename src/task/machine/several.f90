@@ -2,7 +2,7 @@
 module gestell_task_machine_several
   use gestell_base_text, only: concise, text
   use gestell_task_stability_report, only: told
-  use gestell_base_wording, only: counted, padded
+  use gestell_input_wording, only: counted, padded
   use gestell_study_vibration_several, only: index_sum, several_type
   implicit none (type, external)
   private

@@ -2,7 +2,7 @@
 module gestell_task_power_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed
-  use gestell_base_wording, only: padded
+  use gestell_input_wording, only: padded
   use gestell_output_report_verdict, only: section
   use gestell_task_power_drive, only: drive_type, torque_type
   use gestell_task_power_flywheel, only: fluctuation_type, uneven

@@ -2,7 +2,7 @@
 module gestell_task_probes_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_base_wording, only: padded
+  use gestell_input_wording, only: padded
   use gestell_output_report_verdict, only: judged, section
   use gestell_task_probes_watched, only: probe_parts, velocity_part, watched_type
   implicit none (type, external)

@@ -2,7 +2,7 @@
 module gestell_task_resonance_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_base_wording, only: counted, padded
+  use gestell_input_wording, only: counted, padded
   use gestell_output_report_warnings, only: beyond_small, left_at
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type

@@ -2,7 +2,7 @@
 module gestell_task_response_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
-  use gestell_base_wording, only: padded
+  use gestell_input_wording, only: padded
   use gestell_model_frame, only: frame_type
   use gestell_output_report_significance, only: noise_of, order_words
   use gestell_output_report_verdict, only: section

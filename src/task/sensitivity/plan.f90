@@ -8,7 +8,7 @@ module gestell_task_sensitivity_plan
   use gestell_input_schema_locate, only: find_target, target_type
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_schema, only: find_group_rule, option_group, schema_type
-  use gestell_base_wording, only: decimal
+  use gestell_input_wording, only: decimal
   use gestell_input_schema_units, only: units_type
   use gestell_task_sensitivity_keys, only: sensitivity_keys
   implicit none (type, external)

@@ -2,7 +2,7 @@
 module gestell_task_sensitivity_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed
-  use gestell_base_wording, only: padded
+  use gestell_input_wording, only: padded
   use gestell_output_report_verdict, only: section
   use gestell_output_report_warnings, only: beyond_small
   use gestell_model_frame_quantity, only: quantity_type

@@ -3,7 +3,7 @@ module gestell_task_stability_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_base_wording, only: padded
+  use gestell_input_wording, only: padded
   use gestell_study_mode_naming, only: modes_of_multipliers
   use gestell_study_mode_type, only: mode_type
   implicit none (type, external)

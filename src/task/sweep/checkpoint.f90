@@ -13,7 +13,7 @@ module gestell_task_sweep_checkpoint
   use gestell_output_file_output, only: growing, open_output, output_type, write_file
   use gestell_task_sweep_csv, only: header, rows
   use gestell_task_sweep_summary, only: summary_type
-  use gestell_base_wording, only: decimal
+  use gestell_input_wording, only: decimal
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_study_tile_results, only: sweep_columns, tile_results_type
   use, intrinsic :: iso_c_binding, only: c_int

@@ -10,7 +10,7 @@ module gestell_task_sweep_plan
   use gestell_input_namelist_message, only: in_group, input_error, label
   use gestell_input_schema_path, only: get_path
   use gestell_input_schema, only: find_group_rule, option_group, schema_type
-  use gestell_base_wording, only: decimal, lower, shown
+  use gestell_input_wording, only: decimal, lower, shown
   use gestell_input_schema_units, only: unit_symbol, units_type
   use gestell_task_boundary, only: usual_deviation, usual_tolerance
   use gestell_task_boundary_keys, only: boundary_keys

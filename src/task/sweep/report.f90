@@ -4,7 +4,7 @@ module gestell_task_sweep_report
   use gestell_base_text, only: concise
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type
-  use gestell_base_wording, only: counted
+  use gestell_input_wording, only: counted
   use gestell_output_report_warnings, only: small_motion_limits
   use gestell_study_tile_results, only: rho_max, verdict_column, verdict_names
   use, intrinsic :: iso_fortran_env, only: int64

@@ -3,7 +3,7 @@ module gestell_task_sweep_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_base_wording, only: counted
+  use gestell_input_wording, only: counted
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, unit_type

@@ -2,7 +2,7 @@
 module gestell_task_trade_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_base_wording, only: padded
+  use gestell_input_wording, only: padded
   use gestell_task_trade_model_trade, only: model_trade_type
   use gestell_task_trade, only: cheapest, trade_type
   implicit none (type, external)

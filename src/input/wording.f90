@@ -1,5 +1,5 @@
 !> Small helpers for the text of messages.
-module gestell_base_wording
+module gestell_input_wording
   implicit none (type, external)
   private
 
@@ -207,4 +207,4 @@ contains
     if (text(1:1) == text(n:n) .and. scan(text(1:1), "'""") == 1) inner = text(2:n-1)
   end function without_quotes
 
-end module gestell_base_wording
+end module gestell_input_wording
