@@ -45,6 +45,7 @@ module gestell_output_result
     procedure :: in_short
     procedure :: rest
     procedure :: warn
+    procedure :: judge
     procedure :: fail
     procedure :: write => write_result
   end type result_type
@@ -181,6 +182,16 @@ contains
     end do
     self%headlines = [self%headlines, headline]
   end subroutine warn
+
+  !> The verdict on a range of machines, "stable" or a sentence that begins UNSTABLE or UNDECIDED: what is not stable is a headline.
+  pure subroutine judge(self, verdict)
+    class(result_type), intent(inout) :: self
+    character(len=*), intent(in) :: verdict
+
+    if (verdict == "stable") return
+    self%all_stable = .false.
+    call self%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
+  end subroutine judge
 
   !> Keeps the first failure.
   pure subroutine fail(self, error)

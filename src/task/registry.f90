@@ -5,7 +5,7 @@ module gestell_task_registry
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_fingerprint, only: content_of
   use gestell_input_schema_read, only: read
-  use gestell_task, only: all_speeds, any_task_type, own_machine, task_type
+  use gestell_task, only: all_machines, all_speeds, any_task_type, own_machine, task_type
   use gestell_task_boundary_task, only: boundary_task
   use gestell_task_campbell_task, only: campbell_task
   use gestell_task_configuration, only: configuration_type, read_machine, read_plan
@@ -89,11 +89,9 @@ contains
     call read_machine(doc, orders_any(tasks, own_machine) .or. orders_any(tasks, all_speeds) .or. size(names) == 0, &
       & configuration, error)
     if (allocated(error)) return
-    do i = 1, size(tasks)
-      if (.not. tasks(i)%task%ordered .or. tasks(i)%task%about == own_machine .or. allocated(configuration%plan)) cycle
-      call read_plan(doc, schema, orders_any(tasks, all_speeds), configuration, error)
-      if (allocated(error)) return
-    end do
+    if (orders_any(tasks, all_machines) .or. orders_any(tasks, all_speeds)) call read_plan(doc, schema, orders_any(tasks, &
+      & all_speeds), configuration, error)
+    if (allocated(error)) return
     do i = 1, size(tasks)
       if (allocated(configuration%impossible) .and. .not. tasks(i)%task%ordered) cycle
       call tasks(i)%task%read(doc, schema, configuration, error)

@@ -58,11 +58,10 @@ contains
     call follow_modes(context, diagram, error)
     if (allocated(error)) return
     verdict = campbell_verdict(diagram%campbell)
-    if (verdict /= "stable") result%all_stable = .false.
     call result%add(campbell_table(diagram%campbell, verdict), plot_campbell(diagram%campbell, diagram%crossings, &
       & diagram%order%orders))
     call result%add(crossings_table(diagram%crossings, verdict), plot_crossings(diagram%crossings))
-    if (verdict /= "stable") call result%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
+    call result%judge(verdict)
     call result%warn("", "Campbell diagram: " // counted(diagram%campbell%modes, "mode") // ", " &
       & // counted(size(diagram%crossings), "crossing") // " with orders of the crank")
     call result%say(report_campbell(diagram%campbell, diagram%crossings))

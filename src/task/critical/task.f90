@@ -52,10 +52,9 @@ contains
     if (.not. allocated(error)) call find_critical(family, diagram%order, diagram%crossings, critical, error)
     if (allocated(error)) return
     verdict = critical_verdict(critical, diagram%campbell)
-    if (verdict /= "stable") result%all_stable = .false.
     speeds = context%speeds()
     call result%add(table_of(critical, verdict), plot_critical(critical, [speeds(1), speeds(size(speeds))]))
-    if (verdict /= "stable") call result%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
+    call result%judge(verdict)
     call result%warn("undecided", beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), &
       & i = 1, size(critical))]), model_of_modes))
     call result%warn("", greatest_peak(critical))
@@ -68,17 +67,16 @@ contains
   pure function greatest_peak(critical) result(line)
     type(critical_type), intent(in) :: critical(:)
     character(len=:), allocatable :: line
-    integer :: i
+    logical :: found(size(critical))
+    integer :: i, greatest
 
     line = ""
-    i = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=[(critical(i)%found(amplitude), &
-      & i = 1, size(critical))])
-    if (i == 0) return
-    line = "Critical speeds: " // counted(count([(critical(i)%found(amplitude), i = 1, size(critical))]), "peak")
-    i = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=[(critical(i)%found(amplitude), &
-      & i = 1, size(critical))])
-    associate (peak => critical(i))
-      line = line // ", the greatest amplitude at " // concise(peak%speed(amplitude), 6) // " rpm, " &
+    found = [(critical(i)%found(amplitude), i = 1, size(critical))]
+    greatest = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=found)
+    if (greatest == 0) return
+    associate (peak => critical(greatest))
+      line = "Critical speeds: " // counted(count(found), "peak") // ", the greatest amplitude at " &
+        & // concise(peak%speed(amplitude), 6) // " rpm, " &
         & // concise(1000 * peak%height(amplitude), 4) // " mm (mode " // text(peak%crossing%mode) // ", order " &
         & // text(nint(peak%crossing%order)) // ")"
     end associate

@@ -96,7 +96,7 @@ contains
       if (any(curve%points%state /= reached)) result%all_stable = .false.
       call result%add(curve_table(self%quantities, curve, verdict), plot_resonance(self%quantities, curve))
       call result%add(peaks_table(self%quantities, curve, verdict), plot_peaks(self%quantities, curve))
-      if (verdict /= "stable") call result%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
+      call result%judge(verdict)
       call result%warn("undecided", beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], &
         & curve%points%state <= unreached), configuration%tasks%model))
       do k = 1, size(self%quantities)
