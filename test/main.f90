@@ -72,6 +72,7 @@ program main
   use test_peaks, only: collect_peaks
   use test_sweep, only: collect_sweep
   use test_tabulate, only: collect_tabulate
+  use test_text_table, only: collect_text_table
   use test_trade, only: collect_trade
   use test_weights, only: collect_weights
   use test_user_joint, only: collect_user_joint
@@ -95,6 +96,7 @@ program main
     & new_testsuite("cost", collect_cost), &
     & new_testsuite("mesh", collect_mesh), &
     & new_testsuite("html", collect_html), &
+    & new_testsuite("text-table", collect_text_table), &
     & new_testsuite("method", collect_method), &
     & new_testsuite("methods", collect_methods), &
     & new_testsuite("cheapest", collect_cheapest), &

@@ -1,0 +1,101 @@
+!> A table of a report: columns as wide as what stands in them, together no wider than a terminal.
+module gestell_output_report_text_table
+  use gestell_output_report_wrapping, only: columns_of, widest
+  implicit none (type, external)
+  private
+
+  public :: tabulated
+
+  !> Stands between the cells of a row.
+  character, parameter, public :: tab = achar(9)
+  character, parameter :: newline = new_line("a")
+  integer, parameter :: indent = 2
+
+contains
+
+  !> The lines of a table. `align`: l or r for each column; `heads`: with commas between them, perhaps in two lines; `rows`:
+  !> complete lines, their cells set apart by tabs. Where it is too wide, long names in the first column and remarks in the last,
+  !> if these are flush left, come to stand on lines of their own.
+  pure function tabulated(align, heads, rows) result(text)
+    character(len=*), intent(in) :: align, heads, rows
+    character(len=:), allocatable :: text, all
+    integer :: widths(len(align)), n, body, gap, first, last, k
+
+    all = rows
+    if (heads /= "") all = with_tabs(heads) // newline // rows
+    n = len(align)
+    widths = 0
+    first = 1
+    do while (first <= len(all))
+      last = first + index(all(first:), newline) - 2
+      do k = 1, n
+        widths(k) = max(widths(k), columns_of(cell(all(first:last), k, n)))
+      end do
+      first = last + 2
+    end do
+    gap = merge(1, 2, align(1:1) == "r")
+    body = n
+    if (align(n:n) == "l" .and. n > 1 .and. indent + sum(widths + gap) - gap > widest) body = n - 1
+    gap = max(gap, min(3, (widest - indent - sum(widths(:body))) / max(1, body - 1)))
+    if (align(1:1) == "l") widths(1) = min(widths(1), max(0, widest - indent - sum(widths(2:body)) - (body - 1) * gap))
+    text = ""
+    first = 1
+    do while (first <= len(all))
+      last = first + index(all(first:), newline) - 2
+      text = text // row(all(first:last)) // newline
+      first = last + 2
+    end do
+
+  contains
+
+    pure function row(cells) result(line)
+      character(len=*), intent(in) :: cells
+      character(len=:), allocatable :: line, word
+      integer :: k, filling
+
+      line = repeat(" ", indent)
+      do k = 1, n
+        word = cell(cells, k, n)
+        if (k == 1 .and. columns_of(word) > widths(1)) then
+          line = line // word // newline // repeat(" ", indent)
+          word = ""
+        else if (k > body .and. word /= "" .and. indent + sum(widths(:body) + gap) + columns_of(word) > widest) then
+          line = trim(line) // newline // repeat(" ", 2 * indent)
+        end if
+        filling = max(0, widths(k) - columns_of(word))
+        if (align(k:k) == "r") line = line // repeat(" ", filling)
+        line = line // word // repeat(" ", gap)
+        if (align(k:k) == "l") line = line // repeat(" ", filling)
+      end do
+      line = trim(line)
+    end function row
+
+  end function tabulated
+
+  !> Cell `k` of `n`, the last with all that is left; empty where there is none.
+  pure function cell(line, k, n) result(word)
+    character(len=*), intent(in) :: line
+    integer, intent(in) :: k, n
+    character(len=:), allocatable :: word
+    integer :: first, i
+
+    first = 1
+    do i = 2, k
+      first = first + index(line(first:) // tab, tab)
+    end do
+    word = trim(line(min(first, len(line) + 1):))
+    if (k < n) word = word(:index(word // tab, tab) - 1)
+  end function cell
+
+  pure function with_tabs(heads) result(line)
+    character(len=*), intent(in) :: heads
+    character(len=len(heads)) :: line
+    integer :: i
+
+    line = heads
+    do i = 1, len(line)
+      if (line(i:i) == ",") line(i:i) = tab
+    end do
+  end function with_tabs
+
+end module gestell_output_report_text_table

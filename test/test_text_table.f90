@@ -1,0 +1,95 @@
+!> The report's tables and lines: what a reader sees, within 80 columns.
+module test_text_table
+  use checks, only: check_that
+  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_wrapping, only: columns_of, wrapped
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_text_table
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  subroutine collect_text_table(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("columns as wide as their contents", test_columns), &
+      & new_unittest("a wide table stacks", test_stacked), &
+      & new_unittest("lines are broken between words", test_wrapped), &
+      & new_unittest("nothing is lost and nothing too wide", test_all_widths)]
+  end subroutine collect_text_table
+
+  subroutine test_columns(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_that(error, tabulated("lrl", "foot,peak" // newline // ",N", "Füße" // tab // "12.5" // tab // "<- high" &
+      & // newline // "b" // tab // "3" // newline), "==", "  foot   peak" // newline // "            N" // newline &
+      & // "  Füße   12.5   <- high" // newline // "  b         3" // newline, "with heads and units")
+    call check_that(error, tabulated("lr", "", "all" // tab // "3" // newline), "==", "  all   3" // newline, "without heads")
+    call check_that(error, tabulated("ll", "", "a" // tab // "b" // tab // "c" // newline), "==", "  a   b" // tab // "c" &
+      & // newline, "a cell too many")
+  end subroutine test_columns
+
+  !> A name and a remark too long for their columns.
+  subroutine test_stacked(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: rows
+
+    rows = repeat("n", 50) // tab // repeat("1", 30) // tab // repeat("2", 30) // tab // repeat("r", 20) // newline &
+      & // "short" // tab // "1" // tab // "2" // tab // "r" // newline
+    call check_that(error, tabulated("lrrl", "name,x,y", rows), "==", &
+      & "  name" // repeat(" ", 41) // "x" // repeat(" ", 31) // "y" // newline &
+      & // "  " // repeat("n", 50) // newline &
+      & // repeat(" ", 18) // repeat("1", 30) // "  " // repeat("2", 30) // newline &
+      & // "    " // repeat("r", 20) // newline &
+      & // "  short" // repeat(" ", 40) // "1" // repeat(" ", 31) // "2" // newline // "    r" // newline)
+  end subroutine test_stacked
+
+  !> Below the words, a number beside its unit, a long word whole; short lines and empty ones as they are.
+  subroutine test_wrapped(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: words = "it holds this speed whatever torque that takes, and within the turn to 5"
+
+    call check_that(error, wrapped("  motor    " // words // " mm" // newline), "==", &
+      & "  motor    it holds this speed whatever torque that takes, and within the turn" // newline &
+      & // "           to 5 mm" // newline, "below a label")
+    call check_that(error, wrapped("  " // words // words // newline // newline // "  a" // newline), "==", &
+      & "  it holds this speed whatever torque that takes, and within the turn to 5it" // newline &
+      & // "    holds this speed whatever torque that takes, and within the turn to 5" // newline // newline // "  a" // newline, &
+      & "a sentence")
+    call check_that(error, wrapped("  abc " // repeat("ä", 90) // " b" // newline), "==", &
+      & "  abc" // newline // "    " // repeat("ä", 90) // newline // "    b" // newline, "a long word")
+    call check_that(error, wrapped(repeat("ä", 80) // newline), "==", repeat("ä", 80) // newline, "80 characters of two bytes")
+  end subroutine test_wrapped
+
+  !> Tables of all widths: every cell is there, no line has more than 80 columns.
+  subroutine test_all_widths(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: lines
+    integer :: name, remark, number, first, last
+
+    do name = 1, 61, 4
+      do remark = 0, 70, 5
+        do number = 1, 18
+          lines = tabulated("lrrrl", "h,h,h,h,h", repeat("n", name) // tab // repeat("1", number) // tab // &
+            & repeat("2", number) // tab // repeat("3", number) // tab // repeat("r", remark) // newline)
+          call check_that(error, [index(lines, repeat("n", name)), index(lines, repeat("1", number)), &
+            & index(lines, repeat("2", number)), index(lines, repeat("3", number)), index(lines, repeat("r", remark))], ">", 0, &
+            & "cells")
+          first = 1
+          do while (first <= len(lines))
+            last = first + index(lines(first:), newline) - 2
+            call check_that(error, columns_of(lines(first:last)), "<=", 80, lines(first:last))
+            first = last + 2
+          end do
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_all_widths
+
+end module test_text_table
