@@ -106,6 +106,7 @@ contains
     context%in_parts = options%in_parts
     context%merge = options%merge
     context%keeps_rows = options%json
+    allocate(context%executor)
     allocate(terminal_type :: context%executor%progress)
     call result%begin()
     do i = 1, size(options%settings)

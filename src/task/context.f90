@@ -25,7 +25,7 @@ module gestell_task_context
     !> The share of a sweep that is computed; whether its parts are put together.
     integer :: part = 1, parts = 1
     logical :: in_parts = .false., merge = .false.
-    type(executor_type) :: executor
+    class(executor_type), allocatable :: executor
     !> What was found of the input's own machine.
     type(analysis_type) :: analysis
     !> What a task keeps for others.

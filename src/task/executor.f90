@@ -6,6 +6,8 @@ module gestell_task_executor
   implicit none (type, external)
   private
 
+  public :: spread_over
+
   !> Independent pieces 1, 2, ...
   type, abstract, public :: work_type
   contains
@@ -108,6 +110,25 @@ contains
     !$omp end parallel do
     if (allocated(self%progress)) call self%progress%clear()
   end subroutine spread
+
+  !> Computes pieces 1 ... `count` of `work`, one after the other where there is no `executor`. Error: that of the first piece
+  !> that failed.
+  subroutine spread_over(work, count, error, executor)
+    class(work_type), intent(inout) :: work
+    integer, intent(in) :: count
+    type(error_type), allocatable, intent(out) :: error
+    class(executor_type), intent(inout), optional :: executor
+    integer :: k
+
+    if (present(executor)) then
+      call executor%spread(work, [(k, k = 1, count)], error)
+      return
+    end if
+    do k = 1, count
+      call work%compute(k, error)
+      if (allocated(error)) return
+    end do
+  end subroutine spread_over
 
   !> What is being done, and which part of it is, from 0 to 1; at 1 the words disappear.
   subroutine show(self, doing, part)

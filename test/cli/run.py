@@ -41,6 +41,7 @@ from plots import PLOT_TESTS  # noqa: E402
 from report import REPORT_TESTS  # noqa: E402
 from resonance import RESONANCE_TESTS  # noqa: E402
 from sensitivity import SENSITIVITY_TESTS  # noqa: E402
+from spread import SPREAD_TESTS  # noqa: E402
 from sweeps import SWEEP_TESTS, write_sweep_golden  # noqa: E402
 from told import TOLD_TESTS  # noqa: E402
 from verdicts import VERDICT_TESTS  # noqa: E402
@@ -611,7 +612,8 @@ def main():
         for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *NAME_TESTS,
-                     *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS,
+                     *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS,
+                     *REPORT_TESTS,
                      *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
                      *FAULT_TESTS,
                      *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS):

@@ -5,7 +5,7 @@ module gestell_task_boundary
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
-  use gestell_task_boundary_order, only: check_search
+  use gestell_task_boundary_order, only: border_order_type, check_search
   use gestell_task_boundary_line_search, only: range_nodes, search_line, search_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
@@ -14,12 +14,12 @@ module gestell_task_boundary
   implicit none (type, external)
   private
 
-  public :: borders_on, find_borders, line_along, nearest_stable, rest_of
+  public :: borders_on, find_borders, find_nearest, line_along, nearest_stable, rest_of, search_borders
 
   !> Of Phi(T) where borders are sought.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
-  !> Of borders along one parameter and in the plane of two, relative to the ranges.
-  real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp, usual_deviation = 1.0e-3_dp
+  !> Of borders in the plane of two parameters, relative to the ranges.
+  real(dp), parameter, public :: usual_deviation = 1.0e-3_dp
 
   !> A critical value of a parameter.
   type, public :: border_type
@@ -71,18 +71,32 @@ contains
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
     type(border_rest_type), intent(out), optional :: rest
+    type(border_rest_type) :: found
+
+    call search_borders(family, axis, border_order_type(accuracy, tolerance), borders, error, found)
+    if (present(rest)) rest = found
+  end subroutine find_borders
+
+  !> The same, by the executor of `order` if there is one.
+  subroutine search_borders(family, axis, order, borders, error, rest)
+    class(family_type), intent(in), target :: family
+    type(axis_type), intent(in) :: axis
+    type(border_order_type), intent(in) :: order
+    type(border_type), allocatable, intent(out) :: borders(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_rest_type), intent(out) :: rest
     type(line_type) :: line
     type(search_type) :: search
 
     allocate(borders(0))
-    call check_search([axis], accuracy, tolerance, error)
+    call check_search([axis], order%accuracy, order%tolerance, error)
     if (allocated(error)) return
-    call line_along(family, [axis], 1, [axis%from], accuracy, tolerance, line)
+    call line_along(family, [axis], 1, [axis%from], order, line)
     call search_line(line, range_nodes(axis%count), search, error)
     if (allocated(error)) return
     borders = borders_on(axis, line, search, 1)
-    if (present(rest)) rest = rest_of(axis, line, search)
-  end subroutine find_borders
+    rest = rest_of(axis, line, search)
+  end subroutine search_borders
 
   !> The borders that were found along `line`, of the vibration `number`.
   pure function borders_on(axis, line, search, number) result(borders)
@@ -138,6 +152,19 @@ contains
     real(dp), intent(in) :: tolerance
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
+
+    call find_nearest(family, base, which, axes, border_order_type(accuracy, tolerance), nearest, error)
+  end subroutine nearest_stable
+
+  !> The same, by the executor of `order` if there is one.
+  subroutine find_nearest(family, base, which, axes, order, nearest, error)
+    class(family_type), intent(in), target :: family
+    real(dp), intent(in) :: base(:)
+    integer, intent(in) :: which
+    type(axis_type), intent(in) :: axes(:)
+    type(border_order_type), intent(in) :: order
+    type(nearest_type), intent(out) :: nearest
+    type(error_type), allocatable, intent(out) :: error
     type(line_type) :: line
     type(probe_type) :: here
     type(search_type) :: search
@@ -149,14 +176,14 @@ contains
       call fatal_error(error, "a nearest system is sought along one of the axes, from a value for each of them", invalid_input)
       return
     end if
-    call check_search([axes(which)], accuracy, tolerance, error)
+    call check_search([axes(which)], order%accuracy, order%tolerance, error)
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(base))) then
       call fatal_error(error, "the parameters of the given system must be finite", invalid_input)
       return
     end if
     ! `base` itself may lie where the axis does not lead, as beyond zero from a logarithmic one.
-    call line_along(family, [(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, accuracy, tolerance, line)
+    call line_along(family, [(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, order, line)
     call probe_line(line, 0.0_dp, here, error)
     if (allocated(error)) return
     nearest%verdict = verdict_names(here%verdict)
@@ -164,7 +191,7 @@ contains
       nearest = nearest_type(nearest%verdict, .true., base(which), 0.0_dp, nearest%verdict)
       return
     end if
-    call line_along(family, axes, which, base, accuracy, tolerance, line)
+    call line_along(family, axes, which, base, order, line)
     home = coordinate(axes(which), base(which))
     u = range_nodes(axes(which)%count)
     if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
@@ -198,16 +225,15 @@ contains
       nearest%there = verdict_names(verdict)
     end subroutine consider
 
-  end subroutine nearest_stable
+  end subroutine find_nearest
 
   !> The line along parameter `which` through `base`.
-  subroutine line_along(family, axes, which, base, accuracy, tolerance, line)
+  subroutine line_along(family, axes, which, base, order, line)
     class(family_type), intent(in), target :: family
     type(axis_type), intent(in) :: axes(:)
     integer, intent(in) :: which
     real(dp), intent(in) :: base(:)
-    type(accuracy_type), intent(in) :: accuracy
-    real(dp), intent(in) :: tolerance
+    type(border_order_type), intent(in) :: order
     type(line_type), intent(out) :: line
     integer :: k
 
@@ -219,8 +245,9 @@ contains
     line%axes(which) = axes(which)
     allocate(line%start(size(axes)), line%way(size(axes)), source=0.0_dp)
     line%way(which) = 1
-    line%accuracy = accuracy
-    line%tolerance = tolerance
+    line%accuracy = order%accuracy
+    line%tolerance = order%tolerance
+    line%executor => order%executor
   end subroutine line_along
 
 end module gestell_task_boundary

@@ -13,6 +13,7 @@ module gestell_task_boundary_branches
   use gestell_task_boundary, only: border_rest_type, border_type, borders_on, line_along, open_border_type, rest_of
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
   use gestell_task_boundary_line_search, only: merged, range_nodes, search_line, search_type
+  use gestell_task_boundary_order, only: border_order_type
   use gestell_task_boundary_vibrations, only: bare_frame, branch_type, line_path_type, trace_branches
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
@@ -45,11 +46,10 @@ contains
   !> turning points; `vibration` numbers the branches. Those with an odd number of real multipliers above 1,
   !> to which no machine keeps, are left out. Errors: as
   !> of `find_borders`.
-  subroutine find_branch_borders(bare, axis, accuracy, tolerance, borders, error, rest, followed)
+  subroutine find_branch_borders(bare, axis, order, borders, error, rest, followed)
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
-    type(accuracy_type), intent(in) :: accuracy
-    real(dp), intent(in) :: tolerance
+    type(border_order_type), intent(in) :: order
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
     type(border_rest_type), intent(out) :: rest
@@ -65,13 +65,13 @@ contains
     integer :: i, side, number
 
     allocate(borders(0), rest%places(0))
-    call trace_branches(bare, axis, accuracy, range_nodes(axis%count), branches)
+    call trace_branches(bare, axis, order%accuracy, range_nodes(axis%count), branches)
     followed = size(branches) > 0
     if (.not. followed) return
     call add_gaps(axis, branches, rest)
     family%bare => bare
     family%axis = axis
-    family%accuracy = accuracy
+    family%accuracy = order%accuracy
     number = 0
     do i = 1, size(branches) - 1
       ends = abs(branches(i)%ends() - branches(i + 1)%ends())
@@ -83,7 +83,7 @@ contains
       family%branch = branches(i)
       ends = branches(i)%ends() + merge(beside_turn, 0.0_dp, branches(i)%turns) * [1, -1]
       if (.not. ends(2) > ends(1)) cycle
-      call line_along(family, [axis], 1, [axis%from], accuracy, tolerance, line)
+      call line_along(family, [axis], 1, [axis%from], order, line)
       line%start = ends(1)
       line%way = ends(2) - ends(1)
       call probe_line(line, 0.5_dp, middle, error)
@@ -98,7 +98,7 @@ contains
       rest%thin = rest%thin + own%thin
       rest%left_out = rest%left_out + own%left_out
       rest%places = [rest%places, own%places]
-      call add_turns(family, tolerance, number, search, borders)
+      call add_turns(family, order%tolerance, number, search, borders)
     end do
     borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
   end subroutine find_branch_borders

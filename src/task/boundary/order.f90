@@ -4,11 +4,24 @@ module gestell_task_boundary_order
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_study_grid, only: axis_type, check_axis
+  use gestell_task_executor, only: executor_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
   public :: check_search
+
+  !> Of borders along one parameter, relative to the range.
+  real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp
+
+  !> What is wanted.
+  type, public :: border_order_type
+    type(accuracy_type) :: accuracy
+    !> Relative to the ranges: of values of one parameter, and of curves.
+    real(dp) :: tolerance = usual_tolerance
+    !> Who does the work, where members of the family may be asked for by several threads.
+    class(executor_type), pointer :: executor => null()
+  end type border_order_type
 
   !> Search points, and how exactly borders are found relative to the ranges.
   integer(int64), parameter, public :: most_searched = 10_int64**7

@@ -3,9 +3,9 @@ module gestell_task_boundary_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_task_boundary, only: border_accuracy, border_type, border_rest_type, find_borders, &
-    & nearest_stable, nearest_type, usual_tolerance
+  use gestell_task_boundary, only: border_accuracy, border_type, border_rest_type, find_nearest, nearest_type, search_borders
   use gestell_task_boundary_branches, only: find_branch_borders
+  use gestell_task_boundary_order, only: border_order_type, usual_tolerance
   use gestell_task_boundary_map, only: border_line_type, border_map_type, search_border_line, trace_borders
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type
@@ -13,13 +13,6 @@ module gestell_task_boundary_solution
   private
 
   public :: search_line_of, solve_borders
-
-  !> What is wanted.
-  type, public :: border_order_type
-    type(accuracy_type) :: accuracy
-    !> Relative to the ranges: of values of one parameter, and of curves.
-    real(dp) :: tolerance = usual_tolerance
-  end type border_order_type
 
   type, public :: border_results_type
     !> One parameter: its critical values.
@@ -58,25 +51,27 @@ contains
     real(dp), intent(in), optional :: base(:)
     type(border_line_type), intent(in), optional :: lines(:)
     class(family_type), intent(in), optional, target :: bare
-    type(accuracy_type) :: fine
+    type(border_order_type) :: fine
     logical :: followed
     integer :: k
 
-    fine = fine_of(order%accuracy)
+    fine = order
+    fine%accuracy = fine_of(order%accuracy)
     followed = .false.
-    if (size(grid%axes) == 1 .and. present(bare)) call find_branch_borders(bare, grid%axes(1), fine, order%tolerance, &
-      & results%values, error, results%rest, followed)
+    if (size(grid%axes) == 1 .and. present(bare)) call find_branch_borders(bare, grid%axes(1), fine, results%values, error, &
+      & results%rest, followed)
     if (allocated(error)) return
     if (size(grid%axes) == 1) then
-      if (.not. followed) call find_borders(family, grid%axes(1), fine, order%tolerance, results%values, error, results%rest)
+      if (.not. followed) call search_borders(family, grid%axes(1), fine, results%values, error, results%rest)
     else
       allocate(results%map)
-      call trace_borders(family, grid, fine, order%tolerance, results%map, error, lines)
+      call trace_borders(family, grid, fine%accuracy, fine%tolerance, results%map, error, lines)
     end if
     if (allocated(error) .or. .not. present(base)) return
     allocate(results%nearest(size(base)))
+    fine%tolerance = min(order%tolerance, usual_tolerance)
     do k = 1, size(base)
-      call nearest_stable(family, base, k, grid%axes, fine, min(order%tolerance, usual_tolerance), results%nearest(k), error)
+      call find_nearest(family, base, k, grid%axes, fine, results%nearest(k), error)
       if (allocated(error)) return
     end do
     if (results%nearest(1)%found .and. .not. abs(results%nearest(1)%distance) > 0) deallocate(results%nearest)

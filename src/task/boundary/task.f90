@@ -101,9 +101,9 @@ contains
     end associate
   end subroutine run
 
-  !> The borders; over two parameters the lines of the search are spread.
+  !> The borders; over two parameters the lines of the search are spread, over one what is searched on the line.
   subroutine solve(context, results, error)
-    type(context_type), intent(inout) :: context
+    type(context_type), intent(inout), target :: context
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
     type(lines_type), target :: work
@@ -121,6 +121,7 @@ contains
       allocate(bare, source=work%family)
       bare%model = "rest"
     end if
+    work%plan%borders%executor => context%executor
     associate (plan => work%plan)
       ! What is not allocated is not there.
       if (allocated(plan%base)) then

@@ -12,6 +12,7 @@ module gestell_task_campbell
   use gestell_study_mode_type, only: mode_type, most_freedoms
   use gestell_study_speeds, only: check_orders, check_speeds
   use gestell_system_second_order, only: second_order_system
+  use gestell_task_executor, only: executor_type, spread_over, work_type
   implicit none (type, external)
   private
 
@@ -32,6 +33,8 @@ module gestell_task_campbell
     !> Whether there is a machine at that speed that could be solved; if so, its modes, by their numbers.
     logical :: solved = .false.
     type(mode_type) :: modes(most_freedoms)
+    !> How many there are, 0 without a machine, and the freedoms that the components of their shapes stand for.
+    integer :: freedoms = 0, free(most_freedoms) = 0
     !> Whether it is sure which mode is which; of the first point, and after a gap, it is.
     logical :: sure = .true.
     !> The mean mass matrix.
@@ -48,6 +51,16 @@ module gestell_task_campbell
     integer :: solutions = 0
   end type campbell_type
 
+  !> A piece is a speed.
+  type, extends(work_type) :: speeds_type
+    class(family_type), pointer :: family => null()
+    type(campbell_order_type) :: order
+    real(dp), allocatable :: speeds(:)
+    type(campbell_point_type), allocatable :: points(:)
+  contains
+    procedure :: compute
+  end type speeds_type
+
   !> Halvings of the way between two speeds to find out which mode is which.
   integer, parameter :: most_halvings = 7
 
@@ -55,25 +68,33 @@ contains
 
   !> The modes at `speeds` (1/min, all of one sign, ascending or descending), which are the one parameter of `family`. They are
   !> followed from speed to speed; where it is not sure which is which, by steps between. Modes are numbered by their
-  !> frequencies at the lowest speed.
+  !> frequencies at the lowest speed. With an `executor` several threads may ask for members of the family.
   !> Errors: speeds or an order that make no sense; the family has no sound machine (an impossible mechanism is none), or not
   !> frames.
-  subroutine solve_campbell(family, speeds, order, campbell, error)
-    class(family_type), intent(in) :: family
+  subroutine solve_campbell(family, speeds, order, campbell, error, executor)
+    class(family_type), intent(in), target :: family
     real(dp), intent(in) :: speeds(:)
     type(campbell_order_type), intent(in) :: order
     type(campbell_type), intent(out) :: campbell
     type(error_type), allocatable, intent(out) :: error
+    class(executor_type), intent(inout), optional :: executor
+    type(speeds_type) :: work
     type(campbell_point_type) :: point, last
     integer :: i
 
     call check_speeds(speeds, error)
     if (.not. allocated(error)) call check_campbell_order(order, error)
     if (allocated(error)) return
+    work%family => family
+    work%order = order
+    work%speeds = speeds
+    allocate(work%points(size(speeds)))
+    call spread_over(work, size(speeds), error, executor)
+    if (allocated(error)) return
     allocate(campbell%points(0), campbell%free(0))
     do i = 1, size(speeds)
-      call solve_point(family, speeds(i), order, campbell, point, error)
-      if (allocated(error)) return
+      point = work%points(i)
+      call count_in(point, campbell)
       if (point%solved .and. last%solved) then
         call connect(family, order, last, point, most_halvings, campbell, error)
         if (allocated(error)) return
@@ -83,6 +104,25 @@ contains
     end do
     call number_modes(campbell)
   end subroutine solve_campbell
+
+  recursive subroutine compute(self, k, error)
+    class(speeds_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_point(self%family, self%speeds(k), self%order, self%points(k), error)
+  end subroutine compute
+
+  !> Counts a solution, which tells the freedoms too.
+  pure subroutine count_in(point, campbell)
+    type(campbell_point_type), intent(in) :: point
+    type(campbell_type), intent(inout) :: campbell
+
+    if (point%freedoms == 0) return
+    campbell%modes = point%freedoms
+    campbell%free = point%free(:point%freedoms)
+    campbell%solutions = campbell%solutions + 1
+  end subroutine count_in
 
   !> Error: an order or an accuracy out of range.
   pure subroutine check_campbell_order(order, error)
@@ -123,8 +163,10 @@ contains
     f = campbell%modes
     call track(last%modes(:f), point%mass(:f, :f), crank_speed(point%speed), point%modes(:f), like, point%sure)
     if (like .or. halvings == 0) return
-    call solve_point(family, (last%speed + point%speed) / 2, order, campbell, middle, error)
-    if (allocated(error) .or. .not. middle%solved) return
+    call solve_point(family, (last%speed + point%speed) / 2, order, middle, error)
+    if (allocated(error)) return
+    call count_in(middle, campbell)
+    if (.not. middle%solved) return
     middle%ordered = .false.
     call connect(family, order, last, middle, halvings - 1, campbell, error)
     if (allocated(error)) return
@@ -135,11 +177,10 @@ contains
   end subroutine connect
 
   !> The modes at one speed, in ascending order of their frequencies. Error: the family has no sound machine, or not frames.
-  subroutine solve_point(family, speed, order, campbell, point, error)
+  subroutine solve_point(family, speed, order, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: speed
     type(campbell_order_type), intent(in) :: order
-    type(campbell_type), intent(inout) :: campbell
     type(campbell_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
     type(member_type), target :: member
@@ -150,7 +191,6 @@ contains
     point%speed = speed
     call member%make(family, [speed], error)
     if (allocated(error) .or. .not. member%is_sound()) return
-    campbell%solutions = campbell%solutions + 1
     frame => frame_of(member%system)
     if (.not. associated(frame)) then
       call fatal_error(error, "the modes over the speed are those of a frame", invalid_input)
@@ -161,8 +201,8 @@ contains
       call solve_modes(system, order%accuracy, modes, mass, error)
     end select
     if (allocated(error)) return
-    campbell%modes = size(modes)
-    campbell%free = frame%free
+    point%freedoms = size(modes)
+    point%free(:size(modes)) = frame%free
     point%modes(:size(modes)) = modes
     point%mass(:size(modes), :size(modes)) = mass
     point%solved = any(modes%told)
@@ -170,19 +210,18 @@ contains
 
   !> The modes at another `speed`, numbered as those at `near`. `point` is not solved where there is no machine.
   !> Error: as of `solve_campbell`.
-  subroutine solve_tracked(family, speed, order, near, campbell, point, error)
+  subroutine solve_tracked(family, speed, order, near, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: speed
     type(campbell_order_type), intent(in) :: order
     type(campbell_point_type), intent(in) :: near
-    type(campbell_type), intent(inout) :: campbell
     type(campbell_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
     logical :: like
 
-    call solve_point(family, speed, order, campbell, point, error)
+    call solve_point(family, speed, order, point, error)
     if (allocated(error) .or. .not. point%solved) return
-    associate (f => campbell%modes)
+    associate (f => point%freedoms)
       call track(near%modes(:f), point%mass(:f, :f), crank_speed(speed), point%modes(:f), like, point%sure)
     end associate
   end subroutine solve_tracked

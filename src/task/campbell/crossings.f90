@@ -7,6 +7,7 @@ module gestell_task_campbell_crossings
     & solve_tracked
   use gestell_study_family, only: family_type
   use gestell_study_mode_type, only: mode_type
+  use gestell_task_executor, only: executor_type, spread_over, work_type
   implicit none (type, external)
   private
 
@@ -24,6 +25,31 @@ module gestell_task_campbell_crossings
     type(mode_type) :: at
   end type crossing_type
 
+  !> The search for the crossings of one mode with one multiple of half the crank's speed.
+  type :: search_type
+    class(family_type), pointer :: family => null()
+    type(campbell_order_type) :: order
+    integer :: mode = 0
+    real(dp) :: multiple = 0
+    !> What it found; solutions that it took.
+    type(crossing_type), allocatable :: crossings(:)
+    integer :: solutions = 0
+    !> Whether a frequency turned out to jump between the points `place - 1` and `place`; the two sides of the jump.
+    logical :: jump = .false.
+    integer :: place = 0
+    type(campbell_point_type) :: sides(2)
+  contains
+    procedure :: point_at
+  end type search_type
+
+  !> A piece is a search.
+  type, extends(work_type) :: searches_type
+    type(campbell_type) :: campbell
+    type(search_type), allocatable :: searches(:)
+  contains
+    procedure :: compute
+  end type searches_type
+
   !> Crossings are found as exactly, relative to the speed, if the errors of the frequencies allow it.
   real(dp), parameter :: exact = 1.0e-11_dp
   integer, parameter :: most_steps = 100
@@ -39,14 +65,15 @@ contains
   !> All crossings of the modes with order 1, 2, ... `order%orders` times the crank's speed within the range of `campbell`,
   !> and the intervals in which a mode is locked to half orders and loses damping. In the order of modes, orders and speeds.
   !> Errors: `campbell` was not solved; as of `solve_campbell`.
-  subroutine find_crossings(family, order, campbell, crossings, error)
-    class(family_type), intent(in) :: family
+  subroutine find_crossings(family, order, campbell, crossings, error, executor)
+    class(family_type), intent(in), target :: family
     type(campbell_order_type), intent(in) :: order
     type(campbell_type), intent(inout) :: campbell
     type(crossing_type), allocatable, intent(out) :: crossings(:)
     type(error_type), allocatable, intent(out) :: error
-    logical :: jump
-    integer :: round
+    class(executor_type), intent(inout), optional :: executor
+    type(searches_type) :: work
+    integer :: round, i
 
     allocate(crossings(0))
     call check_campbell_order(order, error)
@@ -56,55 +83,75 @@ contains
       return
     end if
     do round = 1, most_jumps
-      call search(family, order, campbell, crossings, jump, error)
-      if (allocated(error) .or. .not. jump) return
+      work%campbell = campbell
+      if (allocated(work%searches)) deallocate(work%searches)
+      allocate(work%searches(2 * order%orders * campbell%modes))
+      do i = 1, size(work%searches)
+        work%searches(i)%family => family
+        work%searches(i)%order = order
+        work%searches(i)%mode = 1 + (i - 1) / (2 * order%orders)
+        work%searches(i)%multiple = (1 + mod(i - 1, 2 * order%orders)) / 2.0_dp
+      end do
+      call spread_over(work, size(work%searches), error, executor)
+      if (allocated(error)) return
+      crossings = [crossing_type ::]
+      do i = 1, size(work%searches)
+        associate (search => work%searches(i))
+          crossings = [crossings, search%crossings]
+          campbell%solutions = campbell%solutions + search%solutions
+          ! With the sides of a jump among the points the search begins anew.
+          if (search%jump) call insert(search%sides, search%place, campbell)
+          if (search%jump) exit
+        end associate
+      end do
+      if (i > size(work%searches)) return
     end do
   end subroutine find_crossings
 
-  !> The same, until a frequency turns out to jump: the two sides of the jump are then among the points, and the search has to
-  !> begin anew.
-  subroutine search(family, order, campbell, crossings, jump, error)
-    class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
-    type(campbell_type), intent(inout) :: campbell
-    type(crossing_type), allocatable, intent(out) :: crossings(:)
-    logical, intent(out) :: jump
+  recursive subroutine compute(self, k, error)
+    class(searches_type), intent(inout) :: self
+    integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    integer :: mode, halves, first
+    integer :: first
 
-    allocate(crossings(0))
-    jump = .false.
-    do mode = 1, campbell%modes
-      do halves = 1, 2 * order%orders
-        first = 1
-        do while (first < size(campbell%points))
-          call next_crossing(family, order, campbell, mode, halves / 2.0_dp, first, crossings, jump, error)
-          if (allocated(error) .or. jump) return
-        end do
+    associate (search => self%searches(k))
+      allocate(search%crossings(0))
+      first = 1
+      do while (first < size(self%campbell%points))
+        call next_crossing(self%campbell%points, first, search, error)
+        if (allocated(error) .or. search%jump) return
       end do
-    end do
-  end subroutine search
+    end associate
+  end subroutine compute
+
+  !> The modes at another `speed`, numbered as those at `near`. Error: as of `solve_campbell`.
+  subroutine point_at(self, speed, near, point, error)
+    class(search_type), intent(inout) :: self
+    real(dp), intent(in) :: speed
+    type(campbell_point_type), intent(in) :: near
+    type(campbell_point_type), intent(out) :: point
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_tracked(self%family, speed, self%order, near, point, error)
+    if (point%freedoms > 0) self%solutions = self%solutions + 1
+  end subroutine point_at
 
   !> The crossing from point `first` on, if there is one before the next point; `first` moves on. A `jump` of the frequency across
   !> the multiple is no crossing: where modes mix, their numbers change over from branch to branch.
-  subroutine next_crossing(family, order, campbell, mode, multiple, first, crossings, jump, error)
-    class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
-    type(campbell_type), intent(inout) :: campbell
-    integer, intent(in) :: mode
-    real(dp), intent(in) :: multiple
+  subroutine next_crossing(points, first, search, error)
+    type(campbell_point_type), intent(in) :: points(:)
     integer, intent(inout) :: first
-    type(crossing_type), allocatable, intent(inout) :: crossings(:)
-    logical, intent(out) :: jump
+    type(search_type), intent(inout) :: search
     type(error_type), allocatable, intent(out) :: error
-    type(campbell_point_type) :: l, r, within, sides(2)
+    type(campbell_point_type) :: l, r, within
     type(crossing_type) :: crossing
-    real(dp) :: f(2)
-    integer :: last
+    real(dp) :: f(2), multiple
+    integer :: last, mode
 
-    jump = .false.
-    l = campbell%points(first)
-    r = campbell%points(first + 1)
+    mode = search%mode
+    multiple = search%multiple
+    l = points(first)
+    r = points(first + 1)
     last = first + 1
     first = last
     if (.not. (known(l, mode) .and. known(r, mode))) return
@@ -115,7 +162,7 @@ contains
       ! From the start of the range or after a gap; else it was dealt with before.
       within = l
       if (last > 2) then
-        if (known(campbell%points(last - 2), mode)) return
+        if (known(points(last - 2), mode)) return
       end if
     else if (is_locked(r, mode, multiple)) then
       within = r
@@ -123,34 +170,32 @@ contains
       return
     else
       if (abs(r%speed - l%speed) <= 4 * exact * abs(l%speed)) return
-      call find_root(family, order, campbell, mode, multiple, detuning, l, r, within, sides, crossing%error, error)
+      call find_root(search, detuning, l, r, within, crossing%error, error)
       if (allocated(error) .or. .not. within%solved) return
-      jump = abs(value_of(within, mode, multiple, detuning)) > jumping * crank_speed(within%speed) &
+      search%jump = abs(value_of(within, mode, multiple, detuning)) > jumping * crank_speed(within%speed) &
         & .and. .not. is_locked(within, mode, multiple)
-      if (jump) then
-        call insert(sides, last, campbell)
-        return
-      end if
+      search%place = last
+      if (search%jump) return
       if (.not. is_locked(within, mode, multiple)) then
         if (abs(multiple - anint(multiple)) > 0) return
         crossing%speed = within%speed
         crossing%ends = within%speed
         crossing%at = within%modes(mode)
-        crossings = [crossings, crossing]
+        search%crossings = [search%crossings, crossing]
         return
       end if
     end if
 
     ! The other end of the interval.
-    do while (last < size(campbell%points) .and. is_locked(r, mode, multiple))
-      if (.not. known(campbell%points(last + 1), mode)) exit
+    do while (last < size(points) .and. is_locked(r, mode, multiple))
+      if (.not. known(points(last + 1), mode)) exit
       last = last + 1
-      r = campbell%points(last)
+      r = points(last)
     end do
-    call find_interval(family, order, campbell, l, within, r, crossing, error)
+    call find_interval(search, l, within, r, crossing, error)
     if (allocated(error)) return
     if (abs(multiple - anint(multiple)) > 0 .and. .not. weakens(crossing%at)) return
-    crossings = [crossings, crossing]
+    search%crossings = [search%crossings, crossing]
   end subroutine next_crossing
 
   !> Puts the points in before point `place`, unless they are there.
@@ -178,61 +223,58 @@ contains
   end function weakens
 
   !> The ends of the interval of speeds about `within`, between l and r, in which a mode is locked, and the mode at its middle.
-  subroutine find_interval(family, order, campbell, l, within, r, crossing, error)
-    class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
-    type(campbell_type), intent(inout) :: campbell
+  subroutine find_interval(search, l, within, r, crossing, error)
+    type(search_type), intent(inout) :: search
     type(campbell_point_type), intent(in) :: l, within, r
     type(crossing_type), intent(inout) :: crossing
     type(error_type), allocatable, intent(out) :: error
-    type(campbell_point_type) :: edge, sides(2)
+    type(campbell_point_type) :: edge
     real(dp) :: doubt(2)
 
     crossing%ends = [l%speed, r%speed]
     doubt = 0
     associate (mode => crossing%mode, multiple => crossing%order)
       if (.not. is_locked(l, mode, multiple)) then
-        call find_root(family, order, campbell, mode, multiple, discriminant, l, within, edge, sides, doubt(1), error)
+        call find_root(search, discriminant, l, within, edge, doubt(1), error)
         if (allocated(error)) return
         crossing%ends(1) = edge%speed
       end if
       if (.not. is_locked(r, mode, multiple)) then
-        call find_root(family, order, campbell, mode, multiple, discriminant, within, r, edge, sides, doubt(2), error)
+        call find_root(search, discriminant, within, r, edge, doubt(2), error)
         if (allocated(error)) return
         crossing%ends(2) = edge%speed
       end if
       crossing%speed = sum(crossing%ends) / 2
       crossing%error = maxval(doubt)
       crossing%locked = abs(crossing%ends(2) - crossing%ends(1)) > 2 * crossing%error
-      call solve_tracked(family, crossing%speed, order, within, campbell, edge, error)
+      call search%point_at(crossing%speed, within, edge, error)
       crossing%at = edge%modes(mode)
     end associate
   end subroutine find_interval
 
-  !> A zero of `kind` between two points where its signs differ. A point where the mode is locked ends the search for a detuning.
-  !> `root` is not solved where there is no machine on the way. `sides`: the points on both sides of the zero in the end;
-  !> `doubt`: how far from `root` it can lie.
-  subroutine find_root(family, order, campbell, mode, multiple, kind, l, r, root, sides, doubt, error)
-    class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
-    type(campbell_type), intent(inout) :: campbell
-    integer, intent(in) :: mode, kind
-    real(dp), intent(in) :: multiple
+  !> A zero of `kind` between two points where its signs differ; the points on both sides of it in the end are the search's. A
+  !> point where the mode is locked ends the search for a detuning. `root` is not solved where there is no machine on the way;
+  !> `doubt`: how far from it the zero can lie.
+  subroutine find_root(own, kind, l, r, root, doubt, error)
+    type(search_type), intent(inout) :: own
+    integer, intent(in) :: kind
     type(campbell_point_type), intent(in) :: l, r
-    type(campbell_point_type), intent(out) :: root, sides(2)
+    type(campbell_point_type), intent(out) :: root
     real(dp), intent(out) :: doubt
     type(error_type), allocatable, intent(out) :: error
     type(root_search_type) :: search
     type(campbell_point_type) :: ends(2), new
-    real(dp) :: next, noise, f, tolerance
-    integer :: k
+    real(dp) :: next, noise, f, tolerance, multiple
+    integer :: k, mode
 
+    mode = own%mode
+    multiple = own%multiple
     ends = [r, l]
     call search%start(r%speed, value_of(r, mode, multiple, kind), l%speed, value_of(l, mode, multiple, kind))
     doubt = search%width()
     do k = 1, most_steps
-      sides = ends
-      if ((ends(2)%speed - ends(1)%speed) * (r%speed - l%speed) < 0) sides = ends([2, 1])
+      own%sides = ends
+      if ((ends(2)%speed - ends(1)%speed) * (r%speed - l%speed) < 0) own%sides = ends([2, 1])
       root = ends(minloc(abs(search%f), dim=1))
       tolerance = exact * abs(root%speed)
       ! What the error of the frequency, or of the difference of the exponents, makes of the zero.
@@ -244,7 +286,7 @@ contains
       end associate
       next = search%next(tolerance)
       associate (nearer => merge(1, 2, abs(next - ends(1)%speed) <= abs(next - ends(2)%speed)))
-        call solve_tracked(family, next, order, ends(nearer), campbell, new, error)
+        call own%point_at(next, ends(nearer), new, error)
       end associate
       if (allocated(error)) return
       if (.not. known(new, mode)) then

@@ -20,6 +20,7 @@ module gestell_task_critical
   use gestell_study_vibration_motion, only: whole_motion
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_system_second_order, only: second_order_system
+  use gestell_task_executor, only: executor_type, spread_over, work_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -55,6 +56,16 @@ module gestell_task_critical
     type(moved_type) :: moved
   end type critical_type
 
+  !> A piece is a crossing.
+  type, extends(work_type) :: searches_type
+    class(family_type), pointer :: family => null()
+    type(campbell_order_type) :: order
+    type(crossing_type), allocatable :: crossings(:)
+    type(critical_type), allocatable :: critical(:)
+  contains
+    procedure :: compute
+  end type searches_type
+
   !> The range that is looked at, in half widths, at the most this part of the speed; samples of it. A peak belongs to a crossing
   !> that is no more than about so many half widths away.
   real(dp), parameter :: reach = 6, most_reach = 0.3_dp, near = 1
@@ -71,32 +82,41 @@ contains
 
   !> The critical speeds that belong to `crossings` of whole orders. Errors: crossings or an order that make no sense; the family
   !> has no sound machine at some speed (an impossible mechanism is none); it is not of frames.
-  subroutine find_critical(family, order, crossings, critical, error)
-    class(family_type), intent(in) :: family
+  subroutine find_critical(family, order, crossings, critical, error, executor)
+    class(family_type), intent(in), target :: family
     type(campbell_order_type), intent(in) :: order
     type(crossing_type), intent(in) :: crossings(:)
     type(critical_type), allocatable, intent(out) :: critical(:)
     type(error_type), allocatable, intent(out) :: error
-    type(critical_type) :: one
+    class(executor_type), intent(inout), optional :: executor
+    type(searches_type) :: work
     integer :: i
 
-    allocate(critical(0))
     call check_campbell_order(order, error)
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(crossings%speed) .and. abs(crossings%speed) > 0 .and. crossings%order > 0)) then
       call fatal_error(error, "a crossing has a finite speed and a positive order", invalid_input)
       return
     end if
-    do i = 1, size(crossings)
-      if (abs(crossings(i)%order - anint(crossings(i)%order)) > 0) cycle
-      call search(family, order, crossings(i), one, error)
-      if (allocated(error)) return
-      critical = [critical, one]
-    end do
+    work%family => family
+    work%order = order
+    work%crossings = pack(crossings, .not. abs(crossings%order - anint(crossings%order)) > 0)
+    allocate(work%critical(size(work%crossings)))
+    call spread_over(work, size(work%crossings), error, executor)
+    if (allocated(error)) return
+    call move_alloc(work%critical, critical)
     do i = 1, size(critical)
       call give_away(critical, i)
     end do
   end subroutine find_critical
+
+  recursive subroutine compute(self, k, error)
+    class(searches_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call search(self%family, self%order, self%crossings(k), self%critical(k), error)
+  end subroutine compute
 
   !> A peak that another crossing is nearer to, in half widths, is that one's.
   pure subroutine give_away(critical, i)

@@ -49,7 +49,8 @@ contains
 
     call follow_modes(context, diagram, error)
     call context%members(context%configuration%plan%family, family, model_of_modes)
-    if (.not. allocated(error)) call find_critical(family, diagram%order, diagram%crossings, critical, error)
+    if (.not. allocated(error)) call find_critical(family, diagram%order, diagram%crossings, critical, error, &
+      & context%executor)
     if (allocated(error)) return
     verdict = critical_verdict(critical, diagram%campbell)
     speeds = context%speeds()

@@ -12,10 +12,10 @@ module gestell_task_sweep_plan
   use gestell_input_schema, only: find_group_rule, option_group, schema_type
   use gestell_input_wording, only: decimal, lower, shown
   use gestell_input_schema_units, only: unit_symbol, units_type
-  use gestell_task_boundary, only: usual_deviation, usual_tolerance
+  use gestell_task_boundary, only: usual_deviation
   use gestell_task_boundary_keys, only: boundary_keys
   use gestell_task_boundary_order, only: most_searched
-  use gestell_task_boundary_solution, only: border_order_type
+  use gestell_task_boundary_order, only: border_order_type, usual_tolerance
   use gestell_task_sweep_keys, only: sweep_keys
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_order_type

@@ -50,7 +50,7 @@ contains
     real(dp), intent(in) :: budget
     type(trade_type), intent(out) :: trade
     type(error_type), allocatable, intent(out) :: error
-    type(executor_type), intent(inout), optional :: executor
+    class(executor_type), intent(inout), optional :: executor
     type(monodromy_type) :: converged
     type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: solution

@@ -4,6 +4,7 @@ module gestell_task_boundary_line_follow
   use gestell_base_kinds, only: dp
   use gestell_task_boundary_line_exponents, only: connect, node_type, solve_node, stretch_type
   use gestell_task_boundary_line, only: line_type
+  use gestell_task_executor, only: work_type
   implicit none (type, external)
   private
 
@@ -16,6 +17,16 @@ module gestell_task_boundary_line_follow
   contains
     procedure :: add
   end type way_type
+
+  !> A piece is a node.
+  type, extends(work_type) :: nodes_type
+    type(line_type), pointer :: line => null()
+    real(dp), allocatable :: t(:)
+    real(dp) :: ends(2) = 0
+    type(node_type), allocatable :: nodes(:)
+  contains
+    procedure :: compute
+  end type nodes_type
 
   !> Parts of the whole: of a stretch that is not divided any more, and of one at whose other end there is no system.
   real(dp), parameter :: shortest = 1.0e-7_dp, beside_nothing = 1.0e-4_dp
@@ -30,27 +41,30 @@ contains
   !> multipliers do not go on as their slopes say: all that need it are halved, then those of the halves, so that where the
   !> nodes do not suffice the shortest remain as they are. Error: the parameters make no sense.
   subroutine follow_multipliers(line, t, way, error)
-    type(line_type), intent(in) :: line
+    type(line_type), intent(in), target :: line
     real(dp), intent(in) :: t(:)
     type(way_type), intent(out) :: way
     type(error_type), allocatable, intent(out) :: error
+    type(nodes_type) :: work
     type(node_type), allocatable :: nodes(:), more(:)
     integer, allocatable :: state(:), more_state(:)
     integer :: i, n
 
-    allocate(nodes(size(t)))
-    associate (ends => t([1, size(t)]), span => t(size(t)) - t(1))
-      do i = 1, size(t)
-        call solve_node(line, t(i), ends, nodes(i), error)
-        if (allocated(error)) return
-      end do
+    work%line => line
+    work%ends = t([1, size(t)])
+    associate (span => t(size(t)) - t(1))
+      call solve_nodes(work, t, error)
+      if (allocated(error)) return
+      call move_alloc(work%nodes, nodes)
       allocate(state(size(t) - 1), source=open)
       do
         do i = 1, size(state)
           if (state(i) == open) state(i) = state_of(nodes(i), nodes(i + 1), span)
         end do
         if (size(nodes) > most .or. .not. any(state == open)) exit
-        n = count(state == open)
+        call solve_nodes(work, pack([((nodes(i)%at%t + nodes(i + 1)%at%t) / 2, i = 1, size(state))], state == open), error)
+        if (allocated(error)) return
+        n = size(work%nodes)
         allocate(more(size(nodes) + n), more_state(size(state) + n))
         n = 0
         do i = 1, size(state)
@@ -60,8 +74,7 @@ contains
           if (state(i) /= open) cycle
           n = n + 1
           more_state(n) = open
-          call solve_node(line, (nodes(i)%at%t + nodes(i + 1)%at%t) / 2, ends, more(n), error)
-          if (allocated(error)) return
+          more(n) = work%nodes(n - i)
         end do
         more(n + 1) = nodes(size(nodes))
         call move_alloc(more, nodes)
@@ -72,6 +85,26 @@ contains
       end do
     end associate
   end subroutine follow_multipliers
+
+  !> The nodes at `t`. Error: the parameters make no sense.
+  subroutine solve_nodes(work, t, error)
+    type(nodes_type), intent(inout) :: work
+    real(dp), intent(in) :: t(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    work%t = t
+    if (allocated(work%nodes)) deallocate(work%nodes)
+    allocate(work%nodes(size(t)))
+    call work%line%work_on(work, size(t), error)
+  end subroutine solve_nodes
+
+  recursive subroutine compute(self, k, error)
+    class(nodes_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_node(self%line, self%t(k), self%ends, self%nodes(k), error)
+  end subroutine compute
 
   !> Whether the stretch between two nodes can be left as it is, or has no systems.
   pure integer function state_of(l, r, span) result(state)

@@ -14,6 +14,7 @@ module gestell_task_boundary_line
   use gestell_study_member, only: impossible_member, member_type
   use gestell_study_point, only: verdict_number
   use gestell_study_tile_results, only: failed, impossible, unstable
+  use gestell_task_executor, only: executor_type, spread_over, work_type
   implicit none (type, external)
   private
 
@@ -29,8 +30,11 @@ module gestell_task_boundary_line
     real(dp) :: tolerance = 1.0e-10_dp
     !> Meetings of multipliers that are looked at, at the most: a slow crank has any number of them.
     integer :: most_meetings = 5000
+    !> Who does the work of a search, where members of the family may be asked for by several threads.
+    class(executor_type), pointer :: executor => null()
   contains
     procedure :: step
+    procedure :: work_on
   end type line_type
 
   !> The system at a point of a line.
@@ -58,6 +62,20 @@ contains
 
     step = self%tolerance / norm2(self%way)
   end function step
+
+  !> Computes pieces 1 ... `count` of `work`. Error: that of the first piece that failed.
+  subroutine work_on(self, work, count, error)
+    class(line_type), intent(in) :: self
+    class(work_type), intent(inout) :: work
+    integer, intent(in) :: count
+    type(error_type), allocatable, intent(out) :: error
+
+    if (associated(self%executor)) then
+      call spread_over(work, count, error, self%executor)
+    else
+      call spread_over(work, count, error)
+    end if
+  end subroutine work_on
 
   !> Whether there is no system here, or none that could be solved.
   elemental logical function missing(self)

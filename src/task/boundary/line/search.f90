@@ -10,6 +10,7 @@ module gestell_task_boundary_line_search
   use gestell_task_boundary_line_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
   use gestell_task_boundary_line_pair, only: pair_name_type
   use gestell_task_boundary_line_places, only: fastest_within, find_meetings, place_type, places_type
+  use gestell_task_executor, only: work_type
   implicit none (type, external)
   private
 
@@ -32,6 +33,26 @@ module gestell_task_boundary_line_search
     integer, private :: seen = 0
   end type search_type
 
+  !> A piece is a place where multipliers meet.
+  type, extends(work_type) :: meetings_type
+    type(line_type), pointer :: line => null()
+    type(way_type), pointer :: way => null()
+    type(place_type), allocatable :: places(:)
+    type(search_type), allocatable :: found(:)
+  contains
+    procedure :: compute => look_at
+  end type meetings_type
+
+  !> A piece is a gap between the marks `gaps` and the next ones.
+  type, extends(work_type) :: gaps_type
+    type(line_type), pointer :: line => null()
+    type(probe_type), pointer :: marks(:) => null()
+    integer, allocatable :: gaps(:)
+    type(crossings_type), allocatable :: found(:)
+  contains
+    procedure :: compute => close_gap
+  end type gaps_type
+
   !> Where the search of short lines begins; of symmetry nothing is wanted.
   real(dp), parameter, public :: short_nodes(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
   !> Points at least at which the search of a whole range begins.
@@ -52,11 +73,12 @@ contains
   !> All borders along the line from 0 to 1; `nodes`: where the search begins, ascending from 0 to 1. Error: the parameters make
   !> no sense.
   subroutine search_line(line, nodes, search, error)
-    type(line_type), intent(in) :: line
+    type(line_type), intent(in), target :: line
     real(dp), intent(in) :: nodes(:)
-    type(search_type), intent(out) :: search
+    type(search_type), intent(out), target :: search
     type(error_type), allocatable, intent(out) :: error
-    type(way_type) :: way
+    type(meetings_type) :: work
+    type(way_type), target :: way
     type(places_type) :: places
     real(dp) :: fastest
     integer :: i
@@ -73,18 +95,40 @@ contains
       end associate
     end do
     fastest = fastest_within(places, line%most_meetings)
-    do i = 1, places%count
-      associate (place => places%list(i))
-        if (abs(place%rate) > fastest) cycle
-        call look(line, way%list(place%stretch), place, search, error)
-        if (allocated(error)) return
-      end associate
-    end do
+    if (places%count > 0) then
+      work%line => line
+      work%way => way
+      work%places = pack(places%list(:places%count), .not. abs(places%list(:places%count)%rate) > fastest)
+      allocate(work%found(size(work%places)))
+      call line%work_on(work, size(work%places), error)
+      if (allocated(error)) return
+      do i = 1, size(work%found)
+        call take(search, work%found(i))
+      end do
+    end if
     call name_left_out(places, fastest, way, search)
     call sort_marks(search)
     call close_gaps(line, search, error)
     if (.not. allocated(error)) call search%found%sort(2 * line%step())
   end subroutine search_line
+
+  !> Adds what was found at one place.
+  pure subroutine take(search, part)
+    type(search_type), intent(inout) :: search
+    type(search_type), intent(in) :: part
+    integer :: i
+
+    do i = 1, part%seen
+      call add_mark(search, part%marks(i))
+    end do
+    search%meetings = search%meetings + part%meetings
+    search%thin = search%thin + part%thin
+    search%doubts = [search%doubts, part%doubts]
+    if (.not. allocated(part%found%list)) return
+    do i = 1, size(part%found%list)
+      call search%found%add(part%found%list(i))
+    end do
+  end subroutine take
 
   !> The stretches with places that were left out, neighbours together, are doubts.
   pure subroutine name_left_out(places, fastest, way, search)
@@ -141,6 +185,17 @@ contains
     end do
     all = pack(both, [.true., both(2:) - both(:size(both) - 1) > same])
   end function merged
+
+  recursive subroutine look_at(self, k, error)
+    class(meetings_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (part => self%found(k), place => self%places(k))
+      allocate(part%doubts(0), part%marks(0))
+      call look(self%line, self%way%list(place%stretch), place, part, error)
+    end associate
+  end subroutine look_at
 
   !> Searches for a tongue where two multipliers meet.
   subroutine look(line, stretch, place, search, error)
@@ -201,21 +256,48 @@ contains
   !> Between neighbouring marks the number of borders that were found must be even if the verdict is the same, odd if not; and
   !> where none was found, no function may change its sign: else borders are sought there.
   subroutine close_gaps(line, search, error)
-    type(line_type), intent(in) :: line
-    type(search_type), intent(inout) :: search
+    type(line_type), intent(in), target :: line
+    type(search_type), intent(inout), target :: search
     type(error_type), allocatable, intent(out) :: error
-    integer :: i, n
+    type(gaps_type) :: work
+    integer :: i, k
 
     call search%found%sort(0.0_dp)
-    do i = 1, size(search%marks) - 1
-      associate (l => search%marks(i), r => search%marks(i + 1))
-        n = count(search%found%list%t > l%t .and. search%found%list%t < r%t)
-        if (n > 0 .and. (mod(n, 2) == 1 .eqv. (l%is_unstable() .neqv. r%is_unstable()))) cycle
-        call separate(line, l, r, usual_depth, search%found, error)
-        if (allocated(error)) return
-      end associate
+    work%line => line
+    work%marks => search%marks
+    work%gaps = pack([(i, i = 1, size(search%marks) - 1)], [(is_open(search, i), i = 1, size(search%marks) - 1)])
+    allocate(work%found(size(work%gaps)))
+    call line%work_on(work, size(work%gaps), error)
+    if (allocated(error)) return
+    do i = 1, size(work%found)
+      if (.not. allocated(work%found(i)%list)) cycle
+      do k = 1, size(work%found(i)%list)
+        call search%found%add(work%found(i)%list(k))
+      end do
     end do
   end subroutine close_gaps
+
+  !> Whether borders are to be sought between mark `i` and the next one.
+  pure logical function is_open(search, i)
+    type(search_type), intent(in) :: search
+    integer, intent(in) :: i
+    integer :: n
+
+    associate (l => search%marks(i), r => search%marks(i + 1))
+      n = count(search%found%list%t > l%t .and. search%found%list%t < r%t)
+      is_open = n == 0 .or. (mod(n, 2) == 1 .neqv. (l%is_unstable() .neqv. r%is_unstable()))
+    end associate
+  end function is_open
+
+  recursive subroutine close_gap(self, k, error)
+    class(gaps_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (i => self%gaps(k))
+      call separate(self%line, self%marks(i), self%marks(i + 1), usual_depth, self%found(k), error)
+    end associate
+  end subroutine close_gap
 
   !> Adds a system to the others.
   pure subroutine add_mark(search, mark)
