@@ -14,6 +14,7 @@ module driver
   use gestell_output_result, only: result_type
   use gestell_output_file_output, only: open_output, open_standard_output, output_type
   use gestell_output_json, only: append_json
+  use gestell_output_table, only: new_table, table_type
   use gestell_output_table_csv, only: append_rows
   use gestell_task, only: all_speeds, any_task_type, own_machine
   use gestell_task_configuration, only: configuration_type
@@ -93,7 +94,6 @@ contains
     type(options_type), intent(in) :: options
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
-    integer :: i, equals
 
     context%head = head_of(options, context%configuration)
     context%folder = folder_name(options)
@@ -109,12 +109,6 @@ contains
     allocate(context%executor)
     allocate(terminal_type :: context%executor%progress)
     call result%begin()
-    do i = 1, size(options%settings)
-      associate (setting => options%settings(i)%assignment)
-        equals = position_of_equals(setting)
-        call result%brief%add(trim(adjustl(setting(:equals - 1))), "set from outside", [trim(adjustl(setting(equals + 1:)))])
-      end associate
-    end do
   end subroutine prepare
 
   !> The tasks, one after the other. Error: that of the first that fails; the others are not begun.
@@ -188,7 +182,7 @@ contains
 
     call say_rest(console, result)
     if (options%one_line) then
-      if (.not. allocated(error)) call print_brief(result, error)
+      if (.not. allocated(error)) call print_brief(options, result, error)
       return
     else if (options%in_parts .or. options%check .and. .not. options%plot) then
       return
@@ -236,14 +230,27 @@ contains
     call output%complete(error)
   end subroutine write_json
 
-  !> The line of the machine, or those of a sweep. Error: they cannot be written.
-  subroutine print_brief(result, error)
+  !> The line of the machine, or those of a sweep, behind what was set by --set. Error: they cannot be written.
+  subroutine print_brief(options, result, error)
+    type(options_type), intent(in) :: options
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: output
+    type(table_type) :: table
+    character(len=:), allocatable :: value
+    integer :: i, k, equals
 
+    table = new_table("", "", "", "")
+    do i = 1, size(options%settings)
+      associate (setting => options%settings(i)%assignment)
+        equals = position_of_equals(setting)
+        value = trim(adjustl(setting(equals + 1:)))
+        call table%add(trim(adjustl(setting(:equals - 1))), "set from outside", [(value, k = 1, result%brief%rows)])
+      end associate
+    end do
+    call table%join(result%brief)
     call open_standard_output(output)
-    call append_rows(result%brief, output)
+    call append_rows(table, output)
     call output%complete(error)
   end subroutine print_brief
 

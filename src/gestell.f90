@@ -43,6 +43,7 @@ module gestell
   use gestell_study_frame_model_settled_family, only: settled_family_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
   use gestell_task_forces_ground, only: along_x, along_y, find_places, moment, place_type, static_force, whole_force
+  use gestell_study_measure, only: band_measure, measure_type, new_measure, peak_measure, rms_measure, take_measures
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_type, only: mode_type
   use gestell_study_point, only: solve_point, sweep_order_type

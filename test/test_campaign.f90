@@ -279,8 +279,8 @@ contains
     allocate(character(len=6) :: plan%paths(size(counts)))
     plan%paths(1) = "a(1,2)"
     if (size(counts) > 1) plan%paths(2) = "b"
-    plan%order%columns = .false.
-    plan%order%columns([rho_max, verdict]) = .true.
+    plan%units = spread(repeat(" ", 16), 1, size(counts))
+    plan%order%columns = [(any(k == [rho_max, verdict]), k = 1, size(plan%order%columns))]
   end subroutine new_plan
 
   !> At point (i, j) the number 1000 i + j, unstable where j = 1.

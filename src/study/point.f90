@@ -1,16 +1,17 @@
 !> One point of a sweep by a solution of its own.
 module gestell_study_point
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type
+  use gestell_model_frame_quantity, only: probe_type
   use gestell_study_family, only: family_type
+  use gestell_study_measure, only: measure_type, solve_measures
   use gestell_study_member, only: impossible_member, member_type
   use gestell_study_tile_results, only: all_columns, eta_peak, failed, has_multipliers, impossible, log_rho_max, psi_peak, &
     & rho_error, rho_max, stable, sweep_columns, undecided, unstable, verdict, verdict_behind, xi_peak
-  use gestell_study_vibration, only: solve_vibration, vibration_type
-  use gestell_system_periodic, only: periodic_system
+  use gestell_study_vibration, only: vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -22,29 +23,53 @@ module gestell_study_point
     type(accuracy_type) :: accuracy
     !> The columns that are wanted.
     logical :: columns(sweep_columns) = all_columns
+    !> What is measured of the vibration, each with its error, behind these columns; and the probes that it names.
+    type(measure_type), allocatable :: measures(:)
+    type(probe_type), allocatable :: probes(:)
     !> 'auto', 'expansion' or 'direct'.
     character(len=9) :: engine = "auto"
     !> The model of the frame (gestell_study_frame_model), by which the family's members are.
     character(len=11) :: model = "exact"
+  contains
+    procedure :: measured
+    procedure :: numbers
   end type sweep_order_type
 
 contains
 
-  !> All columns of a point; those that are not wanted or have no number are NaN. Error: the parameters make no sense.
-  subroutine solve_point(family, parameters, order, values, error)
+  !> How many measures are ordered.
+  pure integer function measured(self)
+    class(sweep_order_type), intent(in) :: self
+
+    measured = 0
+    if (allocated(self%measures)) measured = size(self%measures)
+  end function measured
+
+  !> How many numbers of a point are wanted.
+  pure integer function numbers(self)
+    class(sweep_order_type), intent(in) :: self
+
+    numbers = count(self%columns) + 2 * self%measured()
+  end function numbers
+
+  !> All columns of a point; those that are not wanted or have no number are NaN. `measures`: what was measured and its errors,
+  !> shape (2, measures). Error: the parameters make no sense, or a measure.
+  subroutine solve_point(family, parameters, order, values, error, measures)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(sweep_order_type), intent(in) :: order
     real(dp), intent(out) :: values(sweep_columns)
     type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(out), optional :: measures(:, :)
     type(member_type) :: member
     type(multipliers_type) :: multipliers
-    logical :: peaks
+    logical :: forced
 
     values = ieee_value(1.0_dp, ieee_quiet_nan)
-    peaks = any(order%columns(xi_peak:psi_peak))
+    if (present(measures)) measures = ieee_value(1.0_dp, ieee_quiet_nan)
+    forced = any(order%columns(xi_peak:psi_peak)) .or. order%measured() > 0
     call member%make(family, parameters, error)
-    if (.not. allocated(error)) call member%solve(order%accuracy, peaks, error)
+    if (.not. allocated(error)) call member%solve(order%accuracy, forced, error)
     if (has_multipliers(order%columns) .and. .not. allocated(error)) call member%multipliers(.false., multipliers, error)
     values([verdict, verdict_behind]) = merge(impossible, failed, member%state == impossible_member)
     if (allocated(error) .or. .not. member%is_sound()) return
@@ -54,7 +79,7 @@ contains
       values(rho_error) = multipliers%error(1)
       values([verdict, verdict_behind]) = verdict_number(multipliers)
     end if
-    if (peaks) call set_peaks(member%system, member%floquet, values)
+    if (forced) call set_vibration(member, order, values, error, measures)
   end subroutine solve_point
 
   !> Relative error of the vibration, in the norm of balanced units, that is allowed where the peaks come from an expansion: beside
@@ -65,18 +90,30 @@ contains
     peak_limit = 1000 * order%accuracy%tolerance
   end function peak_limit
 
-  !> The peaks of a frame's vibration; a resonance has none, nor has another system.
-  subroutine set_peaks(system, floquet, values)
-    class(periodic_system), intent(in) :: system
-    type(floquet_type), intent(in) :: floquet
+  !> The peaks of a frame's vibration, and what is measured of it; a resonance has none, nor has another system. Error: a measure
+  !> makes no sense.
+  subroutine set_vibration(member, order, values, error, measures)
+    type(member_type), intent(in) :: member
+    type(sweep_order_type), intent(in) :: order
     real(dp), intent(inout) :: values(sweep_columns)
-    integer, parameter :: rows = 64, harmonics = 20
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(inout), optional :: measures(:, :)
     type(vibration_type) :: vibration
-    type(error_type), allocatable :: error
+    type(measure_type), allocatable :: wanted(:)
+    type(probe_type), allocatable :: probes(:)
+    real(dp) :: found(2, order%measured())
 
-    call solve_vibration(system, floquet, rows, harmonics, vibration, error)
-    if (.not. allocated(error)) values([xi_peak, eta_peak, psi_peak]) = vibration%peak(:3)
-  end subroutine set_peaks
+    allocate(wanted(0), probes(0))
+    if (present(measures) .and. allocated(order%measures)) wanted = order%measures
+    if (allocated(order%probes)) probes = order%probes
+    call solve_measures(member%system, member%floquet, probes, wanted, vibration, found(:, :size(wanted)), error)
+    if (allocated(error)) then
+      if (error%code /= invalid_input .or. size(wanted) == 0) deallocate(error)
+      return
+    end if
+    values([xi_peak, eta_peak, psi_peak]) = vibration%peak(:3)
+    if (size(wanted) > 0) measures = found
+  end subroutine set_vibration
 
   !> The verdict as a number.
   pure integer function verdict_number(multipliers) result(number)

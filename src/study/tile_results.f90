@@ -23,8 +23,8 @@ module gestell_study_tile_results
     & "impossible", "failed"]
 
   type, public :: tile_results_type
-    !> The numbers of the columns that were ordered, NaN where there is none, the verdict as a number; shape (columns, points of
-    !> the second axis, points of the first).
+    !> The numbers of the columns that were ordered and behind them measures with their errors, NaN where there is none, the
+    !> verdict as a number; shape (numbers, points of the second axis, points of the first).
     real(dp), allocatable :: values(:, :, :)
     !> Solutions that were computed point by point, and those that an expansion rests on.
     integer :: solutions = 0

@@ -68,6 +68,8 @@ contains
     if (allocated(error)) then
       if (error%code /= impossible_mechanism .or. own) return
       call move_alloc(error, configuration%impossible)
+      ! what quantities there are can be told all the same
+      if (.not. allocated(configuration%frame%free)) configuration%frame%free = [1, 2, 3]
     end if
     call read_probes(doc, configuration%units, configuration%probes, error)
   end subroutine read_machine
@@ -82,7 +84,7 @@ contains
 
     allocate(configuration%plan)
     associate (plan => configuration%plan)
-      call read_sweep(doc, schema, configuration%units, plan, error)
+      call read_sweep(doc, schema, configuration%units, configuration%frame, configuration%probes, plan, error)
       plan%order%accuracy = configuration%accuracy
       plan%order%model = configuration%model()
       if (.not. allocated(error) .and. over_speed) call read_speeds(doc, plan, error)

@@ -16,6 +16,7 @@ module gestell_task_registry
   use gestell_task_modes, only: modes_task
   use gestell_task_power, only: power_task
   use gestell_task_probes, only: probes_task
+  use gestell_task_quantities, only: quantities_task
   use gestell_task_resonance_task, only: resonance_task
   use gestell_task_response, only: response_task
   use gestell_task_sensitivity_task, only: sensitivity_task
@@ -46,6 +47,7 @@ contains
     call add(forces_task())
     call add(probes_task())
     call add(power_task())
+    call add(quantities_task())
     call add(trade_task())
     call add(sensitivity_task())
     call add(sweep_task())

@@ -38,6 +38,7 @@ from models import MODEL_TESTS  # noqa: E402
 from names import NAME_TESTS  # noqa: E402
 from overflow import OVERFLOW_TESTS  # noqa: E402
 from plots import PLOT_TESTS  # noqa: E402
+from quantities import QUANTITY_TESTS  # noqa: E402
 from report import REPORT_TESTS  # noqa: E402
 from resonance import RESONANCE_TESTS  # noqa: E402
 from sensitivity import SENSITIVITY_TESTS  # noqa: E402
@@ -612,9 +613,9 @@ def main():
         for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
                      test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *NAME_TESTS,
-                     *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *FINDINGS_TESTS, *PLOT_TESTS,
-                     *REPORT_TESTS,
-                     *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS, *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
+                     *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *FINDINGS_TESTS,
+                     *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
+                     *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
                      *FAULT_TESTS,
                      *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS):
             test()

@@ -9,10 +9,11 @@ module gestell_input_machine_quantities
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, freedom_names
   use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
+  use gestell_study_measure, only: band_measure, has_band, measure_names, measure_type, new_measure
   implicit none (type, external)
   private
 
-  public :: read_probes, read_quantities
+  public :: read_measures, read_probes, read_quantities
 
   type(key_type), parameter, public :: probe_keys(*) = [ &
     & key_type("probe", "name", text_key, "names it in reports and files: up to 64 characters, no parentheses", required=.true.), &
@@ -116,5 +117,37 @@ contains
       if (allocated(error)) return
     end do
   end subroutine read_quantities
+
+  !> What the key `measures` of the group with these keys, or its default, orders of the quantities `names`, each by all that it
+  !> has. Errors: there are none; none of them has a band that is ordered; as of `new_measure`.
+  subroutine read_measures(group, keys, frame, probes, names, measures, error)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    character(len=*), intent(in) :: names(:)
+    type(measure_type), allocatable, intent(out) :: measures(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=word_length), allocatable :: kinds(:)
+    integer :: i, k, n
+
+    call read(group, keys, "measures", kinds, error)
+    if (size(names) == 0 .and. has(group, "measures") .and. .not. allocated(error)) call input_error(group, "measures", &
+      & "tells of quantities: none is named", error)
+    if (allocated(error)) return
+    allocate(measures(size(names) * size(measure_names)))
+    n = 0
+    do i = 1, size(names)
+      do k = 1, size(measure_names)
+        if (all(kinds /= measure_names(k)) .or. k == band_measure .and. .not. has_band(trim(names(i)))) cycle
+        n = n + 1
+        call new_measure(frame, probes, trim(names(i)), k, measures(n), error)
+        if (allocated(error)) return
+      end do
+    end do
+    measures = measures(:n)
+    if (size(names) > 0 .and. any(kinds == measure_names(band_measure)) .and. all(measures%kind /= band_measure)) call &
+      & input_error(group, "measures", "'band' is for velocities of probes, probe(NAME).v, .vx, .vy: none is named", error)
+  end subroutine read_measures
 
 end module gestell_input_machine_quantities

@@ -19,7 +19,7 @@ module gestell_model_frame_quantity
   implicit none (type, external)
   private
 
-  public :: exact_rows, find_quantity, point_quantity
+  public :: exact_rows, find_quantity, look_up_quantity, point_quantity
 
   !> Rows of the motion: the last of q, q', q'' and the guides' forces.
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12, &
@@ -82,11 +82,21 @@ contains
     character(len=*), intent(in) :: name
     type(quantity_type), intent(out) :: quantity
     type(error_type), allocatable, intent(out) :: error
+
+    call frame%check(error)
+    if (.not. allocated(error)) call look_up_quantity(frame, probes, name, quantity, error)
+  end subroutine find_quantity
+
+  !> The same of a frame whose mechanism need not turn: what the name means. Error: there is no such quantity.
+  pure subroutine look_up_quantity(frame, probes, name, quantity, error)
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    character(len=*), intent(in) :: name
+    type(quantity_type), intent(out) :: quantity
+    type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable, dimension(:, :) :: forces, rounding
     integer :: dot, part, number, k
 
-    call frame%check(error)
-    if (allocated(error)) return
     allocate(forces(exact_rows(frame), 3), rounding(exact_rows(frame), 3))
     dot = index(name, ".", back=.true.)
     if (index(name, ")", back=.true.) > dot) dot = 0
@@ -118,7 +128,7 @@ contains
     quantity%name = name
     if (allocated(quantity%weights)) return
     call explain(frame, probes, name, error)
-  end subroutine find_quantity
+  end subroutine look_up_quantity
 
   pure subroutine explain(frame, probes, name, error)
     class(frame_type), intent(in) :: frame

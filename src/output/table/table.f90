@@ -44,6 +44,7 @@ module gestell_output_table
     procedure, private :: add_integers
     procedure, private :: add_words
     procedure, private :: add_flags
+    procedure :: join
     generic :: add => add_numbers, add_integers, add_words, add_flags
   end type table_type
 
@@ -153,6 +154,23 @@ contains
     call move_alloc(longer, table%columns)
     table%rows = rows
   end subroutine append
+
+  !> Takes the columns of `other`, which has as many rows, behind its own.
+  pure subroutine join(self, other)
+    class(table_type), intent(inout) :: self
+    type(table_type), intent(inout) :: other
+    type(column_type), allocatable :: longer(:)
+    integer :: k, n
+
+    n = size(self%columns)
+    allocate(longer(n + size(other%columns)))
+    do k = 1, size(longer)
+      if (k <= n) call move_column(self%columns(k), longer(k))
+      if (k > n) call move_column(other%columns(k - n), longer(k))
+    end do
+    call move_alloc(longer, self%columns)
+    self%rows = other%rows
+  end subroutine join
 
   pure subroutine move_column(from, to)
     type(column_type), intent(inout) :: from

@@ -15,7 +15,8 @@ module gestell_task_sweep_checkpoint
   use gestell_task_sweep_summary, only: summary_type
   use gestell_input_wording, only: decimal
   use gestell_study_grid, only: grid_type, tile_type
-  use gestell_study_tile_results, only: sweep_columns, tile_results_type
+  use gestell_study_point, only: sweep_order_type
+  use gestell_study_tile_results, only: tile_results_type
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -28,9 +29,10 @@ module gestell_task_sweep_checkpoint
     logical, allocatable :: done(:)
     integer :: damaged = 0
     character(len=:), allocatable, private :: folder
-    character(len=:), allocatable, private :: paths(:)
+    !> The names of the columns in the table.
+    character(len=:), allocatable, private :: header
     type(grid_type), private :: grid
-    logical, private :: columns(sweep_columns) = .true.
+    type(sweep_order_type), private :: order
     integer(int64), private :: content = 0, fingerprint = 0
     !> Whether the table has been written.
     logical, private :: finished = .false.
@@ -64,9 +66,9 @@ contains
     logical :: sound
 
     campaign%folder = folder
-    campaign%paths = plan%paths
+    campaign%header = header(plan%paths, plan%units, plan%grid, plan%order)
     campaign%grid = plan%grid
-    campaign%columns = plan%order%columns
+    campaign%order = plan%order
     campaign%content = content
     campaign%fingerprint = content
     call mix_text(campaign%fingerprint, version)
@@ -96,7 +98,7 @@ contains
     type(tile_type), intent(in) :: tile
     integer :: shape(3)
 
-    shape = [count(campaign%columns), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1]
+    shape = [campaign%order%numbers(), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1]
   end function shape_of
 
   !> The note that says what the blocks of a folder belong to.
@@ -217,7 +219,7 @@ contains
   end subroutine tell_gone
 
   !> Writes sweep.csv, headed by `preamble`, from the blocks of all tiles, to the folder `place`.
-  !> The blocks stay until `clear`. `values`: the points, shape (ordered columns, points of the second axis, of the first); of size
+  !> The blocks stay until `clear`. `values`: the points, shape (numbers, points of the second axis, of the first); of size
   !> 0 where they are not wanted.
   !> Errors: tiles are missing; a file cannot be written.
   subroutine finish(self, place, preamble, summary, error, values)
@@ -274,7 +276,7 @@ contains
     do i = 1, size(preamble)
       head = head // "# " // trim(preamble(i)) // newline
     end do
-    call table%append(head // header(self%paths, self%columns) // newline)
+    call table%append(head // self%header // newline)
     last = 0
     do while (last < size(self%done) .and. .not. table%failed())
       first = last + 1
@@ -381,11 +383,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: values(:, :, :)
 
-    allocate(values(count(self%columns), tile%last(2) - tile%first(2) + 1, piece))
+    allocate(values(self%order%numbers(), tile%last(2) - tile%first(2) + 1, piece))
     call read_rows(self%block_name(tile%number), i - tile%first(1) + 1, values, error)
     if (allocated(error)) return
-    call summary%add_points(self%columns, [i, tile%first(2)], values)
-    call table%append(rows(self%grid, self%columns, [i, tile%first(2)], values))
+    call summary%add_points(self%order%columns, [i, tile%first(2)], values)
+    call table%append(rows(self%grid, self%order%columns, [i, tile%first(2)], values))
   end subroutine append_piece
 
 end module gestell_task_sweep_checkpoint

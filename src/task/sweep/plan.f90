@@ -2,7 +2,7 @@
 module gestell_task_sweep_plan
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group, word_length
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_base_key, only: integer_key, text_key
   use gestell_input_schema_read, only: read
@@ -16,10 +16,12 @@ module gestell_task_sweep_plan
   use gestell_task_boundary_keys, only: boundary_keys
   use gestell_task_boundary_order, only: most_searched
   use gestell_task_boundary_order, only: border_order_type, usual_tolerance
+  use gestell_task_sweep_columns, only: read_order
   use gestell_task_sweep_keys, only: sweep_keys
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_quantity, only: probe_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: column_names, eta_peak, psi_peak, sweep_columns, verdict, verdict_behind, xi_peak
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -48,12 +50,14 @@ module gestell_task_sweep_plan
 
 contains
 
-  !> The sweep of a checked document. Errors: no group, or more than two; a path that cannot run, the same one twice;
-  !> an empty range; a value that makes no sense.
-  subroutine read_sweep(doc, schema, units, plan, error)
+  !> The sweep of a checked document, about this frame, whose mechanism need not turn. Errors: no group, or more than two; a path
+  !> that cannot run, the same one twice; an empty range; a value that makes no sense; a column that there is not.
+  subroutine read_sweep(doc, schema, units, frame, probes, plan, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     type(units_type), intent(in) :: units
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
     type(sweep_plan_type), intent(out) :: plan
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: groups(:)
@@ -95,7 +99,7 @@ contains
     if (allocated(error)) return
     call limit(plan%grid, groups, most_points, error)
     if (allocated(error)) return
-    call read_order(groups, plan%order, error)
+    call read_order(groups, frame, probes, plan%order, error)
     if (allocated(error)) return
     first = axes(:size(groups))%from
     call new_document_family(plan%family, doc, schema, units, plan%paths, first, error)
@@ -262,44 +266,6 @@ contains
     call new_axis(axis, from, to, count, spacing == "log", reason)
     if (allocated(reason)) call input_error(group, trim(merge("count", "to   ", count == 1)), reason%message, error)
   end subroutine read_axis
-
-  !> Engine and columns; they may stand in any of the groups.
-  subroutine read_order(groups, order, error)
-    type(group_type), intent(in) :: groups(:)
-    type(sweep_order_type), intent(out) :: order
-    type(error_type), allocatable, intent(out) :: error
-    character(len=word_length), allocatable :: columns(:)
-    character(len=:), allocatable :: engine
-    integer :: i
-
-    do i = 1, size(groups)
-      call read(groups(i), sweep_keys, "engine", engine, error, default=trim(order%engine))
-      if (allocated(error)) return
-      if (i > 1 .and. has(groups(i), "engine") .and. has(groups(1), "engine") .and. engine /= order%engine) then
-        call input_error(groups(i), "engine", "is another one than in " // label(groups(1)), error)
-        return
-      end if
-      order%engine = engine
-      if (.not. has(groups(i), "columns")) cycle
-      call read(groups(i), sweep_keys, "columns", columns, error)
-      if (allocated(error)) return
-      if (i > 1 .and. has(groups(1), "columns") .and. any(wanted(columns) .neqv. order%columns)) then
-        call input_error(groups(i), "columns", "are others than in " // label(groups(1)), error)
-        return
-      end if
-      order%columns = wanted(columns)
-    end do
-  end subroutine read_order
-
-  !> The columns with these names, and the verdict behind peaks that were ordered without it.
-  pure function wanted(columns)
-    character(len=*), intent(in) :: columns(:)
-    logical :: wanted(sweep_columns)
-    integer :: i
-
-    wanted = [(any(columns == column_names(i)), i = 1, sweep_columns)]
-    wanted(verdict_behind) = any(wanted([xi_peak, eta_peak, psi_peak])) .and. .not. wanted(verdict)
-  end function wanted
 
   !> Whether two paths name a number in common.
   pure logical function overlap(doc, targets)

@@ -2,10 +2,12 @@
 module gestell_task_sweep_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: figure_type, new_figure
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_output_picture_axis, only: decade_lines, extent_lines, parameter_axis, with_unit
   use gestell_task_sweep_summary, only: summary_type
   use gestell_study_grid, only: axis_type, grid_type
+  use gestell_study_measure, only: measure_names
+  use gestell_study_point, only: sweep_order_type
   use gestell_study_tile_results, only: eta_peak, failed, impossible, log_rho_max, psi_peak, rho_max, stable, sweep_columns, &
     & undecided, unstable, verdict, verdict_behind, verdict_names, xi_peak
   implicit none (type, external)
@@ -16,56 +18,62 @@ module gestell_task_sweep_plot
   character, parameter :: newline = new_line("a")
   !> Beyond any picture, but finite.
   character(len=*), parameter :: nowhere = "1e290"
+  !> Of what is measured that many are drawn.
+  integer, parameter :: most_measures = 4
 
 contains
 
   !> sweep.gp, over the parameters `paths` in these units, from the columns of sweep.csv that were ordered.
-  function plot_sweep(paths, units, grid, columns, summary) result(figure)
+  function plot_sweep(paths, units, grid, order, summary) result(figure)
     character(len=*), intent(in) :: paths(:), units(:)
     type(grid_type), intent(in) :: grid
-    logical, intent(in) :: columns(sweep_columns)
+    type(sweep_order_type), intent(in) :: order
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
     integer :: k
 
     if (size(grid%axes) > 1 .and. all(grid%axes%count > 1)) then
-      figure = plot_chart(paths, units, grid, columns, summary)
+      figure = plot_chart(paths, units, grid, order, summary)
     else
       k = maxloc(grid%axes%count, dim=1)
-      figure = plot_curves(trim(paths(k)), units(k), grid%axes(k), k, size(paths), columns, summary)
+      figure = plot_curves(trim(paths(k)), units(k), grid%axes(k), k, size(paths), order, summary)
     end if
   end function plot_sweep
 
   !> Over one parameter, which stands in column `k` behind which come those of the results after all `parameters`.
-  function plot_curves(path, unit, axis, k, parameters, columns, summary) result(figure)
+  function plot_curves(path, unit, axis, k, parameters, order, summary) result(figure)
     character(len=*), intent(in) :: path, unit
     type(axis_type), intent(in) :: axis
     integer, intent(in) :: k, parameters
-    logical, intent(in) :: columns(sweep_columns)
+    type(sweep_order_type), intent(in) :: order
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, x, style
     logical :: growth, peaks
     integer :: place(sweep_columns), panels
 
-    place = places(columns, parameters)
-    growth = any(columns([rho_max, log_rho_max, verdict, verdict_behind]))
-    peaks = any(columns([xi_peak, eta_peak, psi_peak]))
-    panels = count([growth, peaks])
+    place = places(order%columns, parameters)
+    growth = any(order%columns([rho_max, log_rho_max, verdict, verdict_behind]))
+    peaks = any(order%columns([xi_peak, eta_peak, psi_peak]))
+    panels = count([growth, peaks, order%measured() > 0])
     x = "(X(column(" // text(k) // ")))"
     style = "with lines"
     if (axis%count < 30) style = "with linespoints ps 0.5"
-    lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // merge("0.12", "0.17", panels == 2) &
-      & // "," // merge("0.86", "0.8 ", panels == 2) // " spacing 0,0.1 title heading noenhanced" &
+    lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // merge("0.12", "0.17", panels > 1) &
+      & // "," // merge("0.86", "0.8 ", panels > 1) // " spacing 0,0.1 title heading noenhanced" &
       & // newline &
       & // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
-    if (panels == 2) lines = lines // "unset xlabel" // newline
+    if (panels > 1) lines = lines // "unset xlabel" // newline
     if (growth) lines = lines // growth_panel(place, x, style, summary)
-    if (peaks) lines = lines // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) // peaks_panel(place, x, style)
+    if (peaks .and. order%measured() > 0) lines = lines // peaks_panel(place, x, style)
+    if (peaks .and. order%measured() == 0) lines = lines // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
+      & // peaks_panel(place, x, style)
+    if (order%measured() > 0) lines = lines // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
+      & // measures_panel(order, parameters, x, style)
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
     figure = new_figure("sweep", "Sweep over " // path // tally(summary), lines // "unset multiplot" // newline, width=800, &
-      & height=merge(680, 440, panels == 2))
+      & height=200 + 240 * max(panels, 1))
   end function plot_curves
 
   !> ln |rho| over the parameter, the points of bad verdicts marked.
@@ -116,43 +124,75 @@ contains
     integer, intent(in) :: place(sweep_columns)
     character(len=*), intent(in) :: x, style
     character(len=:), allocatable :: lines
-    integer, parameter :: peaks(3) = [xi_peak, eta_peak, psi_peak]
-    character(len=9), parameter :: names(3) = [character(len=9) :: "ξ (mm)", "η (mm)", "ψ (mrad)"]
+
+    lines = logarithmic_panel(place(xi_peak:psi_peak), [character(len=9) :: "ξ (mm)", "η (mm)", "ψ (mrad)"], "1e3", &
+      & "peak of the vibration", x, style)
+  end function peaks_panel
+
+  !> What is measured of quantities, in their units, on a logarithmic axis: as many as have room for their names.
+  pure function measures_panel(order, parameters, x, style) result(lines)
+    type(sweep_order_type), intent(in) :: order
+    integer, intent(in) :: parameters
+    character(len=*), intent(in) :: x, style
+    character(len=:), allocatable :: lines
+    character(len=100) :: titles(min(most_measures, order%measured()))
+    integer :: k
+
+    do k = 1, size(titles)
+      associate (measure => order%measures(k))
+        titles(k) = trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")"
+      end associate
+    end do
+    lines = logarithmic_panel([(parameters + count(order%columns) + 2 * k - 1, k = 1, size(titles))], titles, "1", &
+      & "of the vibration", x, style)
+  end function measures_panel
+
+  !> Columns of sweep.csv at these places, 0 for none, times a factor.
+  pure function logarithmic_panel(place, titles, factor, label, x, style) result(lines)
+    integer, intent(in) :: place(:)
+    character(len=*), intent(in) :: titles(:), factor, label, x, style
+    character(len=:), allocatable :: lines
     integer :: i
 
-    lines = "over(v) = v > 0 ? v * 1e3 : NaN" // newline // "least = 1e300; most = 0" // newline
-    do i = 1, 3
-      if (place(peaks(i)) == 0) cycle
-      lines = lines // extent_lines("sweep.csv", ["over(column(" // text(place(peaks(i))) // "))"]) &
+    lines = "over(v) = v > 0 ? v * " // factor // " : NaN" // newline // "least = 1e300; most = 0" // newline
+    do i = 1, size(place)
+      if (place(i) == 0) cycle
+      lines = lines // extent_lines("sweep.csv", ["over(column(" // text(place(i)) // "))"]) &
         & // "valid" // text(i) // " = high > 0 && most >= 0" // newline &
         & // "if (low > 0) { least = low < least ? low : least; most = high > most ? high : most } else { valid" // text(i) &
         & // " = 0 }" // newline
     end do
     lines = lines // "if (most > 0) { least = least > 1e-9 * most ? least : 1e-9 * most" // newline &
       & // decade_lines("least / 1.5", "most * 1.5") // "} else { set yrange [0:1] }" // newline &
-      & // "set ylabel 'peak of the vibration'" // newline // "plot NaN notitle"
-    do i = 1, 3
-      if (place(peaks(i)) == 0) cycle
-      lines = lines // ", for [i=1:valid" // text(i) // "] 'sweep.csv' using " // x // ":(over(column(" // text(place(peaks(i))) &
-        & // "))) " // style // " lt " // text(i) // " title '" // trim(names(i)) // "'"
+      & // "set ylabel '" // label // "'" // newline // "plot NaN notitle"
+    do i = 1, size(place)
+      if (place(i) == 0) cycle
+      lines = lines // ", for [i=1:valid" // text(i) // "] 'sweep.csv' using " // x // ":(over(column(" // text(place(i)) &
+        & // "))) " // style // " lt " // text(i) // " title " // quoted(trim(titles(i))) // " noenhanced"
     end do
     lines = lines // newline
-  end function peaks_panel
+  end function logarithmic_panel
 
   !> Over two parameters: ln |rho| as a chart, or what else was ordered.
-  function plot_chart(paths, units, grid, columns, summary) result(figure)
+  function plot_chart(paths, units, grid, order, summary) result(figure)
     character(len=*), intent(in) :: paths(:), units(:)
     type(grid_type), intent(in) :: grid
-    logical, intent(in) :: columns(sweep_columns)
+    type(sweep_order_type), intent(in) :: order
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, value, label
+    logical :: columns(sweep_columns)
     integer :: place(sweep_columns), i
 
+    columns = order%columns
     place = places(columns, 2)
     if (columns(log_rho_max) .or. columns(rho_max)) then
       value = growth_of(place)
       label = "ln |ρ|max (growth in a turn)"
+    else if (order%measured() > 0) then
+      value = "growth(column(" // text(3 + count(columns)) // ")) / log(10)"
+      label = "lg of " // trim(order%measures(1)%quantity) // " " // trim(measure_names(order%measures(1)%kind)) // " (" &
+        & // trim(order%measures(1)%unit) // ")"
     else if (columns(verdict)) then
       value = "(strcol(" // text(place(verdict)) // ") eq 'stable' ? -1 : strcol(" // text(place(verdict)) &
         & // ") eq 'unstable' ? 1 : strcol(" // text(place(verdict)) // ") eq 'undecided' ? 0 : NaN)"
@@ -166,9 +206,9 @@ contains
       & // "X(v) = v; Y(v) = v" // newline // extent_lines("sweep.csv", [value]) &
       & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.5_dp / (grid%axes(1)%count - 1)) &
       & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.5_dp / (grid%axes(2)%count - 1)) &
-      & // "set cbrange [low:high]; set cblabel '" // label // "'" // newline &
+      & // "set cbrange [low:high]; set cblabel " // quoted(label) // " noenhanced" // newline &
       & // "# stable: blue, paler toward the border; unstable: orange to brown; no result: grey" // newline
-    if (any(columns([rho_max, log_rho_max, verdict]))) then
+    if (any(columns([rho_max, log_rho_max])) .or. columns(verdict) .and. order%measured() == 0) then
       lines = lines // "if (high <= 0) { set palette defined (low '#2A6FA8', high '#E4EEF5') }" // newline &
         & // "if (low >= 0) { set palette defined (low '#F3A65A', high '#7A2E00') }" // newline &
         & // "if (low < 0 && high > 0) { set palette defined (low '#2A6FA8', 0 '#E4EEF5', 0 '#F3A65A', high '#7A2E00') }" // newline

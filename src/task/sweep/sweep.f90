@@ -44,7 +44,7 @@ contains
       call fatal_error(error, "there is no engine '" // trim(order%engine) // "'", invalid_input)
       return
     end if
-    allocate(results%values(count(order%columns), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1))
+    allocate(results%values(order%numbers(), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1))
     call solve_cell(family, grid, tile, tile, order, results, error)
   end subroutine solve_tile
 
@@ -89,7 +89,7 @@ contains
     type(tile_type), intent(in) :: cell
 
     can_expand = order%engine /= "direct" .and. order%accuracy%steps == 0 .and. order%model /= "averaged" &
-      & .and. cell_points(cell) >= merge(2, least_points, order%engine == "expansion")
+      & .and. order%measured() == 0 .and. cell_points(cell) >= merge(2, least_points, order%engine == "expansion")
   end function can_expand
 
   !> Point by point.
@@ -100,14 +100,14 @@ contains
     type(sweep_order_type), intent(in) :: order
     type(tile_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: all(sweep_columns)
+    real(dp) :: all(sweep_columns), measures(2, order%measured())
     integer :: i, j
 
     do i = cell%first(1), cell%last(1)
       do j = cell%first(2), cell%last(2)
-        call solve_point(family, grid%parameters(i, j), order, all, error)
+        call solve_point(family, grid%parameters(i, j), order, all, error, measures)
         if (allocated(error)) return
-        results%values(:, j - tile%first(2) + 1, i - tile%first(1) + 1) = pack(all, order%columns)
+        results%values(:, j - tile%first(2) + 1, i - tile%first(1) + 1) = [pack(all, order%columns), measures]
         results%solutions = results%solutions + 1
       end do
     end do

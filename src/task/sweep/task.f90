@@ -6,11 +6,8 @@ module gestell_task_sweep_task
   use gestell_input_wording, only: counted
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
-  use gestell_output_table_unit, only: plain, unit_type
   use gestell_study_grid, only: tile_type
-  use gestell_study_tile_results, only: column_names, psi_peak, rho_error, rho_max, stable, sweep_columns, tile_results_type, &
-    & verdict, &
-    & verdict_behind, verdict_column, verdict_names, xi_peak
+  use gestell_study_tile_results, only: stable, tile_results_type, verdict_column, verdict_names
   use gestell_task, only: all_machines, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
@@ -18,6 +15,7 @@ module gestell_task_sweep_task
   use gestell_task_locked_family, only: locked_family_type
   use gestell_task_sweep, only: solve_tile
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
+  use gestell_task_sweep_csv, only: table_of
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_plot, only: plot_sweep
   use gestell_task_sweep_report, only: big, report_grid, report_sweep
@@ -39,8 +37,8 @@ module gestell_task_sweep_task
     procedure :: settle
   end type sweep_task
 
-  !> A piece is a tile, which is stored, or kept where `values` is allocated, shape (ordered columns, points of the second axis,
-  !> of the first).
+  !> A piece is a tile, which is stored, or kept where `values` is allocated, shape (numbers, points of the second axis, of the
+  !> first).
   type, extends(work_type) :: tiles_type
     type(locked_family_type) :: family
     type(sweep_plan_type) :: plan
@@ -135,16 +133,16 @@ contains
       shape = 0
       if (context%keeps_rows) shape = 1
       if (context%keeps_rows) shape(:size(plan%grid%axes)) = plan%grid%axes%count
-      allocate(values(count(plan%order%columns), shape(2), shape(1)), stat=status)
+      allocate(values(plan%order%numbers(), shape(2), shape(1)), stat=status)
       if (status /= 0) then
         call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --json", failed_computation)
         return
       end if
       call campaign%finish(context%place, context%head%lines(new_table("sweep", "", "", "")), summary, error, values)
       if (allocated(error)) return
-      table = table_of(plan, values)
+      table = table_of(plan%paths, plan%units, plan%grid, plan%order, values)
       table%written = .true.
-      call result%add(table, plot_sweep(plan%paths, plan%units, plan%grid, plan%order%columns, summary))
+      call result%add(table, plot_sweep(plan%paths, plan%units, plan%grid, plan%order, summary))
       call result%warn("", tally(summary))
       call result%say(report_sweep(plan, summary))
     end associate
@@ -201,7 +199,7 @@ contains
     associate (plan => work%plan)
       shape = 1
       shape(:size(plan%grid%axes)) = plan%grid%axes%count
-      allocate(work%values(count(plan%order%columns), shape(2), shape(1)), stat=status)
+      allocate(work%values(plan%order%numbers(), shape(2), shape(1)), stat=status)
       if (status /= 0) then
         call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --one-line", &
           & failed_computation)
@@ -213,7 +211,9 @@ contains
       if (allocated(error)) return
       call summary%add_points(plan%order%columns, [1, 1], work%values)
     end associate
-    table = table_of(context%configuration%plan, work%values)
+    associate (plan => context%configuration%plan)
+      table = table_of(plan%paths, plan%units, plan%grid, plan%order, work%values)
+    end associate
   end subroutine compute_all
 
   subroutine prepare_work(context, work)
@@ -256,36 +256,5 @@ contains
       points(i) = product(int(tile%last - tile%first + 1, int64))
     end do
   end function points_of
-
-  !> The points in the grid's order, the first parameter slow; `values` of shape (ordered columns, points of the second axis, of the
-  !> first).
-  pure type(table_type) function table_of(plan, values) result(table)
-    type(sweep_plan_type), intent(in) :: plan
-    real(dp), intent(in) :: values(:, :, :)
-    type(unit_type) :: units(sweep_columns)
-    integer :: i, j, k, n
-
-    units = plain
-    units(xi_peak:psi_peak) = [unit_type(words="m"), unit_type(words="m"), unit_type(words="rad")]
-    table = new_table("sweep", "Sweep", "The points of the sweep.", "")
-    associate (axes => plan%grid%axes, slow => size(values, 3), fast => size(values, 2))
-      call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "in the units of the input", &
-        & [((axes(1)%value(i), j = 1, fast), i = 1, slow)])
-      if (size(axes) > 1) call table%add(trim(plan%paths(2)), unit_type(words=plan%units(2)), "in the units of the input", &
-        & [((axes(2)%value(j), j = 1, fast), i = 1, slow)])
-      n = 0
-      do k = 1, sweep_columns
-        if (.not. plan%order%columns(k)) cycle
-        n = n + 1
-        if (any(k == [verdict, verdict_behind])) then
-          call table%add(trim(column_names(k)), "stable, unstable, undecided, impossible or failed", &
-            & [((verdict_names(nint(values(n, j, i))), j = 1, fast), i = 1, slow)])
-        else
-          call table%add(trim(column_names(k)), units(k), "of the machine at the point", [((values(n, j, i), j = 1, fast), &
-            & i = 1, slow)], error=trim(merge("rho_error", "         ", k == rho_max .and. plan%order%columns(rho_error))))
-        end if
-      end do
-    end associate
-  end function table_of
 
 end module gestell_task_sweep_task

@@ -1,0 +1,173 @@
+!> What is told of a quantity of the vibration in one number: its peak or its root mean square over the turn, or of a probe's
+!> velocity what a vibration meter shows, the root mean square within the probe's band of frequencies.
+module gestell_study_measure
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_frame_of, only: frame_of
+  use gestell_model_frame_quantity, only: find_quantity, look_up_quantity, probe_type, quantity_type
+  use gestell_study_vibration, only: solve_vibration, vibration_type
+  use gestell_study_vibration_statistics, only: band_rms, statistics_type, take_statistics
+  use gestell_system_periodic, only: periodic_system
+  use gestell_floquet_solution, only: floquet_type
+  implicit none (type, external)
+  private
+
+  public :: has_band, new_measure, rows_of, solve_measures, take_measures
+
+  integer, parameter, public :: peak_measure = 1, rms_measure = 2, band_measure = 3
+  character(len=*), parameter, public :: measure_names(3) = [character(len=4) :: "peak", "rms", "band"]
+
+  type, public :: measure_type
+    !> By the user's name (gestell_model_frame_quantity), and what is told of it.
+    character(len=80) :: quantity = ""
+    integer :: kind = peak_measure
+    !> Of the number.
+    character(len=8) :: unit = ""
+    !> The band of frequencies (Hz).
+    real(dp) :: band(2) = 0
+  contains
+    procedure :: name
+    procedure :: meaning
+  end type measure_type
+
+  !> A vibration meter shows mm/s.
+  character(len=*), parameter :: meter_unit = "mm/s"
+  real(dp), parameter :: meter_scale = 1000
+
+contains
+
+  !> As it is called in tables, without the unit: f_peak.
+  pure function name(self)
+    class(measure_type), intent(in) :: self
+    character(len=len(self%quantity) + 1 + len(measure_names)) :: name
+
+    name = trim(self%quantity) // "_" // measure_names(self%kind)
+  end function name
+
+  !> What the number is.
+  pure character(len=48) function meaning(self)
+    class(measure_type), intent(in) :: self
+    character(len=*), parameter :: meanings(3) = [character(len=len(meaning)) :: "greatest size over the turn", &
+      & "root mean square", "root mean square, orders within the probe's band"]
+
+    meaning = meanings(self%kind)
+  end function meaning
+
+  !> Whether the quantity has a band: the velocities of probes.
+  pure logical function has_band(quantity)
+    character(len=*), intent(in) :: quantity
+    integer :: dot
+
+    dot = index(quantity, ").", back=.true.)
+    has_band = index(quantity, "probe(") == 1 .and. any(quantity(dot + 2:) == [character(len=2) :: "v", "vx", "vy"])
+  end function has_band
+
+  !> A measure of the quantity `name` of the frame, whose mechanism need not turn. Errors: there is no such quantity; it has no
+  !> band.
+  pure subroutine new_measure(frame, probes, name, kind, measure, error)
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: kind
+    type(measure_type), intent(out) :: measure
+    type(error_type), allocatable, intent(out) :: error
+    type(quantity_type) :: quantity
+    integer :: k
+
+    call look_up_quantity(frame, probes, name, quantity, error)
+    if (allocated(error)) return
+    measure%quantity = name
+    measure%kind = kind
+    measure%unit = quantity%unit
+    if (kind /= band_measure) return
+    if (.not. has_band(name)) then
+      call fatal_error(error, "'band' is for velocities of probes, probe(NAME).v, .vx, .vy", invalid_input)
+      return
+    end if
+    measure%unit = meter_unit
+    do k = 1, size(probes)
+      if (index(name, "probe(" // trim(probes(k)%name) // ").") == 1) measure%band = probes(k)%band
+    end do
+  end subroutine new_measure
+
+  !> How many rows of the motion they need (gestell_model_frame_quantity). Error: as of `new_measure`.
+  pure subroutine rows_of(frame, probes, measures, rows, error)
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    type(measure_type), intent(in) :: measures(:)
+    integer, intent(out) :: rows
+    type(error_type), allocatable, intent(out) :: error
+    type(quantity_type) :: quantity
+    integer :: i
+
+    rows = 0
+    do i = 1, size(measures)
+      call look_up_quantity(frame, probes, trim(measures(i)%quantity), quantity, error)
+      if (allocated(error)) return
+      rows = max(rows, quantity%rows())
+    end do
+  end subroutine rows_of
+
+  !> The vibration of `system`, a frame or the averaged model of one, at some times, and what is measured of it as `take_measures`
+  !> has it. Errors: as of `solve_vibration` and `take_measures`.
+  subroutine solve_measures(system, floquet, probes, measures, vibration, values, error)
+    class(periodic_system), intent(in), target :: system
+    type(floquet_type), intent(in) :: floquet
+    type(probe_type), intent(in) :: probes(:)
+    type(measure_type), intent(in) :: measures(:)
+    type(vibration_type), intent(out) :: vibration
+    real(dp), intent(out) :: values(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 64, harmonics = 20
+    class(frame_type), pointer :: frame
+    integer :: rows
+
+    values = 0
+    frame => frame_of(system)
+    if (size(measures) == 0 .or. .not. associated(frame)) then
+      call solve_vibration(system, floquet, points, harmonics, vibration, error)
+      return
+    end if
+    call rows_of(frame, probes, measures, rows, error)
+    if (.not. allocated(error)) call solve_vibration(system, floquet, points, harmonics, vibration, error, rows)
+    if (.not. allocated(error)) call take_measures(frame, probes, vibration, measures, values, error)
+  end subroutine solve_measures
+
+  !> Each measure of a vibration of the frame and a bound on its error, in its unit; shape (2, measures). Errors: there is no such
+  !> quantity; the vibration does not hold the rows of the motion that they need.
+  subroutine take_measures(frame, probes, vibration, measures, values, error)
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    type(vibration_type), intent(in) :: vibration
+    type(measure_type), intent(in) :: measures(:)
+    real(dp), intent(out) :: values(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(quantity_type) :: quantity
+    type(statistics_type) :: statistics
+    real(dp), allocatable :: along(:)
+    real(dp) :: greatest
+    integer :: i
+
+    values = 0
+    do i = 1, size(measures)
+      call find_quantity(frame, probes, trim(measures(i)%quantity), quantity, error)
+      if (.not. allocated(error)) call take_statistics(vibration, quantity, statistics, error)
+      if (allocated(error)) return
+      select case (measures(i)%kind)
+      case (peak_measure)
+        values(:, i) = [statistics%peak, statistics%peak_error]
+      case (rms_measure)
+        values(:, i) = [statistics%rms, statistics%error]
+      case default
+        allocate(along(size(statistics%series)))
+        call band_rms(statistics, frame%period, measures(i)%band, along, greatest, error)
+        if (allocated(error)) return
+        deallocate(along)
+        ! a part of an error, in the mean square, is at most its greatest value
+        values(:, i) = meter_scale * [greatest, statistics%error]
+      end select
+    end do
+  end subroutine take_measures
+
+end module gestell_study_measure

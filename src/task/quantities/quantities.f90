@@ -1,0 +1,132 @@
+!> What the task `response` tells of quantities that are ordered by their names.
+module gestell_task_quantities
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_input_machine_quantities, only: read_measures, read_quantities
+  use gestell_input_namelist_document, only: document_type, group_type, has, the_group
+  use gestell_input_schema, only: schema_type
+  use gestell_input_wording, only: padded
+  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_output_report_verdict, only: section
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: new_unit, plain
+  use gestell_study_measure, only: measure_names, measure_type, rows_of, take_measures
+  use gestell_task, only: task_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_response_keys, only: response_keys
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: quantities_task
+    private
+    type(measure_type), allocatable :: measures(:)
+  contains
+    procedure :: describe
+    procedure :: read => read_task
+    procedure :: run
+  end type quantities_task
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  pure subroutine describe(self)
+    class(quantities_task), intent(inout) :: self
+
+    self%name = "response"
+    self%judges = .true.
+    self%brief = .true.
+  end subroutine describe
+
+  subroutine read_task(self, doc, schema, configuration, error)
+    class(quantities_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    type(quantity_type), allocatable :: quantities(:)
+    type(group_type) :: group
+    integer :: rows
+
+    group = the_group(doc, "response")
+    allocate(quantities(0))
+    associate (frame => configuration%frame, probes => configuration%probes)
+      if (has(group, "quantities")) call read_quantities(doc, response_keys, frame, probes, .false., quantities, error)
+      if (.not. allocated(error)) call read_measures(group, response_keys, frame, probes, quantities%name, self%measures, error)
+      if (allocated(error)) return
+      self%ordered = self%ordered .and. size(self%measures) > 0
+      call rows_of(frame, probes, self%measures, rows, error)
+    end associate
+    if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, rows)
+    associate (unused_schema => schema)
+    end associate
+  end subroutine read_task
+
+  subroutine run(self, context, result, error)
+    class(quantities_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: values(2, size(self%measures))
+    integer :: i
+
+    values = ieee_value(values, ieee_quiet_nan)
+    if (allocated(context%analysis%vibration)) then
+      call take_measures(context%analysis%frame, context%configuration%probes, context%analysis%vibration, self%measures, values, &
+        & error)
+      if (allocated(error)) return
+      call result%add(table_of(self%measures, values, result%verdict))
+      call result%say(lines_of(self%measures, values, trim(result%verdict)))
+    end if
+    do i = 1, size(self%measures)
+      associate (measure => self%measures(i), unit => new_unit(trim(self%measures(i)%unit)))
+        ! another task may have told it
+        if (has_column(result%brief, trim(measure%name()) // "_" // trim(unit%suffix))) cycle
+        call result%brief%add(trim(measure%name()), unit, trim(measure%meaning()), values(1:1, i))
+        call result%brief%add(trim(measure%name()) // "_error", unit, "bound on its error", values(2:2, i))
+      end associate
+    end do
+  end subroutine run
+
+  pure logical function has_column(table, key)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: key
+    integer :: k
+
+    has_column = any([(table%columns(k)%key == key, k = 1, size(table%columns))])
+  end function has_column
+
+  !> quantities.csv, one row a number.
+  pure type(table_type) function table_of(measures, values, verdict) result(table)
+    type(measure_type), intent(in) :: measures(:)
+    real(dp), intent(in) :: values(:, :)
+    character(len=*), intent(in) :: verdict
+
+    table = new_table("quantities", "Quantities", "What was ordered of the vibration.", verdict, shown=.true.)
+    call table%add("quantity", "name as in the input", measures%quantity)
+    call table%add("measure", "peak, rms or band", measure_names(measures%kind))
+    call table%add("unit", "of the value", measures%unit)
+    call table%add("value", plain, "over the turn", values(1, :), error="error")
+    call table%add("error", plain, "bound on its error", values(2, :))
+  end function table_of
+
+  pure function lines_of(measures, values, verdict) result(lines)
+    type(measure_type), intent(in) :: measures(:)
+    real(dp), intent(in) :: values(:, :)
+    character(len=*), intent(in) :: verdict
+    character(len=:), allocatable :: lines
+    integer :: i, width
+
+    width = maxval([(len_trim(measures(i)%quantity), i = 1, size(measures))])
+    lines = section("QUANTITIES", verdict)
+    do i = 1, size(measures)
+      lines = lines // "  " // measures(i)%quantity(:width) // "  " // measure_names(measures(i)%kind) &
+        & // padded(concise(values(1, i), 5), 12) // " +- " // concise(values(2, i), 1) // " " // trim(measures(i)%unit) // newline
+    end do
+  end function lines_of
+
+end module gestell_task_quantities
