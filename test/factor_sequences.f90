@@ -4,7 +4,7 @@ module factor_sequences
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_factors_periodic_bounds, only: periodic_bounds
-  use gestell_floquet_factors_periodic_frames, only: periodic_frames
+  use gestell_floquet_factors_periodic_eigenvectors, only: eigenvectors_type, periodic_eigenvectors
   use gestell_floquet_factors_periodic_schur, only: periodic_multipliers, periodic_schur, schur_residuals
   use reference_random, only: random_type
   use testdrive, only: check, error_type
@@ -15,7 +15,8 @@ module factor_sequences
 
   !> All that comes out for one sequence of factors.
   type, public :: outcome_type
-    complex(dp), allocatable :: q(:, :, :), r(:, :, :), x(:, :, :), y(:, :, :), lambda(:, :)
+    complex(dp), allocatable :: q(:, :, :), r(:, :, :)
+    type(eigenvectors_type) :: vectors
     real(dp), allocatable :: log_abs(:), arg(:), bound(:), most(:), condition(:)
   end type outcome_type
 
@@ -33,7 +34,7 @@ contains
 
     n = size(factors, 1)
     k = size(factors, 3)
-    allocate(outcome%q(n, n, k), outcome%r(n, n, k), outcome%x(n, n, k), outcome%y(n, n, k), outcome%lambda(n, k))
+    allocate(outcome%q(n, n, k), outcome%r(n, n, k))
     allocate(outcome%log_abs(n), outcome%arg(n), outcome%bound(n), outcome%most(n), outcome%condition(n))
     claims = 0
     if (present(errors)) claims = errors
@@ -53,8 +54,8 @@ contains
         if (allocated(error)) return
       end do
       call periodic_multipliers(o%r, o%log_abs, o%arg)
-      call periodic_frames(o%q, o%r, o%x, o%y, o%lambda)
-      call periodic_bounds(factors, o%log_abs, o%arg, o%x, o%y, o%lambda, claims, o%bound, o%most, o%condition)
+      call periodic_eigenvectors(o%q, o%r, o%vectors)
+      call periodic_bounds(factors, o%log_abs, o%arg, o%vectors, claims, o%bound, o%most, o%condition)
     end associate
   end subroutine solve
 

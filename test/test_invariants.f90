@@ -4,6 +4,7 @@ module test_invariants
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_liouville, only: trace_integral
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_model_frame, only: frame_type
   use machines, only: frame_of_machine, solve3
@@ -49,19 +50,27 @@ contains
     call check_success(error, failure)
   end subroutine random_frame
 
-  !> The library's defect is small, and so is the one of a determinant by the multipliers.
+  !> The integral of tr P is the closed form; the library's defect is small, and so is the one of a determinant by the multipliers.
   subroutine test_liouville(error)
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: frame
     type(monodromy_type) :: monodromy
     type(multipliers_type) :: multipliers
     type(gestell_error), allocatable :: failure
+    real(dp) :: integral
     integer :: i
 
     do i = 1, 60
       call random_frame(i, frame, error)
       if (allocated(error)) return
       call solve(frame, 1.0e-10_dp, monodromy, error)
+      if (allocated(error)) return
+      call trace_integral(frame, monodromy%nodes, integral, failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      ! The points resolve the coefficients to roundoff, of hundreds of terms; without damping 8e-18 was seen.
+      call check(error, integral, -trace_of_damping(frame), thr=1.0e-12_dp * trace_of_damping(frame) + 1.0e-15_dp, &
+        & more="integral of tr P")
       if (allocated(error)) return
       call solve_multipliers(monodromy, .false., multipliers, failure)
       ! An error e of Phi changes ln det Phi by up to e |Phi^-1| n.

@@ -19,13 +19,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("frames: eigenvectors of every factor", test_frames), &
+      & new_unittest("eigenvectors of every factor", test_eigenvectors), &
       & new_unittest("singular and zero factors", test_singular), &
       & new_unittest("bounds: perturbed factors stay within", test_bounds), &
       & new_unittest("bounds: defective multipliers", test_defective)]
   end subroutine collect_periodic_bounds
 
-  subroutine test_frames(error)
+  subroutine test_eigenvectors(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 5, counts(3) = [1, 4, 50]
     type(random_type) :: random
@@ -45,29 +45,30 @@ contains
       do k = 1, counts(i)
         next = modulo(k, counts(i)) + 1
         ! Roundoff of factors of norm 4; swaps cost some times that.
-        call check_that(error, maxval(abs(matmul(factors(:, :, k), o%x(:, :, k)) - o%x(:, :, next) &
-          & * spread(o%lambda(:, k), 1, n))), "<", 1.0e-13_dp, "right")
+        call check_that(error, maxval(abs(matmul(factors(:, :, k), o%vectors%x(:, :, k)) - o%vectors%x(:, :, next) &
+          & * spread(o%vectors%lambda(:, k), 1, n))), "<", 1.0e-13_dp, "right")
         if (allocated(error)) return
-        call check_that(error, maxval(abs(matmul(o%y(:, :, next), factors(:, :, k)) - spread(o%lambda(:, k), 2, n) &
-          & * o%y(:, :, k))), "<", 1.0e-12_dp * maxval(o%condition), "left")
+        call check_that(error, maxval(abs(matmul(o%vectors%y(:, :, next), factors(:, :, k)) - spread(o%vectors%lambda(:, k), 2, n) &
+          & * o%vectors%y(:, :, k))), "<", 1.0e-12_dp * maxval(o%condition), "left")
         if (allocated(error)) return
-        product = matmul(o%y(:, :, k), o%x(:, :, k)) - diagonal([(1.0_dp, j = 1, n)])
+        product = matmul(o%vectors%y(:, :, k), o%vectors%x(:, :, k)) - diagonal([(1.0_dp, j = 1, n)])
         call check_that(error, maxval(abs(product)), "<", 1.0e-12_dp * maxval(o%condition), "Y = X^-1")
         if (allocated(error)) return
-        call check_that(error, maxval(abs(norm2(abs(o%x(:, :, k)), dim=1) - 1)), "<", 1.0e-13_dp, "unit columns")
+        call check_that(error, maxval(abs(norm2(abs(o%vectors%x(:, :, k)), dim=1) - 1)), "<", 1.0e-13_dp, "unit columns")
         if (allocated(error)) return
       end do
-      call check_that(error, maxval(abs(sum(log(abs(o%lambda)), dim=2) - o%log_abs)), "<", 1.0e-11_dp, "growth over the period")
+      call check_that(error, maxval(abs(sum(log(abs(o%vectors%lambda)), dim=2) - o%log_abs)), "<", 1.0e-11_dp, &
+        & "growth over the period")
       if (allocated(error)) return
       ! Frames that are wrong by 1e-3 somewhere.
-      o%x(:, 2, 1) = o%x(:, 2, 1) + 1.0e-3_dp * o%x(:, 1, 1)
-      call periodic_bounds(factors, o%log_abs, o%arg, o%x, o%y, o%lambda, [(0.0_dp, j = 1, counts(i))], o%bound, o%most, &
+      o%vectors%x(:, 2, 1) = o%vectors%x(:, 2, 1) + 1.0e-3_dp * o%vectors%x(:, 1, 1)
+      call periodic_bounds(factors, o%log_abs, o%arg, o%vectors, [(0.0_dp, j = 1, counts(i))], o%bound, o%most, &
         & o%condition)
-      call check_that(error, o%bound(2), ">", 1.0e-4_dp, "poor frames")
+      call check_that(error, o%bound(2), ">", 1.0e-4_dp, "poor eigenvectors")
       if (allocated(error)) return
       deallocate(factors)
     end do
-  end subroutine test_frames
+  end subroutine test_eigenvectors
 
   !> Products of rank 3, 2 and 0, where the other multipliers are known, and of factors as small as 2^-700.
   subroutine test_singular(error)
@@ -109,9 +110,10 @@ contains
       call check_that(error, o%bound(:n - j), "<", 1.0e-6_dp, "zeros are lost")
       if (allocated(error)) return
       do k = 1, length
-        associate (moved => o%x(:, :, modulo(k, length) + 1) * spread(o%lambda(:, k), 1, n))
+        associate (moved => o%vectors%x(:, :, modulo(k, length) + 1) * spread(o%vectors%lambda(:, k), 1, n))
           ! Two zeros are brought apart by roundoff only.
-          call check_that(error, maxval(abs(matmul(factors(:, :, k), o%x(:, :, k)) - moved)), "<", 1.0e-12_dp, "frames")
+          call check_that(error, maxval(abs(matmul(factors(:, :, k), o%vectors%x(:, :, k)) - moved)), "<", 1.0e-12_dp, &
+            & "eigenvectors")
           if (allocated(error)) return
         end associate
       end do
@@ -176,8 +178,8 @@ contains
             e(:, :, k) = random_matrix(random, n, n)
           else
             ! Each factor's part turned so that all push alike.
-            associate (y => o%y(m, :, modulo(k, length) + 1), x => o%x(:, m, k))
-              e(:, :, k) = spread(conjg(y), 2, n) * spread(conjg(x), 1, n) * o%lambda(m, k) / abs(o%lambda(m, k))
+            associate (y => o%vectors%y(m, :, modulo(k, length) + 1), x => o%vectors%x(:, m, k))
+              e(:, :, k) = spread(conjg(y), 2, n) * spread(conjg(x), 1, n) * o%vectors%lambda(m, k) / abs(o%vectors%lambda(m, k))
             end associate
           end if
           e(:, :, k) = e(:, :, k) * errors(k) / norm2(abs(e(:, :, k)))

@@ -7,6 +7,7 @@ module gestell_math_blas
   public :: multiply
 
   interface
+    !> Thirteen arguments: as BLAS has them.
     pure subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
       import :: dp
       implicit none (type, external)

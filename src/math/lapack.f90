@@ -16,6 +16,7 @@ module gestell_math_lapack
       integer, intent(out) :: ipiv(*), info
     end subroutine dgetrf
 
+    !> Nine arguments: as LAPACK has them.
     subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
       import :: dp
       implicit none (type, external)
@@ -26,6 +27,7 @@ module gestell_math_lapack
       integer, intent(out) :: info
     end subroutine dgetrs
 
+    !> Fourteen arguments: as LAPACK has them.
     subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
       import :: dp
       implicit none (type, external)
@@ -36,6 +38,7 @@ module gestell_math_lapack
       integer, intent(out) :: info
     end subroutine dgeev
 
+    !> Twelve arguments: as LAPACK has them.
     subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
       import :: dp
       implicit none (type, external)
@@ -54,6 +57,7 @@ module gestell_math_lapack
       integer, intent(out) :: ipiv(*), info
     end subroutine zgetrf
 
+    !> Nine arguments: as LAPACK has them.
     subroutine zgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
       import :: dp
       implicit none (type, external)
@@ -64,6 +68,7 @@ module gestell_math_lapack
       integer, intent(out) :: info
     end subroutine zgetrs
 
+    !> Fourteen arguments: as LAPACK has them.
     subroutine zgeev(jobvl, jobvr, n, a, lda, w, vl, ldvl, vr, ldvr, work, lwork, rwork, info)
       import :: dp
       implicit none (type, external)

@@ -4,28 +4,28 @@ module gestell_floquet_factors_cycle
   use gestell_base_kinds, only: dp
   use gestell_floquet_factors, only: factors_type
   use gestell_floquet_factors_periodic_bounds, only: periodic_bounds
-  use gestell_floquet_factors_periodic_frames, only: periodic_frames
+  use gestell_floquet_factors_periodic_eigenvectors, only: eigenvectors_type, periodic_eigenvectors
   use gestell_floquet_factors_periodic_schur, only: periodic_multipliers, periodic_schur
   implicit none (type, external)
   private
 
-  public :: accumulate, distance_from_one, periodic_answer, solve_frames
+  public :: accumulate, distance_from_one, periodic_answer, solve_spectrum
 
-  !> Periodic Schur form; eigenvectors at all starts (gestell_floquet_factors_periodic_frames); logarithms of the multipliers, their
-  !> bounds.
-  type, public :: frames_type
-    complex(dp), allocatable :: q(:, :, :), r(:, :, :), x(:, :, :), y(:, :, :), lambda(:, :), z(:)
+  !> Periodic Schur form, q and r; logarithms z of the multipliers, eigenvectors at all starts; bounds on the multipliers.
+  type, public :: spectrum_type
+    complex(dp), allocatable :: q(:, :, :), r(:, :, :), z(:)
+    type(eigenvectors_type) :: vectors
     real(dp), allocatable :: bound(:), most(:), condition(:)
     !> |1 - rho|, at the least, where the periodic motion is asked for.
     real(dp), allocatable :: distance(:)
-  end type frames_type
+  end type spectrum_type
 
 contains
 
-  !> The frames of the factors but for their distances from 1. Error: no convergence.
-  subroutine solve_frames(factors, frames, error)
+  !> The spectrum of the factors but for their distances from 1. Error: no convergence.
+  subroutine solve_spectrum(factors, spectrum, error)
     type(factors_type), intent(in) :: factors
-    type(frames_type), intent(out) :: frames
+    type(spectrum_type), intent(out) :: spectrum
     type(error_type), allocatable, intent(out) :: error
     complex(dp), allocatable :: a(:, :, :)
     real(dp), allocatable :: log_abs(:), arg(:)
@@ -33,26 +33,24 @@ contains
 
     n = size(factors%scale)
     allocate(a, source=cmplx(factors%a, 0, dp))
-    allocate(frames%q, frames%r, frames%x, frames%y, mold=a)
-    allocate(frames%lambda(n, size(a, 3)), frames%z(n))
-    allocate(log_abs(n), arg(n), frames%bound(n), frames%most(n), frames%condition(n))
-    call periodic_schur(a, frames%q, frames%r, error)
+    allocate(spectrum%q, spectrum%r, mold=a)
+    allocate(spectrum%z(n), log_abs(n), arg(n), spectrum%bound(n), spectrum%most(n), spectrum%condition(n))
+    call periodic_schur(a, spectrum%q, spectrum%r, error)
     if (allocated(error)) return
-    call periodic_multipliers(frames%r, log_abs, arg)
-    frames%z = cmplx(log_abs, arg, dp)
-    call periodic_frames(frames%q, frames%r, frames%x, frames%y, frames%lambda)
-    call periodic_bounds(a, log_abs, arg, frames%x, frames%y, frames%lambda, factors%error, frames%bound, frames%most, &
-      & frames%condition)
-  end subroutine solve_frames
+    call periodic_multipliers(spectrum%r, log_abs, arg)
+    spectrum%z = cmplx(log_abs, arg, dp)
+    call periodic_eigenvectors(spectrum%q, spectrum%r, spectrum%vectors)
+    call periodic_bounds(a, log_abs, arg, spectrum%vectors, factors%error, spectrum%bound, spectrum%most, spectrum%condition)
+  end subroutine solve_spectrum
 
   !> |1 - rho| over the greater one of 1 and |rho|, at the least: not positive where the bound reaches 1.
-  pure real(dp) function distance_from_one(frames, i)
-    type(frames_type), intent(in) :: frames
+  pure real(dp) function distance_from_one(spectrum, i)
+    type(spectrum_type), intent(in) :: spectrum
     integer, intent(in) :: i
 
-    associate (z => frames%z(i), bound => frames%bound(i))
-      if (frames%most(i) < -0.5_dp) then
-        distance_from_one = 1 - exp(frames%most(i))
+    associate (z => spectrum%z(i), bound => spectrum%bound(i))
+      if (spectrum%most(i) < -0.5_dp) then
+        distance_from_one = 1 - exp(spectrum%most(i))
       else
         distance_from_one = (abs(1 - exp(merge(z, -z, real(z) <= 0))) - bound * exp(min(real(z), 0.0_dp))) / (1 + bound)
       end if
@@ -64,43 +62,43 @@ contains
   !>     z_{k+1} = R_k z_k + Q_{k+1}^H b_k
   !>
   !> one component after the other, from the last, where |rho_i| <= 1 forward and where |rho_i| > 1 backward: nothing grows.
-  pure subroutine periodic_answer(frames, b, x)
-    type(frames_type), intent(in) :: frames
+  pure subroutine periodic_answer(spectrum, b, x)
+    type(spectrum_type), intent(in) :: spectrum
     real(dp), intent(in) :: b(:, :)
     real(dp), allocatable, intent(out) :: x(:, :)
     complex(dp), dimension(size(b, 1), size(b, 2)) :: turned, z
     integer :: k
 
     do k = 1, size(b, 2)
-      turned(:, k) = matmul(conjg(transpose(frames%q(:, :, modulo(k, size(b, 2)) + 1))), b(:, k))
+      turned(:, k) = matmul(conjg(transpose(spectrum%q(:, :, modulo(k, size(b, 2)) + 1))), b(:, k))
     end do
-    call cycle_through(frames%z, frames%r, turned, z)
+    call cycle_through(spectrum%z, spectrum%r, turned, z)
     allocate(x(size(b, 1), size(b, 2)))
     do k = 1, size(b, 2)
-      x(:, k) = real(matmul(frames%q(:, :, k), z(:, k)))
+      x(:, k) = real(matmul(spectrum%q(:, :, k), z(:, k)))
     end do
   end subroutine periodic_answer
 
   !> The same by sizes: what errors of at most `doubt` in each of the segments, shape (K), come to at their starts, shape (n, K).
   !> By the Schur form what couples its components adds up over all segments; by the eigenvectors nothing couples, but they may be
   !> near each other. Both bounds hold.
-  pure subroutine accumulate(factors, frames, doubt, at_starts)
+  pure subroutine accumulate(factors, spectrum, doubt, at_starts)
     type(factors_type), intent(in) :: factors
-    type(frames_type), intent(in) :: frames
+    type(spectrum_type), intent(in) :: spectrum
     real(dp), intent(in) :: doubt(:)
     real(dp), allocatable, intent(out) :: at_starts(:, :)
-    complex(dp), dimension(size(frames%z), size(doubt)) :: z
+    complex(dp), dimension(size(spectrum%z), size(doubt)) :: z
     complex(dp), allocatable :: sizes(:, :, :)
     integer :: n, k
 
-    n = size(frames%z)
-    allocate(sizes, source=cmplx(abs(frames%r), 0, dp))
-    call cycle_through(cmplx(real(frames%z), 0, dp), sizes, cmplx(spread(doubt, 1, n), 0, dp), z, frames%distance)
+    n = size(spectrum%z)
+    allocate(sizes, source=cmplx(abs(spectrum%r), 0, dp))
+    call cycle_through(cmplx(real(spectrum%z), 0, dp), sizes, cmplx(spread(doubt, 1, n), 0, dp), z, spectrum%distance)
     allocate(at_starts(n, size(doubt)))
     do k = 1, size(doubt)
-      at_starts(:, k) = 2 * matmul(abs(frames%q(:, :, k)), abs(z(:, k)))
+      at_starts(:, k) = 2 * matmul(abs(spectrum%q(:, :, k)), abs(z(:, k)))
     end do
-    call accumulate_uncoupled(factors, frames, doubt, at_starts)
+    call accumulate_uncoupled(factors, spectrum, doubt, at_starts)
   end subroutine accumulate
 
   !> The bounds by the eigenvectors, where they are less. With e = X z the errors e_{k+1} = (A_k + E_k) e_k + d_k obey
@@ -108,39 +106,41 @@ contains
   !>     z_{k+1} = Lambda_k z_k + Y_{k+1} d_k + Y_{k+1} (E_k X_k + S_k) z_k,   S_k = A_k X_k - X_{k+1} Lambda_k.
   !>
   !> Where the last term makes of the z without it a part q < 1/2 of it at most, all its repetitions come to 1 / (1 - q).
-  pure subroutine accumulate_uncoupled(factors, frames, doubt, at_starts)
+  pure subroutine accumulate_uncoupled(factors, spectrum, doubt, at_starts)
     type(factors_type), intent(in) :: factors
-    type(frames_type), intent(in) :: frames
+    type(spectrum_type), intent(in) :: spectrum
     real(dp), intent(in) :: doubt(:)
     real(dp), intent(inout) :: at_starts(:, :)
-    real(dp), dimension(size(frames%z), size(doubt)) :: left, driven
-    complex(dp), dimension(size(frames%z), size(doubt)) :: z, again
-    complex(dp) :: sizes(size(frames%z), size(frames%z), size(doubt)), logarithm(size(frames%z))
-    complex(dp) :: residual(size(frames%z), size(frames%z))
+    real(dp), dimension(size(spectrum%z), size(doubt)) :: left, driven
+    complex(dp), dimension(size(spectrum%z), size(doubt)) :: z, again
+    complex(dp) :: sizes(size(spectrum%z), size(spectrum%z), size(doubt)), logarithm(size(spectrum%z))
+    complex(dp) :: residual(size(spectrum%z), size(spectrum%z))
     real(dp) :: part
     integer :: n, i, k, next
 
-    n = size(frames%z)
-    logarithm = cmplx(real(frames%z), 0, dp)
+    n = size(spectrum%z)
+    logarithm = cmplx(real(spectrum%z), 0, dp)
     sizes = 0
     do k = 1, size(doubt)
       next = modulo(k, size(doubt)) + 1
-      left(:, k) = norm2(abs(frames%y(:, :, next)), dim=2)
+      left(:, k) = norm2(abs(spectrum%vectors%y(:, :, next)), dim=2)
       do i = 1, n
-        sizes(i, i, k) = abs(frames%lambda(i, k))
+        sizes(i, i, k) = abs(spectrum%vectors%lambda(i, k))
       end do
     end do
-    call cycle_through(logarithm, sizes, cmplx(left * spread(doubt, 1, n), 0, dp), z, frames%distance)
+    call cycle_through(logarithm, sizes, cmplx(left * spread(doubt, 1, n), 0, dp), z, spectrum%distance)
     do k = 1, size(doubt)
       next = modulo(k, size(doubt)) + 1
-      residual = matmul(factors%a(:, :, k), frames%x(:, :, k)) - frames%x(:, :, next) * spread(frames%lambda(:, k), 1, n)
+      associate (x => spectrum%vectors%x, lambda => spectrum%vectors%lambda(:, k))
+        residual = matmul(factors%a(:, :, k), x(:, :, k)) - x(:, :, next) * spread(lambda, 1, n)
+      end associate
       driven(:, k) = left(:, k) * dot_product(factors%error(k) + norm2(abs(residual), dim=1), abs(z(:, k)))
     end do
-    call cycle_through(logarithm, sizes, cmplx(driven, 0, dp), again, frames%distance)
+    call cycle_through(logarithm, sizes, cmplx(driven, 0, dp), again, spectrum%distance)
     if (.not. all(abs(again) <= 0.5_dp * abs(z))) return
     part = maxval(abs(again) / max(abs(z), tiny(1.0_dp)))
     do k = 1, size(doubt)
-      at_starts(:, k) = min(at_starts(:, k), matmul(abs(frames%x(:, :, k)), abs(z(:, k))) / (1 - part))
+      at_starts(:, k) = min(at_starts(:, k), matmul(abs(spectrum%vectors%x(:, :, k)), abs(z(:, k))) / (1 - part))
     end do
   end subroutine accumulate_uncoupled
 

@@ -2,7 +2,7 @@
 module gestell_floquet_factors_factored
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_factors_cycle, only: accumulate, distance_from_one, frames_type, periodic_answer, solve_frames
+  use gestell_floquet_factors_cycle, only: accumulate, distance_from_one, spectrum_type, periodic_answer, solve_spectrum
   use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_period_period_map, only: trajectory
   use gestell_floquet_multipliers, only: arrange, multiplier, multipliers_type
@@ -19,8 +19,8 @@ module gestell_floquet_factors_factored
 
   type, extends(part_solution_type), public :: factored_type
     type(factors_type) :: factors
-    !> Their frames, or why there are none.
-    type(frames_type) :: frames
+    !> Their multipliers and eigenvectors, or why there are none.
+    type(spectrum_type) :: spectrum
     type(error_type), allocatable :: failure
     !> The periodic motion at the starts of the segments, in balanced units, shape (n, K); unallocated: of a system without forcing,
     !> or in resonance.
@@ -35,8 +35,8 @@ module gestell_floquet_factors_factored
 
 contains
 
-  !> The factors of `system` to `accuracy`, and their frames; if `forced` also what the periodic motion needs. `seen`: of a system
-  !> that was surveyed already. Errors: those of `solve_factors`. Where the factors have no frames that is an error of
+  !> The factors of `system` to `accuracy`, and their spectrum; if `forced` also what the periodic motion needs. `seen`: of a system
+  !> that was surveyed already. Errors: those of `solve_factors`. Where they have no spectrum that is an error of
   !> multipliers and periodic motion.
   subroutine solve_factored(system, accuracy, forced, factored, error, seen)
     class(periodic_system), intent(in) :: system
@@ -51,11 +51,11 @@ contains
     if (allocated(error)) return
     factored%scale = factored%factors%scale
     factored%turns = factored%factors%turns
-    associate (frames => factored%frames)
-      call solve_frames(factored%factors, frames, factored%failure)
+    associate (spectrum => factored%spectrum)
+      call solve_spectrum(factored%factors, spectrum, factored%failure)
       if (allocated(factored%failure) .or. .not. forced) return
-      frames%distance = [(distance_from_one(frames, i), i = 1, system%states)]
-      if (all(frames%distance > 0)) call periodic_answer(frames, factored%factors%b, factored%starts)
+      spectrum%distance = [(distance_from_one(spectrum, i), i = 1, system%states)]
+      if (all(spectrum%distance > 0)) call periodic_answer(spectrum, factored%factors%b, factored%starts)
     end associate
   end subroutine solve_factored
 
@@ -73,13 +73,13 @@ contains
     end if
     n = size(self%scale)
     allocate(paired(n), source=.false.)
-    multipliers%exponent = self%frames%z
-    multipliers%error = self%frames%bound
-    multipliers%condition = self%frames%condition
-    if (vectors) multipliers%vectors = self%frames%x(:, :, 1) * spread(self%scale, 2, n)
+    multipliers%exponent = self%spectrum%z
+    multipliers%error = self%spectrum%bound
+    multipliers%condition = self%spectrum%condition
+    if (vectors) multipliers%vectors = self%spectrum%vectors%x(:, :, 1) * spread(self%scale, 2, n)
     do k = 1, n
       if (paired(k)) cycle
-      partner = partner_of(self%frames, paired, k)
+      partner = partner_of(self%spectrum, paired, k)
       paired([k, partner]) = .true.
       associate (z => multipliers%exponent(k))
         if (partner == k) then
@@ -98,18 +98,18 @@ contains
   end subroutine take_multipliers
 
   !> Of those that have no partner yet the multiplier that is nearest to the conjugate of the k-th: k itself for a real one.
-  pure integer function partner_of(frames, paired, k) result(partner)
-    type(frames_type), intent(in) :: frames
+  pure integer function partner_of(spectrum, paired, k) result(partner)
+    type(spectrum_type), intent(in) :: spectrum
     logical, intent(in) :: paired(:)
     integer, intent(in) :: k
-    complex(dp) :: difference(size(frames%z))
+    complex(dp) :: difference(size(spectrum%z))
 
-    difference = frames%z - conjg(frames%z(k))
+    difference = spectrum%z - conjg(spectrum%z(k))
     difference = cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)
     partner = minloc(abs(difference), dim=1, mask=.not. paired)
   end function partner_of
 
-  !> Error: the factors have no frames; resonance within the errors.
+  !> Error: the factors have no spectrum; resonance within the errors.
   subroutine check_starts(self, error)
     class(factored_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -139,11 +139,11 @@ contains
         doubt(k) = factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
           & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
       end do
-      call accumulate(factors, self%frames, doubt, at_starts)
+      call accumulate(factors, self%spectrum, doubt, at_starts)
       solution%x0 = x(:, 1) * self%scale
     end associate
     solution%error = at_starts(:, 1) * self%scale
-    solution%condition = maxval(self%frames%condition / self%frames%distance)
+    solution%condition = maxval(self%spectrum%condition / self%spectrum%distance)
   end subroutine take_start
 
   !> Anew from its own start in each segment.
@@ -200,12 +200,12 @@ contains
       if (.not. allocated(error)) call compare(system, factors%method, factors%nodes, self%scale, factors%ends, &
         & self%starts * scale, factors%ends(:1), x(:, :1), turn, error)
       if (allocated(error)) return
-      call periodic_answer(self%frames, turn%defect / scale, z)
+      call periodic_answer(self%spectrum, turn%defect / scale, z)
       z = z * scale
     end associate
     own = (relative_rounding(system, comparison%steps, self%turns) + system%load_rounding) * comparison%size / count
     if (present(disturbance)) own = own + disturbance / minval(self%scale) / count
-    call accumulate(self%factors, self%frames, own, at_starts)
+    call accumulate(self%factors, self%spectrum, own, at_starts)
     ! The motion is followed from each start.
     call take_differences(comparison, self%scale, z, z, at_starts, own, errors)
   end subroutine take_errors

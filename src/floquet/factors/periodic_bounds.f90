@@ -2,7 +2,7 @@
 module gestell_floquet_factors_periodic_bounds
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_factors_periodic_frames, only: periodic_frames
+  use gestell_floquet_factors_periodic_eigenvectors, only: eigenvectors_type, periodic_eigenvectors
   use gestell_floquet_factors_periodic_schur, only: periodic_schur
   use gestell_floquet_factors_rotations, only: norm
   implicit none (type, external)
@@ -18,7 +18,7 @@ module gestell_floquet_factors_periodic_bounds
     real(dp), allocatable :: log_abs(:), arg(:)
     !> At most exp(far); and the greatest ln |mu| of the disc, whatever its radius.
     real(dp), allocatable :: radius(:), most(:)
-    !> Discs that hang together have the same number.
+    !> Connected discs have the same number.
     integer, allocatable :: cluster(:)
   end type discs_type
 
@@ -26,42 +26,42 @@ contains
 
   !> Of the multipliers rho_i = exp(log_abs(i) + i arg(i)) of factors with errors of at most `errors(k)` (Frobenius' norm,
   !> absolute): bounds `bound` on |mu - rho_i| / |rho_i| (at most 1e300), and `most` on ln |mu|, which holds where rho is
-  !> lost too; `condition`, the greatest |y_i| |x_i| along the period, 1 at best. x, y, lambda are the periodic frames.
+  !> lost too; `condition`, the greatest |y_i| |x_i| along the period, 1 at best.
   !>
-  !> Frames X_k, Y_k = X_k^-1, Lambda_k make of the true factors A_k + E_k the matrices Lambda_k + F_k with
+  !> Eigenvectors X_k, Y_k = X_k^-1, Lambda_k make of the true factors A_k + E_k the matrices Lambda_k + F_k with
   !> F_k = Y_{k+1} (E_k X_k + S_k), S_k = A_k X_k - X_{k+1} Lambda_k. Scaled to |y_i| = 1, each entry of the column j of
   !> F_k Lambda_k^-1 is at most eta_k(j) = (|E_k| + |S_k(:, j)|) |y_j| / |lambda_k(j)|, |x_j| = 1, and Gershgorin's theorem
-  !> for columns puts all multipliers into discs |mu - rho_j| <= |rho_j| r_j, as many into discs that hang together as
+  !> for columns puts all multipliers into discs |mu - rho_j| <= |rho_j| r_j, as many into connected discs as
   !> these are: there a bound reaches across all of them. 1 + r_j = prod_k (1 + n eta_k(j)) is proved for an error in one
   !> factor, of any size, and for multipliers that do not couple (n = 1). With errors in several factors it leaves away
   !> the products of two couplings between multipliers, and is of first order in these.
   !>
-  !> That holds for any frames, S_k says how good they are. Those of close or defective multipliers are all but singular;
-  !> so if discs touch, frames of factors moved by about |E_k| are tried, in which a multiplier of multiplicity m splits
+  !> That holds for any X_k, S_k says how good they are. Those of close or defective multipliers are all but singular;
+  !> so if discs touch, those of factors moved by about |E_k| are tried, in which a multiplier of multiplicity m splits
   !> like |E|^(1/m), and so does the bound.
-  pure subroutine periodic_bounds(factors, log_abs, arg, x, y, lambda, errors, bound, most, condition)
-    complex(dp), intent(in) :: factors(:, :, :), x(:, :, :), y(:, :, :), lambda(:, :)
+  pure subroutine periodic_bounds(factors, log_abs, arg, vectors, errors, bound, most, condition)
+    complex(dp), intent(in) :: factors(:, :, :)
     real(dp), intent(in) :: log_abs(:), arg(:), errors(:)
+    type(eigenvectors_type), intent(in) :: vectors
     real(dp), intent(out) :: bound(:), most(:), condition(:)
     type(discs_type) :: discs
     type(error_type), allocatable :: failure
-    complex(dp), allocatable, dimension(:, :, :) :: moved, q, r, right, left
-    complex(dp), allocatable :: growth(:, :)
+    type(eigenvectors_type) :: others
+    complex(dp), allocatable, dimension(:, :, :) :: moved, q, r
     real(dp), dimension(size(bound)) :: other, other_most
     integer :: k
 
-    condition = [(maxval(norm2(abs(y(k, :, :)), dim=1)), k = 1, size(x, 1))]
-    discs = discs_of(factors, x, y, lambda, errors)
-    call reach(discs, log_abs, arg, bound, most)
+    condition = [(maxval(norm2(abs(vectors%y(k, :, :)), dim=1)), k = 1, size(bound))]
+    discs = discs_of(factors, vectors, errors)
+    call bound_errors(discs, log_abs, arg, bound, most)
     if (all(discs%cluster == [(k, k = 1, size(bound))])) return
 
-    allocate(moved, q, r, right, left, mold=factors)
-    allocate(growth, mold=lambda)
+    allocate(moved, q, r, mold=factors)
     call move(factors, errors, moved)
     call periodic_schur(moved, q, r, failure)
     if (allocated(failure)) return
-    call periodic_frames(q, r, right, left, growth)
-    call reach(discs_of(factors, right, left, growth, errors), log_abs, arg, other, other_most)
+    call periodic_eigenvectors(q, r, others)
+    call bound_errors(discs_of(factors, others, errors), log_abs, arg, other, other_most)
     if (sum(log(other)) < sum(log(bound))) then
       bound = other
       most = other_most
@@ -99,32 +99,33 @@ contains
     rounding = size(a, 1) * epsilon(1.0_dp) * norm(a)
   end function rounding
 
-  !> The discs of these frames.
-  pure function discs_of(factors, x, y, lambda, errors) result(discs)
-    complex(dp), intent(in) :: factors(:, :, :), x(:, :, :), y(:, :, :), lambda(:, :)
+  !> The discs by these eigenvectors.
+  pure function discs_of(factors, vectors, errors) result(discs)
+    complex(dp), intent(in) :: factors(:, :, :)
+    type(eigenvectors_type), intent(in) :: vectors
     real(dp), intent(in) :: errors(:)
     type(discs_type) :: discs
-    complex(dp) :: residual(size(x, 1), size(x, 1)), phase(size(x, 1)), ratio
+    complex(dp) :: residual(size(factors, 1), size(factors, 1)), phase(size(factors, 1)), ratio
     real(dp) :: least, growth, error, eta
     integer :: n, i, j, k, next
 
-    n = size(x, 1)
+    n = size(factors, 1)
     allocate(discs%log_abs(n), discs%radius(n), discs%most(n), source=0.0_dp)
     phase = 1
-    do k = 1, size(x, 3)
-      next = modulo(k, size(x, 3)) + 1
-      residual = matmul(factors(:, :, k), x(:, :, k)) - x(:, :, next) * spread(lambda(:, k), 1, n)
+    do k = 1, size(factors, 3)
+      next = modulo(k, size(factors, 3)) + 1
+      residual = matmul(factors(:, :, k), vectors%x(:, :, k)) - vectors%x(:, :, next) * spread(vectors%lambda(:, k), 1, n)
       ! A growth of zero is moved to `least`, which counts as an error.
       least = max(rounding(factors(:, :, k)), epsilon(1.0_dp) * errors(k), tiny(1.0_dp))
       do j = 1, n
-        growth = abs(lambda(j, k))
+        growth = abs(vectors%lambda(j, k))
         error = errors(k) + rounding(factors(:, :, k)) + norm(residual(:, j:j)) + max(0.0_dp, least - growth)
         growth = max(growth, least)
-        eta = n * norm2(abs(y(j, :, next))) * error / growth
+        eta = n * norm2(abs(vectors%y(j, :, next))) * error / growth
         discs%radius(j) = min(discs%radius(j) + eta * (1 + discs%radius(j)), exp(far))
         discs%most(j) = discs%most(j) + log(growth) + log(1 + eta)
         discs%log_abs(j) = discs%log_abs(j) + log(growth)
-        if (abs(lambda(j, k)) > 0) phase(j) = phase(j) * lambda(j, k) / abs(lambda(j, k))
+        if (abs(vectors%lambda(j, k)) > 0) phase(j) = phase(j) * vectors%lambda(j, k) / abs(vectors%lambda(j, k))
       end do
     end do
     ! Not by atan2 (gestell_floquet_multipliers): conjugates have opposite ones to the last digit.
@@ -141,9 +142,9 @@ contains
     end do
   end function discs_of
 
-  !> How far from rho_i, relative to it, the farthest point is of the discs that hang together with the one in which it
+  !> How far from rho_i, relative to it, the farthest point is of the discs connected with the one in which it
   !> lies; and the greatest ln |mu| by that.
-  pure subroutine reach(discs, log_abs, arg, bound, most)
+  pure subroutine bound_errors(discs, log_abs, arg, bound, most)
     type(discs_type), intent(in) :: discs
     real(dp), intent(in) :: log_abs(:), arg(:)
     real(dp), intent(out) :: bound(:), most(:)
@@ -167,7 +168,7 @@ contains
       end if
       bound(i) = exp(min(farther, farthest))
     end do
-  end subroutine reach
+  end subroutine bound_errors
 
   !> The radius of a disc, relative to a multiplier.
   pure real(dp) function extent(discs, j, log_abs)

@@ -174,6 +174,7 @@ contains
 
   !> (a) and (b) of the steps from `first` on; unknowns and equations up to `n`, `rows` and `columns` are padded with zeros and
   !> ones. Column after column, as they lie in memory. Without positions C is zero, and p takes the place of q after it.
+  !> Nine arguments: sizes are given where loops are to have them known.
   pure recursive subroutine fill_equations(tableau, at, first, n, rows, columns, w, damping, stiffness)
     type(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at

@@ -10,24 +10,30 @@ module gestell_floquet_period_composition
 
   public :: multiply_maps
 
+  !> What a transient growth is measured by: Phi where it was greatest on the way, in the norm of D^-1 Phi D, D = diag(scale),
+  !> this norm, and Phi after step `middle`, counted from the first of the maps to come; shapes (n, n).
+  type, public :: transient_type
+    real(dp), allocatable :: peak(:, :), halfway(:, :)
+    real(dp) :: peak_norm = 0
+    integer :: middle = 0
+  end type transient_type
+
   !> Beyond this the squares within a norm overflow.
   real(dp), parameter :: greatest = 1.0e150_dp
 
 contains
 
   !> Applies the maps `a`, shape (n, n, steps), and where forced `b`, shape (n, steps), to `phi`, shape (n, n), and to `xp`,
-  !> shape (n). `reach` becomes the greatest size that xp has on the way, in the norm of x / scale, if that is greater.
-  !> `fits`: whether all numbers do. `summit`, shape (n, n), and `height` become Phi where it was greatest on the way, in the
-  !> norm of D^-1 Phi D, D = diag(scale), and this norm, if that is greater. `halfway`, shape (n, n), becomes Phi after step
-  !> `middle`, if that is one of these.
-  pure subroutine multiply_maps(a, scale, phi, fits, b, xp, reach, summit, height, halfway, middle)
+  !> shape (n). `xp_peak` becomes the greatest size that xp has on the way, in the norm of x / scale, if that is greater.
+  !> `fits`: whether all numbers do. `transient`: as known from the maps before, and changed by these; `middle` counts on.
+  pure subroutine multiply_maps(a, scale, phi, fits, b, xp, xp_peak, transient)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), contiguous, intent(in) :: scale(:)
     real(dp), intent(inout) :: phi(:, :)
     logical, intent(out) :: fits
     real(dp), contiguous, intent(in), optional :: b(:, :)
-    real(dp), intent(inout), optional :: xp(:), reach, summit(:, :), height, halfway(:, :)
-    integer, intent(in), optional :: middle
+    real(dp), intent(inout), optional :: xp(:), xp_peak
+    type(transient_type), intent(inout), optional :: transient
     ! [Phi x_p] before the first and after each step, its columns in lanes: column j in lane modulo(j - 1, lanes) + 1 of
     ! a group, x_p in `lane` of the last one, where `forced` is 1.
     real(dp) :: motion(lanes, size(scale), size(scale) / lanes + 1, 0:size(a, 3)), forced(lanes)
@@ -58,20 +64,19 @@ contains
 
     call take_phi(motion(:, :, :, steps), phi)
     if (present(xp)) xp = motion(lane, :, group, steps)
-    if (present(reach)) then
+    if (present(xp_peak)) then
       do k = 1, steps
-        reach = max(reach, norm2(motion(lane, :, group, k) / scale))
+        xp_peak = max(xp_peak, norm2(motion(lane, :, group, k) / scale))
       end do
     end if
-    if (present(halfway)) then
-      if (middle >= 1 .and. middle <= steps) call take_phi(motion(:, :, :, middle), halfway)
-    end if
-    if (.not. present(height)) return
+    if (.not. present(transient)) return
+    if (transient%middle >= 1 .and. transient%middle <= steps) call take_phi(motion(:, :, :, transient%middle), transient%halfway)
+    transient%middle = transient%middle - steps
     norms = norms_of(n, scale, motion)
     k = maxloc(norms, dim=1)
-    if (norms(k) <= height) return
-    height = norms(k)
-    call take_phi(motion(:, :, :, k), summit)
+    if (norms(k) <= transient%peak_norm) return
+    transient%peak_norm = norms(k)
+    call take_phi(motion(:, :, :, k), transient%peak)
   end subroutine multiply_maps
 
   !> Phi from its columns in lanes.

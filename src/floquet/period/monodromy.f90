@@ -52,7 +52,7 @@ module gestell_floquet_period_monodromy
     !> ln |det Phi(T)| - integral of tr P, zero by Liouville's theorem.
     real(dp) :: liouville_defect = 0
     !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
-    real(dp) :: detour = 1
+    real(dp) :: transient_growth = 1
     !> Radians by which the fastest motion turns within the period.
     real(dp) :: turns = 0
     !> Steps of the result, evaluations of the coefficients in all.
@@ -72,7 +72,7 @@ module gestell_floquet_period_monodromy
   !> The period's map with a number of steps.
   type :: level_type
     real(dp), allocatable :: nodes(:), phi(:, :), xp(:)
-    real(dp) :: norm = 0, reach = 0, detour = 1
+    real(dp) :: norm = 0, xp_peak = 0, transient_growth = 1
     integer :: steps = 0
   end type level_type
 
@@ -264,10 +264,11 @@ contains
     allocate(level%phi(system%states, system%states))
     if (forced) then
       allocate(level%xp(system%states))
-      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, level%xp, level%reach, &
-        & level%detour)
+      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, level%xp, level%xp_peak, &
+        & level%transient_growth)
     else
-      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, detour=level%detour)
+      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, &
+        & transient_growth=level%transient_growth)
     end if
     monodromy%broken = allocated(error)
     if (allocated(error)) return
@@ -283,8 +284,8 @@ contains
     call move_alloc(from%phi, to%phi)
     call move_alloc(from%xp, to%xp)
     to%norm = from%norm
-    to%reach = from%reach
-    to%detour = from%detour
+    to%xp_peak = from%xp_peak
+    to%transient_growth = from%transient_growth
     to%steps = from%steps
   end subroutine move_level
 
@@ -298,7 +299,7 @@ contains
     d(1) = scaled_norm(one%phi - other%phi, scale) / max(other%norm, tiny(1.0_dp))
     d(2) = 0
     if (allocated(other%xp)) then
-      if (other%reach > 0) d(2) = norm2((one%xp - other%xp) / scale) / other%reach
+      if (other%xp_peak > 0) d(2) = norm2((one%xp - other%xp) / scale) / other%xp_peak
     end if
   end function distance
 
@@ -310,7 +311,7 @@ contains
     type(level_type), intent(in) :: level
     real(dp), intent(in) :: turns
 
-    roundoff = (epsilon(1.0_dp) * (size(level%phi, 1) * level%steps + 2 * turns) + system%rounding) * level%detour
+    roundoff = (epsilon(1.0_dp) * (size(level%phi, 1) * level%steps + 2 * turns) + system%rounding) * level%transient_growth
   end function roundoff
 
   !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, the result.
@@ -324,14 +325,14 @@ contains
     monodromy%roundoff = roundoff(system, level, turns) * level%norm + sqrt(tiny(1.0_dp))
     monodromy%norm = level%norm
     monodromy%error = errors(1) * level%norm + monodromy%roundoff
-    monodromy%xp_roundoff = (roundoff(system, level, turns) + system%load_rounding) * level%reach
+    monodromy%xp_roundoff = (roundoff(system, level, turns) + system%load_rounding) * level%xp_peak
     if (allocated(level%xp)) then
       if (any(abs(level%xp) > 0)) monodromy%xp_roundoff = monodromy%xp_roundoff + sqrt(tiny(1.0_dp))
     end if
-    monodromy%xp_error = errors(2) * level%reach + monodromy%xp_roundoff
+    monodromy%xp_error = errors(2) * level%xp_peak + monodromy%xp_roundoff
     monodromy%steps = level%steps
     monodromy%turns = turns
-    monodromy%detour = level%detour
+    monodromy%transient_growth = level%transient_growth
     call move_alloc(level%nodes, monodromy%nodes)
     call move_alloc(level%phi, monodromy%phi)
     call move_alloc(level%xp, monodromy%xp)
@@ -353,7 +354,7 @@ contains
   end subroutine check_liouville
 
   !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are
-  !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the detour.
+  !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the transient growth.
   logical function loses_modes(self)
     class(monodromy_type), intent(in) :: self
     real(dp), parameter :: most_spread = 1.0e4_dp
@@ -361,7 +362,7 @@ contains
     type(error_type), allocatable :: singular
 
     loses_modes = .true.
-    if (self%detour >= most_spread) return
+    if (self%transient_growth >= most_spread) return
     ! The squares within a norm vanish below sqrt(tiny).
     if (self%norm < sqrt(tiny(1.0_dp)) / epsilon(1.0_dp)) return
     call inverse(balanced(self%phi, self%scale), inverted, singular)

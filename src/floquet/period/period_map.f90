@@ -8,7 +8,7 @@ module gestell_floquet_period_period_map
   use gestell_base_text, only: text
   use gestell_floquet_integrator_mesh, only: merged
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_period_composition, only: multiply_maps
+  use gestell_floquet_period_composition, only: multiply_maps, transient_type
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -61,17 +61,18 @@ contains
   !> more than Phi(T) a rounding on the way is worth, |Phi(T, t)| |Phi(t)| / |Phi(T)| where Phi(t) is greatest and in mid-turn,
   !> from 1 upward.
   !> Errors: nodes or shapes that make no sense; a step failed or the numbers overflow.
-  subroutine period_map(system, method, nodes, scale, phi, error, xp, reach, detour)
+  !> Nine arguments: five describe the steps, what is found is asked for piece by piece.
+  subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
     real(dp), contiguous, intent(in) :: nodes(:), scale(:)
     real(dp), intent(out) :: phi(:, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(out), optional :: xp(:), reach, detour
+    real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
     real(dp), allocatable :: a(:, :, :), b(:, :)
     ! What is not allocated is absent where it is an argument.
-    real(dp), allocatable :: summit(:, :), height, halfway(:, :)
-    integer :: n, steps, first, last, middle
+    type(transient_type), allocatable :: transient
+    integer :: n, steps, first, last
     logical :: fits
 
     n = system%states
@@ -80,13 +81,9 @@ contains
     allocate(a(n, n, min(block_length, size(nodes) - 1)), b(n, min(block_length, size(nodes) - 1)))
     phi = unit_matrix(n)
     if (present(xp)) xp = 0
-    if (present(reach)) reach = 0
-    if (present(detour)) then
-      summit = phi
-      height = sqrt(real(n, dp))
-      halfway = phi
-    end if
-    middle = (size(nodes) - 1) / 2
+    if (present(xp_peak)) xp_peak = 0
+    if (present(transient_growth)) transient = transient_type(peak=phi, halfway=phi, peak_norm=sqrt(real(n, dp)), &
+      & middle=(size(nodes) - 1) / 2)
 
     last = 0
     do while (last < size(nodes) - 1)
@@ -95,12 +92,11 @@ contains
       steps = last - first + 1
       if (present(xp)) then
         call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error, b(:, :steps))
-        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, reach, &
-          & summit, height, halfway, middle - first + 1)
+        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, &
+          & xp_peak, transient)
       else
         call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error)
-        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, summit=summit, height=height, &
-          & halfway=halfway, middle=middle - first + 1)
+        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, transient=transient)
       end if
       if (allocated(error)) return
       if (.not. fits) then
@@ -108,40 +104,40 @@ contains
         return
       end if
     end do
-    if (present(detour)) detour = max(detour_by(balanced(phi, scale), balanced(summit, scale), height), &
-      & detour_halfway(balanced(phi, scale), balanced(halfway, scale)))
+    if (present(transient_growth)) transient_growth = max(growth_by(balanced(phi, scale), balanced(transient%peak, scale), &
+      & transient%peak_norm), growth_halfway(balanced(phi, scale), balanced(transient%halfway, scale)))
   end subroutine period_map
 
-  !> How much more than Phi(T) a rounding at the time of the greatest Phi(t), the summit, is worth. From there to the end the
+  !> How much more than Phi(T) a rounding at the time of the greatest Phi(t), the peak, is worth. From there to the end the
   !> motion is Phi(T) Phi(t)^-1; where it does not go down this is about 1, and is not looked at.
-  real(dp) function detour_by(phi, summit, height) result(detour)
-    real(dp), intent(in) :: phi(:, :), summit(:, :), height
+  real(dp) function growth_by(phi, peak, peak_norm) result(growth)
+    real(dp), intent(in) :: phi(:, :), peak(:, :), peak_norm
     real(dp), parameter :: much = 10
     real(dp), allocatable :: back(:, :)
     type(error_type), allocatable :: singular
     real(dp) :: norm
 
     norm = norm2(phi)
-    detour = 1
-    if (height < much * max(norm, sqrt(real(size(phi, 1), dp)))) return
-    call inverse(summit, back, singular)
+    growth = 1
+    if (peak_norm < much * max(norm, sqrt(real(size(phi, 1), dp)))) return
+    call inverse(peak, back, singular)
     if (allocated(singular)) then
-      detour = height / max(norm, tiny(norm))
+      growth = peak_norm / max(norm, tiny(norm))
     else
-      detour = max(1.0_dp, norm2(matmul(phi, back)) * height / max(norm, tiny(norm)))
+      growth = max(1.0_dp, norm2(matmul(phi, back)) * peak_norm / max(norm, tiny(norm)))
     end if
-  end function detour_by
+  end function growth_by
 
   !> The same for a rounding in mid-turn, |Phi(T, t)| |Phi(t)| / |Phi(T)| over that of rotations: far above 1 where modes that
   !> all but coincide decay, as at critical damping. Where Phi(t) has lost modes nothing is said.
-  real(dp) function detour_halfway(phi, halfway) result(detour)
+  real(dp) function growth_halfway(phi, halfway) result(growth)
     real(dp), intent(in) :: phi(:, :), halfway(:, :)
     real(dp), parameter :: most_spread = 1.0e12_dp
     real(dp), allocatable :: back(:, :)
     type(error_type), allocatable :: singular
     real(dp) :: norm, log_det
 
-    detour = 1
+    growth = 1
     norm = norm2(halfway) / sqrt(real(size(phi, 1), dp))
     if (.not. norm > tiny(norm)) return
     call log_abs_determinant(halfway / norm, log_det, singular)
@@ -149,8 +145,8 @@ contains
     ! The condition is 2 (|A| / sqrt(n))^n / |det A| at most (Guggenheimer, Edelman, Johnson, College Math. J. 26 (1995), 2-5).
     if (-log_det > log(most_spread)) return
     call inverse(halfway / norm, back, singular)
-    detour = max(1.0_dp, norm2(matmul(phi, back)) / max(norm2(phi), tiny(1.0_dp)))
-  end function detour_halfway
+    growth = max(1.0_dp, norm2(matmul(phi, back)) / max(norm2(phi), tiny(1.0_dp)))
+  end function growth_halfway
 
   !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.
   !> The phases become ends of steps beside `nodes`, so x has the accuracy of the method there.

@@ -67,6 +67,7 @@ contains
   !> speed, "motor" where it is missing.
   !> Errors: a parameter that is not finite or out of its range; speed zero; the mechanism cannot turn; nothing carries the weights;
   !> as of `check_held`.
+  !> Thirteen arguments: the data of a machine; the last five may be left out.
   subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism

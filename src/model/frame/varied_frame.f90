@@ -148,6 +148,7 @@ contains
   end subroutine sample_second_order
 
   !> The left sides of the equations, shape (points, 3), and their derivatives with respect to q'', q' and q, where E is `turn`.
+  !> Ten arguments: q, q', q'', and the left side with its three derivatives.
   subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
     type(varied_frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

@@ -115,6 +115,7 @@ contains
   !> error may be `rough`, unless there is a motion `from` which lacks the periodic motion of the system `lack`. `next` may hold the
   !> motion of a system that differs little. Where the quick way does not fit the system is solved as all others, to `accuracy`.
   !> `floquet`: that solution, which is then the way. Errors: as of `solve_floquet` and `solve_periodic`.
+  !> Nine arguments: Newton's step and, by the last three, what is known before it.
   subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack, floquet)
     class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy

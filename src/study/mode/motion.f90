@@ -31,7 +31,7 @@ module gestell_study_mode_motion
 
 contains
 
-  !> All motions, from the factors of the monodromy matrix and the frames of their periodic Schur form: along its frame no
+  !> All motions, from the factors of the monodromy matrix and the eigenvectors at its places: along them no
   !> motion is lost beside another one, and none under- or overflows.
   !> Errors: those of `solve_factored`; the vibrations are too fast against the period.
   subroutine solve_motions(system, accuracy, motions, error)
@@ -53,17 +53,17 @@ contains
     if (.not. allocated(error) .and. allocated(factored%failure)) allocate(error, source=factored%failure)
     if (allocated(error)) return
     n = system%states
-    motions%exponent = factored%frames%z
-    motions%error = factored%frames%bound
+    motions%exponent = factored%spectrum%z
+    motions%error = factored%spectrum%bound
     ! More than twice the order of the fastest vibration, and what the coefficients add to it.
     samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * seen%turns / pi + 4 * system%least_steps)) / log(2.0_dp))
     allocate(motions%positions(samples, n / 2, n))
-    call follow_frames(system, factored, motions, error)
+    call follow_vectors(system, factored, motions, error)
     motions%exponent = motions%exponent / system%period
   end subroutine solve_motions
 
   !> p at equidistant phases, within each segment from the frame at its start.
-  subroutine follow_frames(system, factored, motions, error)
+  subroutine follow_vectors(system, factored, motions, error)
     class(periodic_system), intent(in) :: system
     type(factored_type), intent(in) :: factored
     type(motions_type), intent(inout) :: motions
@@ -77,7 +77,7 @@ contains
     next = 1
     segment = 1
     past = 0
-    associate (factors => factored%factors, x => factored%frames%x, lambda => factored%frames%lambda)
+    associate (factors => factored%factors, x => factored%spectrum%vectors%x, lambda => factored%spectrum%vectors%lambda)
       allocate(nodes, source=merged(factors%nodes, [(real(k, dp) / samples, k = 0, samples - 1)]))
       now = x(:, :, 1)
       call keep(0.0_dp)
@@ -112,6 +112,6 @@ contains
       next = next + 1
     end subroutine keep
 
-  end subroutine follow_frames
+  end subroutine follow_vectors
 
 end module gestell_study_mode_motion

@@ -22,6 +22,7 @@ contains
 
   !> Sets the results in `cell`, a part of `tile`; `perturbations` bound the errors of Phi(T) and of all numbers in norm. A
   !> point whose vibration is not sure, beside a resonance, gets a solution of its own. Error: that of a point.
+  !> Ten arguments: the cell with its tile, grid and order, the expansion with its errors.
   subroutine evaluate(family, grid, tile, cell, order, sampler, expansion, perturbations, results, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid

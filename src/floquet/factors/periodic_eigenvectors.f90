@@ -1,30 +1,37 @@
 !> The eigenvectors at all places along the period.
-module gestell_floquet_factors_periodic_frames
+module gestell_floquet_factors_periodic_eigenvectors
   use gestell_base_kinds, only: dp
   use gestell_floquet_factors_rotations, only: norm, rotate, swapping
   implicit none (type, external)
   private
 
-  public :: periodic_frames
-
-contains
+  public :: periodic_eigenvectors
 
   !> Right eigenvectors, the unit columns of X_k, and left ones, the rows of Y_k = X_k^-1, with
   !>
-  !>     A_k X_k = X_{k+1} diag(lambda_k),   X_{K+1} = X_1,   prod_k lambda_k(i) = rho_i,
+  !>     A_k X_k = X_{k+1} diag(lambda_k),   X_{K+1} = X_1,   prod_k lambda_k(i) = rho_i;
   !>
-  !> from the periodic Schur form of the factors. Shapes: q, r, x, y (n, n, K), lambda (n, K).
+  !> shapes: x, y (n, n, K), lambda (n, K).
+  type, public :: eigenvectors_type
+    complex(dp), allocatable :: x(:, :, :), y(:, :, :), lambda(:, :)
+  end type eigenvectors_type
+
+contains
+
+  !> The eigenvectors from the periodic Schur form of the factors, q and r, shapes (n, n, K).
   !> Multiplier i is swapped to the first place of the form, where its Schur vectors are x, and to the last, where they
   !> are conjg(y). Where multipliers are the same and share an eigenvector, X_k is singular: Y_k is then large, and
   !> Y_k X_k = E holds on the diagonal only.
-  pure subroutine periodic_frames(q, r, x, y, lambda)
+  pure subroutine periodic_eigenvectors(q, r, vectors)
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)
-    complex(dp), intent(out) :: x(:, :, :), y(:, :, :), lambda(:, :)
+    type(eigenvectors_type), intent(out) :: vectors
     complex(dp), allocatable :: regular(:, :, :), q_moved(:, :, :), r_moved(:, :, :)
     complex(dp) :: cosine
     integer :: n, i, k
 
     n = size(r, 1)
+    allocate(vectors%x, vectors%y, mold=r)
+    allocate(vectors%lambda(n, size(r, 3)))
     allocate(regular, source=r)
     do k = 1, size(r, 3)
       do i = 1, n
@@ -34,16 +41,16 @@ contains
     end do
     do i = 1, n
       call moved(i, 1, q, regular, q_moved, r_moved)
-      x(:, i, :) = q_moved(:, 1, :)
-      lambda(i, :) = r_moved(1, 1, :)
+      vectors%x(:, i, :) = q_moved(:, 1, :)
+      vectors%lambda(i, :) = r_moved(1, 1, :)
       call moved(i, n, q, regular, q_moved, r_moved)
       do k = 1, size(r, 3)
-        cosine = dot_product(q_moved(:, n, k), x(:, i, k))
+        cosine = dot_product(q_moved(:, n, k), vectors%x(:, i, k))
         if (abs(cosine) < epsilon(1.0_dp)**2) cosine = epsilon(1.0_dp)**2
-        y(i, :, k) = conjg(q_moved(:, n, k)) / cosine
+        vectors%y(i, :, k) = conjg(q_moved(:, n, k)) / cosine
       end do
     end do
-  end subroutine periodic_frames
+  end subroutine periodic_eigenvectors
 
   !> The form with the multiplier at place `from` moved to place `to`, the others in order.
   pure subroutine moved(from, to, q, r, q_moved, r_moved)
@@ -66,4 +73,4 @@ contains
     end do
   end subroutine moved
 
-end module gestell_floquet_factors_periodic_frames
+end module gestell_floquet_factors_periodic_eigenvectors
