@@ -5,7 +5,7 @@ module population_library
   use gestell_floquet_integrator_methods, only: method_names
   use gestell_floquet_period_integrated, only: integrated_type
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_multipliers, only: multipliers_type, nothing_told
+  use gestell_floquet_multipliers, only: multipliers_type, nothing_known
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
@@ -82,7 +82,7 @@ contains
     end if
     claim%rho = multipliers%rho
     claim%error = multipliers%error
-    claim%bound = merge(huge(1.0_dp), multipliers%error * abs(multipliers%rho), multipliers%error >= nothing_told)
+    claim%bound = merge(huge(1.0_dp), multipliers%error * abs(multipliers%rho), multipliers%error >= nothing_known)
     claim%log_abs = multipliers%log_abs
     claim%verdict = multipliers%verdict()
     claim%scale = floquet%scale

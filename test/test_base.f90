@@ -1,7 +1,7 @@
 !> Jets, cosines, Fourier series and the LAPACK gateway by closed forms.
 module test_base
   use checks, only: check_failure, check_success, check_that
-  use gestell_math_circle, only: circle
+  use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: gestell_error => error_type
   use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
@@ -88,14 +88,14 @@ contains
     end do
     ! Where the series are longest roundings differ in sign from angle to angle; a term that were missing would not.
     angles = [(pi / 4 - k * 1.0e-5_dp / 3, k = 1, 101)]
-    call circle(angles, c, s)
+    call cosine_sine(angles, c, s)
     defect = real(abs(sum(c - cos(real(angles, qp)))) + abs(sum(s - sin(real(angles, qp)))), dp) / 101
     call check_that(error, defect, "<", 0.12_dp * epsilon(1.0_dp), "on average")
 
   contains
 
     subroutine compare()
-      call circle(angles, c, s)
+      call cosine_sine(angles, c, s)
       defect = real(max(maxval(abs(c - cos(real(angles, qp)))), maxval(abs(s - sin(real(angles, qp))))), dp)
       ! Rounding of the reduced angle, of the last sum and of what is added in it.
       call check_that(error, defect, "<", 0.8_dp * epsilon(1.0_dp), "defect at most")

@@ -2,8 +2,8 @@
 module test_math
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
-  use gestell_math_order, only: ascending
-  use gestell_math_root, only: root_search_type
+  use gestell_math_sorting, only: ascending
+  use gestell_math_root_search, only: root_search_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private

@@ -4,8 +4,8 @@ module test_spectra_edges
   use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
-  use gestell_math_roots, only: find_roots
-  use gestell_floquet_multipliers_discs, only: find_discs
+  use gestell_math_characteristic_roots, only: find_roots
+  use gestell_floquet_multipliers_gershgorin, only: find_discs
   use gestell_floquet_multipliers_spectra, only: spectral_radii
   use reference_random, only: random_type
   use test_spectra, only: compare, disc_apart, set_diagonal, turn

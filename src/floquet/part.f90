@@ -22,7 +22,7 @@ module gestell_floquet_part
   public :: solve_part, ways
 
   !> Reduction is tried where the fastest vibration turns by more radians than this within the period.
-  real(dp), parameter :: many_turns = 700
+  real(dp), parameter :: large_advance = 700
   !> And where reduction tells little of the periodic motion, integration up to so many: a tenth of a second.
   real(dp), parameter :: most_affordable = 1.0e5_dp
   !> What reduction is to tell of the periodic motion, relative to it, where integration costs more, and where it costs less.
@@ -63,12 +63,13 @@ contains
 
     order = accuracy
     if (.not. allocated(order%method)) order%method = "auto"
-    call survey(system, seen%scale, seen%turns, error)
+    call survey(system, seen%scale, seen%phase_advance, error)
     if (allocated(error)) return
-    if (order%method == "reduced" .or. (order%method == "auto" .and. order%steps == 0 .and. seen%turns > many_turns)) then
+    if (order%method == "reduced" .or. (order%method == "auto" .and. order%steps == 0 &
+      & .and. seen%phase_advance > large_advance)) then
       call try_reduction(system, order, forced, seen, reduced, why)
       if (allocated(reduced)) then
-        if (forced .and. order%method /= "reduced" .and. seen%turns <= most_affordable) then
+        if (forced .and. order%method /= "reduced" .and. seen%phase_advance <= most_affordable) then
           if (.not. tells_motion(reduced, max(few_digits, order%tolerance))) call map_period(system, order, forced, seen, solution)
         end if
         if (.not. allocated(solution)) call move_alloc(reduced, solution)
@@ -87,7 +88,7 @@ contains
     if (integrated%monodromy%broken) lost = .true.
     if (order%steps == 0 .and. lost) then
       ! Some modes are lost in rounding beside others, or the numbers overflow.
-      if (order%method == "auto" .and. seen%turns <= many_turns) then
+      if (order%method == "auto" .and. seen%phase_advance <= large_advance) then
         call try_reduction(system, order, forced, seen, reduced, unfit)
         if (allocated(reduced) .and. forced) then
           if (.not. tells_motion(reduced, max(many_digits, order%tolerance))) deallocate(reduced)

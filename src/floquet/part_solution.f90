@@ -27,7 +27,7 @@ module gestell_floquet_part_solution
     !> Units that make the states comparable, shape (n).
     real(dp), allocatable :: scale(:)
     !> Radians by which the fastest motion that is integrated turns within the period.
-    real(dp) :: turns = 0
+    real(dp) :: phase_advance = 0
   contains
     procedure(take_multipliers), deferred :: multipliers
     procedure(take_start), deferred :: start

@@ -203,14 +203,14 @@ contains
   pure integer function checkpoints(floquet) result(number)
     type(floquet_type), intent(in) :: floquet
     integer, parameter :: fewest = 40
-    real(dp) :: turns
+    real(dp) :: phase_advance
     integer :: k
 
-    turns = 0
+    phase_advance = 0
     do k = 1, size(floquet%parts)
-      turns = max(turns, floquet%parts(k)%solution%turns)
+      phase_advance = max(phase_advance, floquet%parts(k)%solution%phase_advance)
     end do
-    number = max(fewest, ceiling(2 / pi * min(turns, 1.0e6_dp)))
+    number = max(fewest, ceiling(2 / pi * min(phase_advance, 1.0e6_dp)))
   end function checkpoints
 
   !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1, or with them among

@@ -1,6 +1,6 @@
 !> The discrete Fourier transform of any number of samples.
 module gestell_math_dft
-  use gestell_math_circle, only: circle
+  use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
   private
@@ -22,7 +22,7 @@ contains
     integer :: n, l, m, p, i
 
     n = size(x)
-    call circle([(2 * pi * i / n, i = 0, n - 1)], c, s)
+    call cosine_sine([(2 * pi * i / n, i = 0, n - 1)], c, s)
     roots = cmplx(c, -s, dp)
     y = x
     l = 1

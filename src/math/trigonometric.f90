@@ -1,6 +1,6 @@
 !> Trigonometric polynomials of several functions at once, with their derivatives, at many phases.
 module gestell_math_trigonometric
-  use gestell_math_circle, only: circle
+  use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_dft, only: dft
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -53,7 +53,7 @@ contains
 
     do first = 0, size(phases) - 1, block
       n = min(block, size(phases) - first)
-      call circle(2 * pi * phases(first + 1:first + n), c1(:n), s1(:n))
+      call cosine_sine(2 * pi * phases(first + 1:first + n), c1(:n), s1(:n))
       c = 1
       s = 0
       do j = 1, size(self%cosine, 2)

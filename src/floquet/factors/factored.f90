@@ -50,7 +50,7 @@ contains
     call solve_factors(system, accuracy, forced, factored%factors, error, seen)
     if (allocated(error)) return
     factored%scale = factored%factors%scale
-    factored%turns = factored%factors%turns
+    factored%phase_advance = factored%factors%phase_advance
     associate (spectrum => factored%spectrum)
       call solve_spectrum(factored%factors, spectrum, factored%failure)
       if (allocated(factored%failure) .or. .not. forced) return
@@ -203,7 +203,7 @@ contains
       call periodic_answer(self%spectrum, turn%defect / scale, z)
       z = z * scale
     end associate
-    own = (relative_rounding(system, comparison%steps, self%turns) + system%load_rounding) * comparison%size / count
+    own = (relative_rounding(system, comparison%steps, self%phase_advance) + system%load_rounding) * comparison%size / count
     if (present(disturbance)) own = own + disturbance / minval(self%scale) / count
     call accumulate(self%factors, self%spectrum, own, at_starts)
     ! The motion is followed from each start.

@@ -35,7 +35,7 @@ module gestell_floquet_factors
     !> Sum of ln |det A| - integral of tr P, zero by Liouville's theorem.
     real(dp) :: liouville_defect = 0
     !> Radians by which the fastest motion turns within the period.
-    real(dp) :: turns = 0
+    real(dp) :: phase_advance = 0
     !> Steps of the result, evaluations of the coefficients in all.
     integer :: steps = 0, evaluations = 0
     !> Ends of the steps, as phases.
@@ -71,33 +71,33 @@ contains
     type(level_type) :: coarse, middle, fine
     real(dp), allocatable :: d12(:, :), d23(:, :), left(:, :), floor(:)
     type(begin_type) :: begin
-    real(dp) :: turns
+    real(dp) :: phase_advance
     integer :: steps
     logical :: rounding
 
     factors%period = system%period
     if (present(seen)) then
       factors%scale = seen%scale
-      turns = seen%turns
+      phase_advance = seen%phase_advance
     else
-      call survey(system, factors%scale, turns, error)
+      call survey(system, factors%scale, phase_advance, error)
       if (allocated(error)) return
     end if
-    call choose_method(system, accuracy, turns, factors%method, error)
+    call choose_method(system, accuracy, phase_advance, factors%method, error)
     if (allocated(error)) return
     associate (order => factors%method%order)
-      if (3 * turns / order > most_steps) then
+      if (3 * phase_advance / order > most_steps) then
         call too_many_steps(error)
         return
       end if
-      steps = max(system%least_steps, ceiling(1.5_dp * turns / order))
+      steps = max(system%least_steps, ceiling(1.5_dp * phase_advance / order))
       call divide(system, steps, factors, error)
       if (.not. allocated(error)) call solve_level(system, steps, forced, factors, coarse, error)
       if (.not. allocated(error)) call solve_level(system, 2 * steps, forced, factors, middle, error)
       if (allocated(error)) return
       d12 = distances(coarse, middle, forced)
       do
-        floor = roundoff(system, middle, turns)
+        floor = roundoff(system, middle, phase_advance)
         steps = next_steps(coarse%steps, middle%steps, maxval(sum(d12, dim=1)), order, max(accuracy%tolerance, sum(floor)))
         if (steps > most_steps) then
           call too_many_steps(error)
@@ -119,12 +119,12 @@ contains
         d12 = d23
       end do
     end associate
-    floor = roundoff(system, fine, turns)
+    floor = roundoff(system, fine, phase_advance)
     factors%relative_error = sum(safety * left(:, 1) + floor)
     factors%error = (safety * left(:, 1) + floor) * fine%size_a
     factors%b_error = (safety * left(:, 2) + floor + system%load_rounding) * fine%size_b
     factors%steps = fine%steps
-    factors%turns = turns
+    factors%phase_advance = phase_advance
     call move_alloc(fine%nodes, factors%nodes)
     call move_alloc(fine%a, factors%a)
     call move_alloc(fine%b, factors%b)
@@ -245,15 +245,15 @@ contains
   end function distances
 
   !> The same estimate as for a whole period, shared out to the segments.
-  pure function roundoff(system, level, turns) result(part)
+  pure function roundoff(system, level, phase_advance) result(part)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(in) :: level
-    real(dp), intent(in) :: turns
+    real(dp), intent(in) :: phase_advance
     real(dp), allocatable :: part(:)
     integer :: count
 
     count = size(level%size_a)
-    allocate(part(count), source=(epsilon(1.0_dp) * (size(level%a, 1) * level%steps + 2 * turns) + system%rounding) / count)
+    allocate(part(count), source=(epsilon(1.0_dp) * (size(level%a, 1) * level%steps + 2 * phase_advance) + system%rounding) / count)
   end function roundoff
 
   subroutine check_liouville(system, factors, error)

@@ -60,11 +60,11 @@ contains
     end select
   end subroutine find
 
-  !> The method that solves `system`, whose fastest motion turns by `turns` radians within the period, to `tolerance` with
+  !> The method that solves `system`, whose fastest motion turns by `phase_advance` radians within the period, to `tolerance` with
   !> the least work, by the orders, error constants and works that the methods tell of themselves.
-  subroutine cheapest_method(system, turns, tolerance, method)
+  subroutine cheapest_method(system, phase_advance, tolerance, method)
     class(periodic_system), intent(in) :: system
-    real(dp), intent(in) :: turns, tolerance
+    real(dp), intent(in) :: phase_advance, tolerance
     class(method_type), allocatable, intent(out) :: method
     class(method_type), allocatable :: candidate
     type(error_type), allocatable :: error
@@ -89,7 +89,8 @@ contains
     allocate(names, source=method_names())
     do i = 2, size(names)
       call find(trim(names(i)), candidate, error)
-      work = candidate%work(system%states, second_order) * steps_in_all(candidate, system%least_steps, turns, tolerance, part, &
+      work = candidate%work(system%states, second_order) &
+        & * steps_in_all(candidate, system%least_steps, phase_advance, tolerance, part, &
         & candidate%steps_at_once(system%states, second_order))
       if (work >= least_work) cycle
       least_work = work
@@ -100,21 +101,21 @@ contains
 
   !> Steps of all solutions that lead to the tolerance, each a whole number of times those that are done `at_once`: a coarse
   !> one, one with twice as many, and the last, for which the method's error is known. There the fastest motion counts
-  !> four fifths of the norm `turns`, which is above the true angle, and the coefficients turn too: their harmonics fall
+  !> four fifths of the norm `phase_advance`, which is above the true angle, and the coefficients turn too: their harmonics fall
   !> so that for a method of order p those matter that are about p times as fine as the finest feature.
-  pure real(dp) function steps_in_all(method, least_steps, turns, tolerance, changing, at_once) result(steps)
+  pure real(dp) function steps_in_all(method, least_steps, phase_advance, tolerance, changing, at_once) result(steps)
     class(method_type), intent(in) :: method
     integer, intent(in) :: least_steps, at_once
-    real(dp), intent(in) :: turns, tolerance, changing
+    real(dp), intent(in) :: phase_advance, tolerance, changing
     real(dp) :: coarse, last, angle, constant, allowed
 
-    coarse = max(real(least_steps, dp), 1.5_dp * turns / method%order)
-    angle = 0.8_dp * turns + method%order * least_steps / 8.0_dp
+    coarse = max(real(least_steps, dp), 1.5_dp * phase_advance / method%order)
+    angle = 0.8_dp * phase_advance + method%order * least_steps / 8.0_dp
     constant = method%error_constant
-    if (method%exact_if_constant) constant = constant * changing * (least_steps / max(turns, real(least_steps, dp)))**3
+    if (method%exact_if_constant) constant = constant * changing * (least_steps / max(phase_advance, real(least_steps, dp)))**3
     ! The estimate of the error is four times the error, and half the tolerance is aimed at; rounding sets a floor.
-    allowed = max(tolerance, 4 * epsilon(1.0_dp) * turns) / 8
-    last = 1.1_dp * angle * (constant * max(turns, 1.0_dp) / allowed)**(1.0_dp / method%order)
+    allowed = max(tolerance, 4 * epsilon(1.0_dp) * phase_advance) / 8
+    last = 1.1_dp * angle * (constant * max(phase_advance, 1.0_dp) / allowed)**(1.0_dp / method%order)
     steps = at_once * (whole(coarse / at_once) + whole(2 * coarse / at_once) + whole(max(2.5_dp * coarse, last) / at_once))
   end function steps_in_all
 

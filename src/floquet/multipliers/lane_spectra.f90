@@ -3,8 +3,8 @@ module gestell_floquet_multipliers_lane_spectra
   use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
-  use gestell_math_roots, only: find_roots
-  use gestell_floquet_multipliers_discs, only: find_disc, find_discs
+  use gestell_math_characteristic_roots, only: find_roots
+  use gestell_floquet_multipliers_gershgorin, only: find_disc, find_discs
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private

@@ -20,7 +20,7 @@ module gestell_floquet_multipliers
     real(dp), allocatable :: arg(:)
     !> Characteristic exponents ln(rho) / T, imaginary parts up to multiples of 2 pi / T.
     complex(dp), allocatable :: exponent(:)
-    !> Bound on the error of rho relative to |rho|; from 1 on rho is lost: no digit of it is sure. At most 1e300; `nothing_told`
+    !> Bound on the error of rho relative to |rho|; from 1 on rho is lost: no digit of it is sure. At most 1e300; `nothing_known`
     !> where there is no bound at all.
     real(dp), allocatable :: error(:)
     !> Condition of the eigenvalue in balanced units: 1 at best.
@@ -34,7 +34,7 @@ module gestell_floquet_multipliers
   end type multipliers_type
 
   !> The error of a multiplier of which nothing is known: above every bound.
-  real(dp), parameter, public :: nothing_told = 1.0e308_dp
+  real(dp), parameter, public :: nothing_known = 1.0e308_dp
 
   !> ln 1e300.
   real(dp), parameter :: most = 300 * log(10.0_dp)
@@ -67,7 +67,7 @@ contains
         call set_multipliers(rho, right, left, monodromy%error + rounding, multipliers)
       end if
     end associate
-    if (.not. monodromy%told) multipliers%error = nothing_told
+    if (.not. monodromy%known) multipliers%error = nothing_known
     multipliers%exponent = multipliers%exponent / monodromy%period
     if (vectors) multipliers%vectors = right * spread(monodromy%scale, 2, n)
     call arrange(multipliers)
@@ -290,7 +290,7 @@ contains
   pure logical function untold(self)
     class(multipliers_type), intent(in) :: self
 
-    untold = any(self%error >= nothing_told)
+    untold = any(self%error >= nothing_known)
   end function untold
 
   !> 'stable': all |rho| below 1 by more than their error; 'unstable': some |rho| above 1 by more than its error;
@@ -302,7 +302,7 @@ contains
     associate (e => self%error)
       if (any(e < 1 .and. self%log_abs + min(log(max(1 - e, tiny(1.0_dp))), -e) > 0)) then
         word = "unstable"
-      else if (all(e < nothing_told .and. self%log_abs + min(log(1 + e) + epsilon(1.0_dp), e) < 0)) then
+      else if (all(e < nothing_known .and. self%log_abs + min(log(1 + e) + epsilon(1.0_dp), e) < 0)) then
         word = "stable"
       else
         word = "undecided"

@@ -40,7 +40,7 @@ contains
     call solve_monodromy(system, accuracy, forced, integrated%monodromy, error, seen)
     if (allocated(error)) return
     integrated%scale = integrated%monodromy%scale
-    integrated%turns = integrated%monodromy%turns
+    integrated%phase_advance = integrated%monodromy%phase_advance
   end subroutine integrate
 
   subroutine take_multipliers(self, vectors, multipliers, error)

@@ -48,13 +48,13 @@ module gestell_floquet_period_monodromy
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
     !> Whether the differences between the numbers of steps tell anything of the errors of Phi(T) and of x_p(T); where they do not,
     !> `error` and `xp_error` are no bounds.
-    logical :: told = .true., xp_told = .true.
+    logical :: known = .true., xp_known = .true.
     !> ln |det Phi(T)| - integral of tr P, zero by Liouville's theorem.
     real(dp) :: liouville_defect = 0
     !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
     real(dp) :: transient_growth = 1
     !> Radians by which the fastest motion turns within the period.
-    real(dp) :: turns = 0
+    real(dp) :: phase_advance = 0
     !> Steps of the result, evaluations of the coefficients in all.
     integer :: steps = 0, evaluations = 0
     !> Where there is no result: a step or the product failed, as by overflow.
@@ -84,7 +84,7 @@ contains
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
   !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. Steps given
-  !> by the user are compared with half and twice as many; where that tells nothing, `monodromy%told` says so.
+  !> by the user are compared with half and twice as many; where that tells nothing, `monodromy%known` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
   !> tolerance out of reach. `seen`: of a system that was surveyed already.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error, seen)
@@ -94,7 +94,7 @@ contains
     type(monodromy_type), intent(out) :: monodromy
     type(error_type), allocatable, intent(out) :: error
     type(survey_type), intent(in), optional :: seen
-    real(dp) :: turns
+    real(dp) :: phase_advance
 
     call system%check(error)
     if (.not. allocated(error)) call check_accuracy(accuracy, error)
@@ -102,16 +102,16 @@ contains
     monodromy%period = system%period
     if (present(seen)) then
       monodromy%scale = seen%scale
-      turns = seen%turns
+      phase_advance = seen%phase_advance
     else
-      call survey(system, monodromy%scale, turns, error)
+      call survey(system, monodromy%scale, phase_advance, error)
     end if
-    if (.not. allocated(error)) call choose_method(system, accuracy, turns, monodromy%method, error)
+    if (.not. allocated(error)) call choose_method(system, accuracy, phase_advance, monodromy%method, error)
     if (allocated(error)) return
     if (accuracy%steps > 0) then
-      call with_given_steps(system, accuracy%steps, forced, turns, monodromy, error)
+      call with_given_steps(system, accuracy%steps, forced, phase_advance, monodromy, error)
     else
-      call with_tolerance(system, accuracy%tolerance, forced, turns, monodromy, error)
+      call with_tolerance(system, accuracy%tolerance, forced, phase_advance, monodromy, error)
     end if
     if (allocated(error)) return
 
@@ -132,10 +132,10 @@ contains
 
   !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
   !> name.
-  subroutine choose_method(system, accuracy, turns, method, error)
+  subroutine choose_method(system, accuracy, phase_advance, method, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    real(dp), intent(in) :: turns
+    real(dp), intent(in) :: phase_advance
     class(method_type), allocatable, intent(out) :: method
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: name
@@ -143,7 +143,7 @@ contains
     name = "auto"
     if (allocated(accuracy%method)) name = accuracy%method
     if (name == "auto" .and. accuracy%steps == 0) then
-      call cheapest_method(system, turns, accuracy%tolerance, method)
+      call cheapest_method(system, phase_advance, accuracy%tolerance, method)
     else
       call new_method(name, method, error)
     end if
@@ -153,11 +153,11 @@ contains
   !> differences fall or are small already, and the bound that they give is below Phi(T) (below the greatest x_p(t)) itself:
   !> differences of that size fall by chance, as those above a hundredth do where the fastest motion turns by more radians in a
   !> step than the method has orders.
-  subroutine with_given_steps(system, steps, forced, turns, monodromy, error)
+  subroutine with_given_steps(system, steps, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
     logical, intent(in) :: forced
-    real(dp), intent(in) :: turns
+    real(dp), intent(in) :: phase_advance
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: small = 1.0e-6_dp, hundredth = 0.01_dp, whole = 1, nothing_known = 1 / epsilon(1.0_dp)
@@ -173,20 +173,20 @@ contains
     before = distance(coarser, level, monodromy%scale)
     change = distance(finer, level, monodromy%scale)
     lost = (change > small .and. 2 * change > before) .or. .not. safety * change < whole &
-      & .or. (change > hundredth .and. turns > real(monodromy%method%order, dp) * steps)
-    monodromy%told = .not. lost(1)
-    monodromy%xp_told = .not. lost(2)
+      & .or. (change > hundredth .and. phase_advance > real(monodromy%method%order, dp) * steps)
+    monodromy%known = .not. lost(1)
+    monodromy%xp_known = .not. lost(2)
     where (lost) change = nothing_known
     if (.not. any(lost)) call estimate_changes(monodromy, level, finer, safety, coarser, &
       & safety * promised(coarser%steps, level%steps, monodromy%method%order))
-    call accept(system, level, safety * change, turns, monodromy)
+    call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
-  subroutine with_tolerance(system, tolerance, forced, turns, monodromy, error)
+  subroutine with_tolerance(system, tolerance, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: tolerance
     logical, intent(in) :: forced
-    real(dp), intent(in) :: turns
+    real(dp), intent(in) :: phase_advance
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
     type(level_type) :: coarse, middle, fine
@@ -197,11 +197,11 @@ contains
 
     ! A method of order p begins to converge where the fastest motion turns by about p / 3 radians in a step: the middle
     ! solution stands there.
-    if (3 * turns / monodromy%method%order > most_steps) then
+    if (3 * phase_advance / monodromy%method%order > most_steps) then
       call too_many_steps(error)
       return
     end if
-    steps = max(system%least_steps, ceiling(1.5_dp * turns / monodromy%method%order))
+    steps = max(system%least_steps, ceiling(1.5_dp * phase_advance / monodromy%method%order))
     call solve_level(system, steps, forced, monodromy, coarse, error)
     if (allocated(error)) return
     call solve_level(system, 2 * steps, forced, monodromy, middle, error)
@@ -209,7 +209,7 @@ contains
     d12 = distance(coarse, middle, monodromy%scale)
 
     do
-      floor = roundoff(system, middle, turns)
+      floor = roundoff(system, middle, phase_advance)
       steps = next_steps(coarse%steps, middle%steps, maxval(d12), monodromy%method%order, max(tolerance, floor))
       if (steps > most_steps) then
         call too_many_steps(error)
@@ -231,7 +231,7 @@ contains
     end do
     call estimate_changes(monodromy, fine, middle, safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), coarse, &
       & safety * promised(coarse%steps, fine%steps, monodromy%method%order))
-    call accept(system, fine, safety * left, turns, monodromy)
+    call accept(system, fine, safety * left, phase_advance, monodromy)
   end subroutine with_tolerance
 
   !> The errors of Phi(T) and x_p(T) at `level` from how two others differ from it, times a factor each. In which
@@ -306,32 +306,32 @@ contains
   !> What the arithmetic leaves uncertain, relative to Phi(T): the roundings of n numbers in every step add up, for nearly
   !> constant coefficients all with the same sign, those of the coefficients shift the phase of the fastest motion; the
   !> model's own come on top. All count for more where Phi(t) was greater on the way.
-  pure real(dp) function roundoff(system, level, turns)
+  pure real(dp) function roundoff(system, level, phase_advance)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(in) :: level
-    real(dp), intent(in) :: turns
+    real(dp), intent(in) :: phase_advance
 
-    roundoff = (epsilon(1.0_dp) * (size(level%phi, 1) * level%steps + 2 * turns) + system%rounding) * level%transient_growth
+    roundoff = (epsilon(1.0_dp) * (size(level%phi, 1) * level%steps + 2 * phase_advance) + system%rounding) * level%transient_growth
   end function roundoff
 
   !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, the result.
-  subroutine accept(system, level, errors, turns, monodromy)
+  subroutine accept(system, level, errors, phase_advance, monodromy)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(inout) :: level
-    real(dp), intent(in) :: errors(2), turns
+    real(dp), intent(in) :: errors(2), phase_advance
     type(monodromy_type), intent(inout) :: monodromy
 
     ! The squares within a norm vanish below sqrt(tiny): so small a Phi(T) is known to that only.
-    monodromy%roundoff = roundoff(system, level, turns) * level%norm + sqrt(tiny(1.0_dp))
+    monodromy%roundoff = roundoff(system, level, phase_advance) * level%norm + sqrt(tiny(1.0_dp))
     monodromy%norm = level%norm
     monodromy%error = errors(1) * level%norm + monodromy%roundoff
-    monodromy%xp_roundoff = (roundoff(system, level, turns) + system%load_rounding) * level%xp_peak
+    monodromy%xp_roundoff = (roundoff(system, level, phase_advance) + system%load_rounding) * level%xp_peak
     if (allocated(level%xp)) then
       if (any(abs(level%xp) > 0)) monodromy%xp_roundoff = monodromy%xp_roundoff + sqrt(tiny(1.0_dp))
     end if
     monodromy%xp_error = errors(2) * level%xp_peak + monodromy%xp_roundoff
     monodromy%steps = level%steps
-    monodromy%turns = turns
+    monodromy%phase_advance = phase_advance
     monodromy%transient_growth = level%transient_growth
     call move_alloc(level%nodes, monodromy%nodes)
     call move_alloc(level%phi, monodromy%phi)

@@ -56,7 +56,7 @@ contains
       call fatal_error(error, "the periodic motion needs a system that was solved with forcing", invalid_input)
       return
     end if
-    if (.not. (monodromy%told .and. monodromy%xp_told)) then
+    if (.not. (monodromy%known .and. monodromy%xp_known)) then
       call fatal_error(error, "the periodic vibration cannot be told: with so few steps nothing is known of its error (order " &
         & // "more, or none, and the tolerance decides)", failed_computation)
       return
@@ -146,7 +146,7 @@ contains
     allocate(z(size(x, 1), count), due(size(x, 1), count))
     call close_turn(turn, comparison, monodromy%scale, z, due, inverted, error)
     if (allocated(error)) return
-    rounding = relative_rounding(system, comparison%steps, monodromy%turns)
+    rounding = relative_rounding(system, comparison%steps, monodromy%phase_advance)
     lost = norm2(inverted) * rounding * monodromy%norm
     if (.not. lost < 1) then
       call raise_resonance(error)

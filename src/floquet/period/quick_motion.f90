@@ -34,7 +34,7 @@ module gestell_floquet_period_quick_motion
     !> Estimates of their errors by rounding and by the steps, relative to the motion.
     real(dp) :: rounding = 0, truncation = 0
     !> Radians by which the fastest vibration turns within the period; how much greater errors of the steps show in the motion.
-    real(dp) :: turns = 0, amplification = usual_amplification
+    real(dp) :: phase_advance = 0, amplification = usual_amplification
     !> Sizes of its harmonics from order 0 upward in these units, relative to the whole.
     real(dp), allocatable :: spectrum(:)
   end type quick_motion_type
@@ -66,10 +66,10 @@ contains
     fits = .false.
     if (allocated(system%breaks)) return
     if (.not. allocated(motion%scale)) then
-      call survey(system, motion%scale, motion%turns, error)
+      call survey(system, motion%scale, motion%phase_advance, error)
       if (allocated(error)) return
     end if
-    if (motion%turns > most_turns) return
+    if (motion%phase_advance > most_turns) return
     n = system%states
     if (.not. allocated(motion%spectrum)) motion%spectrum = [(usual_ratio**k, k = 0, phases / 2)]
     do trial = 1, most_trials
@@ -81,7 +81,7 @@ contains
       ! Where Phi is great (E - Phi)^-1 is small, and lost in rounding where other multipliers are not great.
       motion%amplification = max(norm2(inverted), 1.0_dp)
       motion%rounding = motion%amplification * (1 + norm2(balanced(maps(:, :n, phases), motion%scale))) &
-        & * relative_rounding(system, between * phases, motion%turns)
+        & * relative_rounding(system, between * phases, motion%phase_advance)
       if (.not. motion%rounding < of_motion) return
       call move(maps, matmul(inverted, maps(:, n + 1, phases) / motion%scale), motion)
       if (.not. all(ieee_is_finite(motion%x))) return
@@ -133,7 +133,7 @@ contains
     integer :: stages, k
 
     stages = method%order / 2
-    angle = (0.8_dp * motion%turns + method%order * system%least_steps / 8.0_dp) / steps
+    angle = (0.8_dp * motion%phase_advance + method%order * system%least_steps / 8.0_dp) / steps
     error_of = method%error_constant * steps * angle**stages &
       & * sum([(motion%spectrum(k + 1) * (2 * pi * k / steps)**(stages + 1), k = 1, size(motion%spectrum) - 1)])
   end function error_of

@@ -14,17 +14,17 @@ module gestell_floquet_period_survey
   !> What `survey` finds.
   type, public :: survey_type
     real(dp), allocatable :: scale(:)
-    real(dp) :: turns = 0
+    real(dp) :: phase_advance = 0
   end type survey_type
 
 contains
 
   !> The units that balance the states, from the size of P over the period, and how far the fastest motion turns
   !> within the period, w_max T in radians.
-  subroutine survey(system, scale, turns, error)
+  subroutine survey(system, scale, phase_advance, error)
     class(periodic_system), intent(in) :: system
     real(dp), allocatable, intent(out) :: scale(:)
-    real(dp), intent(out) :: turns
+    real(dp), intent(out) :: phase_advance
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 16
     real(dp), allocatable :: p(:, :, :)
@@ -32,7 +32,7 @@ contains
 
     allocate(p(system%states, system%states, points))
     call system%sample([((k - 0.5_dp) / points, k = 1, points)], p)
-    turns = 0
+    phase_advance = 0
     if (.not. all(ieee_is_finite(p))) then
       call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
         & failed_computation)
@@ -40,7 +40,7 @@ contains
     end if
     scale = balancing(maxval(abs(p), dim=3))
     do k = 1, points
-      turns = max(turns, norm2(balanced(p(:, :, k), scale)) * system%period / sqrt(2.0_dp))
+      phase_advance = max(phase_advance, norm2(balanced(p(:, :, k), scale)) * system%period / sqrt(2.0_dp))
     end do
   end subroutine survey
 

@@ -183,12 +183,12 @@ contains
 
   !> Roundings over a turn relative to the motion: of n numbers in every step, for nearly constant coefficients all with the same
   !> sign, of the phase of the fastest motion, and the model's own.
-  pure real(dp) function relative_rounding(system, steps, turns) result(rounding)
+  pure real(dp) function relative_rounding(system, steps, phase_advance) result(rounding)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
-    real(dp), intent(in) :: turns
+    real(dp), intent(in) :: phase_advance
 
-    rounding = epsilon(1.0_dp) * (system%states * steps + 2 * turns) + system%rounding
+    rounding = epsilon(1.0_dp) * (system%states * steps + 2 * phase_advance) + system%rounding
   end function relative_rounding
 
   !> What roundings `own` within each of few segments, shape (K), in balanced units, come to at

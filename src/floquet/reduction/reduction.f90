@@ -84,7 +84,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(coefficients_type) :: nodes, middle
     type(decoupled_type) :: decoupled
-    real(dp) :: before, turns, aim
+    real(dp) :: before, phase_advance, aim
     integer :: n, needed, evaluations
 
     if (allocated(system%breaks)) then
@@ -102,8 +102,8 @@ contains
       call sample(system, scale, forced, equidistant(n), nodes, error)
       if (allocated(error)) return
       evaluations = evaluations + n
-      turns = maxval(abs(nodes%a))
-      if (least_residual(reduction) * turns > most_residual) then
+      phase_advance = maxval(abs(nodes%a))
+      if (least_residual(reduction) * phase_advance > most_residual) then
         call fatal_error(error, "the free vibrations turn so often within the period that rounding loses their phase", &
           & failed_computation)
         return
@@ -111,7 +111,7 @@ contains
       ! What N phases resolve varies more slowly than groups vibrate against each other that are so far apart.
       call decouple_groups(nodes, pi * n, 0.1_dp * aim, decoupled, error)
       if (allocated(error)) return
-      needed = phases_for(decoupled, turns, max(aim, least_residual(reduction) * turns))
+      needed = phases_for(decoupled, phase_advance, max(aim, least_residual(reduction) * phase_advance))
       if (needed == n) then
         call balance(decoupled%modes, decoupled%s, decoupled%motion)
         if (forced) call respond(decoupled, 0.1_dp * aim, error)
@@ -127,7 +127,7 @@ contains
       evaluations = evaluations + n
       call assemble(nodes, middle, decoupled, forced, reduction, error)
       if (allocated(error)) return
-      if (reduction%residual <= max(tolerance, least_residual(reduction) * turns) &
+      if (reduction%residual <= max(tolerance, least_residual(reduction) * phase_advance) &
         & .and. reduction%forcing_residual <= max(tolerance, least_residual(reduction)) * reduction%effort &
         & .and. reduction%slow_residual <= max(tolerance * reduction%slow_effort, &
         & least_residual(reduction) * reduction%effort)) then
@@ -143,14 +143,14 @@ contains
   end subroutine reduce
 
   !> The number of phases that resolves what D and A S consist of to `allowed`, unless the groups are too close for so many.
-  pure integer function phases_for(decoupled, turns, allowed) result(phases)
+  pure integer function phases_for(decoupled, phase_advance, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
-    real(dp), intent(in) :: turns, allowed
+    real(dp), intent(in) :: phase_advance, allowed
 
     phases = size(decoupled%s, 1)
     if (.not. decoupled%settled) return
     associate (needed => max(phases_needed(decoupled%motion%d, allowed, most_foretold), &
-      & phases_needed(decoupled%s, allowed / turns, most_foretold)))
+      & phases_needed(decoupled%s, allowed / phase_advance, most_foretold)))
       if (pi * needed <= decoupled%distance) phases = needed
     end associate
   end function phases_for

@@ -20,7 +20,7 @@
 !> with J_1 = J - 2 A + K, H_1' = Omega^2 d(A - K/2)/dphi and the motor's torque M, if it stands on a frame that bears a flywheel;
 !> else J_1 = J, which does not depend on psi, and H_1' = H'.
 module gestell_model_frame_varied_frame
-  use gestell_math_circle, only: circle
+  use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_kinds, only: dp, pi
   use gestell_math_trigonometric, only: series_type
   use gestell_model_frame, only: frame_type
@@ -123,7 +123,7 @@ contains
     call self%motion%values(phases, q, v, a)
     v = v * (2 * pi / self%period)
     a = a * (2 * pi / self%period)**2
-    call circle(q(:, 3), cosine, sine)
+    call cosine_sine(q(:, 3), cosine, sine)
     turn = cmplx(cosine, sine, dp)
     call vary_inertia(self, phases, q, v, a, turn, r, all_m, all_b, all_c)
     call add_foundation(self, q, v, r, all_b, all_c)

@@ -1,6 +1,6 @@
 !> A mechanism known by the harmonics of its mass functions: measured data, a vendor's, or what is no linkage.
 module gestell_model_mechanism_harmonic_mechanism
-  use gestell_math_circle, only: circle
+  use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_math_jet, only: jet, operator(*), operator(+)
   use gestell_base_kinds, only: dp, pi
@@ -135,7 +135,7 @@ contains
       sums(:, a3_v) = self%a3(1)
       moment = 0
       do k = 1, orders
-        call circle(k * some, c, s)
+        call cosine_sine(k * some, c, s)
         call add_harmonic(self%a1, k, c, s, sums(:, a1_v), sums(:, a1_d), sums(:, a1_dd))
         call add_harmonic(self%a2, k, c, s, sums(:, a2_v), sums(:, a2_d), sums(:, a2_dd))
         call add_harmonic(self%a3, k, c, s, sums(:, a3_v), sums(:, a3_d), sums(:, a3_dd))

@@ -43,9 +43,9 @@ contains
     type(survey_type) :: seen
     integer :: n, samples
 
-    call survey(system, seen%scale, seen%turns, error)
+    call survey(system, seen%scale, seen%phase_advance, error)
     if (allocated(error)) return
-    if (seen%turns > most_turns) then
+    if (seen%phase_advance > most_turns) then
       call fatal_error(error, "the free vibrations are too fast against the period to tell their modes", failed_computation)
       return
     end if
@@ -56,7 +56,7 @@ contains
     motions%exponent = factored%spectrum%z
     motions%error = factored%spectrum%bound
     ! More than twice the order of the fastest vibration, and what the coefficients add to it.
-    samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * seen%turns / pi + 4 * system%least_steps)) / log(2.0_dp))
+    samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * seen%phase_advance / pi + 4 * system%least_steps)) / log(2.0_dp))
     allocate(motions%positions(samples, n / 2, n))
     call follow_vectors(system, factored, motions, error)
     motions%exponent = motions%exponent / system%period

@@ -1,6 +1,6 @@
 !> What an engineer reads off a quantity over one period: peak, root of the mean square, crest factor, harmonics.
 module gestell_study_vibration_statistics
-  use gestell_math_circle, only: circle
+  use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_math_fourier, only: fourier_type, greatest
   use gestell_base_kinds, only: dp, pi
@@ -125,7 +125,7 @@ contains
     real(dp) :: c(0:n - 1), s(0:n - 1), along, across
     integer :: i, k, at
 
-    call circle([(2 * pi * i / n, i = 0, n - 1)], c, s)
+    call cosine_sine([(2 * pi * i / n, i = 0, n - 1)], c, s)
     f = series%mean
     do k = 1, size(series%amplitude)
       along = series%amplitude(k) * cos(series%phase(k) + pi * k / n)

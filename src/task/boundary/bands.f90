@@ -1,7 +1,7 @@
 !> Borders that pass through a box side by side, as those of many tongues do.
 module gestell_task_boundary_bands
   use gestell_base_kinds, only: dp
-  use gestell_math_order, only: ascending
+  use gestell_math_sorting, only: ascending
   use gestell_task_boundary_vertex, only: vertices_type
   implicit none (type, external)
   private

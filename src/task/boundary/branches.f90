@@ -5,7 +5,7 @@
 module gestell_task_boundary_branches
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_math_order, only: ascending
+  use gestell_math_sorting, only: ascending
   use gestell_math_trigonometric, only: series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type

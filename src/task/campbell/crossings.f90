@@ -2,7 +2,7 @@
 module gestell_task_campbell_crossings
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_math_root, only: root_search_type
+  use gestell_math_root_search, only: root_search_type
   use gestell_task_campbell, only: campbell_order_type, campbell_point_type, campbell_type, check_campbell_order, crank_speed, &
     & solve_tracked
   use gestell_study_family, only: family_type

@@ -1,7 +1,7 @@
 !> The points of a resonance curve, in the order of their speeds.
 module gestell_task_resonance_points
   use gestell_base_kinds, only: dp
-  use gestell_math_order, only: ascending
+  use gestell_math_sorting, only: ascending
   use gestell_study_speed_point, only: speed_point_type, unreached
   implicit none (type, external)
   private

@@ -4,7 +4,7 @@ module gestell_task_trade
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced
-  use gestell_math_order, only: ascending
+  use gestell_math_sorting, only: ascending
   use gestell_floquet_period_period_map, only: period_map
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type, name_length

@@ -2,7 +2,7 @@
 module gestell_model_joints_types_crank
   use gestell_base_key, only: key_type, of_angle, of_length, positive, real_key, text_key
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_circle, only: circle
+  use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
   use gestell_model_joints_data, only: check_finite, check_lengths, joint_data_type
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
@@ -78,7 +78,7 @@ contains
     type(path_type), intent(out) :: here
     real(dp) :: c(batch), s(batch)
 
-    call circle(angles + self%phase, c, s)
+    call cosine_sine(angles + self%phase, c, s)
     call turn_about(points(self%pivot), self%radius, c, s, here)
   end subroutine trace
 

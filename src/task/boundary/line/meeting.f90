@@ -2,7 +2,7 @@
 module gestell_task_boundary_line_meeting
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_root, only: root_search_type
+  use gestell_math_root_search, only: root_search_type
   use gestell_task_boundary_line_exponents, only: stretch_type
   use gestell_task_boundary_line, only: line_type
   use gestell_task_boundary_line_pair, only: fit_pair, greatest_growth, pair_fit_type, pair_name_type, pair_type, solve_pair

@@ -78,9 +78,9 @@ contains
     type is (averaged_system)
       other_way = .true.
     end select
-    if (.not. other_way) call survey(system, seen%scale, seen%turns, unfit)
+    if (.not. other_way) call survey(system, seen%scale, seen%phase_advance, unfit)
     if (allocated(unfit)) return
-    if (.not. other_way) other_way = seen%turns > many_turns
+    if (.not. other_way) other_way = seen%phase_advance > many_turns
     if (other_way) then
       allocate(unfit)
       return

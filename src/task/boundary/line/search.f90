@@ -2,7 +2,7 @@
 module gestell_task_boundary_line_search
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_order, only: ascending
+  use gestell_math_sorting, only: ascending
   use gestell_task_boundary_line_crossing, only: add_named, crossing_type, crossings_type, separate, verify
   use gestell_task_boundary_line_exponents, only: stretch_type
   use gestell_task_boundary_line_follow, only: follow_multipliers, way_type

@@ -1,5 +1,5 @@
 !> Eigenvalues of small matrices, eight side by side: all roots of their characteristic polynomials at once.
-module gestell_math_roots
+module gestell_math_characteristic_roots
   use gestell_math_hessenberg, only: evaluate, hessenberg_type, most_states
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lanes, only: lanes
@@ -121,4 +121,4 @@ contains
     end do
   end subroutine improve
 
-end module gestell_math_roots
+end module gestell_math_characteristic_roots

@@ -1,11 +1,11 @@
 !> Cosines and sines of many angles at once, in a loop that the compiler vectorises on every system. (Of run-time libraries
 !> only the GNU one has vectorised functions, and those err by up to four units in the last place.)
-module gestell_math_circle
+module gestell_math_cosine_sine
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
   private
 
-  public :: circle
+  public :: cosine_sine
 
   !> A quarter turn in two parts. The first has 33 bits, so that its multiples up to `farthest` / (pi / 2) are exact.
   real(dp), parameter :: quarter_head = anint(pi / 2 * 2.0_dp**32) / 2.0_dp**32
@@ -23,7 +23,7 @@ contains
   !>
   !> What is left of an angle after whole quarter turns, |x| <= pi / 4, goes into the Taylor series up to x^16 / 16! and
   !> x^17 / 17!; the next terms are below 2e-18. Each quarter turn makes (c, s) into (-s, c).
-  pure subroutine circle(angles, c, s)
+  pure subroutine cosine_sine(angles, c, s)
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp), contiguous, intent(out) :: c(:), s(:)
     real(dp) :: quarters, x, x2, cosine, sine, across, along
@@ -50,6 +50,6 @@ contains
       c(k) = merge(along, -along, iand(turned + 1, 2) == 0)
       s(k) = merge(across, -across, iand(turned, 2) == 0)
     end do
-  end subroutine circle
+  end subroutine cosine_sine
 
-end module gestell_math_circle
+end module gestell_math_cosine_sine

@@ -7,7 +7,7 @@
 !>       call search%take(x, f(x))
 !>     end do
 !>     x = search%root()
-module gestell_math_root
+module gestell_math_root_search
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
@@ -108,4 +108,4 @@ contains
     width = abs(self%x(2) - self%x(1))
   end function width
 
-end module gestell_math_root
+end module gestell_math_root_search

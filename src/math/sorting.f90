@@ -1,5 +1,5 @@
 !> The order of numbers.
-module gestell_math_order
+module gestell_math_sorting
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
@@ -23,4 +23,4 @@ contains
     end do
   end function ascending
 
-end module gestell_math_order
+end module gestell_math_sorting

@@ -1,5 +1,5 @@
 !> Discs around the eigenvalues of small matrices, eight side by side: set_multipliers' discs where none touches another.
-module gestell_floquet_multipliers_discs
+module gestell_floquet_multipliers_gershgorin
   use gestell_math_hessenberg, only: hessenberg_type, most_states
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
@@ -141,4 +141,4 @@ contains
     end do
   end subroutine find_disc
 
-end module gestell_floquet_multipliers_discs
+end module gestell_floquet_multipliers_gershgorin
