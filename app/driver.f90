@@ -18,7 +18,7 @@ module driver
   use gestell_output_table_csv, only: append_rows
   use gestell_task, only: all_speeds, any_task_type, own_machine
   use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_context, only: context_type, keep_journal
   use gestell_task_drawing_report, only: report_mechanism
   use gestell_task_machine, only: end_line, solve_machine
   use gestell_task_machine_report, only: report_frequencies, report_machine
@@ -67,6 +67,7 @@ contains
       call open_staging(staging, context%folder, error)
       if (allocated(error)) return
       context%place = staging%place
+      call keep_journal(context, result)
     end if
     console%silent = options%quiet .or. options%one_line
     call result%say(report_machine(context%configuration, options%input))

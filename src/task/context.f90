@@ -2,13 +2,17 @@
 module gestell_task_context
   use gestell_base_kinds, only: dp
   use gestell_output_head, only: head_type
+  use gestell_output_result, only: result_type
   use gestell_study_family, only: family_type
   use gestell_study_vibration_analysis, only: analysis_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_executor, only: executor_type
+  use gestell_task_journal, only: open_journal
   use gestell_task_locked_family, only: locked_family_type
   implicit none (type, external)
   private
+
+  public :: keep_journal
 
   type, public :: context_type
     type(configuration_type) :: configuration
@@ -49,6 +53,17 @@ contains
     if (present(model) .and. .not. self%configuration%tasks%averaged) locked%model = model
     locked%accuracy = self%configuration%accuracy
   end subroutine members
+
+  !> Lets the executor keep what is done where the files are written, and take what an interrupted run has left there.
+  subroutine keep_journal(context, result)
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+
+    allocate(context%executor%journal)
+    call open_journal(context%executor%journal, context%place, context%configuration%content)
+    if (context%executor%journal%damaged) call result%note(context%folder // ": what an interrupted run has left is damaged: " &
+      & // "computed again as far as it is")
+  end subroutine keep_journal
 
   !> The speeds of the sweep (1/min).
   pure function speeds(self)

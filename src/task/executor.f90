@@ -2,6 +2,8 @@
 module gestell_task_executor
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_task_journal, only: journal_type
+  use gestell_task_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -12,6 +14,7 @@ module gestell_task_executor
   type, abstract, public :: work_type
   contains
     procedure(compute), deferred :: compute
+    procedure :: exchange => exchange_nothing
   end type work_type
 
   !> Who watches how far the work is.
@@ -26,6 +29,10 @@ module gestell_task_executor
   type, public :: executor_type
     !> Not allocated: nobody.
     class(progress_type), allocatable :: progress
+    !> What finished pieces are kept in. Not allocated: nothing is kept.
+    type(journal_type), allocatable :: journal
+    !> How often work was spread.
+    integer, private :: rounds = 0
   contains
     procedure :: spread
     procedure :: show
@@ -85,31 +92,73 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer(int64), intent(in), optional :: points(:)
     type(error_type), allocatable :: own
+    type(record_type) :: record
     integer(int64) :: weights(size(pieces))
+    logical :: known(size(pieces)), keeps
     integer :: i, failed, first_failed
 
     weights = 1
     if (present(points)) weights = points
     first_failed = huge(first_failed)
-    if (allocated(self%progress)) call self%progress%start(sum(weights))
-    !$omp parallel do schedule(dynamic, 1) private(own, failed)
+    self%rounds = self%rounds + 1
+    keeps = allocated(self%journal)
+    known = .false.
+    if (keeps) call restore(self, work, pieces, known)
+    if (allocated(self%progress)) call self%progress%start(sum(weights, mask=.not. known))
+    !$omp parallel do schedule(dynamic, 1) private(own, failed) firstprivate(record)
     do i = 1, size(pieces)
       !$omp atomic read
       failed = first_failed
-      if (i > failed) cycle
+      if (i > failed .or. known(i)) cycle
       call work%compute(pieces(i), own)
+      if (keeps) then
+        call record%begin()
+        if (.not. allocated(own)) call work%exchange(pieces(i), record)
+      end if
       !$omp critical (input_and_output)
       if (allocated(own) .and. i < first_failed) then
         !$omp atomic write
         first_failed = i
         call move_alloc(own, error)
       end if
+      if (keeps) call self%journal%keep(self%rounds, pieces(i), record%words)
       if (allocated(self%progress)) call self%progress%add(weights(i))
       !$omp end critical (input_and_output)
     end do
     !$omp end parallel do
     if (allocated(self%progress)) call self%progress%clear()
   end subroutine spread
+
+  !> Takes what is known of these pieces from an earlier run.
+  subroutine restore(executor, work, pieces, known)
+    class(executor_type), intent(inout) :: executor
+    class(work_type), intent(inout) :: work
+    integer, intent(in) :: pieces(:)
+    logical, intent(out) :: known(:)
+    type(record_type) :: record
+    integer(int64), allocatable :: words(:)
+    integer :: i
+
+    do i = 1, size(pieces)
+      call executor%journal%find(executor%rounds, pieces(i), words)
+      known(i) = size(words) > 0
+      if (.not. known(i)) cycle
+      call record%begin(words)
+      call work%exchange(pieces(i), record)
+      known(i) = record%is_complete()
+    end do
+  end subroutine restore
+
+  !> Passes what piece `k` found to the record, or takes it from there (gestell_task_record). Nothing: the piece is computed again
+  !> after an interruption.
+  subroutine exchange_nothing(self, k, record)
+    class(work_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    associate (unused_work => self, unused_number => k, unused_record => record)
+    end associate
+  end subroutine exchange_nothing
 
   !> Computes pieces 1 ... `count` of `work`, one after the other where there is no `executor`. Error: that of the first piece
   !> that failed.

@@ -1,5 +1,11 @@
-"""Work that is spread over threads: the same bytes by any number of them."""
+"""Work that is spread over threads: the same bytes by any number of them, and after any interruption."""
 
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
 from pathlib import Path
 
 from borders import SIEVE
@@ -9,21 +15,28 @@ from harness import Folder, Run, check, equal, files
 
 SPEEDS = "&sweep parameter='drive.speed_rpm', from={}, to={}, count={} /\n"
 OVER_SPEED = "'campbell', 'critical', 'resonance'"
-# With modes that are locked to orders.
-LOCKED = SOUND.replace("'stability', 'response'", "'campbell', 'critical'") + REST + SPEEDS.format(150, 900, 20)
 CASES = {
     "campbell, critical, resonance": NEEDLE.replace("'critical'", OVER_SPEED) + SPEEDS.format(500, 5000, 40),
-    "campbell and critical": LOCKED,
+    # with modes that are locked to orders
+    "campbell and critical": SOUND.replace("'stability', 'response'", "'campbell', 'critical'") + REST + SPEEDS.format(150, 900, 20),
     "borders on a line": SIEVE + SPEEDS.format(120, 300, 10),
     "borders on a line, about rest": SIEVE + REST + SPEEDS.format(60, 300, 20),
     "borders in a plane": SIEVE + REST + SPEEDS.format(200, 250, 5) + "&sweep parameter='foundation.damping(3)', from=0.2, to=10,"
                           " count=4 /\n",
-    "sensitivity": SOUND.replace("'stability', 'response'", "'sensitivity'") + REST,
+    "sensitivity": SOUND.replace("'stability', 'response'", "'sensitivity'"),
 }
+# The record of a piece begins with "gestell" and 2.
+MAGIC = 0x67657374656C6C02.to_bytes(8, "little")
 
 
 def contents(folder):
     return {name: (folder / name).read_bytes() for name in files(folder) if Path(name).suffix in (".csv", ".gp")}
+
+
+def journal(folder):
+    """What a run keeps while it goes on."""
+    path = folder / ".gestell-1" / "journal"
+    return path.read_bytes() if path.exists() else b""
 
 
 def test_threads():
@@ -44,4 +57,98 @@ def test_threads():
             Run(folder, "-q", "input.nml", environment={"OMP_NUM_THREADS": "2", "OMP_STACKSIZE": "64k"}).done(f"{what}, small stacks")
 
 
-SPREAD_TESTS = (test_threads,)
+def killed(folder, output, more):
+    """Kills a run when it has kept so many bytes more than there were; what its exit code was, and what was kept."""
+    before = len(journal(folder / output))
+    run = subprocess.Popen([Run.program, "-q", "input.nml", "-o", output], cwd=folder, stderr=subprocess.PIPE,
+                           env={**os.environ, "OMP_NUM_THREADS": "2"})
+    while run.poll() is None and len(journal(folder / output)) < before + more:
+        time.sleep(0.001)
+    if run.poll() is None:
+        run.send_signal(signal.SIGKILL)
+    message = run.communicate()[1]
+    return run.returncode, message, journal(folder / output)
+
+
+def test_killed():
+    """Killed again and again, each time a little later: what was kept is there, the bytes are those of a run that was not."""
+    chance = random.Random(16)
+    for what, text in CASES.items():
+        with Folder(input=text) as folder:
+            Run(folder, "-q", "input.nml", "-o", "right").done(f"{what}: undisturbed")
+            right, kept, now, kills = contents(folder / "right"), b"", b"", 0
+            for _ in range(200):
+                code, message, now = killed(folder, "out", chance.randrange(1, 300 + len(now)))
+                if code == 0:
+                    break
+                kills += 1
+                equal(f"{what}: killed", (code, message), (-signal.SIGKILL, b""))
+                if code != -signal.SIGKILL:
+                    break
+                equal(f"{what}: nothing is published", files(folder / "out"), [".gestell-1"])
+                check(f"{what}: what was kept is there", now.startswith(kept), f"the {len(kept)} bytes and more", len(now))
+                kept = now[:now.rfind(MAGIC)]
+            check(f"{what}: runs were killed", kills > 0, "at least once", kills)
+            equal(f"{what}: files after {kills} kills", contents(folder / "out") == right, True)
+            equal(f"{what}: nothing is left", sorted(path.name for path in (folder / "out").iterdir()),
+                  sorted(path.name for path in (folder / "right").iterdir()))
+
+
+def test_pieces_are_read():
+    """A piece that was kept is not computed again: numbers that are changed in it, with their checksum, are in the table."""
+    with Folder(input=CASES["campbell, critical, resonance"]) as folder:
+        code, _, kept = killed(folder, "out", 40000)
+        equal("kept: killed", code, -signal.SIGKILL)
+        records = [bytearray(MAGIC + record) for record in kept.split(MAGIC)[1:]]
+        # the first speed's point of the Campbell diagram: head of three words, round, piece, words, speed
+        first = next(record for record in records if record[24:40] == (1).to_bytes(8, "little") * 2)
+        check("kept: the speed", first[48:56] == bytes.fromhex("0000000000407f40"), "500.0", first[48:56].hex())
+        first[48:56] = bytes.fromhex("0000000000307f40")
+        first[-8:] = checksum(first[:-8])
+        (folder / "out" / ".gestell-1" / "journal").write_bytes(b"".join(records))
+        Run(folder, "-q", "input.nml", "-o", "out").done("kept: after a kill")
+        rows = [line for line in contents(folder / "out")["campbell.csv"].decode().splitlines() if line[0] != "#"]
+        equal("kept: the changed speed", float(rows[1].split(",")[0]), 499.0)
+
+
+def checksum(data):
+    """As src/base/hash.f90 has it."""
+    value = 0x4BF29CE484222325
+    for i in range(0, len(data), 8):
+        value = (value ^ int.from_bytes(data[i:i + 8], "little")) * (2**40 + 435) % 2**64
+        value ^= value >> 29
+    return value.to_bytes(8, "little")
+
+
+def test_damaged_and_foreign():
+    """What is damaged is computed again, with a note; what another input has left is not used; a torn end is no damage."""
+    note = "note: out: what an interrupted run has left is damaged: computed again as far as it is\n"
+    with Folder(input=CASES["campbell, critical, resonance"]) as folder:
+        Run(folder, "-q", "input.nml", "-o", "right").done("damaged: undisturbed")
+        right = contents(folder / "right")
+        code, _, kept = killed(folder, "out", 40000)
+        equal("damaged: killed", code, -signal.SIGKILL)
+        place = folder / "out" / ".gestell-1"
+        cases = [("torn", kept[:len(kept) // 2], ""), ("torn in a head", kept[:kept.rfind(MAGIC) + 12], ""), ("empty", b"", ""),
+                 ("a bit of a number", kept[:20000] + bytes([kept[20000] ^ 1]) + kept[20001:], note),
+                 ("a bit of the head", bytes([kept[0] ^ 128]) + kept[1:], note),
+                 ("zeros", bytes(len(kept)), note), ("a text", b"gestell " * 1000, note)]
+        for what, data, message in cases:
+            place.mkdir(exist_ok=True)
+            (place / "journal").write_bytes(data)
+            run = Run(folder, "-q", "input.nml", "-o", "out")
+            equal(f"damaged, {what}", (run.code, run.err), (0, message))
+            equal(f"damaged, {what}: files", contents(folder / "out") == right, True)
+        for what, options in (("another machine", ["-s", "frame.mass=23"]), ("no such task", ["-s", "case.tasks=stability"])):
+            for output in ("out", "other"):
+                (folder / output / ".gestell-1").mkdir(parents=True, exist_ok=True)
+            (place / "journal").write_bytes(kept)
+            for output in ("out", "other"):
+                Run(folder, "-q", "input.nml", "-o", output, *options).done(f"foreign, {what}, {output}")
+            equal(f"foreign, {what}: files", contents(folder / "out") == contents(folder / "other"), True)
+            equal(f"foreign, {what}: nothing is left", (folder / "out" / ".gestell-1").exists(), False)
+            for output in ("out", "other"):
+                shutil.rmtree(folder / output)
+
+
+SPREAD_TESTS = (test_threads, test_killed, test_pieces_are_read, test_damaged_and_foreign)

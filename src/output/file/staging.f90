@@ -30,6 +30,9 @@ module gestell_output_file_staging
     procedure :: retell
   end type staging_type
 
+  !> Within the place: what a run has computed that is not complete (gestell_task_journal). It outlives the run only where that is
+  !> killed.
+  character(len=*), parameter, public :: journal_name = "journal"
   !> Runs that can write to one folder at the same time.
   integer, parameter :: most = 1000
   !> What the old file is called within `place` until all new ones have their names.
@@ -173,6 +176,8 @@ contains
 
     call take_turn(staging%folder, guard)
     call empty(staging)
+    call remove_file(staging%place // "/" // journal_name)
+    call remove_file(staging%place // "/" // journal_name // growing)
     call remove_folder(staging%place, done)
     call unlock_file(staging%handle)
     staging%handle = -1

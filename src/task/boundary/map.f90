@@ -13,6 +13,7 @@ module gestell_task_boundary_map
   use gestell_task_boundary_vertex, only: plane_type, vertex_type, vertices_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
+  use gestell_task_record, only: record_type
   implicit none (type, external)
   private
 
@@ -52,6 +53,8 @@ module gestell_task_boundary_map
     private
     type(line_type) :: line
     type(search_type) :: search
+  contains
+    procedure :: exchange
   end type border_line_type
 
 contains
@@ -118,9 +121,19 @@ contains
       end if
     end associate
     ! The systems on the way, and the family, are of no more use.
-    if (allocated(found%search%marks)) deallocate(found%search%marks)
+    call found%search%forget_marks()
     found%line%family => null()
   end subroutine search_border_line
+
+  !> Passes what was found to a record, or takes it from there.
+  subroutine exchange(self, record)
+    class(border_line_type), intent(inout) :: self
+    type(record_type), intent(inout) :: record
+
+    call record%pass(self%line%start)
+    call record%pass(self%line%way)
+    call self%search%exchange(record)
+  end subroutine exchange
 
   !> Errors: as of `trace_borders`.
   subroutine check_plane(grid, accuracy, deviation, error)

@@ -17,6 +17,7 @@ module gestell_task_boundary_task
   use gestell_task_context, only: context_type
   use gestell_task_executor, only: work_type
   use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_record, only: record_type
   use gestell_task_sweep_plan, only: read_borders, sweep_plan_type
   implicit none (type, external)
   private
@@ -36,6 +37,7 @@ module gestell_task_boundary_task
     type(border_line_type), allocatable :: lines(:)
   contains
     procedure :: compute
+    procedure :: exchange
   end type lines_type
 
 contains
@@ -139,6 +141,14 @@ contains
 
     call search_line_of(self%family, self%plan%grid, self%plan%borders, k, self%lines(k), error)
   end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(lines_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call self%lines(k)%exchange(record)
+  end subroutine exchange
 
   pure type(table_type) function empty_table() result(table)
     table = new_table("boundary", "Stability boundaries", "Where the largest multiplier crosses the unit circle.", "", &

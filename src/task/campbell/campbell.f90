@@ -13,6 +13,8 @@ module gestell_task_campbell
   use gestell_study_speeds, only: check_orders, check_speeds
   use gestell_system_second_order, only: second_order_system
   use gestell_task_executor, only: executor_type, spread_over, work_type
+  use gestell_task_record, only: record_type
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -59,6 +61,7 @@ module gestell_task_campbell
     type(campbell_point_type), allocatable :: points(:)
   contains
     procedure :: compute
+    procedure :: exchange
   end type speeds_type
 
   !> Halvings of the way between two speeds to find out which mode is which.
@@ -112,6 +115,17 @@ contains
 
     call solve_point(self%family, self%speeds(k), self%order, self%points(k), error)
   end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(speeds_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+    integer(int64), allocatable :: words(:)
+
+    words = transfer(self%points(k), [0_int64])
+    call record%pass_words(words)
+    self%points(k) = transfer(words, self%points(k))
+  end subroutine exchange
 
   !> Counts a solution, which tells the freedoms too.
   pure subroutine count_in(point, campbell)

@@ -8,6 +8,8 @@ module gestell_task_campbell_crossings
   use gestell_study_family, only: family_type
   use gestell_study_mode_type, only: mode_type
   use gestell_task_executor, only: executor_type, spread_over, work_type
+  use gestell_task_record, only: record_type
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -48,6 +50,7 @@ module gestell_task_campbell_crossings
     type(search_type), allocatable :: searches(:)
   contains
     procedure :: compute
+    procedure :: exchange
   end type searches_type
 
   !> Crossings are found as exactly, relative to the speed, if the errors of the frequencies allow it.
@@ -115,7 +118,7 @@ contains
     integer :: first
 
     associate (search => self%searches(k))
-      allocate(search%crossings(0))
+      search%crossings = [crossing_type ::]
       first = 1
       do while (first < size(self%campbell%points))
         call next_crossing(self%campbell%points, first, search, error)
@@ -123,6 +126,28 @@ contains
       end do
     end associate
   end subroutine compute
+
+  !> What took no solutions is found again sooner than read.
+  subroutine exchange(self, k, record)
+    class(searches_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+    integer(int64), allocatable :: words(:)
+
+    associate (search => self%searches(k))
+      if (search%solutions == 0 .and. .not. record%reads) return
+      call record%pass(search%solutions)
+      call record%pass(search%jump)
+      call record%pass(search%place)
+      words = transfer(search%sides, [0_int64])
+      call record%pass_words(words)
+      search%sides = transfer(words, search%sides)
+      words = [integer(int64) ::]
+      if (allocated(search%crossings)) words = transfer(search%crossings, [0_int64])
+      call record%pass_words(words)
+      search%crossings = transfer(words, [crossing_type ::])
+    end associate
+  end subroutine exchange
 
   !> The modes at another `speed`, numbered as those at `near`. Error: as of `solve_campbell`.
   subroutine point_at(self, speed, near, point, error)

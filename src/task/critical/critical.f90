@@ -21,7 +21,9 @@ module gestell_task_critical
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_system_second_order, only: second_order_system
   use gestell_task_executor, only: executor_type, spread_over, work_type
+  use gestell_task_record, only: record_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -64,6 +66,7 @@ module gestell_task_critical
     type(critical_type), allocatable :: critical(:)
   contains
     procedure :: compute
+    procedure :: exchange
   end type searches_type
 
   !> The range that is looked at, in half widths, at the most this part of the speed; samples of it. A peak belongs to a crossing
@@ -117,6 +120,17 @@ contains
 
     call search(self%family, self%order, self%crossings(k), self%critical(k), error)
   end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(searches_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+    integer(int64), allocatable :: words(:)
+
+    words = transfer(self%critical(k), [0_int64])
+    call record%pass_words(words)
+    self%critical(k) = transfer(words, self%critical(k))
+  end subroutine exchange
 
   !> A peak that another crossing is nearer to, in half widths, is that one's.
   pure subroutine give_away(critical, i)

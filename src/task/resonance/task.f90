@@ -17,10 +17,12 @@ module gestell_task_resonance_task
   use gestell_task_context, only: context_type
   use gestell_task_executor, only: work_type
   use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_record, only: record_type
   use gestell_task_resonance_keys, only: resonance_keys
   use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
   use gestell_task_resonance_plot, only: plot_peaks, plot_resonance
   use gestell_task_resonance_report, only: report_resonance, told_of
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -41,6 +43,7 @@ module gestell_task_resonance_task
     type(speed_point_type), allocatable :: points(:)
   contains
     procedure :: compute
+    procedure :: exchange
   end type speeds_type
 
 contains
@@ -129,6 +132,33 @@ contains
 
     call solve_speed_point(self%family, self%speeds(k), self%order, self%points(k), error)
   end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(speeds_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+    integer(int64), allocatable :: words(:)
+    logical :: free
+
+    associate (point => self%points(k))
+      call record%pass(point%speed)
+      call record%pass(point%state)
+      call record%pass(point%values)
+      if (allocated(point%strongest)) words = int(point%strongest, int64)
+      call record%pass_words(words)
+      point%strongest = int(words)
+      free = allocated(point%turns)
+      call record%pass(free)
+      if (free) then
+        call record%pass(point%turns)
+        call record%pass(point%growth)
+        call record%pass(point%averaged_turns)
+      end if
+      words = transfer(point%moved, [0_int64])
+      call record%pass_words(words)
+      point%moved = transfer(words, point%moved)
+    end associate
+  end subroutine exchange
 
   !> resonance.csv.
   pure type(table_type) function curve_table(quantities, curve, verdict) result(table)

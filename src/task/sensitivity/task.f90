@@ -1,6 +1,7 @@
 !> The task `sensitivity`: by how much vibrations change with the numbers of the machine.
 module gestell_task_sensitivity_task
   use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_input_namelist_document, only: document_type
@@ -16,6 +17,7 @@ module gestell_task_sensitivity_task
   use gestell_task_context, only: context_type
   use gestell_task_executor, only: work_type
   use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_record, only: record_type
   use gestell_task_sensitivity_keys, only: sensitivity_keys
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter
   use gestell_task_sensitivity_plan, only: read_sensitivity, sensitivity_plan_type
@@ -42,6 +44,7 @@ module gestell_task_sensitivity_task
     type(sensitivity_type), allocatable :: found(:)
   contains
     procedure :: compute
+    procedure :: exchange
   end type parameters_type
 
 contains
@@ -119,6 +122,21 @@ contains
 
     call solve_parameter(self%family, self%base, k, self%found(k), error)
   end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(parameters_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+    real(dp), allocatable :: bend(:, :)
+
+    associate (one => self%found(k))
+      call record%pass(one%slope)
+      call record%pass(one%error)
+      if (allocated(one%bend)) bend = merge(1.0_dp, 0.0_dp, one%bend)
+      call record%pass(bend)
+      one%bend = bend > 0
+    end associate
+  end subroutine exchange
 
   !> sensitivity.csv: a row for every quantity and parameter.
   pure type(table_type) function table_of(quantities, paths, base, found, verdict) result(table)

@@ -6,6 +6,8 @@ module gestell_task_boundary_line_crossing
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_task_boundary_line_root, only: find_change, find_root
   use gestell_study_tile_results, only: stable, undecided
+  use gestell_task_record, only: record_type
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -28,6 +30,7 @@ module gestell_task_boundary_line_crossing
   contains
     procedure :: add
     procedure :: sort
+    procedure :: exchange
   end type crossings_type
 
 contains
@@ -45,6 +48,17 @@ contains
     longer(n + 1) = crossing
     call move_alloc(longer, self%list)
   end subroutine add
+
+  !> Passes all of them to a record, or takes them from there.
+  subroutine exchange(self, record)
+    class(crossings_type), intent(inout) :: self
+    type(record_type), intent(inout) :: record
+    integer(int64), allocatable :: words(:)
+
+    if (allocated(self%list)) words = transfer(self%list, [0_int64])
+    call record%pass_words(words)
+    if (record%reads) self%list = transfer(words, [crossing_type ::])
+  end subroutine exchange
 
   !> Adds a crossing with its argument, and its kind where that is not known yet, from the systems on both sides.
   pure subroutine add_named(found, crossing, below, above)

@@ -5,6 +5,7 @@ module gestell_task_boundary_line_follow
   use gestell_task_boundary_line_exponents, only: connect, node_type, solve_node, stretch_type
   use gestell_task_boundary_line, only: line_type
   use gestell_task_executor, only: work_type
+  use gestell_task_record, only: record_type
   implicit none (type, external)
   private
 
@@ -26,6 +27,7 @@ module gestell_task_boundary_line_follow
     type(node_type), allocatable :: nodes(:)
   contains
     procedure :: compute
+    procedure :: exchange
   end type nodes_type
 
   !> Parts of the whole: of a stretch that is not divided any more, and of one at whose other end there is no system.
@@ -105,6 +107,15 @@ contains
 
     call solve_node(self%line, self%t(k), self%ends, self%nodes(k), error)
   end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(nodes_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call self%nodes(k)%at%exchange(record)
+    if (.not. self%nodes(k)%at%missing()) call record%pass(self%nodes(k)%slope)
+  end subroutine exchange
 
   !> Whether the stretch between two nodes can be left as it is, or has no systems.
   pure integer function state_of(l, r, span) result(state)

@@ -15,6 +15,7 @@ module gestell_task_boundary_line
   use gestell_study_point, only: verdict_number
   use gestell_study_tile_results, only: failed, impossible, unstable
   use gestell_task_executor, only: executor_type, spread_over, work_type
+  use gestell_task_record, only: record_type
   implicit none (type, external)
   private
 
@@ -52,6 +53,7 @@ module gestell_task_boundary_line
   contains
     procedure :: missing
     procedure :: is_unstable
+    procedure :: exchange
   end type probe_type
 
 contains
@@ -89,6 +91,25 @@ contains
 
     is_unstable = self%verdict == unstable
   end function is_unstable
+
+  !> Passes all of it to a record, or takes it from there.
+  subroutine exchange(self, record)
+    class(probe_type), intent(inout) :: self
+    type(record_type), intent(inout) :: record
+    integer :: i
+
+    call record%pass(self%t)
+    call record%pass(self%verdict)
+    do i = 1, border_kinds
+      call record%pass(self%f(i))
+      call record%pass(self%known(i))
+    end do
+    call record%pass(self%reciprocal)
+    call record%pass(self%arg)
+    if (self%missing()) return
+    call record%pass(self%z)
+    call record%pass(self%noise)
+  end subroutine exchange
 
   !> Solves the system at `t`. Error: the parameters make no sense.
   subroutine probe_line(line, t, probe, error)

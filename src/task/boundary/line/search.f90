@@ -11,6 +11,8 @@ module gestell_task_boundary_line_search
   use gestell_task_boundary_line_pair, only: pair_name_type
   use gestell_task_boundary_line_places, only: fastest_within, find_meetings, place_type, places_type
   use gestell_task_executor, only: work_type
+  use gestell_task_record, only: record_type
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -31,6 +33,9 @@ module gestell_task_boundary_line_search
     !> Systems along the line, ascending, of which each side of each border was seen.
     type(probe_type), allocatable :: marks(:)
     integer, private :: seen = 0
+  contains
+    procedure :: exchange
+    procedure :: forget_marks
   end type search_type
 
   !> A piece is a place where multipliers meet.
@@ -41,6 +46,7 @@ module gestell_task_boundary_line_search
     type(search_type), allocatable :: found(:)
   contains
     procedure :: compute => look_at
+    procedure :: exchange => exchange_place
   end type meetings_type
 
   !> A piece is a gap between the marks `gaps` and the next ones.
@@ -51,6 +57,7 @@ module gestell_task_boundary_line_search
     type(crossings_type), allocatable :: found(:)
   contains
     procedure :: compute => close_gap
+    procedure :: exchange => exchange_gap
   end type gaps_type
 
   !> Where the search of short lines begins; of symmetry nothing is wanted.
@@ -130,6 +137,13 @@ contains
     end do
   end subroutine take
 
+  pure subroutine forget_marks(self)
+    class(search_type), intent(inout) :: self
+
+    self%marks = [probe_type ::]
+    self%seen = 0
+  end subroutine forget_marks
+
   !> The stretches with places that were left out, neighbours together, are doubts.
   pure subroutine name_left_out(places, fastest, way, search)
     type(places_type), intent(in) :: places
@@ -192,10 +206,43 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     associate (part => self%found(k), place => self%places(k))
-      allocate(part%doubts(0), part%marks(0))
+      part%doubts = [doubt_type ::]
+      part%marks = [probe_type ::]
       call look(self%line, self%way%list(place%stretch), place, part, error)
     end associate
   end subroutine look_at
+
+  subroutine exchange_place(self, k, record)
+    class(meetings_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call self%found(k)%exchange(record)
+  end subroutine exchange_place
+
+  !> Passes what was found to a record, or takes it from there.
+  subroutine exchange(self, record)
+    class(search_type), intent(inout) :: self
+    type(record_type), intent(inout) :: record
+    integer(int64), allocatable :: words(:)
+    integer :: i
+
+    call self%found%exchange(record)
+    if (allocated(self%doubts)) words = transfer(self%doubts, [0_int64])
+    call record%pass_words(words)
+    if (record%reads) self%doubts = transfer(words, [doubt_type ::])
+    call record%pass(self%meetings)
+    call record%pass(self%thin)
+    call record%pass(self%left_out)
+    call record%pass(self%seen)
+    if (record%reads) then
+      if (allocated(self%marks)) deallocate(self%marks)
+      allocate(self%marks(max(self%seen, 0)))
+    end if
+    do i = 1, self%seen
+      call self%marks(i)%exchange(record)
+    end do
+  end subroutine exchange
 
   !> Searches for a tongue where two multipliers meet.
   subroutine look(line, stretch, place, search, error)
@@ -298,6 +345,14 @@ contains
       call separate(self%line, self%marks(i), self%marks(i + 1), usual_depth, self%found(k), error)
     end associate
   end subroutine close_gap
+
+  subroutine exchange_gap(self, k, record)
+    class(gaps_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call self%found(k)%exchange(record)
+  end subroutine exchange_gap
 
   !> Adds a system to the others.
   pure subroutine add_mark(search, mark)

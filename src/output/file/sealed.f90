@@ -1,0 +1,77 @@
+!> Words of a file that can be trusted: behind a head that says what they belong to and before a checksum. A file may hold several
+!> such records, one behind the other.
+module gestell_output_file_sealed
+  use gestell_base_files, only: file_size
+  use gestell_base_hash, only: hash_start, mix
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: read_words, sealed, unseal
+
+  !> Words of a head: magic number, fingerprint, words that follow before the checksum.
+  integer, parameter, public :: sealed_head = 3, word_bytes = 8
+  !> "gestell" and the number of this format: another byte order does not fit either.
+  integer(int64), parameter :: magic = int(z"67657374656C6C02", int64)
+
+contains
+
+  !> A record.
+  pure function sealed(fingerprint, content) result(words)
+    integer(int64), intent(in) :: fingerprint, content(:)
+    integer(int64), allocatable :: words(:)
+
+    words = [magic, fingerprint, size(content, kind=int64), content, 0_int64]
+    words(size(words)) = checksum(words(:size(words) - 1))
+  end function sealed
+
+  !> The record that begins at word `first`, what it holds are the words from `content(1)` to `content(2)`. `sound`: it is complete
+  !> and not damaged; `torn`: its end is missing.
+  pure subroutine unseal(words, first, fingerprint, content, sound, torn)
+    integer(int64), intent(in) :: words(:)
+    integer, intent(in) :: first
+    integer(int64), intent(out) :: fingerprint
+    integer, intent(out) :: content(2)
+    logical, intent(out) :: sound
+    logical, intent(out), optional :: torn
+    integer(int64) :: room
+
+    fingerprint = 0
+    content = first - 1
+    sound = .false.
+    room = size(words) - first - sealed_head
+    if (present(torn)) torn = room < 0
+    if (room < 0) return
+    if (present(torn)) torn = words(first) == magic .and. words(first + 2) > room
+    if (words(first) /= magic .or. words(first + 2) < 0 .or. words(first + 2) > room) return
+    fingerprint = words(first + 1)
+    content = first + sealed_head + [0, int(words(first + 2)) - 1]
+    sound = words(content(2) + 1) == checksum(words(first:content(2)))
+  end subroutine unseal
+
+  !> All whole words of a file; none where it cannot be read.
+  subroutine read_words(name, words)
+    character(len=*), intent(in) :: name
+    integer(int64), allocatable, intent(out) :: words(:)
+    integer(int64) :: bytes
+    integer :: unit, status
+
+    bytes = max(file_size(name), 0_int64)
+    if (bytes / word_bytes > huge(unit)) bytes = 0
+    allocate(words(bytes / word_bytes))
+    open (newunit=unit, file=name, access="stream", form="unformatted", action="read", status="old", iostat=status)
+    if (status == 0) then
+      read (unit, iostat=status) words
+      close (unit)
+    end if
+    if (status /= 0) words = [integer(int64) ::]
+  end subroutine read_words
+
+  pure integer(int64) function checksum(words)
+    integer(int64), intent(in) :: words(:)
+
+    checksum = hash_start
+    call mix(checksum, words)
+  end function checksum
+
+end module gestell_output_file_sealed
