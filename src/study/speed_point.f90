@@ -9,6 +9,7 @@ module gestell_study_speed_point
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
   use gestell_study_family, only: family_type
+  use gestell_study_measure, only: measure_type, take_measures
   use gestell_study_member, only: impossible_member, member_type
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_study_speeds, only: check_orders
@@ -28,6 +29,8 @@ module gestell_study_speed_point
     !> Orders of the crank that are split off.
     integer :: orders = 6
     type(accuracy_type) :: accuracy
+    !> What else is measured of these quantities.
+    type(measure_type), allocatable :: measures(:)
   end type speed_order_type
 
   !> States of a point, and their names: a vibration that free ones leave, that they neither leave nor join for sure, that
@@ -44,10 +47,14 @@ module gestell_study_speed_point
     !> (3 + orders, quantities); NaN where there is no vibration. The strongest of all orders.
     real(dp), allocatable :: values(:, :)
     integer, allocatable :: strongest(:)
+    !> Each measure that was ordered and its error, shape (2, measures).
+    real(dp), allocatable :: measured(:, :)
     !> Of each free vibration: its turns within a turn of the crank up to whole ones, in (-1/2, 1/2], the logarithm of its
     !> growth in a turn, and the turns that the averaged frame would give all of them, ascending; shapes (modes). Not
     !> allocated where there are no multipliers.
     real(dp), allocatable :: turns(:), growth(:), averaged_turns(:)
+    !> The speed of the crank (rad/s), without sign.
+    real(dp) :: crank = 0
     !> How far the frame moves; nowhere where there is no vibration.
     type(moved_type) :: moved
   end type speed_point_type
@@ -98,6 +105,7 @@ contains
     type(quantity_type), allocatable :: quantities(:)
     type(multipliers_type) :: multipliers
     type(vibration_type) :: vibration
+    type(probe_type), allocatable :: probes(:)
     integer :: i
 
     call check_speed_order(order, error)
@@ -108,8 +116,10 @@ contains
     point%state = merge(no_mechanism, no_solution, member%state == impossible_member)
     if (allocated(error) .or. .not. member%is_sound()) return
     frame => frame_of(member%system)
+    allocate(probes(0))
+    if (allocated(order%probes)) probes = order%probes
     if (associated(frame)) then
-      call find_quantities(frame, order, quantities, error)
+      call find_quantities(frame, probes, order, quantities, error)
     else
       call fatal_error(error, "only a frame has a resonance curve", invalid_input)
     end if
@@ -130,6 +140,9 @@ contains
       call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i), error)
       if (allocated(error)) return
     end do
+    if (.not. allocated(order%measures)) return
+    allocate(point%measured(2, size(order%measures)))
+    call take_measures(frame, probes, vibration, order%measures, point%measured, error)
   end subroutine solve_response
 
   !> The state of a vibration by the free ones.
@@ -147,16 +160,15 @@ contains
   end function state_of
 
   !> Error: a name stands for no quantity of the frame.
-  subroutine find_quantities(frame, order, quantities, error)
+  subroutine find_quantities(frame, probes, order, quantities, error)
     class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
     type(speed_order_type), intent(in) :: order
     type(quantity_type), allocatable, intent(out) :: quantities(:)
     type(error_type), allocatable, intent(out) :: error
-    type(probe_type), allocatable :: probes(:)
     integer :: i
 
-    allocate(quantities(size(order%names)), probes(0))
-    if (allocated(order%probes)) probes = order%probes
+    allocate(quantities(size(order%names)))
     do i = 1, size(quantities)
       call find_quantity(frame, probes, trim(order%names(i)), quantities(i), error)
       if (allocated(error)) return
@@ -196,6 +208,7 @@ contains
 
     f = size(frame%free)
     allocate(point%turns(f), point%growth(f), point%averaged_turns(f), source=0.0_dp)
+    point%crank = abs(frame%speed)
     call frame%matrices(0.0_dp, m, b, c)
     n = 0
     second = .false.

@@ -7,6 +7,7 @@ module gestell_task_registry
   use gestell_input_schema_read, only: read
   use gestell_task, only: all_machines, all_speeds, any_task_type, own_machine, task_type
   use gestell_task_boundary_task, only: boundary_task
+  use gestell_task_boundary_level_task, only: level_task
   use gestell_task_campbell_task, only: campbell_task
   use gestell_task_configuration, only: configuration_type, read_machine, read_plan
   use gestell_task_critical_task, only: critical_task
@@ -52,6 +53,7 @@ contains
     call add(sensitivity_task())
     call add(sweep_task())
     call add(boundary_task())
+    call add(level_task())
     call add(campbell_task())
     call add(critical_task())
     call add(resonance_task())

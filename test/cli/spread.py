@@ -23,6 +23,8 @@ CASES = {
     "borders on a line, about rest": SIEVE + REST + SPEEDS.format(60, 300, 20),
     "borders in a plane": SIEVE + REST + SPEEDS.format(200, 250, 5) + "&sweep parameter='foundation.damping(3)', from=0.2, to=10,"
                           " count=4 /\n",
+    "a level": SOUND.replace("'stability', 'response'", "'boundary'") + REST + SPEEDS.format(250, 330, 5)
+               + "&boundary quantity='f', level=300 /\n",
     "sensitivity": SOUND.replace("'stability', 'response'", "'sensitivity'"),
 }
 # The record of a piece begins with "gestell" and 2.

@@ -9,11 +9,11 @@ module gestell_input_machine_quantities
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, freedom_names
   use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
-  use gestell_study_measure, only: band_measure, has_band, measure_names, measure_type, new_measure
+  use gestell_study_measure, only: band_measure, has_band, measure_names, measure_type, new_measure, peak_measure
   implicit none (type, external)
   private
 
-  public :: read_measures, read_probes, read_quantities
+  public :: kind_of_measure, read_measures, read_probes, read_quantities
 
   type(key_type), parameter, public :: probe_keys(*) = [ &
     & key_type("probe", "name", text_key, "names it in reports and files: up to 64 characters, no parentheses", required=.true.), &
@@ -149,5 +149,19 @@ contains
     if (size(names) > 0 .and. any(kinds == measure_names(band_measure)) .and. all(measures%kind /= band_measure)) call &
       & input_error(group, "measures", "'band' is for velocities of probes, probe(NAME).v, .vx, .vy: none is named", error)
   end subroutine read_measures
+
+  !> The measure that a key names. Error: there is no such measure.
+  subroutine kind_of_measure(group, keys, name, kind, error)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    character(len=*), intent(in) :: name
+    integer, intent(out) :: kind
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: word
+
+    kind = peak_measure
+    call read(group, keys, name, word, error)
+    if (.not. allocated(error)) kind = maxloc(merge(1, 0, measure_names == word), dim=1)
+  end subroutine kind_of_measure
 
 end module gestell_input_machine_quantities

@@ -9,7 +9,7 @@ module gestell_output_file_result_files
   character(len=*), parameter, public :: tables(*) = [character(len=18) :: "mechanism", "multipliers", "modes", "response", &
     & "harmonics", "supports", "supports_history", "supports_harmonics", "probes", "probes_history", "probes_harmonics", &
     & "power", "resonance", "peaks", "campbell", "crossings", "critical", "sensitivity", "trade", "sweep", "vibrations", &
-    & "boundary", "quantities"]
+    & "boundary", "quantities", "level"]
   !> Endings of a picture, and of what goes with a table.
   character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]
   character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".gp", picture_endings]

@@ -2,7 +2,7 @@
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_text, only: exact, text
-  use gestell_input_namelist_document, only: document_type
+  use gestell_input_namelist_document, only: document_type, has, the_group
   use gestell_input_schema, only: schema_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -56,6 +56,8 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
+    ! with a quantity it is about that: gestell_task_boundary_level_task
+    self%ordered = self%ordered .and. .not. has(the_group(doc, "boundary"), "quantity")
     if (.not. self%ordered) return
     configuration%plan%borders%accuracy = configuration%accuracy
     call read_borders(doc, schema, configuration%plan, error)

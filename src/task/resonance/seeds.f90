@@ -91,9 +91,9 @@ contains
     do i = first, last, step
       associate (point => curve%points(i))
         if (.not. allocated(point%turns)) cycle
-        if (.not. allocated(frequency)) allocate(frequency, source=point%averaged_turns * abs(point%speed))
-        call assign(point%turns, point%growth, frequency / abs(point%speed), swings(:, i), damping(:, i))
-        frequency = swings(:, i) * abs(point%speed)
+        if (.not. allocated(frequency)) allocate(frequency, source=point%averaged_turns * point%crank)
+        call assign(point%turns, point%growth, frequency / point%crank, swings(:, i), damping(:, i))
+        frequency = swings(:, i) * point%crank
       end associate
     end do
   end subroutine swings_of_modes

@@ -20,9 +20,9 @@ module gestell_task_resonance_task
   use gestell_task_record, only: record_type
   use gestell_task_resonance_keys, only: resonance_keys
   use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
+  use gestell_task_resonance_record, only: exchange_point
   use gestell_task_resonance_plot, only: plot_peaks, plot_resonance
   use gestell_task_resonance_report, only: report_resonance, told_of
-  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -137,27 +137,8 @@ contains
     class(speeds_type), intent(inout) :: self
     integer, intent(in) :: k
     type(record_type), intent(inout) :: record
-    integer(int64), allocatable :: words(:)
-    logical :: free
 
-    associate (point => self%points(k))
-      call record%pass(point%speed)
-      call record%pass(point%state)
-      call record%pass(point%values)
-      if (allocated(point%strongest)) words = int(point%strongest, int64)
-      call record%pass_words(words)
-      point%strongest = int(words)
-      free = allocated(point%turns)
-      call record%pass(free)
-      if (free) then
-        call record%pass(point%turns)
-        call record%pass(point%growth)
-        call record%pass(point%averaged_turns)
-      end if
-      words = transfer(point%moved, [0_int64])
-      call record%pass_words(words)
-      point%moved = transfer(words, point%moved)
-    end associate
+    call exchange_point(self%points(k), record)
   end subroutine exchange
 
   !> resonance.csv.

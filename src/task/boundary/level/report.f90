@@ -1,0 +1,92 @@
+!> The report on crossings of a level for people.
+module gestell_task_boundary_level_report
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_input_wording, only: counted, padded
+  use gestell_study_measure, only: measure_names, measure_type
+  use gestell_study_speed_point, only: reached, state_names
+  use gestell_task_boundary_level_search, only: level_results_type
+  use gestell_task_sweep_plan, only: sweep_plan_type
+  implicit none (type, external)
+  private
+
+  public :: level_heading, level_lines, level_name, level_sentence
+
+  character, parameter :: newline = new_line("a")
+  !> Crossings and open places that are listed, at the most.
+  integer, parameter :: most_listed = 40
+
+contains
+
+  !> What is measured, and its level.
+  pure function level_name(measure, level) result(words)
+    type(measure_type), intent(in) :: measure
+    real(dp), intent(in) :: level
+    character(len=:), allocatable :: words
+
+    words = trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " = " // concise(level, 9) // " " &
+      & // trim(measure%unit)
+  end function level_name
+
+  !> What is sought, and where.
+  pure function level_heading(measure, level, plan) result(report)
+    type(measure_type), intent(in) :: measure
+    real(dp), intent(in) :: level
+    type(sweep_plan_type), intent(in) :: plan
+    character(len=:), allocatable :: report
+
+    associate (axis => plan%grid%axes(1))
+      report = newline // "BORDERS OF A LEVEL  " // level_name(measure, level) // ", to " // concise(plan%borders%tolerance, 2) &
+        & // " of the range" // newline &
+        & // "  " // trim(plan%paths(1)) // "  " // concise(axis%from, 9) // " to " // concise(axis%to, 9) // ", " &
+        & // counted(axis%count, "search point") // ", " // trim(merge("logarithmic", "linear     ", axis%logarithmic)) // newline
+    end associate
+  end function level_heading
+
+  !> What was found.
+  pure function level_lines(results) result(report)
+    type(level_results_type), intent(in) :: results
+    character(len=:), allocatable :: report
+    integer :: i
+
+    report = newline
+    if (size(results%crossings) == 0) report = report // "  not crossed in the range" // newline
+    do i = 1, min(size(results%crossings), most_listed)
+      associate (c => results%crossings(i))
+        report = report // padded(concise(c%value, 13), 20) // " +- " // concise(c%error, 2) // "  below " // trim(c%below) &
+          & // ", above " // trim(c%above)
+        if (c%jumps) report = report // ", by a jump"
+        if (c%state /= reached) report = report // "; the vibration: " // trim(state_names(c%state))
+        report = report // newline
+      end associate
+    end do
+    do i = 1, min(size(results%places), most_listed)
+      report = report // "  open: a crossing could not be excluded at " // concise(results%places(i)%value, 13) // ", within " &
+        & // concise(results%places(i)%width, 2) // newline
+    end do
+    if (max(size(results%crossings), size(results%places)) > most_listed) report = report // "  ... all in boundary.csv" // newline
+    if (.not. results%complete) report = report // "  note: the curve was not refined to the end; more search points may show " &
+      & // "more" // newline
+    report = report // "  from " // counted(size(results%values), "point") // " of the curve, in level.csv" // newline
+  end function level_lines
+
+  !> Where it is crossed.
+  pure function level_sentence(measure, level, path, results) result(line)
+    type(measure_type), intent(in) :: measure
+    real(dp), intent(in) :: level
+    character(len=*), intent(in) :: path
+    type(level_results_type), intent(in) :: results
+    character(len=:), allocatable :: line
+    integer, parameter :: most = 6
+    integer :: i
+
+    line = "Border " // level_name(measure, level) // " over " // path // ": "
+    if (size(results%crossings) == 0) line = line // "not crossed in the range"
+    do i = 1, min(size(results%crossings), most)
+      if (i > 1) line = line // ", "
+      line = line // concise(results%crossings(i)%value, 7)
+    end do
+    if (size(results%crossings) > most) line = line // ", ... (" // text(size(results%crossings)) // ")"
+  end function level_sentence
+
+end module gestell_task_boundary_level_report

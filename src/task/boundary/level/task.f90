@@ -1,0 +1,196 @@
+!> The task `boundary` where a quantity is named: where its peak, its root mean square or its band crosses a level.
+module gestell_task_boundary_level_task
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, exact
+  use gestell_input_machine_quantities, only: kind_of_measure
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_schema, only: schema_type
+  use gestell_input_schema_read, only: read
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: new_unit, unit_type
+  use gestell_study_measure, only: band_measure, measure_names, measure_type, new_measure
+  use gestell_study_speed_point, only: state_names
+  use gestell_task, only: all_machines, task_type
+  use gestell_task_boundary_keys, only: boundary_keys
+  use gestell_task_boundary_level_line, only: level_line_type
+  use gestell_task_boundary_level_plot, only: plot_levels
+  use gestell_task_boundary_level_report, only: level_heading, level_lines, level_sentence
+  use gestell_task_boundary_level_search, only: find_levels, level_results_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_sweep_plan, only: read_borders, sweep_plan_type
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: level_task
+    private
+    type(measure_type) :: measure
+    !> In the measure's unit.
+    real(dp) :: level = 0
+  contains
+    procedure :: describe
+    procedure :: read => read_level
+    procedure :: preview
+    procedure :: run
+  end type level_task
+
+contains
+
+  pure subroutine describe(self)
+    class(level_task), intent(inout) :: self
+
+    self%name = "boundary"
+    self%about = all_machines
+  end subroutine describe
+
+  subroutine read_level(self, doc, schema, configuration, error)
+    class(level_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+    type(group_type), allocatable :: sweeps(:)
+    type(group_type) :: group
+    character(len=:), allocatable :: name
+    integer :: kind
+
+    if (.not. self%ordered) return
+    group = the_group(doc, "boundary")
+    self%ordered = has(group, "quantity")
+    if (.not. self%ordered) then
+      if (has(group, "measure")) call input_error(group, "measure", "tells of a quantity: none is named", error)
+      if (has(group, "level") .and. .not. allocated(error)) call input_error(group, "level", "is one of a quantity: none is " &
+        & // "named", error)
+      return
+    end if
+    sweeps = groups_named(doc, "sweep")
+    if (size(sweeps) > 1) then
+      call input_error(sweeps(2), "", "is one too many: the level of a quantity is sought over one parameter", error)
+      return
+    end if
+    call read_borders(doc, schema, configuration%plan, error)
+    if (.not. allocated(error)) call kind_of_measure(group, boundary_keys, "measure", kind, error)
+    if (.not. allocated(error)) call read(group, boundary_keys, "quantity", name, error)
+    if (allocated(error)) return
+    call new_measure(configuration%frame, configuration%probes, trim(adjustl(name)), kind, self%measure, reason)
+    if (allocated(reason)) then
+      call input_error(group, trim(merge("measure ", "quantity", index(reason%message, "'band'") == 1)), reason%message, error)
+      return
+    end if
+    call read_value(self, group, configuration, error)
+  end subroutine read_level
+
+  !> The level; of a band that of the probe where it has a limit. Error: there is none, or it is out of range.
+  subroutine read_value(self, group, configuration, error)
+    class(level_task), intent(inout) :: self
+    type(group_type), intent(in) :: group
+    type(configuration_type), intent(in) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: limit
+    integer :: k
+
+    limit = 0
+    if (self%measure%kind == band_measure) then
+      do k = 1, size(configuration%probes)
+        associate (probe => configuration%probes(k))
+          if (index(self%measure%quantity, "probe(" // trim(probe%name) // ").") == 1) limit = 1000 * probe%limit
+        end associate
+      end do
+    end if
+    if (has(group, "level") .or. .not. limit > 0) then
+      call read(group, boundary_keys, "level", self%level, error)
+    else
+      self%level = limit
+    end if
+  end subroutine read_value
+
+  function preview(self, configuration) result(lines)
+    class(level_task), intent(in) :: self
+    type(configuration_type), intent(in) :: configuration
+    character(len=:), allocatable :: lines
+
+    lines = level_heading(self%measure, self%level, configuration%plan)
+  end function preview
+
+  subroutine run(self, context, result, error)
+    class(level_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(locked_family_type), target :: family
+    type(level_line_type) :: line
+    type(level_results_type) :: results
+
+    call context%members(context%configuration%plan%family, family)
+    associate (configuration => context%configuration, plan => context%configuration%plan)
+      line%family => family
+      line%axis = plan%grid%axes(1)
+      line%over_speed = plan%paths(1) == "drive.speed_rpm"
+      line%level = self%level
+      line%tolerance = plan%borders%tolerance
+      line%order%names = [self%measure%quantity]
+      line%order%measures = [self%measure]
+      line%order%probes = configuration%probes
+      line%order%orders = 0
+      line%order%accuracy = configuration%accuracy
+      call find_levels(line, results, error, context%executor)
+      if (allocated(error)) return
+      call result%add(table_of(self, plan, results), plot_levels(plan%paths(1), plan%units(1), plan%grid%axes(1), self%measure, &
+        & self%level, results))
+      call result%add(curve_of(self, plan, results))
+      call result%warn("", level_sentence(self%measure, self%level, trim(plan%paths(1)), results))
+      call result%say(level_heading(self%measure, self%level, plan) // level_lines(results))
+    end associate
+  end subroutine run
+
+  !> boundary.csv, with a remark for each place that the search left open.
+  pure type(table_type) function table_of(self, plan, results) result(table)
+    class(level_task), intent(in) :: self
+    type(sweep_plan_type), intent(in) :: plan
+    type(level_results_type), intent(in) :: results
+    character(len=:), allocatable :: path
+    type(unit_type) :: unit
+    integer :: i
+
+    path = trim(plan%paths(1))
+    unit = unit_type(words=plan%units(1))
+    table = new_table("boundary", "Crossings of a level", "Where " // trim(self%measure%name()) // " comes to " &
+      & // concise(self%level, 9) // " " // trim(self%measure%unit) // ".", "", shown=.true.)
+    associate (crossings => results%crossings)
+      call table%add("curve", "number of the crossing", [(i, i = 1, size(crossings))])
+      call table%add(path, unit, "where it is, in the units of the input", crossings%value, error=path // "_error")
+      call table%add("kind", "level, or jump where the number jumps across it", merge("jump ", "level", crossings%jumps))
+      call table%add(path // "_error", unit, "the crossing lies within the value plus and minus this", crossings%error)
+      call table%add("below", "at the smaller value: within, above or undecided", crossings%below)
+      call table%add("above", "at the greater value", crossings%above)
+      call table%add("state", "of the machine: ok, undecided or unstable", state_names(crossings%state))
+    end associate
+    table%remarks = "level: " // trim(self%measure%name()) // " = " // exact(self%level) // " " // trim(self%measure%unit) &
+      & // new_line("a")
+    do i = 1, size(results%places)
+      table%remarks = table%remarks // "open: " // path // " = " // exact(results%places(i)%value) // " within " &
+        & // exact(results%places(i)%width) // ": a crossing could not be excluded" // new_line("a")
+    end do
+  end function table_of
+
+  !> level.csv: the curve.
+  pure type(table_type) function curve_of(self, plan, results) result(table)
+    class(level_task), intent(in) :: self
+    type(sweep_plan_type), intent(in) :: plan
+    type(level_results_type), intent(in) :: results
+    character(len=:), allocatable :: name
+
+    name = trim(self%measure%name())
+    table = new_table("level", "The number over the parameter", "", "")
+    call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "in the units of the input", results%values)
+    call table%add(name, new_unit(trim(self%measure%unit)), trim(self%measure%meaning()), results%numbers, error=name // "_error")
+    call table%add(name // "_error", new_unit(trim(self%measure%unit)), "bound on its error", results%errors)
+    call table%add("state", "ok, undecided, unstable, resonance, impossible or failed", state_names(results%states))
+  end function curve_of
+
+end module gestell_task_boundary_level_task
