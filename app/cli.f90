@@ -25,14 +25,14 @@ module cli
     character(len=:), allocatable :: topic
     type(setting_type), allocatable :: settings(:)
     logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false., &
-      & merge = .false., one_line = .false., plot = .false., report = .false., json = .false.
+      & merge = .false., one_line = .false., plot = .false., report = .false., json = .false., verbose = .false.
     !> The share of a sweep that is computed: part `part` of `parts`.
     integer :: part = 1, parts = 1
     logical :: in_parts = .false.
   end type options_type
 
   character(len=*), parameter :: long_names(*) = [character(len=18) :: "--set", "--output", "--check", "--quiet", "--help", &
-    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line", "--plot", "--report", "--json"]
+    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line", "--plot", "--report", "--json", "--verbose"]
   character(len=*), parameter :: short_names(*) = ["-s", "-o", "-q", "-h", "-V"]
   !> Those that take a value.
   character(len=*), parameter :: with_value(*) = [character(len=8) :: "-s", "--set", "-o", "--output", "--part"]
@@ -115,6 +115,8 @@ contains
         options%check = .true.
       case ("-q", "--quiet")
         options%quiet = .true.
+      case ("--verbose")
+        options%verbose = .true.
       case ("-h", "--help")
         options%help = .true.
         if (i == size(words)) cycle
@@ -212,6 +214,9 @@ contains
       & "      --check             read and validate everything, turn the mechanism once," // newline // &
       & "                          compute nothing more" // newline // &
       & "  -q, --quiet             no report on standard output" // newline // &
+      & "      --verbose           the report also says what its numbers rest on:" // newline // &
+      & "                          method, steps, how well closing, Liouville's formula" // newline // &
+      & "                          and the balance of power hold" // newline // &
       & "      --fail-if-unstable  exit code 10 for a verdict other than stable; of a" // newline // &
       & "                          sweep or over the speed, for any point's" // newline // &
       & "      --part i/n          compute part i of n of a sweep, write no sweep.csv" // newline // &

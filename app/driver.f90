@@ -70,7 +70,7 @@ contains
       call keep_journal(context, result)
     end if
     console%silent = options%quiet .or. options%one_line
-    call result%say(report_machine(context%configuration, options%input))
+    call result%say(report_machine(context%configuration, options%input), whole=.true.)
     call say_rest(console, result)
     if (options%check) then
       call check_only(options, tasks, context, result, error)
@@ -109,7 +109,7 @@ contains
     context%keeps_rows = options%json
     allocate(context%executor)
     allocate(terminal_type :: context%executor%progress)
-    call result%begin()
+    call result%begin(options%verbose)
   end subroutine prepare
 
   !> The tasks, one after the other. Error: that of the first that fails; the others are not begun.
@@ -209,7 +209,7 @@ contains
     if (allocated(result%failure)) failure = result%failure%message
     if (options%json) call write_json(options, context, result, failure, error)
     if (allocated(error)) return
-    if (options%report .and. .not. options%check) call write_page(context, result, console%said // closing, error)
+    if (options%report .and. .not. options%check) call write_page(context, result, console%said, error)
   end subroutine write_files
 
   !> results.json, or the same on standard output that is quiet otherwise; `failure`: what could not be computed, if anything.

@@ -48,10 +48,10 @@ contains
     if (allocated(error)) return
     context%head = head_of(options, context%configuration)
     context%folder = folder_name(options)
-    call result%begin()
+    call result%begin(options%verbose)
     associate (configuration => context%configuration)
-      call result%say(report_machine(configuration, options%input) // report_grid(configuration%plan) // "  computed by " &
-        & // counted(number_of_ranks(), "rank") // newline)
+      call result%say(report_machine(configuration, options%input), whole=.true.)
+      call result%say(report_grid(configuration%plan) // "  computed by " // counted(number_of_ranks(), "rank") // newline)
       if (speaks) call print_out(result%rest(), error)
       tiles = [(i, i = options%part, configuration%plan%grid%tiles(), options%parts)]
       call open_together(campaign, configuration, context%folder, tiles, error)
@@ -89,7 +89,7 @@ contains
     end if
     call staging%publish(error)
     if (.not. allocated(error)) call campaign%clear()
-    call result%say(newline // "files in " // context%folder // "/" // newline)
+    call result%say(newline // "files in " // context%folder // "/" // newline // result%in_short(), whole=.true.)
   end subroutine write_table
 
   !> The input, which every rank reads. Errors: those of gestell; no sweep is ordered.

@@ -38,8 +38,8 @@ contains
       call output%append(comma(i) // "{""state"": " // string(trim(result%headlines(i)%state)) // ", ""words"": " &
         & // string(result%headlines(i)%words) // "}")
     end do
-    call output%append("]," // newline)
-    call output%append(member("failure", or_null(failure)) // """tables"": {")
+    call output%append("]," // newline // member("diagnostics", string(result%details)) // member("failure", or_null(failure)) &
+      & // """tables"": {")
     do i = 1, size(result%tables)
       call output%append(comma(i) // newline)
       call append_table(result%tables(i), output)

@@ -1,9 +1,11 @@
 !> What a run found: tables with their pictures, what heads a page, and the report for people.
 module gestell_output_result
   use gestell_base_error, only: error_type
+  use gestell_input_wording, only: counted
   use gestell_output_picture_script, only: figure_type, write_figure
   use gestell_output_head, only: head_type
   use gestell_output_report_verdict, only: alarm
+  use gestell_output_report_wrapping, only: columns_of, widest, wrapped
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_csv, only: write_csv
   implicit none (type, external)
@@ -22,12 +24,17 @@ module gestell_output_result
     !> The report, and what of it was not yet said.
     character(len=:), allocatable :: report
     integer, private :: said = 0, room = -1
+    !> What the numbers rest on, and whether the report tells it.
+    character(len=:), allocatable :: details
+    logical :: verbose = .false.
     !> What is told beside the report, each on a line of its own.
     character(len=:), allocatable :: notes
     !> What is told of a machine on one line, or of several on one each.
     type(table_type) :: brief
     !> The verdict on the machine of the input; empty: none.
     character(len=9) :: verdict = ""
+    !> That on a range of machines, a sentence where it is not "stable"; empty: none.
+    character(len=:), allocatable :: judgement
     !> Whether every machine that was judged is stable.
     logical :: all_stable = .true.
     !> What the verdict does not depend on and could not be computed, the first.
@@ -39,6 +46,7 @@ module gestell_output_result
     procedure :: draw_over
     procedure :: add
     procedure :: say
+    procedure :: detail
     procedure :: note
     procedure :: leave_room
     procedure :: lead
@@ -54,11 +62,16 @@ module gestell_output_result
 
 contains
 
-  pure subroutine begin(self)
+  !> Nothing was found yet.
+  pure subroutine begin(self, verbose)
     class(result_type), intent(inout) :: self
+    logical, intent(in) :: verbose
 
+    self%verbose = verbose
     allocate(self%tables(0), self%figures(0), self%headlines(0))
     self%report = ""
+    self%details = ""
+    self%judgement = ""
     self%notes = ""
     self%brief = new_table("", "", "", "")
   end subroutine begin
@@ -104,13 +117,27 @@ contains
     end do
   end subroutine draw_over
 
-  !> Further lines of the report.
-  pure subroutine say(self, lines)
+  !> Further lines of the report, those that are too long broken unless they are to stay `whole`.
+  pure subroutine say(self, lines, whole)
+    class(result_type), intent(inout) :: self
+    character(len=*), intent(in) :: lines
+    logical, intent(in), optional :: whole
+
+    if (present(whole)) then
+      self%report = self%report // lines
+    else
+      self%report = self%report // wrapped(lines)
+    end if
+  end subroutine say
+
+  !> Lines on what the numbers rest on, which only some readers want: the report tells them if it is verbose.
+  pure subroutine detail(self, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
 
-    self%report = self%report // lines
-  end subroutine say
+    if (self%verbose) call self%say(lines)
+    self%details = self%details // lines
+  end subroutine detail
 
   !> Here the headlines will stand when all are known; nothing behind this place is said before.
   pure subroutine leave_room(self)
@@ -131,22 +158,36 @@ contains
       if (i > 1) lines = lines // "  "
       lines = lines // self%headlines(i)%words // newline
     end do
-    self%report = self%report(:self%room) // lines // self%report(self%room + 1:)
+    self%report = self%report(:self%room) // wrapped(lines) // self%report(self%room + 1:)
     self%room = -1
   end subroutine lead
 
-  !> The verdict in one line, with what is wrong; empty without a verdict.
+  !> The verdict on one line, with what is wrong as far as there is room; where nothing was judged, what was found first.
   pure function in_short(self) result(line)
     class(result_type), intent(in) :: self
     character(len=:), allocatable :: line
-    integer :: i
+    integer :: i, left
 
     line = ""
-    if (self%verdict == "") return
+    if (size(self%headlines) > 0) line = self%headlines(1)%words // newline
+    if (self%verdict == "" .and. self%judgement == "") return
     line = "VERDICT  " // trim(self%verdict)
-    do i = 2, size(self%headlines)
-      if (all(self%headlines(i)%state /= [character(len=9) :: "stable", ""])) line = line // "; " // self%headlines(i)%words
+    if (self%verdict == "") line = line // self%judgement(:scan(self%judgement // ",", ",") - 1)
+    if (self%verdict == "" .and. self%judgement == "stable") line = line // trim(merge(" at all speeds           ", &
+      & " where it could be solved", self%all_stable))
+    left = 0
+    do i = merge(1, 2, self%verdict == ""), size(self%headlines)
+      associate (headline => self%headlines(i))
+        if (any(headline%state == [character(len=9) :: "stable", ""]) .or. self%verdict == "" .and. headline%words &
+          & == self%judgement) cycle
+        if (left == 0 .and. columns_of(line) + columns_of(headline%words) + 2 <= widest) then
+          line = line // "; " // headline%words
+        else
+          left = left + 1
+        end if
+      end associate
     end do
+    if (left > 0) line = line // "; " // counted(left, "warning") // " above"
     line = line // newline
   end function in_short
 
@@ -188,6 +229,7 @@ contains
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: verdict
 
+    if (self%judgement == "" .or. self%judgement == "stable") self%judgement = verdict
     if (verdict == "stable") return
     self%all_stable = .false.
     call self%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)

@@ -357,10 +357,10 @@ OPTIONS = [
     ("unknown option, nothing near", ["--frobnicate", "input.nml"], 1,
      "unknown option '--frobnicate'; known: '--set', '--output', '--check', '--quiet', '--help', "
      "'--version', '--fail-if-unstable', "
-     "'--part', '--merge', '--one-line', '--plot', '--report', '--json'"),
+     "'--part', '--merge', '--one-line', '--plot', '--report', '--json', '--verbose'"),
     ("unknown short option", ["-x", "input.nml"], 1,
      "unknown option '-x'; known: '--set', '--output', '--check', '--quiet', '--help', '--version', "
-     "'--fail-if-unstable', '--part', '--merge', '--one-line', '--plot', '--report', '--json'"),
+     "'--fail-if-unstable', '--part', '--merge', '--one-line', '--plot', '--report', '--json', '--verbose'"),
     ("--set without value", ["input.nml", "--set"], 1,
      "option '--set' needs a value"),
     ("-s without value", ["input.nml", "-s"], 1,

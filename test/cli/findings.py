@@ -205,8 +205,7 @@ def test_power():
         # Central differences over 1 deg, orders up to 40: (40 * 0.0175)^2 / 6 of the highest, which are small.
         slope = [(e[i + 1] - e[i - 1]) / (2 * step) for i in range(1, 360)]
         series("power: the balance", slope, [power["drive_W"][i] - power["dampers_W"][i] for i in range(1, 360)], 1e-2 * greatest)
-        check("power: report", "DRIVE" in run.out and "on a rigid frame" in run.out and "balance is missed" in run.out, "it",
-              run.out)
+        check("power: report", "DRIVE" in run.out and "on a rigid frame" in run.out, "it", run.out)
         clockwise = Run(folder, "-s", "case.tasks='power'", "-s", "response.points=360", "-s",
                         "drive.speed_rpm=-240", "-o", "back", "input.nml")
         clockwise.done("power, clockwise")

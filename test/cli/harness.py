@@ -72,6 +72,11 @@ class Run:
         self.out = (self.out or b"").decode(errors="replace")
         self.err = self.err.decode(errors="replace")
 
+    @property
+    def flat(self):
+        """Standard output as it was before its lines were broken: all blanks and ends of lines as one blank."""
+        return " ".join(self.out.split())
+
     def done(self, name, code=0):
         """The run ended with `code`, nothing on standard error."""
         equal(name, (self.code, self.err), (code, ""))

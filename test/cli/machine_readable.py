@@ -8,7 +8,8 @@ from pathlib import Path
 from harness import Folder, Run, check, equal, files
 
 DATA = Path(__file__).resolve().parents[2] / "data"
-MEMBERS = ["gestell", "title", "input", "model", "speed_held_by", "settings", "verdict", "headlines", "failure", "tables"]
+MEMBERS = ["gestell", "title", "input", "model", "speed_held_by", "settings", "verdict", "headlines", "diagnostics",
+           "failure", "tables"]
 
 
 def cells(path):

@@ -28,8 +28,9 @@ def told(what, text, *options):
 
 
 def tells(what, report, *words):
+    """The report has these words, however its lines are broken and its columns spaced."""
     for word in words:
-        check(f"{what}: '{word}'", word in report, word, report)
+        check(f"{what}: '{word}'", " ".join(word.split()) in " ".join(report.split()), word, report)
 
 
 def shaking(report):

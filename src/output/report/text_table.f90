@@ -10,6 +10,8 @@ module gestell_output_report_text_table
   character, parameter, public :: tab = achar(9)
   character, parameter :: newline = new_line("a")
   integer, parameter :: indent = 2
+  !> Columns that names keep.
+  integer, parameter :: name = 16
 
 contains
 
@@ -35,7 +37,9 @@ contains
     end do
     gap = merge(1, 2, align(1:1) == "r")
     body = n
-    if (align(n:n) == "l" .and. n > 1 .and. indent + sum(widths + gap) - gap > widest) body = n - 1
+    if (align(n:n) == "l" .and. n > 1 .and. indent + sum(widths + gap) - gap > widest) then
+      if (align(1:1) == "r" .or. indent + min(name, widths(1)) + sum(widths(2:) + gap) > widest) body = n - 1
+    end if
     gap = max(gap, min(3, (widest - indent - sum(widths(:body))) / max(1, body - 1)))
     if (align(1:1) == "l") widths(1) = min(widths(1), max(0, widest - indent - sum(widths(2:body)) - (body - 1) * gap))
     text = ""

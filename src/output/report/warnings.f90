@@ -46,8 +46,8 @@ contains
     real(dp), intent(in) :: machine
     character(len=:), allocatable :: words
 
-    words = concise(small_turn) // " rad, whose cosine misses 0.5 %"
-    if (machine > 0) words = words // ", F by " // concise(small_part * machine, 2) // " m, a tenth of the machine's size"
+    words = concise(small_turn) // " rad"
+    if (machine > 0) words = words // ", F by " // concise(small_part * machine, 2) // " m"
   end function small_motion_limits
 
   !> A sentence where the machine leaves its vibration, or may leave it, at some of the speeds (1/min); empty where at none.

@@ -3,7 +3,8 @@ module gestell_task_boundary_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_task_sweep_plan, only: sweep_plan_type
-  use gestell_input_wording, only: counted, padded
+  use gestell_input_wording, only: counted
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_task_boundary, only: border_rest_type, nearest_type
   use gestell_task_boundary_line_functions, only: flutter, kind_names
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type
@@ -26,7 +27,7 @@ contains
     character(len=:), allocatable :: report
     integer :: k
 
-    report = newline // "BORDERS OF STABILITY  to " // concise(plan%borders%tolerance, 2) // " of the ranges" // newline
+    report = newline // "STABILITY BOUNDARIES  to " // concise(plan%borders%tolerance, 2) // " of the ranges" // newline
     do k = 1, size(plan%grid%axes)
       associate (axis => plan%grid%axes(k))
         report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9) // " to " // concise(axis%to, 9) // ", " &
@@ -35,11 +36,11 @@ contains
     end do
     if (plan%order%model /= "exact") return
     if (size(plan%grid%axes) == 1) then
-      report = report // "  of every vibration that is met when the one at the range's beginning is followed; a turning point is " &
-        & // "where one ceases to exist" // newline
+      report = report // "  of every vibration met when the one at the start of the range is followed; at a turning point a " &
+        & // "vibration ceases to exist" // newline
     else
-      report = report // "  of the vibration that is found: where it jumps to another one that is " &
-        & // "told as a border, and a tongue beside it can be missed" // newline
+      report = report // "  of the vibration found: a jump to another one counts as a boundary, and a tongue beside it can be " &
+        & // "missed" // newline
     end if
   end function report_search
 
@@ -47,28 +48,30 @@ contains
   pure function report_borders(plan, results) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
-    character(len=:), allocatable :: report
+    character(len=:), allocatable :: report, rows
     integer :: i, k
 
     report = newline
     if (allocated(results%map)) then
       report = report // curves_of(results%map, plan%paths) // rest_of_map(results%map, plan%paths)
     else
-      if (size(results%values) == 0) report = report // "  no border in the range" // newline
+      if (size(results%values) == 0) report = report // "  no boundary in the range" // newline
+      rows = ""
       do i = 1, size(results%values)
         associate (v => results%values(i))
-          report = report // padded(concise(v%value, 13), 20) // " +- " // concise(v%error, 2) // "  " // words(v%kind)
-          if (v%kind == kind_names(flutter)) report = report // " at " // concise(v%arg_rad) // " rad"
-          report = report // ", below " // trim(v%below) // ", above " // trim(v%above)
-          if (maxval(results%values%vibration) > 1) report = report // ", vibration " // text(v%vibration)
-          report = report // newline
+          rows = rows // concise(v%value, 13) // tab // concise(v%error, 2) // tab // trim(v%below) // tab // trim(v%above) // tab &
+            & // words(v%kind)
+          if (v%kind == kind_names(flutter)) rows = rows // " at " // concise(v%arg_rad) // " rad"
+          if (maxval(results%values%vibration) > 1) rows = rows // ", vibration " // text(v%vibration)
+          rows = rows // newline
         end associate
       end do
+      if (rows /= "") report = report // tabulated("rrlll", "value,error,below,above,kind", rows)
       report = report // rest_of(results%rest, plan%borders%tolerance)
     end if
     if (.not. allocated(results%nearest)) return
     report = report // newline // "  The machine of the input is " // trim(results%nearest(1)%verdict) &
-      & // "; the nearest that is not unstable" // newline
+      & // "; the nearest one that is not unstable" // newline
     do k = 1, size(results%nearest)
       report = report // "    along " // trim(plan%paths(k)) // ": " // way_to(results%nearest(k)) // newline
     end do
@@ -115,7 +118,7 @@ contains
     report = report // left_out(rest%left_out)
     if (.not. allocated(rest%places)) return
     do i = 1, min(size(rest%places), most_listed)
-      report = report // "  open: a border could not be excluded at " // concise(rest%places(i)%value, 13) // ", within " &
+      report = report // "  open: a boundary could not be excluded at " // concise(rest%places(i)%value, 13) // ", within " &
         & // concise(rest%places(i)%width, 2) // newline
     end do
     if (size(rest%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
@@ -131,7 +134,7 @@ contains
     report = thin_places(map%thin, 2 * finest_lines) // left_out(map%left_out)
     do i = 1, min(size(map%places), most_listed)
       associate (along => maxloc(map%places(i)%width, dim=1))
-        report = report // "  open: a border could not be excluded at " // place(map%places(i)%parameters) // ", within " &
+        report = report // "  open: a boundary could not be excluded at " // place(map%places(i)%parameters) // ", within " &
           & // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
       end associate
     end do
@@ -180,7 +183,7 @@ contains
     do c = 1, min(map%curves, most_listed)
       first = findloc(map%vertices%curve, c, dim=1)
       last = findloc(map%vertices%curve, c, dim=1, back=.true.)
-      report = report // "  curve" // padded(text(c), 4) // " from " // place(map%vertices(first)%parameters)
+      report = report // "  curve " // text(c) // " from " // place(map%vertices(first)%parameters)
       if (all(abs(map%vertices(first)%parameters - map%vertices(last)%parameters) <= 0)) then
         report = report // " round and back"
       else

@@ -2,7 +2,8 @@
 module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
-  use gestell_input_wording, only: counted, padded
+  use gestell_input_wording, only: counted
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: beyond_small, left_at
   use gestell_task_campbell, only: campbell_point_type, campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
@@ -28,7 +29,7 @@ contains
   pure function report_campbell(campbell, crossings) result(report)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
-    character(len=:), allocatable :: report
+    character(len=:), allocatable :: report, rows
     logical, allocatable :: solved(:)
     integer :: first, last, k
 
@@ -37,34 +38,35 @@ contains
     if (campbell_verdict(campbell) /= "stable") report = report // "  " // campbell_verdict(campbell) // newline
     solved = campbell%points%solved
     if (.not. any(solved)) then
-      report = report // "  no mode can be told at any of the speeds" // newline
+      report = report // "  no mode can be identified at any of the speeds" // newline
       return
     end if
     first = findloc(solved, .true., dim=1)
     last = findloc(solved, .true., dim=1, back=.true.)
+    rows = ""
     associate (from => campbell%points(first), to => campbell%points(last))
-      report = report // "  mode  " // flush_left("at " // concise(from%speed, 7) // " rpm", 37) // "at " &
-        & // concise(to%speed, 7) // " rpm" // newline
       do k = 1, campbell%modes
-        report = report // padded(text(k), 6) // "  " // flush_left(words(from%modes(k)), 37) // words(to%modes(k)) // newline
+        rows = rows // text(k) // tab // words(from%modes(k)) // tab // words(to%modes(k)) // newline
       end do
+      report = report // tabulated("rrrrr", "mode,at " // concise(from%speed, 7) // " rpm,damping,at " // concise(to%speed, 7) &
+        & // " rpm,damping" // newline // ",Hz,ratio,Hz,ratio", rows)
     end associate
     if (.not. all(solved)) report = report // "  note: at " // counted(count(.not. solved), "speed") &
-      & // " there is no machine or no mode can be told" // newline
+      & // " there is no machine or no mode can be identified" // newline
     if (.not. all(campbell%points%sure)) report = report // "  note: about " // unsure(campbell%points) &
-      & // " rpm it is not sure which mode is which: they mix" // newline
+      & // " rpm modes mix: which is which is not certain" // newline
     report = report // crossing_lines(crossings)
   end function report_campbell
 
-  !> "20.26 Hz, damping ratio 0.000125".
+  !> Frequency and damping ratio.
   pure function words(mode)
     type(mode_type), intent(in) :: mode
     character(len=:), allocatable :: words
 
     if (.not. mode%told) then
-      words = "not told"
+      words = "-" // tab // "-"
     else
-      words = concise(mode%frequency() / (2 * pi), 6) // " Hz, damping ratio " // ratio(mode)
+      words = concise(mode%frequency() / (2 * pi), 6) // tab // ratio(mode)
     end if
   end function words
 
@@ -101,29 +103,30 @@ contains
 
   pure function crossing_lines(crossings) result(report)
     type(crossing_type), intent(in) :: crossings(:)
-    character(len=:), allocatable :: report
+    character(len=:), allocatable :: report, rows
     integer :: i
 
     if (size(crossings) == 0) then
       report = newline // "  no crossing with a multiple of the speed within the range" // newline
       return
     end if
-    report = newline // "  mode  order     crossing at rpm       Hz     damping ratio" // newline
+    rows = ""
     do i = 1, min(size(crossings), most_listed)
       associate (c => crossings(i))
-        report = report // padded(text(c%mode), 6) // padded(concise(c%order, 3), 7) // padded(fixed(c%speed, 5), 20) &
-          & // padded(fixed(c%at%frequency() / (2 * pi), 4), 12) // padded(ratio(c%at), 15)
+        rows = rows // text(c%mode) // tab // concise(c%order, 3) // tab // fixed(c%speed, 5) // tab &
+          & // fixed(c%at%frequency() / (2 * pi), 4) // tab // ratio(c%at) // tab
         if (.not. noticeably_locked(c)) then
-          report = report // trim(merge("  unstable", "          ", c%at%growth > c%at%error))
+          rows = rows // trim(merge("unstable", "        ", c%at%growth > c%at%error))
         else if (abs(c%ends(2) - c%ends(1)) > wide * abs(c%speed)) then
-          report = report // "  locked from " // concise(c%ends(1), 7) // " to " // concise(c%ends(2), 7)
+          rows = rows // "locked from " // concise(c%ends(1), 7) // " to " // concise(c%ends(2), 7)
         else
-          report = report // "  locked over " // concise(abs(c%ends(2) - c%ends(1)), 2) // " rpm"
+          rows = rows // "locked over " // concise(abs(c%ends(2) - c%ends(1)), 2) // " rpm"
         end if
-        if (noticeably_locked(c) .and. c%at%growth > c%at%error) report = report // ", unstable"
-        report = report // newline
+        if (noticeably_locked(c) .and. c%at%growth > c%at%error) rows = rows // ", unstable"
+        rows = rows // newline
       end associate
     end do
+    report = newline // tabulated("rrrrrl", "mode,order,crossing,frequency,damping" // newline // ",,rpm,Hz,ratio", rows)
     if (size(crossings) > most_listed) report = report // "  ... all in crossings.csv" // newline
   end function crossing_lines
 
@@ -145,8 +148,7 @@ contains
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: orders
     character(len=*), intent(in) :: verdict
-    character(len=:), allocatable :: report
-    character(len=:), allocatable :: force_column
+    character(len=:), allocatable :: report, rows
     type(moved_type), allocatable :: moved(:)
     integer :: i, listed, quiet
 
@@ -158,7 +160,7 @@ contains
       report = report // "  no crossing with a multiple of the speed within the range" // newline
       return
     end if
-    report = report // "  mode  order          peak at rpm   half width   amplitude (mm)   force on the ground (N)" // newline
+    rows = ""
     listed = 0
     quiet = 0
     do i = 1, size(critical)
@@ -169,27 +171,24 @@ contains
         end if
         listed = listed + 1
         if (listed > most_listed) cycle
-        report = report // padded(text(c%crossing%mode), 6) // padded(text(nint(c%crossing%order)), 7)
+        rows = rows // text(c%crossing%mode) // tab // text(nint(c%crossing%order)) // tab
         if (c%outcome == peak) then
-          report = report // padded(fixed(c%speed(amplitude), 5), 21) // padded(concise(c%half_width, 3), 13) &
-            & // padded(concise(1000 * c%height(amplitude), 4), 17)
-          force_column = ""
-          if (c%found(force)) force_column = concise(c%height(force), 4)
-          force_column = padded(force_column, 26)
-          if (c%verdict /= "stable") force_column = force_column // "  " // trim(c%verdict)
-          if (.not. c%moved%small()) force_column = force_column // "  not small"
-          report = report // trim(force_column)
+          rows = rows // fixed(c%speed(amplitude), 5) // tab // concise(c%half_width, 3) // tab &
+            & // concise(1000 * c%height(amplitude), 4) // tab
+          if (c%found(force)) rows = rows // concise(c%height(force), 4)
+          rows = rows // tab
+          if (c%verdict /= "stable") rows = rows // trim(c%verdict) // "  "
+          if (.not. c%moved%small()) rows = rows // "not small"
         else
-          report = report // padded(fixed(c%crossing%speed, 5), 21) // "   "
-          if (c%outcome == self_excited) then
-            report = report // "unstable: the free vibration grows by itself"
-          else
-            report = report // "no damping within the errors: no bound"
-          end if
+          rows = rows // fixed(c%crossing%speed, 5) // repeat(tab, 4)
+          if (c%outcome == self_excited) rows = rows // "unstable: the free vibration grows by itself"
+          if (c%outcome /= self_excited) rows = rows // "no damping within the errors: no bound"
         end if
-        report = report // newline
+        rows = rows // newline
       end associate
     end do
+    if (listed > 0) report = report // tabulated("rrrrrrl", "mode,order,peak at,half width,amplitude,ground force" // newline &
+      & // ",,rpm,rpm,mm,N", rows)
     if (listed == 0) report = report // "  none: nowhere does an order of the crank stand out" // newline
     if (listed > most_listed) report = report // "  ... all in critical.csv" // newline
     if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a peak that can be noticed" // newline
@@ -231,14 +230,5 @@ contains
       & "the machine leaves these vibrations")
     if (words == "" .or. .not. (any(unstable) .or. campbell_verdict(campbell) == "stable")) words = campbell_verdict(campbell)
   end function critical_verdict
-
-  !> Filled with blanks to a width.
-  pure function flush_left(string, width) result(column)
-    character(len=*), intent(in) :: string
-    integer, intent(in) :: width
-    character(len=:), allocatable :: column
-
-    column = string // repeat(" ", max(1, width - len(string)))
-  end function flush_left
 
 end module gestell_task_campbell_report

@@ -5,7 +5,7 @@ module gestell_task_drawing_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
   use gestell_input_wording, only: counted
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
@@ -46,22 +46,22 @@ contains
   !> What the supports carry at static rest.
   function static_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, rows
     real(dp) :: force(2)
     integer :: i
 
-    lines = newline // "STATIC LOADS on the ground, masses at their mean over the turn" // newline &
-      & // "  support                         fx (N)         fy (N)" // newline
+    rows = ""
     do i = 1, size(frame%supports)
       associate (p => frame%supports(i)%position)
-        lines = lines // "  " // column(text(i) // " at (" // concise(p(1), 4) // ", " // concise(p(2), 4) // ")", 24)
+        rows = rows // text(i) // " at (" // concise(p(1), 4) // ", " // concise(p(2), 4) // ")"
       end associate
       force = static_force(frame, text(i))
       force = merge(0.0_dp, force, abs(force) <= 1.0e-12_dp * norm2(frame%weights%load(:2)))
-      lines = lines // padded(concise(force(1), 5), 15) // padded(concise(force(2), 5), 15) // newline
+      rows = rows // tab // concise(force(1), 5) // tab // concise(force(2), 5) // newline
     end do
-    lines = lines // "  " // column("weight of all", 24) // padded(concise(frame%weights%load(1), 5), 15) &
-      & // padded(concise(frame%weights%load(2), 5), 15) // newline
+    lines = newline // "STATIC LOADS on the ground, masses at their mean over the turn" // newline // tabulated("lrr", &
+      & "support,fx,fy" // newline // ",N,N", rows // "weight of all" // tab // concise(frame%weights%load(1), 5) // tab &
+      & // concise(frame%weights%load(2), 5) // newline)
   end function static_lines
 
   !> The one line that the report of a run has.
@@ -81,20 +81,21 @@ contains
   function joint_lines(mechanism, diagnosis) result(lines)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
-    character(len=:), allocatable :: lines, line
+    character(len=:), allocatable :: lines
     real(dp) :: size_of_all
     integer :: i
 
     size_of_all = maxval([(maxval(abs([diagnosis%joints(i)%x, diagnosis%joints(i)%y])), i = 1, size(diagnosis%joints))])
-    lines = "  joint             x (m)                    y (m)                    stroke (m)" // newline
+    lines = ""
     do i = 1, size(mechanism%joints)
       associate (joint => diagnosis%joints(i))
-        line = "  " // column(mechanism%joints(i)%name, 14) // column(extent(joint%x, size_of_all), 25) &
-          & // column(extent(joint%y, size_of_all), 25)
-        if (joint%slides) line = line // concise(joint%travel(2) - joint%travel(1))
-        lines = lines // trim(line) // newline
+        lines = lines // trim(mechanism%joints(i)%name) // tab // extent(joint%x, size_of_all) // tab &
+          & // extent(joint%y, size_of_all) // tab
+        if (joint%slides) lines = lines // concise(joint%travel(2) - joint%travel(1))
+        lines = lines // newline
       end associate
     end do
+    lines = tabulated("lllr", "joint,x,y,stroke" // newline // ",m,m,m", lines)
   end function joint_lines
 
   function link_lines(mechanism, diagnosis) result(lines)
@@ -103,7 +104,7 @@ contains
     character(len=:), allocatable :: lines, motion
     integer :: i
 
-    lines = "  link              motion" // newline
+    lines = ""
     do i = 1, size(mechanism%links)
       if (mechanism%links(i)%to == 0) then
         motion = "translates"
@@ -112,8 +113,9 @@ contains
       else
         motion = "swings through " // fixed(diagnosis%swing(i) * 180 / pi, 2) // " deg"
       end if
-      lines = lines // "  " // column(mechanism%links(i)%name, 16) // "  " // motion // newline
+      lines = lines // trim(mechanism%links(i)%name) // tab // motion // newline
     end do
+    lines = tabulated("ll", "link,motion", lines)
   end function link_lines
 
   !> The smallest transmission angle, and the length that is nearest to a dead point.
@@ -139,7 +141,7 @@ contains
 
   function shaking_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, rows
     type(fourier_type) :: series(3)
     type(error_type), allocatable :: unprepared
     real(dp) :: amplitude, noise(3)
@@ -154,17 +156,17 @@ contains
     ! Beside the force along one axis, rounding is all that a small one along the other is.
     noise(:2) = 1.0e-11_dp * max(maxval(series(1)%amplitude), maxval(series(2)%amplitude))
     noise(3) = 1.0e-11_dp * maxval(series(3)%amplitude)
-    lines = lines // ", amplitudes" // newline &
-      & // "  order         fx (N)         fy (N)  moment about O (N m)" // newline
+    rows = ""
     do k = 1, 8
-      lines = lines // padded(text(k), 7)
+      rows = rows // text(k)
       do i = 1, 3
         amplitude = series(i)%amplitude(k)
         if (amplitude < noise(i)) amplitude = 0
-        lines = lines // padded(concise(amplitude, 5), 15 + 7 * (i / 3))
+        rows = rows // tab // concise(amplitude, 5)
       end do
-      lines = lines // newline
+      rows = rows // newline
     end do
+    lines = lines // ", amplitudes" // newline // tabulated("rrrr", "order,fx,fy,moment about O" // newline // ",N,N,N m", rows)
     lines = lines // "  from order to order they fall by factors of about "
     do i = 1, 3
       if (i > 1) lines = lines // ", "
@@ -195,14 +197,5 @@ contains
     words = concise(rounded(1), 5)
     if (rounded(2) - rounded(1) > 1.0e-9_dp * size_of_all) words = words // " to " // concise(rounded(2), 5)
   end function extent
-
-  !> Left-justified in a column, with a blank behind.
-  pure function column(string, width) result(filled)
-    character(len=*), intent(in) :: string
-    integer, intent(in) :: width
-    character(len=:), allocatable :: filled
-
-    filled = string // repeat(" ", max(1, width - len(string)))
-  end function column
 
 end module gestell_task_drawing_report

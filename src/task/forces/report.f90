@@ -3,7 +3,7 @@ module gestell_task_forces_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed, text
   use gestell_output_report_significance, only: noise_of, order_words
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
   use gestell_task_forces_ground, only: along_x, along_y, moment, place_type, whole_force
   implicit none (type, external)
@@ -23,13 +23,13 @@ contains
     character(len=:), allocatable :: lines
     integer :: i, most
 
-    lines = section("FORCES ON THE GROUND (N), " // trim(merge("by the motion ", "without weight", any(places%weighed))) &
-      & // "; f: the size of the vector; %: the order's part of its mean square", verdict) // &
-      & "                                fx peak       rms   fy peak       rms    f peak    error       rms  crest   strongest" &
-      & // newline
+    lines = ""
     do i = 1, size(places)
       lines = lines // place_line(places(i)) // newline
     end do
+    lines = section("FORCES ON THE GROUND, " // trim(merge("by the motion ", "without weight", any(places%weighed))) &
+      & // "; f: size of the vector; %: of rms^2", verdict) // tabulated("lrrrrrl", &
+      & ",fx peak,fy peak,f peak,error,f rms,strongest" // newline // ",N,N,N,N,N,order", lines)
     most = most_loaded(places)
     if (most > 0) then
       if (places(most)%statistics(whole_force)%peak > 0) lines = lines // "  support " // trim(places(most)%name) &
@@ -38,7 +38,7 @@ contains
     associate (total => places(size(places)))
       if (most > 0) then
         if (total%statistics(whole_force)%peak < places(most)%statistics(whole_force)%peak) lines = lines // &
-          & "  the places push against each other: all together exert less than one alone" // newline
+          & "  the supports push against each other: all together exert less than one alone" // newline
       end if
       if (total%statistics(whole_force)%peak > 0) lines = lines // "  all together up to " &
         & // concise(total%statistics(whole_force)%peak, 5) // " N" // crank_angle(total, whole_force) // newline
@@ -57,7 +57,7 @@ contains
       integer, intent(in) :: part
       character(len=:), allocatable :: words
 
-      words = ", at a crank angle of " // fixed(sign(360.0_dp, speed) * place%statistics(part)%peak_phase, 1) // " deg"
+      words = " at crank angle " // fixed(sign(360.0_dp, speed) * place%statistics(part)%peak_phase, 1) // " deg"
     end function crank_angle
 
   end function force_lines
@@ -68,16 +68,17 @@ contains
     character(len=:), allocatable :: lines
     integer :: i
 
-    lines = "                             static fx        fy   least compression    error" // newline
+    lines = ""
     do i = 1, size(places)
       associate (place => places(i), static => cleared(places(i)%static, places(size(places))%static))
-        lines = lines // labelled(place) // padded(concise(static(1), 5), 10) // padded(concise(static(2), 5), 10)
-        if (place%name /= "guide") lines = lines // padded(concise(place%least_compression, 5), 20) &
-          & // padded(concise(place%least_error, 1), 9)
+        lines = lines // labelled(place) // tab // concise(static(1), 5) // tab // concise(static(2), 5) // tab
+        if (place%name /= "guide") lines = lines // concise(place%least_compression, 5) // tab // concise(place%least_error, 1) &
+          & // tab
         if (place%carrying) lines = lines // lift_off(place)
         lines = lines // newline
       end associate
     end do
+    lines = tabulated("lrrrrl", ",fx,fy,least,error,unless" // newline // ",static N,static N,compr. N,N,bolted", lines)
   end function static_lines
 
   !> Whether the frame leaves a support that only stands there.
@@ -86,8 +87,8 @@ contains
     character(len=:), allocatable :: words
 
     words = ""
-    if (place%least_compression < place%least_error) words = "   may lift off unless bolted"
-    if (place%least_compression < -place%least_error) words = "   LIFTS OFF unless bolted"
+    if (place%least_compression < place%least_error) words = "may lift off"
+    if (place%least_compression < -place%least_error) words = "LIFTS OFF"
   end function lift_off
 
   !> Static forces without what is rounding beside the weight.
@@ -118,23 +119,20 @@ contains
     associate (fx => place%statistics(along_x), fy => place%statistics(along_y), f => place%statistics(whole_force))
       order = f%strongest()
       zero = [noise_of(fx%peak, fx%peak_error, f%peak), noise_of(fy%peak, fy%peak_error, f%peak)]
-      line = line // padded(concise(zero(1) * fx%peak, 5), 10) // padded(concise(zero(1) * fx%rms, 5), 10) &
-        & // padded(concise(zero(2) * fy%peak, 5), 10) // padded(concise(zero(2) * fy%rms, 5), 10) &
-        & // padded(concise(f%peak, 5), 10) // padded(concise(f%peak_error, 1), 9) &
-        & // padded(concise(f%rms, 5), 10) // padded(fixed(f%crest(), 2), 7)
-      if (order > 0) line = line // "   " // order_words(order, f%amplitude(order), f%rms)
+      line = line // tab // concise(zero(1) * fx%peak, 5) // tab // concise(zero(2) * fy%peak, 5) // tab // concise(f%peak, 5) &
+        & // tab // concise(f%peak_error, 1) // tab // concise(f%rms, 5) // tab
+      if (order > 0) line = line // order_words(order, f%amplitude(order), f%rms)
     end associate
   end function place_line
 
-  !> What a place is called, in a column of its own.
+  !> What a place is called.
   pure function labelled(place) result(line)
     type(place_type), intent(in) :: place
     character(len=:), allocatable :: line
 
-    line = "  " // trim(place%name)
-    if (.not. place%turns) line = "  support " // trim(place%name) // " at (" // concise(place%position(1), 4) // ", " &
+    line = trim(place%name)
+    if (.not. place%turns) line = "support " // line // " (" // concise(place%position(1), 4) // "," &
       & // concise(place%position(2), 4) // ")"
-    line = line // repeat(" ", max(0, 29 - len(line)))
   end function labelled
 
   !> The support whose force is greatest; 0: there is none.

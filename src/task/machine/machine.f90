@@ -14,7 +14,8 @@ module gestell_task_machine
   use gestell_task_context, only: context_type
   use gestell_task_drawing_report, only: report_transmission
   use gestell_task_machine_model, only: better_line, newton_line
-  use gestell_task_machine_report, only: evidence_lines, frequency_lines, resonance_lines, verdict_lines, verdict_sentence
+  use gestell_task_machine_report, only: evidence_lines, frequency_lines, resonance_lines, tolerance_note, &
+    & verdict_lines, verdict_sentence
   use gestell_task_machine_several, only: among, several_lines
   implicit none (type, external)
   private
@@ -87,8 +88,10 @@ contains
         call result%warn(result%verdict, verdict_sentence(analysis%multipliers, frame%period, among(analysis%several)))
         call result%say(verdict_lines(analysis%multipliers))
       end if
-      call result%say(better_line(better, trim(tasks%model)) // evidence_lines(analysis, accuracy) &
-        & // newton_line(analysis%newton) // several_lines(analysis%several, tasks%all_vibrations))
+      call result%say(better_line(better, trim(tasks%model)) // tolerance_note(analysis, accuracy))
+      if (.not. allocated(analysis%multipliers)) call result%detail(new_line("a"))
+      call result%detail(evidence_lines(analysis, accuracy) // newton_line(analysis%newton))
+      call result%say(several_lines(analysis%several, tasks%all_vibrations))
       if (allocated(analysis%vibration)) then
         warning = beyond_small([moved(frame, analysis%vibration%peak(:3))], tasks%model)
         call result%warn("undecided", warning)

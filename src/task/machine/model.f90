@@ -3,7 +3,7 @@ module gestell_task_machine_model
   use gestell_base_text, only: concise
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_task_stability_report, only: modulus, told
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_vibration_analysis, only: tasks_type
   use gestell_study_frame_model, only: newton_type
   use gestell_task_trade_frame_models, only: model_finding_type
@@ -22,13 +22,13 @@ contains
     character(len=:), allocatable :: line
 
     if (tasks%averaged) then
-      line = "  model      averaged: M, B, C constant, their means over the turn; the full load h(t)" // newline
+      line = "  model      averaged: M, B, C are their means over the turn, the load h(t) is full" // newline
     else if (tasks%model == "exact") then
-      line = "  model      exact: the frame turns by any angle; multipliers about its periodic vibration" // newline
+      line = "  model      exact: any rotation of the frame; multipliers about its vibration" // newline
     else if (tasks%model == "first_order") then
-      line = "  model      first order: the vibration of the equations about rest; multipliers about that vibration" // newline
+      line = "  model      first order: vibration as about rest, multipliers about that vibration" // newline
     else
-      line = "  model      about rest, the paper's equations; leave &model frame out for the machine's own vibration" // newline
+      line = "  model      about rest, the paper's equations; without &model frame: exact" // newline
     end if
   end function model_line
 
@@ -40,13 +40,12 @@ contains
 
     line = ""
     if (.not. allocated(newton%steps)) return
-    line = "  vibration           of the exact frame by Newton's method, steps relative to it"
+    line = "  vibration           by Newton's method, steps relative to it"
     do k = 1, size(newton%steps)
       line = line // trim(merge(",", " ", k > 1)) // " " // concise(newton%steps(k), 1)
     end do
+    if (newton%followed) line = line // "; on a path from rest or from another speed, there may be others"
     line = line // newline
-    if (newton%followed) line = line // "                      on a path from rest or from another speed: there may be others" &
-      & // newline
   end function newton_line
 
   !> What the multipliers about the vibration say, where those of a cheaper `model` miss it.
@@ -59,30 +58,32 @@ contains
     if (.not. allocated(better)) return
     line = "  BUT these are the equations " // trim(merge("about rest.    ", "to first order.", model == "rest")) &
       & // " About its vibration the machine is " // trim(better%verdict()) &
-      & // ", |rho| = " // told(better, 1, 7) // ":" // newline // "  order &model frame='exact'" // newline
+      & // ", |rho| = " // told(better, 1, 7) // ": order &model frame='exact'" // newline
   end function better_line
 
   !> What every model of the frame finds.
   pure function report_frame_models(findings) result(lines)
     type(model_finding_type), intent(in) :: findings(:)
     character(len=:), allocatable :: lines
-    integer :: i
+    integer :: i, k
 
-    lines = newline // "THE FRAME'S MODELS, verdict and vibration" // newline &
-      & // "  model          verdict   largest |rho|    peaks: xi m       eta m     psi rad   milliseconds" // newline
+    lines = ""
     do i = 1, size(findings)
       associate (found => findings(i))
-        lines = lines // "  " // found%model
-        if (len_trim(found%verdict) > 0) lines = lines // padded(trim(found%verdict), 11) &
-          & // padded(modulus(found%log_rho, 10), 16)
+        lines = lines // trim(found%model) // tab // trim(found%verdict) // tab
+        if (len_trim(found%verdict) > 0) lines = lines // modulus(found%log_rho, 10)
         if (allocated(found%reason)) then
-          lines = lines // "  " // found%reason // newline
+          lines = lines // repeat(tab, 5) // found%reason // newline
         else
-          lines = lines // padded(concise(found%peak(1), 6), 16) // padded(concise(found%peak(2), 6), 12) &
-            & // padded(concise(found%peak(3), 6), 12) // padded(concise(1000 * found%seconds, 2), 15) // newline
+          do k = 1, 3
+            lines = lines // tab // concise(1000 * found%peak(k), 6)
+          end do
+          lines = lines // tab // concise(1000 * found%seconds, 2) // newline
         end if
       end associate
     end do
+    lines = newline // "THE FRAME'S MODELS, verdict and vibration" // newline // tabulated("llrrrrrl", &
+      & "model,verdict,|rho|,peak xi,peak eta,peak psi,time" // newline // ",,,mm,mm,mrad,ms", lines)
   end function report_frame_models
 
 end module gestell_task_machine_model

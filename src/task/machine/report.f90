@@ -8,8 +8,10 @@ module gestell_task_machine_report
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: evidence, evidence_type
   use gestell_task_configuration, only: configuration_type
-  use gestell_input_wording, only: counted, on_one_line, padded
+  use gestell_input_wording, only: counted, on_one_line
   use gestell_output_report_plausibility, only: implausible_lines
+  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_wrapping, only: wrapped
   use gestell_task_power_report, only: holder_line
   use gestell_task_machine_model, only: model_line
   use gestell_task_stability_report, only: out_of_range, told
@@ -20,7 +22,7 @@ module gestell_task_machine_report
   implicit none (type, external)
   private
 
-  public :: evidence_lines, frequency_lines, report_frequencies, report_machine, resonance_lines, verdict_lines, &
+  public :: evidence_lines, frequency_lines, report_frequencies, report_machine, resonance_lines, tolerance_note, verdict_lines, &
     & verdict_sentence
 
   character, parameter :: newline = new_line("a")
@@ -31,7 +33,7 @@ module gestell_task_machine_report
 
 contains
 
-  !> What was read: title, machine, drive.
+  !> What was read: title, machine, drive. The input's name stays on its line, however long.
   function report_machine(configuration, input) result(report)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: input
@@ -40,19 +42,30 @@ contains
 
     associate (frame => configuration%frame)
       report = "Gestell " // version // newline // newline
-      if (len(configuration%title) > 0) report = report // "  title      " // on_one_line(configuration%title) // newline
+      if (len(configuration%title) > 0) report = report // wrapped("  title      " // on_one_line(configuration%title) // newline)
       report = report // "  input      " // on_one_line(input) // newline
       if (allocated(configuration%impossible)) then
-        report = report // "  mechanism  cannot turn as it stands in the input: " // configuration%impossible%message // newline
-        return
+        report = report // wrapped("  mechanism  cannot turn as it stands in the input: " // configuration%impossible%message &
+          & // newline)
+      else
+        report = report // wrapped(machine_lines(configuration))
       end if
+    end associate
+  end function report_machine
+
+  function machine_lines(configuration) result(report)
+    type(configuration_type), intent(in) :: configuration
+    character(len=:), allocatable :: report
+    integer :: i
+
+    associate (frame => configuration%frame)
       select type (mechanism => frame%mechanism)
       type is (linkage_type)
-        report = report // "  mechanism  " // counted(size(mechanism%joints), "joint") // ", " &
+        report = "  mechanism  " // counted(size(mechanism%joints), "joint") // ", " &
           & // counted(size(mechanism%links), "link") // " of " // concise(mechanism%mass) &
           & // " kg in all; turns freely through 360 deg" // newline
       class default
-        report = report // "  mechanism  " // concise(mechanism%mass) // " kg in all, by its mass functions" // newline
+        report = "  mechanism  " // concise(mechanism%mass) // " kg in all, by its mass functions" // newline
       end select
       report = report // "  frame      " // concise(frame%mass) // " kg, " // concise(frame%inertia) // " kg m^2, free in"
       do i = 1, size(frame%free)
@@ -63,10 +76,10 @@ contains
       report = report // newline // "  drive      " // concise(abs(frame%speed) * 30 / pi) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
         & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline &
-        & // holder_line(frame%held_by) // newline // gravity_line(frame) // implausible_lines(frame)
+        & // holder_line(frame%held_by) // gravity_line(frame) // implausible_lines(frame)
       report = report // model_line(configuration%tasks)
     end associate
-  end function report_machine
+  end function machine_lines
 
   !> What weighs, and where to; nothing without gravity.
   pure function gravity_line(frame) result(line)
@@ -110,17 +123,17 @@ contains
     words = trim(multipliers%verdict()) // ": "
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
     if (multipliers%untold()) then
-      words = words // "nothing is known of the multipliers: with half and with twice the steps that were ordered"
+      words = words // "nothing is known of the multipliers, the steps ordered are too few"
     else if (words == "stable: " .and. multipliers%error(1) >= 1) then
-      words = words // "every free vibration dies out within a turn, so fast that the multipliers are lost in rounding" // others
+      words = words // "free vibrations decay within a turn, the multipliers are lost in rounding" // others
     else if (words == "stable: ") then
-      words = words // "every free vibration dies out, the slowest to half in " // concise(turns, 3) // " turns (" &
+      words = words // "the slowest free vibration halves in " // concise(turns, 3) // " turns (" &
         & // concise(turns * period, 3) // " s)" // others
     else if (words == "unstable: ") then
-      words = words // "a free vibration grows, to twice its size in " // concise(turns, 3) // " turns (" &
+      words = words // "a free vibration doubles in " // concise(turns, 3) // " turns (" &
         & // concise(turns * period, 3) // " s)" // others
     else
-      words = words // "the error bound reaches across the border |rho| = 1" // others
+      words = words // "the error bound reaches across |rho| = 1" // others
     end if
   end function verdict_sentence
 
@@ -134,7 +147,7 @@ contains
     word = trim(multipliers%verdict())
     lines = ""
     if (multipliers%untold()) then
-      lines = "  they come out different. Order more steps, or none: then the tolerance decides" // newline
+      lines = "  with half and with twice these steps they differ: order more, or none and the tolerance decides" // newline
       return
     end if
     if (word == "stable" .and. multipliers%error(1) >= 1) return
@@ -143,8 +156,8 @@ contains
     if (word == "undecided") then
       worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
       if (worst > 1) lines = lines // "  largest bound       |rho| = " // modulus(multipliers, worst) // newline
-      lines = lines // "  Either the tolerance is too coarse (ask for a smaller one in &accuracy), or the machine sits on the" &
-        & // newline // "  border, as one without damping or without springs in some direction does." // newline
+      lines = lines // "  either the tolerance is too coarse (order a smaller one in &accuracy), or the machine lies on the " &
+        & // "stability boundary, as one without damping or without springs in some direction does" // newline
     end if
   end function verdict_lines
 
@@ -195,37 +208,43 @@ contains
     type(evidence_type) :: found
 
     call evidence(analysis%floquet, found)
-    lines = ""
     if (found%methods == "averaged") then
       known = "to " // concise(found%error, 1) // " of its size"
       if (found%error >= 1) known = "is lost"
       lines = "  rests on            the AVERAGED model in closed form, nothing integrated; its matrix " &
-        & // known // "," // newline // "                      " // text(found%evaluations) &
-        & // " evaluations in all; trace's defect " // concise(abs(found%liouville_defect), 1) // newline
+        & // known // ", " // text(found%evaluations) // " evaluations in all; trace's defect " &
+        & // concise(abs(found%liouville_defect), 1) // newline
       return
     end if
-    if (.not. allocated(analysis%multipliers)) lines = newline
-    if (found%error >= 1) then
-      lines = lines // "  rests on            nothing: Phi(T) is lost"
-    else
-      lines = lines // "  rests on            Phi(T) to " // concise(found%error, 1) // " of its size"
-    end if
+    known = "Phi(T) to " // concise(found%error, 1) // " of its size"
+    if (found%error >= 1) known = "nothing: Phi(T) is lost"
+    lines = "  rests on            " // known
     if (accuracy%steps == 0) then
       lines = lines // " (" // concise(accuracy%tolerance, 2) // " was ordered)"
     else
       lines = lines // " (with the steps that were ordered)"
     end if
-    lines = lines // ", by " // ways_taken(found) // "," // newline &
-      & // "                      " // text(found%evaluations) // " evaluations in all; Liouville's defect " &
-      & // concise(abs(found%liouville_defect), 1)
+    lines = lines // ", by " // ways_taken(found) // ", " // text(found%evaluations) &
+      & // " evaluations in all; Liouville's defect " // concise(abs(found%liouville_defect), 1)
     if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
       & // concise(maxval(analysis%multipliers%condition), 2)
-    if (found%parts > 1) lines = lines // newline // "                      " // text(found%parts) // &
-      & " parts that do not act on each other were solved apart"
-    if (accuracy%steps == 0 .and. found%error > accuracy%tolerance) lines = lines // newline // &
-      & "                      the tolerance lies below what double precision can give here"
+    if (found%parts > 1) lines = lines // "; " // text(found%parts) // " parts that do not act on each other were solved apart"
     lines = lines // newline
   end function evidence_lines
+
+  !> Where the results are less accurate than was ordered.
+  pure function tolerance_note(analysis, accuracy) result(line)
+    type(analysis_type), intent(in) :: analysis
+    type(accuracy_type), intent(in) :: accuracy
+    character(len=:), allocatable :: line
+    type(evidence_type) :: found
+
+    call evidence(analysis%floquet, found)
+    line = ""
+    if (found%methods /= "averaged" .and. accuracy%steps == 0 .and. found%error > accuracy%tolerance) line = "  note: the " &
+      & // "tolerance lies below what double precision can give here; Phi(T) is known to " // concise(found%error, 1) &
+      & // " of its size" // newline
+  end function tolerance_note
 
   !> The methods with their effort.
   pure function ways_taken(found) result(words)
@@ -243,25 +262,27 @@ contains
   pure function frequency_lines(frequencies, speed) result(lines)
     real(dp), intent(in) :: frequencies(:), speed
     character(len=:), allocatable :: lines
-    real(dp) :: ratio, nearest
+    real(dp) :: ratio, nearest, away
     integer :: k
 
-    lines = newline // "NATURAL FREQUENCIES of the frame, mechanism's masses averaged over the turn" // newline // &
-      & "         rad/s         Hz   x crank speed   nearest resonance" // newline
+    lines = ""
     do k = 1, size(frequencies)
+      lines = lines // text(k) // tab
       if (.not. frequencies(k) > 0) then
-        lines = lines // text(k) // "  none: nothing holds the frame in this direction" // newline
+        lines = lines // "0" // repeat(tab, 6) // "nothing holds the frame in this direction" // newline
         cycle
       end if
       ratio = frequencies(k) / speed
       nearest = max(1.0_dp, anint(ratio))
-      lines = lines // text(k) // repeat(" ", 2 - len(text(k))) // padded(concise(frequencies(k)), 12) &
-        & // padded(concise(frequencies(k) / (2 * pi)), 11) // padded(concise(ratio, 5), 16) // "   order " &
-        & // concise(nearest, 9) // " at " // concise(frequencies(k) / nearest * 30 / pi, 5) // " rpm" &
-        & // away(frequencies(k) / (nearest * speed) - 1)
-      if (abs(ratio / nearest - 1) < near .and. nearest <= highest_order) lines = lines // "  <- near"
+      away = frequencies(k) / (nearest * speed) - 1
+      lines = lines // concise(frequencies(k) / (2 * pi)) // tab // concise(frequencies(k)) // tab // concise(ratio, 5) // tab &
+        & // concise(nearest, 9) // tab // concise(frequencies(k) / nearest * 30 / pi, 5) // tab &
+        & // merge("+", "-", away > 0) // concise(100 * abs(away), 2) // " %" // tab
+      if (abs(ratio / nearest - 1) < near .and. nearest <= highest_order) lines = lines // "<- near"
       lines = lines // newline
     end do
+    lines = newline // "NATURAL FREQUENCIES of the frame, mechanism's masses averaged over the turn" // newline &
+      & // tabulated("lrrrrrrl", ",,,crank,nearest,resonance,from crank" // newline // ",Hz,rad/s,speeds,order,at rpm,speed", lines)
     lines = lines // parametric_lines(frequencies, speed)
   end function frequency_lines
 
@@ -291,14 +312,6 @@ contains
       end do
     end do
   end function parametric_lines
-
-  !> How far a speed lies from the crank speed.
-  pure function away(relative) result(words)
-    real(dp), intent(in) :: relative
-    character(len=:), allocatable :: words
-
-    words = ", " // concise(100 * abs(relative), 2) // " % " // trim(merge("above", "below", relative > 0))
-  end function away
 
   !> What the vibration resonates with.
   pure function resonance_lines(resonance) result(lines)

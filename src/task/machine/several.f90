@@ -2,7 +2,8 @@
 module gestell_task_machine_several
   use gestell_base_text, only: concise, text
   use gestell_task_stability_report, only: told
-  use gestell_input_wording, only: counted, padded
+  use gestell_input_wording, only: counted
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_vibration_several, only: index_sum, several_type
   implicit none (type, external)
   private
@@ -37,31 +38,30 @@ contains
 
     lines = ""
     if (.not. allocated(several)) return
-    lines = newline // "VIBRATIONS at this speed: " // text(size(several))
-    if (sought) lines = lines // ", sought on paths over excitation and speed"
-    lines = lines // newline &
-      & // "          |rho|    error    verdict      rms: xi mm    eta mm  psi mrad    peak: xi mm    eta mm  psi mrad" // newline
     do i = 1, size(several)
       associate (v => several(i))
-        lines = lines // padded(text(i), 2) // padded(told(v%multipliers, 1, 9), 13) &
-          & // padded(concise(v%multipliers%error(1), 1), 9) // padded(trim(v%multipliers%verdict()), 11)
+        lines = lines // text(i) // tab // told(v%multipliers, 1, 9) // tab // concise(v%multipliers%error(1), 1) // tab &
+          & // trim(v%multipliers%verdict())
         do k = 1, 3
-          lines = lines // padded(concise(1000 * v%rms(k), 5), merge(16, 10, k == 1))
+          lines = lines // tab // concise(1000 * v%peak(k), 5)
         end do
-        do k = 1, 3
-          lines = lines // padded(concise(1000 * v%peak(k), 5), merge(15, 10, k == 1))
-        end do
-        if (v%vibration_index() < 0) lines = lines // "  between two turning points: no machine keeps to it"
-        if (v%told) lines = lines // "  <- told here"
+        lines = lines // tab
+        if (v%vibration_index() < 0) lines = lines // "between turning points, not kept to  "
+        if (v%told) lines = lines // "<- told here"
         lines = lines // newline
       end associate
     end do
+    lines = tabulated("lrrlrrrl", ",|rho|,error,verdict,peak xi,peak eta,peak psi" // newline // ",,,,mm,mm,mrad", lines)
+    if (sought) lines = ", sought on paths over excitation and speed" // newline // lines
+    if (.not. sought) lines = newline // lines
+    lines = newline // "VIBRATIONS at this speed: " // text(size(several)) // lines
     missing = abs(1 - index_sum(several))
-    if (missing > 0) lines = lines // "  by their indices (between turning points -1, else 1), whose sum is 1, at least " &
-      & // counted(missing, "vibration") // trim(merge(" more was not found ", " more were not found", missing == 1)) // newline
+    if (missing > 0) lines = lines // "  at least " &
+      & // counted(missing, "vibration") // trim(merge(" more was not found ", " more were not found", missing == 1)) &
+      & // ": indices (-1 between turning points, else 1) add up to 1" // newline
     if (.not. sought) lines = lines // "  met on the way; &model vibrations='all' looks for all" // newline
-    if (size(several) > 1) lines = lines // "  which one the machine comes to depends on how it " &
-      & // "was run up" // newline
+    if (size(several) > 1) lines = lines // "  which one the machine settles to depends on how it is run up" &
+      & // newline
   end function several_lines
 
 end module gestell_task_machine_several

@@ -16,7 +16,7 @@ module gestell_task_power
   use gestell_task_context, only: context_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_task_power_plot, only: plot_power
-  use gestell_task_power_report, only: drive_lines
+  use gestell_task_power_report, only: balance_line, drive_lines
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -89,6 +89,7 @@ contains
       if (.not. allocated(drive)) return
       call result%add(table_of(drive, frame%speed, frame%period, result%verdict), plot_power(frame%speed))
       call result%say(drive_lines(drive, frame%speed, trim(result%verdict)))
+      call result%detail(balance_line(drive))
     end associate
     associate (unused_task => self, unused_error => error)
     end associate

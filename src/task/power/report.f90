@@ -2,14 +2,14 @@
 module gestell_task_power_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
   use gestell_task_power_drive, only: drive_type, torque_type
   use gestell_task_power_flywheel, only: fluctuation_type, uneven
   implicit none (type, external)
   private
 
-  public :: drive_lines, holder_line
+  public :: balance_line, drive_lines, holder_line
 
   character, parameter :: newline = new_line("a")
   !> What lies below this part of the greatest torque is what roundings leave of zero.
@@ -24,11 +24,11 @@ contains
 
     select case (held_by)
     case ("flywheel")
-      line = "  flywheel   holds this speed in space, whatever torque that takes; the frame feels the motor's mean torque alone"
+      line = "  flywheel   speed constant in space; frame feels only the motor's mean torque" // newline
     case ("outside")
-      line = "  motor      beside the machine: it holds this speed in space, and its torque does not react on the frame"
+      line = "  motor      beside the machine: speed constant in space, no torque on the frame" // newline
     case default
-      line = "  motor      on the frame: it holds this speed whatever torque that takes, and the torque reacts on the frame"
+      line = "  motor      on the frame: speed held constant, torque reacts on the frame" // newline
     end select
   end function holder_line
 
@@ -44,14 +44,12 @@ contains
     rigid = drive%rigid
     if (abs(rigid%peak) <= rounding * abs(drive%actual%peak)) rigid = torque_type()
     lines = section("DRIVE, torque on the crank, " // trim(merge("with weights, without process forces", &
-      & "without gravity and process forces  ", drive%weighed)) // " (N m, counter-clockwise positive)", &
-      & verdict) // &
-      & "                              peak    at crank deg         rms        mean" // newline &
-      & // torque_line("on the frame as it is", drive%actual, speed) // "   peak's error " // concise(drive%peak_error, 1) &
-      & // newline // torque_line("on a rigid frame", rigid, speed) // newline &
-      & // "  mean power of the drive " // concise(drive%drive_mean, 5) // " W, of the dampers " // concise(drive%dampers_mean, 5) &
-      & // " W, greatest of the drive " // concise(drive%greatest, 4) // " W; the balance is missed by " &
-      & // concise(drive%defect(), 1) // " of that" // newline
+      & "without gravity and process forces  ", drive%weighed)), verdict) &
+      & // tabulated("lrrrrr", ",peak,error,at crank,rms,mean" // newline // ",N m,N m,deg,N m,N m", &
+      & torque_row("on the frame as it is", drive%actual, concise(drive%peak_error, 1), speed) &
+      & // torque_row("on a rigid frame", rigid, "", speed)) // "  counter-clockwise positive" // newline &
+      & // "  mean power: drive " // concise(drive%drive_mean, 5) // " W, dampers " // concise(drive%dampers_mean, 5) &
+      & // " W; greatest of the drive " // concise(drive%greatest, 4) // " W" // newline
     if (allocated(drive%fluctuation)) lines = lines // fluctuation_lines(drive%fluctuation, speed)
   end function drive_lines
 
@@ -63,22 +61,31 @@ contains
     real(dp) :: ends(2)
 
     ends = (abs(speed) + sign(1.0_dp, speed) * [fluctuation%least, fluctuation%greatest]) * 30 / pi
-    lines = "  speed by the flywheel " // concise(minval(ends), 6) // " to " // concise(maxval(ends), 6) &
+    lines = "  speed by the flywheel: " // concise(minval(ends), 6) // " to " // concise(maxval(ends), 6) &
       & // " rpm, to first order: coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
       & // concise(fluctuation%error, 1) // newline
-    if (fluctuation%irregularity > uneven) lines = lines // "  note: that is no constant speed; what is told here changes by up " &
+    if (fluctuation%irregularity > uneven) lines = lines // "  note: that is no constant speed; results may change by up " &
       & // "to about " // concise(200 * fluctuation%irregularity, 2) // " %. A flywheel of " &
       & // concise(fluctuation%inertia * fluctuation%irregularity / uneven, 2) // " kg m^2 would hold it to 1 %" // newline
   end function fluctuation_lines
 
-  pure function torque_line(name, told, speed) result(line)
-    character(len=*), intent(in) :: name
-    type(torque_type), intent(in) :: told
-    real(dp), intent(in) :: speed
+  !> How well the mean powers agree.
+  pure function balance_line(drive) result(line)
+    type(drive_type), intent(in) :: drive
     character(len=:), allocatable :: line
-    line = "  " // name // repeat(" ", max(0, 22 - len(name))) // padded(concise(told%peak, 5), 10) &
-      & // padded(fixed(sign(360.0_dp, speed) * told%peak_phase, 1), 16) // padded(concise(told%rms, 5), 12) &
-      & // padded(concise(merge(0.0_dp, told%mean, abs(told%mean) < rounding * abs(told%peak)), 5), 12)
-  end function torque_line
+
+    line = "  the balance of power is missed by " // concise(drive%defect(), 1) // " of the drive's greatest power" // newline
+  end function balance_line
+
+  pure function torque_row(name, found, error, speed) result(row)
+    character(len=*), intent(in) :: name, error
+    type(torque_type), intent(in) :: found
+    real(dp), intent(in) :: speed
+    character(len=:), allocatable :: row
+
+    row = name // tab // concise(found%peak, 5) // tab // error // tab &
+      & // fixed(sign(360.0_dp, speed) * found%peak_phase, 1) // tab // concise(found%rms, 5) // tab &
+      & // concise(merge(0.0_dp, found%mean, abs(found%mean) < rounding * abs(found%peak)), 5) // newline
+  end function torque_row
 
 end module gestell_task_power_report

@@ -2,7 +2,7 @@
 module gestell_task_probes_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: judged, section
   use gestell_task_probes_watched, only: probe_parts, velocity_part, watched_type
   implicit none (type, external)
@@ -22,56 +22,59 @@ contains
     character(len=:), allocatable :: lines
     integer :: i
 
-    lines = section("VIBRATION AT PROBES, peaks of the size of the vector, and rms in the direction where it is greatest", &
-      & verdict) // "                               displacement mm  velocity mm/s  acceleration m/s^2   rms in band mm/s" &
-      & // newline
+    lines = ""
     do i = 1, size(watched)
-      lines = lines // probe_line(watched(i)) // newline // band_line(watched(i), period, verdict) // newline
+      lines = lines // probe_row(watched(i)) // newline
+    end do
+    lines = section("VIBRATION AT PROBES; rms in the direction where it is greatest", verdict) &
+      & // tabulated("lrrrrr", ",peak,peak,peak,rms in band,error" // newline // ",mm,mm/s,m/s^2,mm/s,mm/s", lines)
+    do i = 1, size(watched)
+      lines = lines // band_lines(watched(i), period, verdict)
     end do
   end function probe_lines
 
-  pure function probe_line(watched) result(line)
+  pure function probe_row(watched) result(row)
     type(watched_type), intent(in) :: watched
-    character(len=:), allocatable :: line
+    character(len=:), allocatable :: row
     real(dp), parameter :: factors(3) = [1.0e3_dp, 1.0e3_dp, 1.0_dp]
-    integer, parameter :: widths(3) = [17, 15, 20]
     integer :: k
 
-    line = "  " // trim(watched%probe%name) // " at (" // concise(watched%probe%position(1), 4) // ", " &
+    row = trim(watched%probe%name) // " (" // concise(watched%probe%position(1), 4) // "," &
       & // concise(watched%probe%position(2), 4) // ")"
-    line = line // repeat(" ", max(0, 29 - len(line)))
     do k = 1, 3
-      line = line // padded(concise(factors(k) * watched%statistics(k * probe_parts / 3)%peak, 5), widths(k))
+      row = row // tab // concise(factors(k) * watched%statistics(k * probe_parts / 3)%peak, 5)
     end do
-    line = line // padded(concise(1000 * watched%greatest, 5), 13) // " +- " // concise(1000 * watched%error, 1)
-  end function probe_line
+    row = row // tab // concise(1000 * watched%greatest, 5) // tab // concise(1000 * watched%error, 1)
+  end function probe_row
 
   !> Which orders the band holds, and the verdict.
-  pure function band_line(watched, period, verdict) result(line)
+  pure function band_lines(watched, period, verdict) result(lines)
     type(watched_type), intent(in) :: watched
     real(dp), intent(in) :: period
     character(len=*), intent(in) :: verdict
-    character(len=:), allocatable :: line
+    character(len=:), allocatable :: lines
     !> The band leaves out what makes the whole so many times as great.
     real(dp), parameter :: much = 1.5_dp
     real(dp) :: orders(2), whole
 
     associate (band => watched%probe%band, limit => watched%probe%limit)
-      line = "    band " // concise(band(1)) // " to " // concise(band(2)) // " Hz: "
+      lines = "  " // trim(watched%probe%name) // ": "
+      if (limit > 0) lines = lines // against_limit(watched) // "; "
+      lines = lines // concise(band(1)) // " to " // concise(band(2)) // " Hz, "
       orders = min(band * period, 1.0e9_dp)
       orders = [max(1, ceiling(orders(1) * (1 - 1.0e-12_dp))), floor(orders(2) * (1 + 1.0e-12_dp))]
       if (orders(2) < orders(1)) then
-        line = line // "no order of the crank lies in it"
+        lines = lines // "in which no order of the crank lies"
       else
-        line = line // "orders " // text(nint(orders(1))) // " to " // text(nint(orders(2))) // " of the crank"
+        lines = lines // "orders " // text(nint(orders(1))) // " to " // text(nint(orders(2)))
       end if
-      if (limit > 0) line = line // "; " // against_limit(watched)
-      if (limit > 0 .and. judged(verdict) /= "") line = line // newline // "    " // judged(verdict)
+      lines = lines // newline
+      if (limit > 0 .and. judged(verdict) /= "") lines = lines // "    " // judged(verdict) // newline
       whole = watched%statistics(velocity_part)%rms
-      if (whole > much * watched%greatest .and. orders(1) > 1) line = line // newline // "    mind the lower end of the band: " // &
-        & "the velocity in all orders together has an rms of " // concise(1000 * whole, 4) // " mm/s"
+      if (whole > much * watched%greatest .and. orders(1) > 1) lines = lines // "    mind the lower end of the band: " // &
+        & "in all orders together the velocity has an rms of " // concise(1000 * whole, 4) // " mm/s" // newline
     end associate
-  end function band_line
+  end function band_lines
 
   !> The verdict in words.
   pure function against_limit(watched) result(words)

@@ -2,7 +2,8 @@
 module gestell_task_resonance_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_input_wording, only: counted, padded
+  use gestell_input_wording, only: counted
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: beyond_small, left_at
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
@@ -42,8 +43,8 @@ contains
       if (count(curve%points%state == i) == 0) cycle
       report = report // "  note: at " // counted(count(curve%points%state == i), "speed") // " " // words(i) // newline
     end do
-    if (.not. curve%complete) report = report // "  note: the curve is finer than what was computed: a smaller range, or more " &
-      & // "damping, would show it" // newline
+    if (.not. curve%complete) report = report // "  note: the curve has finer details than were computed: order a smaller range" &
+      & // newline
     do i = 1, size(quantities)
       report = report // curve_of(curve, i, quantities(i), model)
     end do
@@ -84,7 +85,7 @@ contains
     integer, intent(in) :: q
     type(quantity_type), intent(in) :: quantity
     character(len=*), intent(in) :: model
-    character(len=:), allocatable :: report, unit
+    character(len=:), allocatable :: report, rows, unit
     logical :: left(size(curve%maxima))
     integer :: i, k, n, least, most
 
@@ -96,16 +97,17 @@ contains
     report = "  " // trim(quantity%name) // ": " // text(n) // trim(merge(" maximum", " maxima ", n == 1))
     if (n > most_listed) report = report // ", the greatest"
     report = report // newline
-    if (n > 0) report = report // padded("rpm", 16) // padded(unit, 16) // padded("width rpm", 12) // padded("damping", 12) &
-      & // padded("order", 8) // newline
+    rows = ""
     do i = 1, min(most_listed, n)
       k = maxloc(curve%maxima%value, dim=1, mask=left)
       left(k) = .false.
-      report = report // line_of(curve%maxima(k), model) // newline
+      rows = rows // row_of(curve%maxima(k), model) // newline
     end do
+    if (n > 0) report = report // tabulated("rrrrrl", "speed,peak,width,damping,order" // newline // "rpm," // unit &
+      & // ",rpm,ratio", rows)
     left = curve%maxima%quantity == q .and. curve%maxima%unbounded
     n = count(left)
-    if (n > 0) report = report // "    grows without bounds at " // counted(n, "speed") // ":"
+    if (n > 0) report = report // "  grows without bounds at " // counted(n, "speed") // ":"
     do i = 1, min(most_listed, n)
       k = findloc(left, .true., dim=1)
       left(k) = .false.
@@ -122,26 +124,26 @@ contains
       if (curve%points(i)%values(1, q) < curve%points(least)%values(1, q)) least = i
       if (curve%points(i)%values(1, q) > curve%points(most)%values(1, q)) most = i
     end do
-    report = report // "    least at " // concise(curve%points(least)%speed, 5) // " rpm, " &
+    report = report // "  least at " // concise(curve%points(least)%speed, 5) // " rpm, " &
       & // concise(curve%points(least)%values(1, q), 5) // " " // unit // "; greatest at " &
       & // concise(curve%points(most)%speed, 5) // " rpm" // trim(merge(", an end of the range", "                     ", &
       & most == 1 .or. most == size(curve%points))) // ", " // concise(curve%points(most)%values(1, q), 5) // " " // unit // newline
   end function curve_of
 
-  pure function line_of(maximum, model) result(line)
+  pure function row_of(maximum, model) result(row)
     type(maximum_type), intent(in) :: maximum
     character(len=*), intent(in) :: model
-    character(len=:), allocatable :: line
+    character(len=:), allocatable :: row
 
-    line = padded(concise(maximum%speed, 7), 16) // padded(concise(maximum%value, 6), 16)
+    row = concise(maximum%speed, 7) // tab // concise(maximum%value, 6) // tab
     if (ieee_is_nan(maximum%width)) then
-      line = line // padded("-", 12) // padded("-", 12)
+      row = row // "-" // tab // "-"
     else
-      line = line // padded(concise(maximum%width, 4), 12) // padded(concise(maximum%damping_ratio, 4), 12)
+      row = row // concise(maximum%width, 4) // tab // concise(maximum%damping_ratio, 4)
     end if
-    line = line // padded(text(maximum%strongest_order), 8)
-    if (maximum%state /= reached) line = line // "  " // trim(state_names(maximum%state))
-    if (.not. maximum%small .and. model /= "exact") line = line // "  not small"
-  end function line_of
+    row = row // tab // text(maximum%strongest_order) // tab
+    if (maximum%state /= reached) row = row // trim(state_names(maximum%state)) // "  "
+    if (.not. maximum%small .and. model /= "exact") row = row // "not small"
+  end function row_of
 
 end module gestell_task_resonance_report

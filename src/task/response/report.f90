@@ -2,7 +2,7 @@
 module gestell_task_response_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: frame_type
   use gestell_output_report_significance, only: noise_of, order_words
   use gestell_output_report_verdict, only: section
@@ -10,16 +10,15 @@ module gestell_task_response_report
   implicit none (type, external)
   private
 
-  public :: vibration_lines
+  public :: closing_lines, vibration_lines
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  pure function vibration_lines(vibration, frame, averaged, verdict) result(lines)
+  pure function vibration_lines(vibration, frame, verdict) result(lines)
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame
-    logical, intent(in) :: averaged
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     character(len=*), parameter :: names(9) = [character(len=22) :: "xi of F", "eta of F", "psi", "xi velocity", &
@@ -29,35 +28,43 @@ contains
     real(dp) :: noise
     integer :: i, order
 
-    lines = section("PERIODIC VIBRATION", verdict) // &
-      & "                              peak       error         rms           strongest order, its part of rms^2" // newline
+    lines = ""
     do i = 1, 9
       if (.not. any(frame%free == 1 + mod(i - 1, 3))) cycle
       associate (series => vibration%series(i))
         noise = noise_of(vibration%peak(i), vibration%peak_error(i), greatest_beside(vibration, frame, i))
-        lines = lines // "  " // names(i) // padded(concise(factors(i) * noise * vibration%peak(i), 5), 10) &
-          & // padded(concise(factors(i) * vibration%peak_error(i), 1), 12) &
-          & // padded(concise(factors(i) * noise * vibration%rms(i), 5), 12) &
-          & // "  " // units(i) // "  "
+        lines = lines // trim(names(i)) // tab // concise(factors(i) * noise * vibration%peak(i), 5) // tab &
+          & // concise(factors(i) * vibration%peak_error(i), 1) // tab // concise(factors(i) * noise * vibration%rms(i), 5) &
+          & // tab // trim(units(i)) // tab
         order = maxloc(series%amplitude, dim=1)
         if (vibration%peak(i) > vibration%peak_error(i)) lines = lines // order_words(order, series%amplitude(order), &
           & vibration%rms(i))
         lines = lines // newline
       end associate
     end do
+    lines = section("PERIODIC VIBRATION", verdict) // tabulated("lrrrll", ",peak,error,rms,,strongest order" &
+      & // newline // ",,,,,(% of rms^2)", lines)
     if (any([(vibration%peak_error(frame%free(i)) >= vibration%peak(frame%free(i)) .and. vibration%peak(frame%free(i)) > 0 &
       & .and. noise_of(vibration%peak(frame%free(i)), vibration%peak_error(frame%free(i)), &
       & greatest_beside(vibration, frame, frame%free(i))) > 0, i = 1, size(frame%free))])) lines = lines // &
       & "  note: an error is as great as its peak, which tells nothing then; more steps, or a smaller tolerance, may" // newline
-    if (averaged) then
-      lines = lines // "  harmonic by harmonic: condition at worst " // concise(vibration%start%condition, 2) // ", costs " &
-        & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits" // newline
-      return
-    end if
-    lines = lines // "  start x0 from (E - Phi) x0 = x_p(T): condition " // concise(vibration%start%condition, 2) // ", costs " &
-      & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits; motion closes after a turn to " &
-      & // concise(vibration%closing_defect, 1) // newline
   end function vibration_lines
+
+  !> How well the vibration closes.
+  pure function closing_lines(vibration, averaged) result(line)
+    type(vibration_type), intent(in) :: vibration
+    logical, intent(in) :: averaged
+    character(len=:), allocatable :: line
+
+    line = "condition " // concise(vibration%start%condition, 2) // ", costs " &
+      & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits"
+    if (averaged) then
+      line = "  harmonic by harmonic: at worst " // line // newline
+    else
+      line = "  start x0 from (E - Phi) x0 = x_p(T): " // line // "; motion closes after a turn to " &
+        & // concise(vibration%closing_defect, 1) // newline
+    end if
+  end function closing_lines
 
   !> The greatest peak of the kind of the `i`-th quantity, turns and moments made comparable by the frame's radius of gyration.
   pure real(dp) function greatest_beside(vibration, frame, i) result(greatest)

@@ -13,7 +13,7 @@ module gestell_task_response
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_response_plot, only: plot_harmonics, plot_response
-  use gestell_task_response_report, only: vibration_lines
+  use gestell_task_response_report, only: closing_lines, vibration_lines
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -74,7 +74,8 @@ contains
         call result%add(harmonics(frame, tasks%harmonics, context%analysis%vibration, result%verdict), plot_harmonics(frame, &
           & tasks%harmonics, &
           & context%analysis%vibration))
-        call result%say(vibration_lines(context%analysis%vibration, frame, tasks%averaged, trim(result%verdict)))
+        call result%say(vibration_lines(context%analysis%vibration, frame, trim(result%verdict)))
+        call result%detail(closing_lines(context%analysis%vibration, tasks%averaged))
       end if
       do k = 1, size(peaks)
         call result%brief%add(trim(names(k)) // "_peak", units(k), "peak of the vibration", peaks(k:k))

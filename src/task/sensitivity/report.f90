@@ -2,7 +2,7 @@
 module gestell_task_sensitivity_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
   use gestell_output_report_warnings, only: beyond_small
   use gestell_model_frame_quantity, only: quantity_type
@@ -26,13 +26,12 @@ contains
     character(len=:), allocatable :: report
     integer :: i
 
-    report = section("SENSITIVITY  per cent of change for one per cent more of a parameter, greatest effect first", &
+    report = section("SENSITIVITY in per cent for one per cent more of a parameter, greatest first", &
       & trim(state_names(base%state))) // beyond_small([base%moved], model)
     do i = 1, size(quantities)
       report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &
         & // trim(quantities(i)%unit) // ", rms " // concise(base%values(2, i), 6) // newline &
-        & // padded("peak", 12) // padded("error", 10) // padded("rms", 12) // "  parameter" // newline
-      report = report // rows(i, paths, found)
+        & // tabulated("rrrl", "peak,error,rms,parameter", rows(i, paths, found))
     end do
   end function report_sensitivity
 
@@ -56,15 +55,15 @@ contains
       k = maxloc(effect, dim=1, mask=left)
       left(k) = .false.
       associate (one => found(k))
-        report = report // padded(fixed(one%slope(1, i), 4), 12) // padded(concise(one%error(1, i), 1), 10) &
-          & // padded(fixed(one%slope(2, i), 4), 12) // "  " // trim(paths(k))
+        report = report // fixed(one%slope(1, i), 4) // tab // concise(one%error(1, i), 1) // tab &
+          & // fixed(one%slope(2, i), 4) // tab // trim(paths(k))
         if (one%state(i) /= "ok") report = report // "  " // trim(one%state(i))
       end associate
       report = report // newline
     end do
     do k = 1, size(found)
-      if (found(k)%state(i) == "failed") report = report // padded("-", 12) // padded("-", 10) // padded("-", 12) // "  " &
-        & // trim(paths(k)) // "  failed" // newline
+      if (found(k)%state(i) == "failed") report = report // "-" // tab // "-" // tab // "-" // tab // trim(paths(k)) &
+        & // "  failed" // newline
     end do
   end function rows
 

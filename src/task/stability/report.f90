@@ -1,9 +1,9 @@
 !> Multipliers and exponents for people: with the frequencies that free vibrations really have.
 module gestell_task_stability_report
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_mode_naming, only: modes_of_multipliers
   use gestell_study_mode_type, only: mode_type
   implicit none (type, external)
@@ -20,45 +20,39 @@ module gestell_task_stability_report
 
 contains
 
-  !> A line for each multiplier, with the frequency of its mode; `speed`: of the crank (rad/s).
+  !> A line for each multiplier or pair, with the frequency of its mode; `speed`: of the crank (rad/s).
   pure function multiplier_lines(multipliers, modes, speed) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)
     real(dp), intent(in) :: speed
     character(len=:), allocatable :: lines
-    integer :: mode(size(multipliers%rho)), k
+    integer :: mode(size(multipliers%rho)), k, last
 
     mode = modes_of_multipliers(multipliers, modes, speed)
-    lines = newline // "MULTIPLIERS AND EXPONENTS" // newline // "         re rho         im rho          |rho|    error   " // &
-      & "growth 1/s   frequency rad/s  x crank speed" // newline
+    lines = ""
+    last = 0
     do k = 1, size(multipliers%rho)
-      lines = lines // text(k) // repeat(" ", 2 - len(text(k))) &
-        & // padded(part(multipliers, k, real(multipliers%rho(k))), 15) &
-        & // padded(part(multipliers, k, aimag(multipliers%rho(k))), 15) &
-        & // padded(told(multipliers, k, 9), 15) // padded(error_told(multipliers%error(k)), 9) &
-        & // padded(concise(real(multipliers%exponent(k)), 5), 13)
+      if (k <= last) cycle
+      last = k
+      lines = lines // text(k)
+      if (k < size(multipliers%rho) .and. aimag(multipliers%rho(k)) > 0) then
+        if (.not. abs(multipliers%rho(k + 1) - conjg(multipliers%rho(k))) > 0) last = k + 1
+      end if
+      if (last > k) lines = lines // ", " // text(last)
+      lines = lines // tab // told(multipliers, k, 9) // tab // error_told(maxval(multipliers%error(k:last))) // tab &
+        & // concise(real(multipliers%exponent(k)), 5) // tab
       if (mode(k) > 0) then
         lines = lines // frequency_columns(modes(mode(k)), speed)
       else
-        lines = lines // padded("-", 18) // padded("-", 15) // "  cannot be told"
+        lines = lines // "-" // tab // "-" // tab // "cannot be told"
       end if
       lines = lines // newline
     end do
-    lines = lines // "  (error: bound relative to |rho|; frequency: of the free vibration's strongest component, " &
-      & // "which the multiplier alone" // newline // "  leaves open up to multiples of the crank speed)" // newline
-    if (any(multipliers%lost())) lines = lines // "  (lost: the bound is as great as |rho|, no digit is sure)" // newline
+    lines = newline // "MULTIPLIERS AND EXPONENTS" // newline // tabulated("lrrrrrl", &
+      & ",|rho|,error,growth,frequency,crank" // newline // ",,rel.,1/s,Hz,speeds", lines) &
+      & // "  frequency: of the free vibration's strongest component" // newline
+    if (any(multipliers%lost())) lines = lines // "  lost: the bound is as great as |rho|, no digit is sure" // newline
   end function multiplier_lines
-
-  !> The real or imaginary part `value` of multiplier k; "-": it overflows.
-  pure function part(multipliers, k, value) result(words)
-    type(multipliers_type), intent(in) :: multipliers
-    integer, intent(in) :: k
-    real(dp), intent(in) :: value
-    character(len=:), allocatable :: words
-
-    words = "-"
-    if (multipliers%log_abs(k) <= out_of_range) words = concise(value, 9)
-  end function part
 
   !> A modulus, or the power of e that it is where it leaves the range of numbers.
   pure function told(multipliers, k, digits) result(words)
@@ -98,14 +92,14 @@ contains
     character(len=:), allocatable :: columns
 
     if (.not. mode%frequency() > 0) then
-      columns = padded("0", 18) // padded("0", 15) // "  does not swing"
+      columns = "0" // tab // "0" // tab // "does not swing"
       return
     end if
-    columns = padded(concise(mode%frequency(), 7), 18) // padded(concise(mode%frequency() / speed, 5), 15)
+    columns = concise(mode%frequency() / (2 * pi), 7) // tab // concise(mode%frequency() / speed, 5) // tab
     if (mode%real_pair) then
-      columns = columns // "  locked to the crank"
+      columns = columns // "locked to the crank"
     else if (mode%share() < half) then
-      columns = columns // "  one of several, mixed"
+      columns = columns // "one of several, mixed"
     end if
   end function frequency_columns
 

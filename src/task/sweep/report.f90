@@ -5,13 +5,14 @@ module gestell_task_sweep_report
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type
   use gestell_input_wording, only: counted
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: small_motion_limits
   use gestell_study_tile_results, only: rho_max, verdict_column, verdict_names
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: big, report_grid, report_sweep
+  public :: big, evidence_line, report_grid, report_sweep
 
   character, parameter :: newline = new_line("a")
 
@@ -39,19 +40,20 @@ contains
   pure function report_sweep(plan, summary) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(summary_type), intent(in) :: summary
-    character(len=:), allocatable :: report
+    character(len=:), allocatable :: report, rows
     integer :: k
 
-    report = newline
+    rows = ""
     if (verdict_column(plan%order%columns) > 0) then
       do k = 0, size(summary%verdicts) - 1
         if (summary%verdicts(k) == 0) cycle
-        report = report // "  " // verdict_names(k) // "  " // big(summary%verdicts(k)) // " points (" &
-          & // concise(100 * real(summary%verdicts(k), dp) / real(summary%points, dp), 3) // " %)" // newline
+        rows = rows // trim(verdict_names(k)) // tab // big(summary%verdicts(k)) // " points" // tab &
+          & // concise(100 * real(summary%verdicts(k), dp) / real(summary%points, dp), 3) // " %" // newline
       end do
     end if
+    report = newline // tabulated("lrr", "", rows)
     if (plan%order%columns(rho_max) .and. summary%least <= summary%most) then
-      report = report // "  rho_max     from " // within_range(summary%least) // " to " // within_range(summary%most) &
+      report = report // "  rho_max from " // within_range(summary%least) // " to " // within_range(summary%most) &
         & // ", greatest at"
       do k = 1, size(plan%paths)
         report = report // trim(merge(",", " ", k > 1)) // " " // trim(plan%paths(k)) // " = " &
@@ -63,11 +65,18 @@ contains
       & // big(summary%turned) // " points: psi reaches " &
       & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the equations are linear: psi up to " &
       & // small_motion_limits(0.0_dp) // newline
-    report = report // "  rests on    " // big(summary%solutions) // " solutions"
-    if (summary%checks > 0) report = report // "; " // big(summary%checks) // " points were compared with solutions of " // &
-      & "their own," // newline // "              greatest deviation of Phi " // concise(summary%deviation, 2)
-    report = report // newline
   end function report_sweep
+
+  !> What the points rest on.
+  pure function evidence_line(summary) result(line)
+    type(summary_type), intent(in) :: summary
+    character(len=:), allocatable :: line
+
+    line = "  the sweep rests on " // big(summary%solutions) // " solutions"
+    if (summary%checks > 0) line = line // "; " // big(summary%checks) // " points were compared with solutions of their own, " &
+      & // "greatest deviation of Phi " // concise(summary%deviation, 2)
+    line = line // newline
+  end function evidence_line
 
   !> A modulus, or that it overflows.
   pure function within_range(value) result(words)

@@ -18,7 +18,7 @@ module gestell_task_sweep_task
   use gestell_task_sweep_csv, only: table_of
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_plot, only: plot_sweep
-  use gestell_task_sweep_report, only: big, report_grid, report_sweep
+  use gestell_task_sweep_report, only: big, evidence_line, report_grid, report_sweep
   use gestell_task_sweep_summary, only: summary_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -145,6 +145,7 @@ contains
       call result%add(table, plot_sweep(plan%paths, plan%units, plan%grid, plan%order, summary))
       call result%warn("", tally(summary))
       call result%say(report_sweep(plan, summary))
+      call result%detail(evidence_line(summary))
     end associate
   end subroutine tell_sweep
 

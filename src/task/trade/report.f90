@@ -2,7 +2,7 @@
 module gestell_task_trade_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_task_trade_model_trade, only: model_trade_type
   use gestell_task_trade, only: cheapest, trade_type
   implicit none (type, external)
@@ -17,24 +17,25 @@ contains
   !> The cheapest way to some accuracies, and what one more digit costs.
   function report_trade(trade) result(lines)
     type(trade_type), intent(in) :: trade
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, rows
     real(dp), parameter :: wanted(4) = [1.0e-3_dp, 1.0e-6_dp, 1.0e-9_dp, 1.0e-12_dp]
     integer :: best(size(wanted)), i
 
-    lines = newline // "SPEED FOR ACCURACY, Phi(T) and x_p(T) of this machine on this computer" // newline &
-      & // "  errors of Phi(T) and x0 below      cheapest    steps   evaluations   milliseconds" // newline
+    rows = ""
     do i = 1, size(wanted)
       best(i) = cheapest(trade%rows, wanted(i))
-      lines = lines // "  " // padded(concise(wanted(i), 2), 29)
+      rows = rows // concise(wanted(i), 2) // tab
       if (best(i) == 0) then
-        lines = lines // "   out of reach" // newline
+        rows = rows // "out of reach" // newline
         cycle
       end if
       associate (row => trade%rows(best(i)))
-        lines = lines // padded(trim(row%method), 14) // padded(text(row%steps), 9) // padded(text(row%evaluations), 14) &
-          & // padded(concise(1000 * row%seconds, 3), 15) // newline
+        rows = rows // trim(row%method) // tab // text(row%steps) // tab // text(row%evaluations) // tab &
+          & // concise(1000 * row%seconds, 3) // newline
       end associate
     end do
+    lines = newline // "SPEED FOR ACCURACY, Phi(T) and x_p(T) of this machine on this computer" // newline &
+      & // tabulated("rlrrr", "errors of Phi(T), cheapest,steps,evaluations,time" // newline // "and x0 below,,,,ms", rows)
     ! Where one row serves both, more digits cost nothing.
     if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  from 1e-3 to 1e-9 one more digit costs " &
       & // concise(100 * ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) &
@@ -52,9 +53,7 @@ contains
     real(dp), parameter :: most = log(huge(1.0_dp)) - 1
     integer :: i
 
-    lines = newline // "PERIODIC OR AVERAGED COEFFICIENTS" // newline &
-      & // "                              periodic      averaged   averaged is off by" // newline &
-      & // "  verdict               " // padded(trim(trade%periodic%verdict), 14) // padded(trim(trade%averaged%verdict), 14) &
+    lines = "verdict" // tab // trim(trade%periodic%verdict) // tab // trim(trade%averaged%verdict) &
       & // newline &
       & // line("largest |rho|", exp(min(trade%periodic%log_rho, most)), exp(min(trade%averaged%log_rho, most)), trade%rho_miss()) &
       & // line("ln of it, per turn", trade%periodic%log_rho, trade%averaged%log_rho, trade%log_rho_miss())
@@ -63,9 +62,10 @@ contains
         if (trade%periodic%peak(i) > 0) lines = lines &
           & // line(names(i), trade%periodic%peak(i), trade%averaged%peak(i), trade%peak_miss(i))
       end do
-    else
-      lines = lines // "  " // trade%resonance // newline
     end if
+    lines = newline // "PERIODIC OR AVERAGED COEFFICIENTS" // newline &
+      & // tabulated("lrrr", ",periodic,averaged,averaged off by", lines)
+    if (.not. allocated(trade%averaged%peak)) lines = lines // "  " // trade%resonance // newline
     lines = lines // "  " // conclusion(trade) // newline // "  (" // concise(1000 * trade%averaged%seconds, 2) &
       & // " ms against " // concise(1000 * trade%periodic%seconds, 2) // " ms; averaged coefficients never show parametric " &
       & // "resonance)" // newline
@@ -76,16 +76,10 @@ contains
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: periodic, averaged, miss
     character(len=:), allocatable :: row
-    character(len=22) :: first
 
-    first = name
-    row = "  " // first // padded(concise(periodic, 6), 14) // padded(concise(averaged, 6), 14)
-    if (abs(miss) > 0) then
-      row = row // padded(concise(100 * miss, 2) // " %", 21)
-    else
-      row = row // "   within the errors"
-    end if
-    row = row // newline
+    row = trim(name) // tab // concise(periodic, 6) // tab // concise(averaged, 6) // tab
+    if (abs(miss) > 0) row = row // concise(100 * miss, 2) // " %" // newline
+    if (.not. abs(miss) > 0) row = row // "within the errors" // newline
   end function line
 
   !> In words, whether the periodic coefficients are worth their price.
@@ -97,11 +91,11 @@ contains
 
     worst = concise(100 * trade%worst_miss(), 2) // " %"
     if (trade%periodic%verdict /= trade%averaged%verdict) then
-      words = "The periodic coefficients decide the verdict here: they are worth any price."
+      words = "The periodic coefficients decide the verdict: they are needed."
     else if (allocated(trade%resonance)) then
       words = "The averaged model fails here: the periodic coefficients are needed."
     else if (trade%worst_miss() > passable) then
-      words = "The averaged model is off by up to " // worst // ": the periodic coefficients are worth their price."
+      words = "The averaged model is off by up to " // worst // ": use the periodic coefficients."
     else if (trade%worst_miss() > negligible) then
       words = "The averaged model is off by up to " // worst // ": good for a first look, not for final numbers."
     else
