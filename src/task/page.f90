@@ -2,12 +2,14 @@
 module gestell_task_page
   use gestell_base_base64, only: base64
   use gestell_base_error, only: error_type
-  use gestell_base_text, only: text
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, text
   use gestell_base_version, only: version
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
+  use gestell_input_wording, only: on_one_line
   use gestell_input_namelist_document, only: group_type, name_of
   use gestell_base_files, only: file_size
   use gestell_output_page_html, only: cell, escaped, head, row, tail
@@ -26,33 +28,85 @@ module gestell_task_page
 
 contains
 
-  !> Writes report.html: what was found, with the pictures that were drawn. `report`: the report for people.
-  !> Error: it cannot be written.
+  !> Writes report.html: what was found, with the pictures that were drawn. `report`: the report for people. The page does not say
+  !> in which folder the input stood. Error: it cannot be written.
   subroutine write_page(context, result, report, error)
     type(context_type), intent(in) :: context
     type(result_type), intent(in) :: result
     character(len=*), intent(in) :: report
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: page
-    character(len=:), allocatable :: title
+    character(len=*), parameter :: label = newline // "  input      "
+    character(len=:), allocatable :: title, input
     integer :: i
 
+    input = on_one_line(context%head%input(index(context%head%input, "/", back=.true.) + 1:))
     title = context%head%title
-    if (len_trim(title) == 0) title = context%head%input
+    if (len_trim(title) == 0) title = input
     call open_output(page, context%place // "/report.html")
     call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
-      & // ", input " // escaped(context%head%input) // "</p>" // newline)
+      & // ", input " // escaped(input) // "</p>" // newline)
     do i = 1, size(result%headlines)
       call page%append(banner(trim(result%headlines(i)%state), result%headlines(i)%words))
     end do
+    if (.not. allocated(context%configuration%impossible)) call page%append(key_figures(context))
     do i = 1, size(result%tables)
       call page%append(section(context%place, result%tables(i)))
     end do
     call page%append(input_table(context%configuration, context%head%settings))
-    call page%append("<h2>Report</h2>" // newline // "<details><summary>as on standard output</summary>" // newline &
-      & // "<pre>" // escaped(report) // "</pre></details>" // newline // tail())
+    i = index(report, label) + len(label)
+    call page%append("<h2>Report</h2>" // newline // folded("as on standard output", report(:i - 1) // input &
+      & // report(i - 1 + index(report(i:), newline):) // newline // result%in_short()))
+    if (result%details /= "") call page%append(folded("what the numbers rest on", result%details))
+    call page%append(tail())
     call page%complete(error)
   end subroutine write_page
+
+  !> Lines of a report, shown when they are wanted.
+  pure function folded(summary, lines) result(words)
+    character(len=*), intent(in) :: summary, lines
+    character(len=:), allocatable :: words
+
+    words = "<details><summary>" // summary // "</summary>" // newline // "<pre>" // escaped(lines) // "</pre></details>" // newline
+  end function folded
+
+  !> Speed, natural frequencies and the greatest force on the ground, as far as they are known.
+  function key_figures(context) result(words)
+    type(context_type), intent(in) :: context
+    character(len=:), allocatable :: words, list
+    real(dp), allocatable :: frequencies(:)
+    type(error_type), allocatable :: error
+    integer :: k
+
+    associate (frame => context%configuration%frame)
+      words = "<dl>" // figure("speed of the crank", concise(abs(frame%speed) * 30 / pi, 6) // " 1/min")
+      call frame%natural_frequencies(frequencies, error)
+      if (.not. allocated(error)) then
+        list = ""
+        do k = 1, size(frequencies)
+          list = list // trim(merge(",", " ", k > 1)) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
+        end do
+        words = words // figure("natural frequencies", list // " Hz")
+      end if
+      if (allocated(context%analysis%vibration)) then
+        associate (peak => context%analysis%vibration%peak)
+          if (any(frame%free < 3)) words = words // figure("peak force on the ground", "x " // concise(peak(7), 4) // " N, y " &
+            & // concise(peak(8), 4) // " N")
+        end associate
+      end if
+    end associate
+    words = words // "</dl>" // newline
+
+  contains
+
+    pure function figure(name, value) result(item)
+      character(len=*), intent(in) :: name, value
+      character(len=:), allocatable :: item
+
+      item = "<div><dt>" // name // "</dt><dd>" // trim(adjustl(value)) // "</dd></div>"
+    end function figure
+
+  end function key_figures
 
   !> A headline; one that begins with its state as a verdict, with that in bold.
   pure function banner(state, words) result(line)

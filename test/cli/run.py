@@ -33,6 +33,7 @@ from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONS
                      Table, body, check, equal, files, near, printed, series, tables)
 from held import HELD_TESTS  # noqa: E402
 from levels import LEVEL_TESTS  # noqa: E402
+from lines import LINES_TESTS  # noqa: E402
 from machine_readable import JSON_TESTS  # noqa: E402
 from mechanisms import MECHANISM_TESTS  # noqa: E402
 from models import MODEL_TESTS  # noqa: E402
@@ -618,7 +619,7 @@ def main():
                      *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
                      *SENSITIVITY_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
                      *FAULT_TESTS,
-                     *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS):
+                     *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS):
             test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

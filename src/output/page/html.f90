@@ -15,14 +15,19 @@ module gestell_output_page_html
     & // newline // &
     & ".note{border-color:#888}.stable{border-color:#009e73}.unstable{border-color:#d55e00}.undecided{border-color:#e69f00}" &
     & // newline // "summary{cursor:pointer;color:#555;font-size:.9rem}" // newline // &
-    & "figure{margin:1rem 0}figure img{max-width:100%;height:auto}figcaption{color:#555;font-size:.9rem}" // newline // &
+    & "dl{display:flex;flex-wrap:wrap;gap:.5rem 2.5rem;margin:1rem 0}dt{color:#555;font-size:.9rem}dd{margin:0;font-size:1.3rem}" &
+    & // newline // "figure{margin:1rem 0;overflow-x:auto}figure img{max-width:100%;height:auto}" // newline // &
+    & "figcaption{color:#555;font-size:.9rem}" // newline // &
     & ".wide{overflow-x:auto}table{border-collapse:collapse;font-size:.9rem;margin:.5rem 0}" // newline // &
     & "caption{text-align:left;color:#555}th,td{padding:.15rem .6rem;border-bottom:1px solid #ddd;text-align:left}" // newline // &
     & "td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}thead th{border-bottom:2px solid #888}" &
     & // newline // &
     & "pre{background:#f4f4f4;padding:1rem;overflow-x:auto;font-size:.8rem;line-height:1.35}" // newline // &
     & "@media(prefers-color-scheme:dark){body{background:#1b1b1b;color:#ddd}.verdict,pre{background:#2a2a2a}" // newline // &
-    & ".sub,figcaption,caption,summary{color:#aaa}h2,th,td{border-color:#444}figure img{background:#fff}}" // newline // &
+    & ".sub,figcaption,caption,summary,dt{color:#aaa}h2,th,td{border-color:#444}figure img{background:#fff}}" // newline // &
+    & "@media(max-width:40rem){body{margin:1rem auto;font-size:15px}h1{font-size:1.6rem}h2{margin-top:1.5rem}" // newline // &
+    & "figure img{max-width:none;width:38rem}figure:first-of-type img{width:100%}" // newline // &
+    & ".verdict{padding:.5rem;font-size:1rem}th,td{padding:.15rem .4rem}pre{padding:.5rem;font-size:.7rem}}" // newline // &
     & "@media print{body{margin:0;max-width:none}h2{break-after:avoid}figure,tr{break-inside:avoid}pre{white-space:pre-wrap}}" &
     & // newline
 

@@ -1,0 +1,90 @@
+"""The report as a reader sees it: its width, its first and last words, and what only --verbose tells."""
+
+import json
+import shutil
+from pathlib import Path
+
+from harness import Folder, Run, check, equal
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+# Fewer machines where there are many; the tables stay as wide.
+FEWER = {"khang_chart": "sweep.count=20", "khang_speeds": "sweep.count=9", "sieve_borders": "sweep.count=9"}
+EVERY = {"compressor": "case.tasks='stability','modes','response','forces','power','drawing','sensitivity'",
+         "watt_six_bar": "case.tasks='trade'"}
+DIAGNOSTICS = ("rests on ", "Liouville's defect", "motion closes after a turn to", "balance of power is missed by")
+WIDEST = 80
+
+
+def narrow(what, report):
+    """No line is wider than a terminal."""
+    wide = [line for line in report.splitlines() if len(line) > WIDEST]
+    check(f"{what}: at most {WIDEST} columns", not wide, WIDEST, "\n".join(f"{len(line)}: {line}" for line in wide))
+
+
+def test_width():
+    for path in sorted(DATA.glob("*.nml")):
+        settings = [word for setting in (FEWER.get(path.stem), EVERY.get(path.stem)) if setting for word in ("-s", setting)]
+        with Folder() as folder:
+            shutil.copy(path, folder)
+            for options in ([], ["--verbose"], ["--check"]):
+                run = Run(folder, *options, *settings, path.name)
+                what = " ".join([path.name, *options])
+                if run.done(what):
+                    narrow(what, run.out)
+
+
+def test_long_names():
+    """Names of the user's are whole, the longest that there may be on lines of their own."""
+    name = "bearing_of_the_crank_shaft_beside_the_motor_and_next_to_the_wall"
+    equal("the longest name", len(name), 64)
+    with Folder() as folder:
+        text = (DATA / "compressor.nml").read_text().replace("'bearing'", f"'{name}'")
+        (folder / "long.nml").write_text(text)
+        run = Run(folder, "-s", "case.tasks='response','forces'", "long.nml")
+        run.done("a long name")
+        check("a long name is whole", run.out.count(name) >= 3, "three times", run.out)
+        narrow("a long name", run.out)
+
+
+def test_last_line():
+    with Folder() as folder:
+        run = Run(folder, DATA / "compressor.nml")
+        lines = run.out.splitlines()
+        limit = "bearing: 213.7 mm/s, ABOVE the limit of 18 mm/s, by 1087 %"
+        equal("the last line", lines[-1], f"VERDICT  stable; {limit}")
+        first = next(i for i, line in enumerate(lines) if line.startswith("VERDICT"))
+        equal("the exceeded limit below the first verdict", lines[first + 1], f"  {limit}")
+        # with a third limit there is no room for all
+        more = Run(folder, "-s", "probe(foot).limit_mm_s=20", DATA / "compressor.nml").out.splitlines()
+        equal("two limits", more[-1], f"VERDICT  stable; {limit}; 1 warning above")
+        for task, last in (("campbell", "VERDICT  stable at all speeds"), ("resonance", "VERDICT  stable at all speeds; 1 warning above"),
+                           ("sweep", "Sweep: 9 points, 9 stable")):
+            run = Run(folder, "-s", f"case.tasks='{task}'", "-s", "sweep.count=9", DATA / "khang_speeds.nml")
+            equal(f"the last line of {task}", run.out.splitlines()[-1], last)
+
+
+def test_verbose():
+    with Folder() as folder:
+        plain, verbose = (Run(folder, *options, DATA / "compressor.nml") for options in ([], ["--verbose"]))
+        for words in DIAGNOSTICS:
+            equal(f"'{words}'", (words in plain.flat, words in verbose.flat), (False, True))
+        check("errors of results stay", "|rho| = 0.974988348654 +- " in plain.out, "+-", plain.out)
+        rest = [line for line in plain.out.splitlines() if line not in verbose.out.splitlines()]
+        equal("--verbose leaves nothing out", rest, [])
+        quiet = Run(folder, "-q", "--verbose", DATA / "compressor.nml")
+        equal("-q --verbose", (quiet.code, quiet.out, quiet.err), (0, "", ""))
+        found = json.loads(Run(folder, "-q", "--json", DATA / "compressor.nml").out)
+        flat = " ".join(found["diagnostics"].split())
+        for words in DIAGNOSTICS:
+            check(f"json: '{words}'", words in flat, words, flat)
+        if shutil.which("gnuplot"):
+            Run(folder, "-q", "--report", "-o", "page", DATA / "compressor.nml").done("page")
+            page = (folder / "page" / "report.html").read_text()
+            before, _, folded = page.partition("<summary>what the numbers rest on</summary>")
+            check("page: folded", "rests on " in folded and "rests on " not in before, "in its fold", folded[:500])
+            check("page: no folders", str(DATA) not in page and str(folder) not in page, "names alone", page[:600])
+            for words in ("<dd>1450 1/min</dd>", "<dd>5.569, 11.24, 17.34 Hz</dd>", "<dd>x 68.98 N, y 494.6 N</dd>"):
+                check(f"page: {words}", words in page.partition("<h2>")[0], words, page.partition("<h2>")[0][-900:])
+
+
+LINES_TESTS = (test_width, test_long_names, test_last_line, test_verbose)
