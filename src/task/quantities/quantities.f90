@@ -6,7 +6,7 @@ module gestell_task_quantities
   use gestell_input_machine_quantities, only: read_measures, read_quantities
   use gestell_input_namelist_document, only: document_type, group_type, has, the_group
   use gestell_input_schema, only: schema_type
-  use gestell_input_wording, only: padded
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_output_report_verdict, only: section
   use gestell_output_result, only: result_type
@@ -119,14 +119,14 @@ contains
     real(dp), intent(in) :: values(:, :)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
-    integer :: i, width
+    integer :: i
 
-    width = maxval([(len_trim(measures(i)%quantity), i = 1, size(measures))])
-    lines = section("QUANTITIES", verdict)
+    lines = ""
     do i = 1, size(measures)
-      lines = lines // "  " // measures(i)%quantity(:width) // "  " // measure_names(measures(i)%kind) &
-        & // padded(concise(values(1, i), 5), 12) // " +- " // concise(values(2, i), 1) // " " // trim(measures(i)%unit) // newline
+      lines = lines // trim(measures(i)%quantity) // tab // trim(measure_names(measures(i)%kind)) // tab &
+        & // concise(values(1, i), 5) // tab // concise(values(2, i), 1) // tab // trim(measures(i)%unit) // newline
     end do
+    lines = section("QUANTITIES", verdict) // tabulated("llrrl", ",,value,error", lines)
   end function lines_of
 
 end module gestell_task_quantities
