@@ -3,7 +3,7 @@ module gestell_input_wording
   implicit none (type, external)
   private
 
-  public :: counted, decimal, has_control, length_of_character, lower, one_line_of, on_one_line, padded, printable, shown, &
+  public :: counted, decimal, has_control, length_of_character, lower, one_line_of, on_one_line, printable, shown, &
     & without_quotes
 
   !> Longest piece of the user's text that a message repeats.
@@ -185,15 +185,6 @@ contains
     text = decimal(number) // " " // thing
     if (number /= 1) text = text // "s"
   end function counted
-
-  !> A text right-justified in a column, at least one blank before it.
-  pure function padded(string, width) result(column)
-    character(len=*), intent(in) :: string
-    integer, intent(in) :: width
-    character(len=:), allocatable :: column
-
-    column = repeat(" ", max(1, width - len(string))) // string
-  end function padded
 
   !> A text without the quotes around it, if it has such.
   pure function without_quotes(text) result(inner)

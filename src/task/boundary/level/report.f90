@@ -2,7 +2,8 @@
 module gestell_task_boundary_level_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_input_wording, only: counted, padded
+  use gestell_input_wording, only: counted
+  use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_measure, only: measure_names, measure_type
   use gestell_study_speed_point, only: reached, state_names
   use gestell_task_boundary_level_search, only: level_results_type
@@ -49,17 +50,17 @@ contains
     character(len=:), allocatable :: report
     integer :: i
 
-    report = newline
-    if (size(results%crossings) == 0) report = report // "  not crossed in the range" // newline
+    report = ""
     do i = 1, min(size(results%crossings), most_listed)
       associate (c => results%crossings(i))
-        report = report // padded(concise(c%value, 13), 20) // " +- " // concise(c%error, 2) // "  below " // trim(c%below) &
-          & // ", above " // trim(c%above)
-        if (c%jumps) report = report // ", by a jump"
-        if (c%state /= reached) report = report // "; the vibration: " // trim(state_names(c%state))
+        report = report // concise(c%value, 13) // tab // concise(c%error, 2) // tab // trim(c%below) // tab // trim(c%above) // tab
+        if (c%jumps) report = report // "a jump  "
+        if (c%state /= reached) report = report // "the vibration: " // trim(state_names(c%state))
         report = report // newline
       end associate
     end do
+    if (report /= "") report = newline // tabulated("rrlll", "value,error,below,above", report)
+    if (report == "") report = newline // "  not crossed in the range" // newline
     do i = 1, min(size(results%places), most_listed)
       report = report // "  open: a crossing could not be excluded at " // concise(results%places(i)%value, 13) // ", within " &
         & // concise(results%places(i)%width, 2) // newline
