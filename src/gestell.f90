@@ -16,9 +16,10 @@ module gestell
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
     & solve_periodic
   use gestell_model_linkage_bodies, only: link_type
-  use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type, shaking
+  use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type
   use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque
   use gestell_model_frame, only: frame_type, freedom_names, new_frame
+  use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type

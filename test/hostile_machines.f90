@@ -4,8 +4,9 @@ module hostile_machines
   use gestell, only: accuracy_type, analyse, analysis_type, band_rms, diagnose, diagnosis_type, dp, drive_type, error_type, &
     & find_drive, find_places, find_quantity, fourier_series, fourier_type, frame_type, guide_forces, guide_type, &
     & harmonic_mechanism_type, history_of, invalid_input, linkage_type, measure_trade, mesh, method_type, new_frame, &
-    & new_harmonic_mechanism, new_method, place_type, probe_type, quantity_type, remember_mechanism, shaking, solve_vibration, &
-    & statistics_type, stiffness_matrix, support_type, take_statistics, tasks_type, trade_type, vibration_type, watch, watched_type
+    & new_harmonic_mechanism, new_method, place_type, probe_type, quantity_type, remember_mechanism, shaking, shaking_type, &
+    & solve_vibration, statistics_type, stiffness_matrix, support_type, take_statistics, tasks_type, trade_type, vibration_type, &
+    & watch, watched_type
   use gestell, only: damping_matrix
   use hostile_systems, only: answers, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
@@ -27,7 +28,7 @@ contains
     type(linkage_type) :: linkage
     type(guide_type) :: guide
     type(diagnosis_type) :: diagnosis
-    type(fourier_type) :: series(3)
+    type(shaking_type) :: found
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: complaints
     real(dp) :: bad(6)
@@ -36,10 +37,10 @@ contains
     complaints = ""
     call diagnose(linkage, diagnosis, failure)
     call refuse(failure, invalid_input, "diagnosis of nothing", complaints)
-    call shaking(linkage, 1.0_dp, series, failure)
+    call shaking(linkage, 1.0_dp, found, failure)
     call refuse(failure, invalid_input, "shaking of nothing", complaints)
     call four_bar(linkage)
-    call shaking(linkage, nan(), series, failure)
+    call shaking(linkage, nan(), found, failure)
     call refuse(failure, invalid_input, "shaking: speed", complaints)
     bad = [nan(), infinite(), -1.0_dp, 0.0_dp, 1.0e-155_dp, 1.0e200_dp]
     do i = 1, size(bad)

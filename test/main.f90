@@ -37,6 +37,7 @@ program main
   use test_html, only: collect_html
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
+  use test_shaking, only: collect_shaking
   use test_keys, only: collect_keys
   use test_lanes, only: collect_lanes
   use test_lost, only: collect_lost
@@ -124,6 +125,7 @@ program main
     & new_testsuite("assembly", collect_assembly), &
     & new_testsuite("keys", collect_keys), &
     & new_testsuite("joints", collect_joints), &
+    & new_testsuite("shaking", collect_shaking), &
     & new_testsuite("user-joint", collect_user_joint), &
     & new_testsuite("reach", collect_reach), &
     & new_testsuite("equivalence", collect_equivalence), &

@@ -34,8 +34,8 @@ def tells(what, report, *words):
 
 
 def shaking(report):
-    """The table of shaking forces: rows of fx, fy, moment for the orders from 1."""
-    rows = re.findall(r"^ +(\d) +(\S+) +(\S+) +(\S+)$", report.partition("SHAKING")[2], re.MULTILINE)
+    """The table of shaking forces: rows of fx, fy, moment for the orders from 1, without their phases."""
+    rows = re.findall(r"^ +(\d)" + 3 * r" +(\S+) +[-\d.]+" + "$", report.partition("SHAKING")[2], re.MULTILINE)
     return [[float(word) for word in row[1:]] for row in rows]
 
 
@@ -132,6 +132,22 @@ def test_slider_crank():
     tells("slider-crank", report, "0.15 to 0.25             0.1\n", "mobility 1 (4 links with the frame, 4 pairs)\n",
           f"smallest transmission angle {90 - swing:.1f} deg, joint 'B'",
           "nearest dead point: a length of joint 'B' changed by 0.15 m", "translates")
+    # greatest acceleration where the slider is farthest out, r Omega^2 (1 + r/l); half of the turn each way
+    row = re.search(r"^  B +0\.1 +\S+ +(\S+) +180\.00 +1$", report, re.MULTILINE)
+    check("slider-crank, sliders", row, "stroke 0.1, 180.00 deg, ratio 1", report)
+    if row:
+        near("slider-crank, acceleration", float(row[1]), RADIUS * (SPEED * math.pi / 30) ** 2 * 1.25, 6e-5 * float(row[1]))
+    # the slider's m r, half with the crank and half against it; its peak is 1 + r/l of the first order
+    first = MASS * RADIUS * (SPEED * math.pi / 30) ** 2
+    unbalance = re.search(r"with the crank  (\S+) kg mm at 0\.0 deg\n +against it +(\S+) kg mm at 180\.0 deg\n", report)
+    check("slider-crank, unbalance", unbalance, "in kg mm", report)
+    if unbalance:
+        for way in (1, 2):
+            near(f"slider-crank, unbalance {way}", float(unbalance[way]), 500 * MASS * RADIUS, 6e-5 * 500 * MASS * RADIUS)
+    peak = re.search(r"whole force: peak (\S+) N", report)
+    near("slider-crank, peak", float(peak[1]), 1.25 * first, 6e-5 * 1.25 * first)
+    check("--check, no line wider than 80 columns below SLIDERS",
+          max(map(len, report.partition("SLIDERS")[2].splitlines())) <= 80, 80, report)
     rod = "&link name='rod', from='A', to='B', mass=0.0, inertia=0.0 /"
     tells("slider-crank with a rod", told("slider-crank with a rod", GUIDED.replace("@", SLIDER + "\n" + rod)),
           f"swings through {2 * swing:.2f} deg")

@@ -176,6 +176,11 @@ def test_borders():
             if Run(folder, "-q", "input.nml").done(f"borders, {what}"):
                 texts = drawn(f"borders, {what}", folder / "input").get("boundary", "")
                 word = "none found" if what.startswith("no ") else "period doubling"
+                # the machine itself, 229 rpm and 1.5 N m s, is in the middle of the unstable tongue
+                word = {"v": "input: 229 1/min", "c": "input"}.get(what[0], "none found")
+                check(f"borders, {what}, the input's machine", not GNUPLOT or word in texts, word, texts)
+                check(f"borders, {what}, shaded", not GNUPLOT or ("unstable" in texts) != what.startswith("no "), "unstable", texts)
+                word = "none found" if what.startswith("no ") else "period doubling"
                 if "curve" in what and GNUPLOT:
                     check(f"borders, {what}, units", "foundation.damping(3) (N m s)" in texts, "N m s", texts)
                 if word == "none found" and GNUPLOT:
@@ -230,6 +235,13 @@ def test_over_speed():
             if Run(folder, "-q", "input.nml").done(f"modes over the speed, {what}"):
                 texts = drawn(f"modes over the speed, {what}", folder / "input")
                 if GNUPLOT:
+                    for name in ("campbell", "crossings", "critical"):
+                        inside = what in ("wide", "locked")
+                        equal(f"modes over the speed, {what}, {name}, the input's speed", "input: 2" in texts[name], inside)
+                        equal(f"modes over the speed, {what}, {name}, shaded", "unstable" in texts[name].lower().split("\n"),
+                              what == "locked")
+                    equal(f"modes over the speed, {what}, beyond small motions", "beyond small motions" in texts["critical"],
+                          what != "none")
                     for word in ("frequency (Hz)", "damping (%)", "crank speed (rpm)", "mode 1"):
                         check(f"modes over the speed, {what}, {word}", word in texts["campbell"], word, texts["campbell"])
 

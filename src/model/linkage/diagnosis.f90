@@ -1,7 +1,6 @@
-!> What a linkage tells before any dynamics: mobility, Grashof's class, ranges, transmission angles, shaking forces.
+!> What a linkage tells before any dynamics: mobility, Grashof's class, ranges, strokes, transmission angles.
 module gestell_model_linkage_diagnosis
-  use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_base_error, only: error_type
   use gestell_math_jet, only: jet
   use gestell_base_kinds, only: dp, pi
   use gestell_model_linkage_bodies, only: link_type
@@ -12,18 +11,20 @@ module gestell_model_linkage_diagnosis
   use gestell_model_joints_types_ground, only: ground_joint
   use gestell_model_joints_types_rrr, only: rrr_joint
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, mechanism_type
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: diagnose, diagnose_joints, shaking
+  public :: diagnose, diagnose_joints
 
   !> What one joint does over a turn.
   type, public :: joint_report_type
     !> Least and greatest x, y and, for a slider, travel on its guide (m).
     real(dp) :: x(2) = 0, y(2) = 0, travel(2) = 0
     logical :: slides = .false.
+    !> Greatest speed and acceleration on the guide, per unit of the crank's speed (m) and of its square (m).
+    real(dp) :: rate = 0, second_rate = 0
+    !> The crank angle through which it slides forward on its guide (rad); 0 where it does not go forward and back once a turn.
+    real(dp) :: forward = 0
     !> Smallest transmission angle (rad, at most pi/2) and the crank angle where it is met (rad).
     real(dp) :: transmission = pi / 2, transmission_at = 0
     !> Least change of one of its lengths that would reach a dead point (m), huge where none can.
@@ -48,7 +49,10 @@ module gestell_model_linkage_diagnosis
   type :: joint_track_type
     type(point_type) :: here
     type(fitness_type) :: fitness
-    type(extremes_type) :: x, y, travel, transmission, margin
+    type(extremes_type) :: x, y, travel, rate, second_rate, transmission, margin
+    !> The direction in which it slides, and how often that has changed.
+    real(dp) :: direction = 0
+    integer :: reversals = 0
   end type joint_track_type
 
   type :: link_track_type
@@ -124,6 +128,7 @@ contains
           call track%x%take(track%here%x, at(i)%x, from, step)
           call track%y%take(track%here%y, at(i)%y, from, step)
           call track%travel%take(track%fitness%travel, fitness%travel, from, step)
+          call follow_rates(track, fitness%travel, from, step)
           call track%transmission%take(track%fitness%transmission, fitness%transmission, from, step)
           call track%margin%take(track%fitness%margin, fitness%margin, from, step)
         end if
@@ -132,6 +137,22 @@ contains
       end associate
     end do
   end subroutine follow_joints
+
+  !> Speed and acceleration of a slider. The fourth derivative, with which the second is interpolated, is the mean over the step.
+  pure subroutine follow_rates(track, travel, from, step)
+    type(joint_track_type), intent(inout) :: track
+    type(jet), intent(in) :: travel
+    real(dp), intent(in) :: from, step
+    real(dp) :: fourth
+
+    associate (before => track%fitness%travel)
+      fourth = (travel%ddd - before%ddd) / step
+      call track%rate%take(jet(before%d, before%dd, before%ddd), jet(travel%d, travel%dd, travel%ddd), from, step)
+      call track%second_rate%take(jet(before%dd, before%ddd, fourth), jet(travel%dd, travel%ddd, fourth), from, step)
+    end associate
+    if (track%direction * travel%d < 0) track%reversals = track%reversals + 1
+    if (abs(travel%d) > 0) track%direction = travel%d
+  end subroutine follow_rates
 
   !> The same for links: u = (cos phi, sin phi) turns by phi' = u x u', phi'' = u x u''.
   subroutine follow_links(links, at, angle, step, first, tracks)
@@ -166,6 +187,10 @@ contains
     report%y = [track%y%least, track%y%greatest]
     report%slides = track%fitness%slides
     if (report%slides) report%travel = [track%travel%least, track%travel%greatest]
+    report%rate = max(track%rate%greatest, -track%rate%least, 0.0_dp)
+    report%second_rate = max(track%second_rate%greatest, -track%second_rate%least, 0.0_dp)
+    if (report%slides .and. any(track%reversals == [1, 2])) report%forward = modulo(track%travel%greatest_at &
+      & - track%travel%least_at, 2 * pi)
     report%transmission = asin(min(1.0_dp, track%transmission%least))
     report%transmission_at = modulo(track%transmission%least_at, 2 * pi)
     report%margin = track%margin%least
@@ -241,48 +266,5 @@ contains
       grashof_class = ""
     end select
   end function grashof_class
-
-  !> Harmonics of the shaking forces along x and y (N) and of the shaking moment about O (N m) at a speed (rad/s). Errors: the
-  !> mechanism is not made yet; the speed is not finite.
-  subroutine shaking(mechanism, speed, series, error, even_in_space)
-    class(mechanism_type), intent(in) :: mechanism
-    real(dp), intent(in) :: speed
-    type(fourier_type), intent(out) :: series(3)
-    type(error_type), allocatable, intent(out) :: error
-    !> Whether the crank turns evenly in space; without, against the frame.
-    logical, intent(in), optional :: even_in_space
-    integer, parameter :: most = 8192
-    real(dp), allocatable :: samples(:, :)
-    real(dp) :: drive(1, drive_columns)
-    type(mass_functions_type) :: a
-    logical :: corrected
-    integer :: i, n
-
-    call mechanism%check(error)
-    if (allocated(error)) return
-    if (.not. (ieee_is_finite(speed) .and. mechanism%feature > 0)) then
-      call fatal_error(error, "the speed must be finite, and the mechanism's feature positive", invalid_input)
-      return
-    end if
-    corrected = .false.
-    if (present(even_in_space)) corrected = even_in_space
-    ! Fewer samples than the mechanism's feature asks for could take a high order for a low one.
-    n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%feature)))
-    do
-      if (allocated(samples)) deallocate(samples)
-      allocate(samples(n, 3))
-      do i = 1, n
-        call mechanism%mass_functions(2 * pi * (i - 1) / n, a)
-        drive = 0
-        if (corrected) call mechanism%tabulate_drive([2 * pi * (i - 1) / n], drive, corrected)
-        samples(i, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - drive(1, energy_d) / 2]
-      end do
-      do i = 1, 3
-        series(i) = fourier_series(samples(:, i))
-      end do
-      if (maxval([(series(i)%tail(), i = 1, 3)]) < 1.0e-9_dp .or. n >= most) exit
-      n = 2 * n
-    end do
-  end subroutine shaking
 
 end module gestell_model_linkage_diagnosis

@@ -7,8 +7,8 @@ module gestell_model_linkage_extremes
 
   type, public :: extremes_type
     real(dp) :: least = huge(1.0_dp), greatest = -huge(1.0_dp)
-    !> Where the least value is met.
-    real(dp) :: least_at = 0
+    !> Where they are met.
+    real(dp) :: least_at = 0, greatest_at = 0
   contains
     procedure :: take
   end type extremes_type
@@ -39,6 +39,7 @@ contains
     class(extremes_type), intent(inout) :: self
     real(dp), intent(in) :: value, place
 
+    if (value > self%greatest) self%greatest_at = place
     self%greatest = max(self%greatest, value)
     if (value < self%least) self%least_at = place
     self%least = min(self%least, value)

@@ -34,6 +34,7 @@ module gestell_study_mode_type
     procedure :: share
     procedure :: shape => principal_shape
     procedure :: damping_ratio
+    procedure :: grows
   end type mode_type
 
 contains
@@ -45,6 +46,13 @@ contains
     frequency = ieee_value(1.0_dp, ieee_quiet_nan)
     if (self%told) frequency = self%frequencies(self%principal)
   end function frequency
+
+  !> Whether it grows for sure.
+  elemental logical function grows(self)
+    class(mode_type), intent(in) :: self
+
+    grows = self%told .and. self%growth > self%error
+  end function grows
 
   !> Of the principal component.
   elemental real(dp) function share(self)

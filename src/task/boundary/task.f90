@@ -60,7 +60,9 @@ contains
     self%ordered = self%ordered .and. .not. has(the_group(doc, "boundary"), "quantity")
     if (.not. self%ordered) return
     configuration%plan%borders%accuracy = configuration%accuracy
-    call read_borders(doc, schema, configuration%plan, error)
+    call read_borders(doc, configuration%plan, error)
+    associate (unused_schema => schema)
+    end associate
   end subroutine read_boundary
 
   function preview(self, configuration) result(lines)
@@ -92,7 +94,7 @@ contains
       else
         table = table_of_values(plan, results)
       end if
-      call result%add(table, plot_borders(plan%paths, plan%units, plan%grid, results))
+      call result%add(table, plot_borders(plan, results))
       call result%warn("", summary(plan, results))
       if (allocated(results%nearest)) then
         do k = 1, size(results%nearest)
@@ -127,8 +129,7 @@ contains
     end if
     work%plan%borders%executor => context%executor
     associate (plan => work%plan)
-      ! What is not allocated is not there.
-      if (allocated(plan%base)) then
+      if (size(plan%base) > 0) then
         call solve_borders(work%family, plan%grid, plan%borders, results, error, plan%base, work%lines, bare)
       else
         call solve_borders(work%family, plan%grid, plan%borders, results, error, lines=work%lines, bare=bare)

@@ -2,7 +2,9 @@
 module gestell_task_campbell_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
+  use gestell_math_sorting, only: ascending
   use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, pick_unit, span
+  use gestell_output_picture_marks, only: apart, beyond_colour, chart_marks, marks_type, with_room
   use gestell_output_picture_panels, only: height_of, key_line, layout_line, with_rim
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
@@ -15,17 +17,23 @@ module gestell_task_campbell_plot
   character, parameter :: newline = new_line("a")
   !> Lines of orders with a number, at the most.
   integer, parameter :: most_named = 12
+  !> Peaks with a name, at the most; the room that a name takes beside another, of the axis.
+  integer, parameter :: most_peaks = 20
+  real(dp), parameter :: beside = 0.043_dp, upright = 0.024_dp
   !> Intervals of locked modes are marked from this part of the half width on; forces from this part of the greatest.
   real(dp), parameter :: noticeable = 0.1_dp, least_force = 1.0e-3_dp
 
 contains
 
-  !> campbell.gp: frequencies with the lines of `orders` orders of the crank and the crossings, damping below.
-  function plot_campbell(campbell, crossings, orders) result(figure)
+  !> campbell.gp: frequencies with the lines of `orders` orders of the crank and the crossings, damping below; `input`: the
+  !> input's own speed (1/min), or nothing.
+  function plot_campbell(campbell, crossings, orders, input) result(figure)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
     integer, intent(in) :: orders
+    real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
+    type(marks_type) :: marks
     character(len=:), allocatable :: lines, frequencies, dampings
     real(dp), allocatable :: damping(:), shown(:)
     real(dp) :: speeds(size(campbell%points)), top
@@ -71,15 +79,16 @@ contains
       & // "(column('to_rpm') - column('from_rpm')):(0) with vectors nohead lt 2 dt 1 lw 6 title 'locked to an order'"
     if (size(crossings) > 0) frequencies = frequencies // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz' with points lt 7 " &
       & // "pt 6 ps 1 title 'crossing'"
-    lines = layout_line(3, 1) // "set xrange " // sweep_of(speeds) // newline &
+    marks = marks_of(campbell, [speeds(1), speeds(size(speeds))], input)
+    lines = layout_line(3, 1) // marks%lines // "set xrange " // sweep_of(speeds) // newline &
       & // "wide(part) = column('locked') > 0 && abs(column('to_rpm') - column('from_rpm')) > " &
       & // "part * abs(column('growth_1_per_s')) * 30 / (pi * column('order'))" // newline &
-      & // "set lmargin screen 0.13; set rmargin screen 0.97; set tmargin screen 0.87; set bmargin screen 0.42" // newline &
-      & // key_line(.true.) &
+      & // "set lmargin screen 0.13; set rmargin screen 0.94; set tmargin screen 0.84; set bmargin screen 0.42" // newline &
+      & // "set key on at screen 0.94,screen 0.87 bottom right horizontal samplen 2 width 1 font ',12'" // newline &
       & // "set format x ''; set yrange [0:" // concise(top, 6) // "]; set ylabel 'frequency (Hz)'" // newline &
-      & // order_names(speeds, top, [shown, [(real(k, dp), k = 1, orders)]]) // frequencies // newline &
+      & // order_names(speeds, top, [shown, [(real(k, dp), k = 1, orders)]]) // frequencies // marks%entries // newline &
       & // "unset label" // newline &
-      & // "set lmargin screen 0.13; set rmargin screen 0.97; set tmargin screen 0.37; set bmargin screen 0.1" // newline &
+      & // "set lmargin screen 0.13; set rmargin screen 0.94; set tmargin screen 0.37; set bmargin screen 0.1" // newline &
       & // key_line(.false.) &
       & // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // from_zero(damping) // newline &
       & // "set ylabel 'damping (%)'" // newline &
@@ -136,85 +145,140 @@ contains
     end if
   end function sweep_of
 
-  !> The numbers of the orders where their lines leave the picture.
+  !> The input's speed, and where a free vibration grows.
+  pure type(marks_type) function marks_of(campbell, range, input) result(marks)
+    type(campbell_type), intent(in) :: campbell
+    real(dp), intent(in) :: range(2), input(:)
+    integer :: i
+
+    associate (points => campbell%points)
+      marks = chart_marks(range, input, "rpm", points%speed, [(any(points(i)%modes(:campbell%modes)%grows()), i = 1, size(points))])
+    end associate
+  end function marks_of
+
+  !> The numbers of the orders outside of the frame, where their lines leave it on the right or at the top.
   pure function order_names(speeds, top, orders) result(lines)
     real(dp), intent(in) :: speeds(:), top, orders(:)
     character(len=:), allocatable :: lines
-    real(dp) :: fastest, at
+    real(dp) :: last
+    real(dp), allocatable :: named(:), places(:)
     integer :: k
 
-    fastest = speeds(maxloc(abs(speeds), dim=1))
+    last = speeds(size(speeds))
     lines = ""
-    do k = 1, min(size(orders), most_named)
-      at = min(abs(fastest), 0.95_dp * top * 60 / orders(k))
-      if (at < minval(abs(speeds))) cycle
-      lines = lines // "set label " // text(k) // " '" // concise(orders(k), 4) // "×' at " // concise(sign(at, fastest), 7) &
-        & // "," // concise(orders(k) * at / 60, 7) // " right offset -0.5,0 font ',12' textcolor rgb '#666666' front" // newline
+    named = pack(orders, orders * abs(last) / 60 <= top)
+    named = named(:min(size(named), most_named))
+    places = apart(named * abs(last) / 60, 0.05_dp * top, [0.0_dp, top])
+    do k = 1, size(named)
+      lines = lines // name(named(k), "graph 1,first " // concise(places(k), 7) // " left offset 0.5,0")
     end do
+    named = pack(orders, orders * abs(last) / 60 > top .and. orders * minval(abs(speeds)) / 60 <= top)
+    named = named(:min(size(named), most_named))
+    places = apart(sign(60 * top / named, last), beside * abs(last - speeds(1)), [speeds(1), last])
+    do k = 1, size(named)
+      lines = lines // name(named(k), "first " // concise(places(k), 7) // ",graph 1 center offset 0,0.6")
+    end do
+
+  contains
+
+    pure function name(order, at) result(line)
+      real(dp), intent(in) :: order
+      character(len=*), intent(in) :: at
+      character(len=:), allocatable :: line
+
+      line = "set label '" // concise(order, 4) // "×' at " // at // " font ',12' textcolor rgb '#666666'" // newline
+    end function name
+
   end function order_names
 
-  !> crossings.gp.
-  function plot_crossings(crossings) result(figure)
+  !> crossings.gp; of the Campbell diagram its marks.
+  function plot_crossings(crossings, campbell, input) result(figure)
     type(crossing_type), intent(in) :: crossings(:)
+    type(campbell_type), intent(in) :: campbell
+    real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
+    type(marks_type) :: marks
     character(len=:), allocatable :: lines
-    real(dp) :: speeds(size(crossings)), frequencies(size(crossings))
+    real(dp) :: range(2), frequencies(size(crossings))
+    integer, allocatable :: mine(:)
     integer :: i, k
 
-    do i = 1, size(crossings)
-      speeds(i) = crossings(i)%speed
-      frequencies(i) = crossings(i)%at%frequency() / (2 * pi)
+    frequencies = [(crossings(i)%at%frequency() / (2 * pi), i = 1, size(crossings))]
+    associate (points => campbell%points)
+      range = [points(1)%speed, points(size(points))%speed]
+    end associate
+    marks = marks_of(campbell, range, input)
+    lines = "set title heading noenhanced" // newline // "set xrange " // with_rim(range(1), range(2)) // newline &
+      & // "set yrange " // from_zero([1.0_dp, 1.1_dp * frequencies]) // newline &
+      & // "set xlabel 'crank speed (rpm)'; set ylabel 'frequency (Hz)'" // newline &
+      & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline // marks%lines &
+      & // "set style textbox opaque noborder margins 0.3,0.3" // newline
+    do k = 1, maxval([0, crossings%mode])
+      mine = pack([(i, i = 1, size(crossings))], crossings%mode == k)
+      ! the low orders first
+      mine = mine(ascending(crossings(mine)%order))
+      mine = pack(mine, with_room(crossings(mine)%speed, beside * abs(range(2) - range(1))))
+      do i = 1, size(mine)
+        lines = lines // "set label '" // concise(crossings(mine(i))%order, 4) // "×' at " &
+          & // concise(crossings(mine(i))%speed, 9) // "," &
+          & // concise(frequencies(mine(i)), 6) // " center offset 0,0.9 font ',12' boxed" // newline
+      end do
     end do
-    lines = "set title heading noenhanced" // newline // "set xrange " // span(speeds) // newline // "set yrange " &
-      & // span([0.0_dp, 1.1_dp &
-      & * frequencies]) // newline // "set xlabel 'crank speed (rpm)'; set ylabel 'frequency (Hz)'" // newline &
-      & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline // "plot NaN notitle"
+    lines = lines // "plot NaN notitle"
     do k = 1, maxval([0, crossings%mode])
       if (.not. any(crossings%mode == k)) cycle
       lines = lines // ", 'crossings.csv' using (column('mode') == " // text(k) // " ? column('speed_rpm') : 1e290):" &
         & // "'frequency_Hz' with points lt " // text(k) // " ps 1.4 title 'mode " // text(k) // "'"
     end do
-    if (size(crossings) > 0) lines = lines // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz':(sprintf('%g×', " &
-      & // "column('order'))) with labels offset 0,0.9 font ',12' notitle"
-    figure = new_figure("crossings", "Crossings of modes with orders of the crank: " // found(size(crossings)), lines, &
-      & width=800, height=460)
+    figure = new_figure("crossings", "Crossings of modes with orders of the crank: " // found(size(crossings)), lines &
+      & // marks%entries, width=800, height=460)
   end function plot_crossings
 
-  !> critical.gp: the peaks near the crossings over the `ordered` range of speeds, by amplitude and by force, which is left out
-  !> where it is less than `least_force` times the greatest.
-  function plot_critical(critical, ordered) result(figure)
+  !> critical.gp: the peaks near the crossings over the range of speeds, by amplitude and by force, which is left out where it is
+  !> less than `least_force` times the greatest; of the Campbell diagram its marks.
+  function plot_critical(critical, campbell, input) result(figure)
     type(critical_type), intent(in) :: critical(:)
-    real(dp), intent(in) :: ordered(2)
+    type(campbell_type), intent(in) :: campbell
+    real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
+    type(marks_type) :: marks
     character(len=:), allocatable :: lines
     real(dp), allocatable :: speeds(:)
+    logical :: descends
     integer :: i
 
-    allocate(speeds(2), source=ordered)
+    associate (points => campbell%points)
+      speeds = [points(1)%speed, points(size(points))%speed]
+    end associate
+    marks = marks_of(campbell, speeds, input)
+    descends = speeds(2) < speeds(1)
     do i = 1, size(critical)
       speeds = [speeds, pack(critical(i)%speed, critical(i)%found)]
     end do
     speeds = [minval(speeds), maxval(speeds)]
-    if (ordered(2) < ordered(1)) speeds = [speeds(2), speeds(1)]
-    lines = layout_line(2, 1) // "set xrange " // with_rim(speeds(1), speeds(2))
-    lines = lines // newline // key_line(.false.) // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", &
-      & 0.0_dp) // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
-      & // panel(critical, force, speeds, "N", least_force)
-    figure = new_figure("critical", "Critical speeds: peaks near " // found(size(critical)) // " crossings (mode and order)", &
+    if (descends) speeds = [speeds(2), speeds(1)]
+    if (any([(any(critical(i)%found) .and. .not. critical(i)%moved%small(), i = 1, size(critical))])) marks%entries = &
+      & ", keyentry with linespoints lt 1 dt 1 lc rgb '#" // beyond_colour // "' title 'beyond small motions'" // marks%entries
+    lines = layout_line(2, 1) // marks%lines // "set xrange " // with_rim(speeds(1), speeds(2)) // newline // key_line(.true.) &
+      & // "tint(name) = strcol('small_motion') eq '0' ? 0x" // beyond_colour // " : 0x0072B2" // newline &
+      & // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", 0.0_dp, marks%entries) // key_line(.false.) &
+      & // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
+      & // panel(critical, force, speeds, "N", least_force, "")
+    figure = new_figure("critical", "Critical speeds: peaks near crossings (mode and order), " // found(size(critical)), &
       & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
   end function plot_critical
 
-  !> Peaks as lines from the axis, on a logarithmic scale; of those below `least` times the greatest nothing.
-  pure function panel(critical, which, range, si, least) result(lines)
+  !> Peaks as lines from the axis, on a logarithmic scale; of those below `least` times the greatest nothing. `entries`: of the key.
+  pure function panel(critical, which, range, si, least, entries) result(lines)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: which
     real(dp), intent(in) :: range(2), least
-    character(len=*), intent(in) :: si
+    character(len=*), intent(in) :: si, entries
     character(len=:), allocatable :: lines, drawn
     type(axis_unit_type) :: unit
     real(dp) :: heights(size(critical)), factor, lowest
     real(dp), allocatable :: places(:)
-    integer, allocatable :: shown(:)
+    integer, allocatable :: shown(:), named(:)
     integer :: i
 
     do i = 1, size(critical)
@@ -226,14 +290,19 @@ contains
     lines = "set ylabel '" // trim(merge("amplitude", "force    ", which == amplitude)) // " (" // trim(unit%name) // ")'" &
       & // newline
     if (size(shown) == 0) then
-      lines = lines // "unset logscale y; set yrange [0:1]; set format y; plot NaN notitle" // newline
+      lines = lines // "unset logscale y; set yrange [0:1]; set format y; plot NaN notitle" // entries // newline
       return
     end if
     read (unit%factor, *) factor
     lowest = factor * minval(heights(shown)) / 4
-    places = apart([(critical(shown(i))%speed(which), i = 1, size(shown))], 0.024_dp * abs(range(2) - range(1)))
-    do i = 1, size(shown)
-      associate (one => critical(shown(i)))
+    named = shown
+    do while (size(named) > most_peaks)
+      i = minloc(heights(named), dim=1)
+      named = [named(:i - 1), named(i + 1:)]
+    end do
+    places = apart([(critical(named(i))%speed(which), i = 1, size(named))], upright * abs(range(2) - range(1)), range)
+    do i = 1, size(named)
+      associate (one => critical(named(i)))
         lines = lines // "set label " // text(i) // " '" // text(one%crossing%mode) // ": " // concise(one%crossing%order, 4) &
           & // "×' at " // concise(places(i), 9) // "," // concise(factor * one%height(which), 6) &
           & // " rotate by 90 left offset 0,0.6 font ',11'" // newline
@@ -241,36 +310,13 @@ contains
     end do
     drawn = trim(merge("      ", "force_", which == amplitude))
     drawn = "'critical.csv' using '" // drawn // "speed_rpm':(shown(" // trim(unit%factor) // " * column('" &
-      & // trim(merge("amplitude_m", "force_N    ", which == amplitude)) // "'))) with "
+      & // trim(merge("amplitude_m", "force_N    ", which == amplitude)) // "'))):(tint(0)) with "
     lines = lines // "shown(v) = v > " // concise(3.9_dp * lowest, 6) // " ? v : NaN" // newline &
       & // "set logscale y; set format y '10^{%L}'; set yrange [" // concise(lowest, 6) // ":" &
-      & // concise(60 * factor * maxval(heights), 6) // "]" // newline &
-      & // "plot " // drawn // "impulses lt 1 lw 2 notitle, " // drawn // "points lt 1 ps 1 notitle" // newline
+      & // concise(4 * factor * maxval(heights) * (factor * maxval(heights) / lowest)**0.45_dp, 6) // "]" // newline &
+      & // "plot " // drawn // "impulses lt 1 lw 2 lc rgb variable notitle, " // drawn &
+      & // "points lt 1 ps 1 lc rgb variable notitle" // entries // newline
   end function panel
-
-  !> Places of words near these positions, at least `distance` from each other.
-  pure function apart(positions, distance) result(places)
-    real(dp), intent(in) :: positions(:), distance
-    real(dp) :: places(size(positions)), upward(size(positions)), downward(size(positions))
-    integer :: order(size(positions)), i, n
-    logical :: left(size(positions))
-
-    n = size(positions)
-    left = .true.
-    do i = 1, n
-      order(i) = minloc(positions, dim=1, mask=left)
-      left(order(i)) = .false.
-    end do
-    upward = positions(order)
-    downward = upward
-    do i = 2, n
-      upward(i) = max(upward(i), upward(i - 1) + distance)
-    end do
-    do i = n - 1, 1, -1
-      downward(i) = min(downward(i), downward(i + 1) - distance)
-    end do
-    places(order) = (upward + downward) / 2
-  end function apart
 
   pure function found(number) result(words)
     integer, intent(in) :: number

@@ -204,7 +204,7 @@ contains
 
     do i = 1, size(campbell%points)
       associate (modes => campbell%points(i)%modes(:campbell%modes))
-        unstable(i) = any(modes%told .and. modes%growth > modes%error)
+        unstable(i) = any(modes%grows())
         undecided(i) = .not. unstable(i) .and. any(modes%told .and. modes%growth >= -modes%error)
       end associate
     end do

@@ -59,8 +59,9 @@ contains
     if (allocated(error)) return
     verdict = campbell_verdict(diagram%campbell)
     call result%add(campbell_table(diagram%campbell, verdict), plot_campbell(diagram%campbell, diagram%crossings, &
-      & diagram%order%orders))
-    call result%add(crossings_table(diagram%crossings, verdict), plot_crossings(diagram%crossings))
+      & diagram%order%orders, context%configuration%plan%base))
+    call result%add(crossings_table(diagram%crossings, verdict), plot_crossings(diagram%crossings, diagram%campbell, &
+      & context%configuration%plan%base))
     call result%judge(verdict)
     call result%warn("", "Campbell diagram: " // counted(diagram%campbell%modes, "mode") // ", " &
       & // counted(size(diagram%crossings), "crossing") // " with orders of the crank")

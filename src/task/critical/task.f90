@@ -44,7 +44,6 @@ contains
     type(locked_family_type) :: family
     type(critical_type), allocatable :: critical(:)
     character(len=:), allocatable :: verdict
-    real(dp), allocatable :: speeds(:)
     integer :: i
 
     call follow_modes(context, diagram, error)
@@ -53,8 +52,7 @@ contains
       & context%executor)
     if (allocated(error)) return
     verdict = critical_verdict(critical, diagram%campbell)
-    speeds = context%speeds()
-    call result%add(table_of(critical, verdict), plot_critical(critical, [speeds(1), speeds(size(speeds))]))
+    call result%add(table_of(critical, verdict), plot_critical(critical, diagram%campbell, context%configuration%plan%base))
     call result%judge(verdict)
     call result%warn("undecided", beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), &
       & i = 1, size(critical))]), model_of_modes))

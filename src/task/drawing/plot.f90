@@ -158,7 +158,7 @@ contains
       & // "at graph 0.01,graph 0.03 font ',11' noenhanced" // newline
   end function frame_lines
 
-  !> Two arrows at a point with their names.
+  !> Two arrows at a point with their names; above F there may be O.
   pure function axes(point, name, first, second, extent, number) result(lines)
     real(dp), intent(in) :: point(2), extent
     character(len=*), intent(in) :: name, first, second
@@ -176,7 +176,7 @@ contains
       & // newline // "set label " // text(2 * number + 1) // " '" // first // "' at " // pair(point + [length, 0.0_dp]) &
       & // " left offset 0.3,0 font ',11' front" // newline &
       & // "set label " // text(2 * number + 2) // " '" // second // "' at " // pair(point + [0.0_dp, length]) &
-      & // " center offset 0,0.6 font ',11' front" // newline
+      & // " " // trim(merge("left offset 0.5,-0.2", "center offset 0,0.6 ", name == "F")) // " font ',11' front" // newline
   end function axes
 
   pure function bars(linkage, skeleton, in_full) result(words)

@@ -1,12 +1,12 @@
 !> What the mechanism tells before any dynamics, for people.
 module gestell_task_drawing_report
   use gestell_base_error, only: error_type
-  use gestell_math_fourier, only: fourier_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
   use gestell_input_wording, only: counted
+  use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type
+  use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type, shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_task_forces_ground, only: static_force
@@ -37,7 +37,7 @@ contains
         & // text(diagnosis%links) // " links with the frame, " // counted(diagnosis%pairs, "pair") // ")"
       if (len_trim(diagnosis%grashof) > 0) lines = lines // "; " // trim(diagnosis%grashof)
       lines = lines // newline // joint_lines(mechanism, diagnosis) // link_lines(mechanism, diagnosis) &
-        & // transmission_line(mechanism, diagnosis)
+        & // transmission_line(mechanism, diagnosis) // slider_lines(mechanism, diagnosis, frame%speed)
     end select
     lines = lines // shaking_lines(frame)
     if (frame%weights%act) lines = lines // static_lines(frame)
@@ -139,41 +139,119 @@ contains
       & // mechanism%joints(nearest)%name // "' changed by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
+  !> Speeds and accelerations of the sliders on their guides, and how the turn is divided between forward and back.
+  function slider_lines(mechanism, diagnosis, speed) result(lines)
+    class(linkage_type), intent(in) :: mechanism
+    type(diagnosis_type), intent(in) :: diagnosis
+    real(dp), intent(in) :: speed
+    character(len=:), allocatable :: lines, rows
+    real(dp) :: forward
+    integer :: i
+
+    lines = ""
+    if (.not. any(diagnosis%joints%slides)) return
+    rows = ""
+    do i = 1, size(mechanism%joints)
+      associate (joint => diagnosis%joints(i))
+        if (.not. joint%slides) cycle
+        rows = rows // mechanism%joints(i)%name // tab // concise(joint%travel(2) - joint%travel(1), 5) // tab &
+          & // concise(joint%rate * abs(speed), 5) // tab // concise(joint%second_rate * speed**2, 5)
+        forward = joint%forward
+        ! the other way round the way back is the way forward
+        if (speed < 0 .and. forward > 0) forward = 2 * pi - forward
+        if (forward > 0) rows = rows // tab // fixed(forward * 180 / pi, 2) // tab // concise(forward / (2 * pi - forward), 5)
+        rows = rows // newline
+      end associate
+    end do
+    lines = newline // "SLIDERS at " // concise(abs(speed) * 30 / pi) // " rpm, greatest speed and acceleration on their guides" &
+      & // newline // tabulated("lrrrrr", "slider,stroke,speed,acceleration,forward,time" // newline &
+      & // ",m,m/s,m/s^2,deg,forward/back", rows)
+  end function slider_lines
+
   function shaking_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows
-    type(fourier_type) :: series(3)
+    type(shaking_type) :: found
     type(error_type), allocatable :: unprepared
-    real(dp) :: amplitude, noise(3)
+    real(dp) :: noise(3)
     integer :: k, i
 
-    call shaking(frame%mechanism, frame%speed, series, unprepared, frame%even_in_space())
+    call shaking(frame%mechanism, frame%speed, found, unprepared, frame%even_in_space())
     lines = newline // "SHAKING FORCES of the mechanism on a frame at rest"
-    if (.not. all([(ieee_is_finite(series(i)%rms()), i = 1, 3)])) then
+    if (.not. all(ieee_is_finite(found%rms) .and. ieee_is_finite(found%peak))) then
       lines = lines // ": they lie beyond what double precision holds" // newline
       return
     end if
     ! Beside the force along one axis, rounding is all that a small one along the other is.
-    noise(:2) = 1.0e-11_dp * max(maxval(series(1)%amplitude), maxval(series(2)%amplitude))
-    noise(3) = 1.0e-11_dp * maxval(series(3)%amplitude)
+    noise(:2) = 1.0e-11_dp * max(maxval(found%series(1)%amplitude), maxval(found%series(2)%amplitude))
+    noise(3) = 1.0e-11_dp * maxval(found%series(3)%amplitude)
     rows = ""
     do k = 1, 8
       rows = rows // text(k)
       do i = 1, 3
-        amplitude = series(i)%amplitude(k)
-        if (amplitude < noise(i)) amplitude = 0
-        rows = rows // tab // concise(amplitude, 5)
+        rows = rows // tab // polar(found%series(i)%amplitude(k), found%series(i)%phase(k), noise(i))
       end do
       rows = rows // newline
     end do
-    lines = lines // ", amplitudes" // newline // tabulated("rrrr", "order,fx,fy,moment about O" // newline // ",N,N,N m", rows)
-    lines = lines // "  from order to order they fall by factors of about "
+    rows = rows // "peak" // sizes(found%peak(:3)) // "rms" // sizes(found%rms(:3))
+    lines = lines // ", amplitudes and phases" // newline &
+      & // tabulated("rrrrrrr", "order,fx,,fy,,moment about O" // newline // ",N,deg,N,deg,N m,deg", rows) &
+      & // "  whole force: peak " // concise(found%peak(4), 5) // " N, rms " // concise(found%rms(4), 5) // " N" // newline &
+      & // "  from order to order they fall by factors of about "
     do i = 1, 3
       if (i > 1) lines = lines // ", "
-      lines = lines // concise(decay(series(i)%amplitude), 2)
+      lines = lines // concise(decay(found%series(i)%amplitude), 2)
     end do
-    lines = lines // newline
+    lines = lines // newline // "  unbalance of order 1  with the crank  " // vector(found%unbalance(1)) // newline &
+      & // "                        against it      " // vector(found%unbalance(2)) // newline
+
+  contains
+
+    pure function sizes(values) result(words)
+      real(dp), intent(in) :: values(3)
+      character(len=:), allocatable :: words
+      integer :: i
+
+      words = ""
+      do i = 1, 3
+        words = words // tab // concise(merge(0.0_dp, values(i), values(i) < noise(i)), 5)
+        if (i < 3) words = words // tab
+      end do
+      words = words // newline
+    end function sizes
+
+    !> In kg mm, and where it points at the crank angle zero.
+    pure function vector(unbalance) result(words)
+      complex(dp), intent(in) :: unbalance
+      character(len=:), allocatable :: words
+
+      words = "0"
+      if (abs(unbalance) * frame%speed**2 > noise(1)) words = concise(1000 * abs(unbalance), 5) // " kg mm at " &
+        & // degrees(atan2(aimag(unbalance), real(unbalance))) // " deg"
+    end function vector
+
   end function shaking_lines
+
+  !> Amplitude and phase, which nothing has.
+  pure function polar(amplitude, phase, noise) result(words)
+    real(dp), intent(in) :: amplitude, phase, noise
+    character(len=:), allocatable :: words
+
+    words = "0" // tab // "-"
+    if (amplitude >= noise .and. amplitude > 0) words = concise(amplitude, 5) // tab // degrees(phase)
+  end function polar
+
+  !> To a tenth, above -180.
+  pure function degrees(angle) result(words)
+    real(dp), intent(in) :: angle
+    character(len=:), allocatable :: words
+    real(dp) :: rounded
+
+    rounded = anint(angle * 1800 / pi)
+    if (rounded <= -1800) rounded = 1800
+    words = fixed(rounded / 10 + 0.0_dp, 1)
+    if (words == "-0.0") words = "0.0"
+  end function degrees
 
   !> The mean factor from one order to the next, from the greatest amplitude to the last above rounding.
   pure real(dp) function decay(amplitude)

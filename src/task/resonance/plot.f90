@@ -3,6 +3,7 @@ module gestell_task_resonance_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, tic
+  use gestell_output_picture_marks, only: apart, beyond_colour, chart_marks, marks_type
   use gestell_output_picture_axis, only: decade_lines, extent_lines
   use gestell_output_picture_panels, only: height_of, layout_line, with_rim
   use gestell_model_frame_quantity, only: quantity_type
@@ -26,14 +27,16 @@ module gestell_task_resonance_plot
 
 contains
 
-  !> resonance.gp.
-  function plot_resonance(quantities, curve) result(figure)
+  !> resonance.gp; `input`: the input's own speed (1/min), or nothing.
+  function plot_resonance(quantities, curve, input) result(figure)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
+    real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
+    type(marks_type) :: marks
     logical :: found(size(state_names) - 1)
-    logical :: visible(most_orders, most_panels)
+    logical :: visible(most_orders, most_panels), small(size(curve%points)), parts(2)
     integer :: i, panels, across, rows
 
     do i = 1, size(found)
@@ -42,48 +45,42 @@ contains
     panels = min(size(quantities), most_panels)
     across = merge(1, 2, panels <= most_below)
     rows = (panels + across - 1) / across
+    small = [(curve%points(i)%moved%small(), i = 1, size(small))]
+    parts = [any(small .and. curve%has_values()), any(.not. small .and. curve%has_values())]
+    marks = marks_of(curve, input)
     visible = .false.
     do i = 1, panels
       visible(:, i) = visible_orders(curve, i)
     end do
     lines = layout_line(panels, across, &
       & legend) // "set key off" // newline // "set xrange " // sweep_of(curve) // newline // "set format x ''" // newline &
-      & // shades(curve)
+      & // "# each part of a curve with the first point of the next" // newline &
+      & // "here = 0; there = 0" // newline &
+      & // "small(v) = (before = here, here = strcol('small_motion') ne '0', before || here ? v : NaN)" // newline &
+      & // "beyond(v) = (before = there, there = strcol('small_motion') eq '0', before || there ? v : NaN)" // newline &
+      & // "tint(v) = strcol('small_motion') eq '0' ? 0x" // beyond_colour // " : 0x0072B2" // newline // marks%lines
     do i = 1, panels
       if (i == panels - across + 1) lines = lines // "set format x; set xlabel 'crank speed (rpm)'" // newline
       if (i == panels) lines = lines // "set key on at screen 0.5,screen 0.004 bottom center horizontal samplen 2 font ',12'" &
         & // newline
-      lines = lines // curve_panel(before + (of_rms + curve%order%orders) * (i - 1), label_of(quantities(i)), visible(:, i), found)
-      if (i == panels) lines = lines // key(any(visible, dim=2), found)
+      lines = lines // curve_panel(before + (of_rms + curve%order%orders) * (i - 1), label_of(quantities(i)), visible(:, i), &
+        & found, parts)
+      if (i == panels) lines = lines // key(any(visible, dim=2), found, parts(2)) // marks%entries
       lines = lines // newline // "unset logscale y; set format y; set ytics autofreq" // newline
     end do
     figure = new_figure("resonance", "Response over the crank speed: peak, rms, and rms of single orders", lines &
       & // "unset multiplot" // newline, width=merge(820, 960, across == 1), height=legend + nint(height_of(rows)))
   end function plot_resonance
 
-  !> Where the machine leaves its vibration, from the first such speed to the last of each interval.
-  pure function shades(curve) result(lines)
+  !> The input's speed, and where the machine leaves its vibration.
+  pure type(marks_type) function marks_of(curve, input) result(marks)
     type(resonance_curve_type), intent(in) :: curve
-    character(len=:), allocatable :: lines
-    integer, parameter :: most = 100
-    integer :: i, first, n
+    real(dp), intent(in) :: input(:)
 
-    lines = ""
-    n = 0
-    first = 0
-    do i = 1, size(curve%points)
-      if (curve%points(i)%state == unreached) then
-        if (first == 0) first = i
-        if (i < size(curve%points)) cycle
-      end if
-      if (first == 0) cycle
-      n = n + 1
-      if (n <= most) lines = lines // "set object " // text(n) // " rectangle from first " &
-        & // concise(curve%points(first)%speed, 9) // ",graph 0 to first " // concise(curve%points(max(first, i - 1))%speed, 9) &
-        & // ",graph 1 behind fillcolor rgb '#F9E2D2' fillstyle solid 1 noborder" // newline
-      first = 0
-    end do
-  end function shades
+    associate (points => curve%points)
+      marks = chart_marks([points(1)%speed, points(size(points))%speed], input, "rpm", points%speed, points%state == unreached)
+    end associate
+  end function marks_of
 
   !> Whose parts of the rms come up to the lower end of the quantity's panel.
   pure function visible_orders(curve, quantity) result(visible)
@@ -110,8 +107,8 @@ contains
   end function visible_orders
 
   !> The lines' names, of all panels.
-  pure function key(orders, found) result(words)
-    logical, intent(in) :: orders(:), found(:)
+  pure function key(orders, found, beyond) result(words)
+    logical, intent(in) :: orders(:), found(:), beyond
     character(len=:), allocatable :: words
     integer :: k
 
@@ -119,8 +116,9 @@ contains
     do k = 1, size(orders)
       if (orders(k)) words = words // entry("lines lt " // text(2 + k) // " lw 1.5", "order " // text(k))
     end do
+    if (beyond) words = words // entry("lines lt 1 lc rgb '#" // beyond_colour // "' lw 2.5", "beyond small motions")
     do k = 1, size(found)
-      if (found(k)) words = words // entry("points lt 7 pt " // text(k) // " ps 0.6", trim(state_names(k)))
+      if (found(k) .and. k /= unreached) words = words // entry("points lt 7 pt " // text(k) // " ps 0.6", trim(state_names(k)))
     end do
   end function key
 
@@ -131,11 +129,12 @@ contains
     words = ", keyentry with " // style // " title '" // name // "'"
   end function entry
 
-  !> One quantity, whose columns follow `first`, on a logarithmic axis of four decades at the most.
-  pure function curve_panel(first, label, orders, found) result(lines)
+  !> One quantity, whose columns follow `first`, on a logarithmic axis of four decades at the most; `parts`: whether some motions
+  !> are small, and whether some are not.
+  pure function curve_panel(first, label, orders, found, parts) result(lines)
     integer, intent(in) :: first
     character(len=*), intent(in) :: label
-    logical, intent(in) :: orders(:), found(:)
+    logical, intent(in) :: orders(:), found(:), parts(2)
     character(len=:), allocatable :: lines
     integer :: k
 
@@ -146,9 +145,10 @@ contains
       & // "shown(v) = v == v ? (v > 0.1 * least ? v : 0.1 * least) : NaN" // newline &
       & // "if (valid) {" // newline // decade_lines("least", "2 * high") // "} else { set yrange [0:1] }" // newline &
       & // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot NaN notitle" &
-      & // line(first + of_peak, 1, "2.5", "") // line(first + of_rms, 2, "2", "")
+      & // ", for [i=1:valid] 'resonance.csv' using 1:(shown(" // trim(column(first + of_peak)) // ")):(tint(0)) with lines lt 1 " &
+      & // "lw 2.5 lc rgb variable notitle" // line(first + of_rms, 2, "2", "", parts)
     do k = 1, size(orders)
-      if (orders(k)) lines = lines // line(first + of_rms + k, 2 + k, "1.5", "sqrt(0.5) * ")
+      if (orders(k)) lines = lines // line(first + of_rms + k, 2 + k, "1.5", "sqrt(0.5) * ", parts)
     end do
     do k = 1, size(found)
       if (.not. found(k)) cycle
@@ -157,13 +157,19 @@ contains
     end do
   end function curve_panel
 
-  pure function line(number, style, width, factor) result(words)
+  !> A column times `factor`, grey beyond small motions. (The colour of each point, as that of the peak, would take the dashes.)
+  pure function line(number, style, width, factor, parts) result(words)
     integer, intent(in) :: number, style
     character(len=*), intent(in) :: width, factor
-    character(len=:), allocatable :: words
+    logical, intent(in) :: parts(2)
+    character(len=:), allocatable :: words, value
 
-    words = ", for [i=1:valid] 'resonance.csv' using 1:(shown(" // factor // trim(column(number)) // ")) with lines lt " &
-      & // text(style) // " lw " // width // " notitle"
+    value = "(shown(" // factor // trim(column(number)) // ")))"
+    words = ""
+    if (parts(1)) words = ", for [i=1:valid] 'resonance.csv' using 1:(small" // value // " with lines lt " // text(style) &
+      & // " lw " // width // " notitle"
+    if (parts(2)) words = words // ", for [i=1:valid] 'resonance.csv' using 1:(beyond" // value // " with lines lt " &
+      & // text(style) // " lw " // width // " lc rgb '#" // beyond_colour // "' notitle"
   end function line
 
   pure character(len=16) function column(number)
@@ -190,35 +196,73 @@ contains
     end associate
   end function sweep_of
 
-  !> peaks.gp: where the maxima lie, with their values.
-  function plot_peaks(quantities, curve) result(figure)
+  !> peaks.gp: where the maxima lie, with their values; `input` as of the curves.
+  function plot_peaks(quantities, curve, input) result(figure)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
+    real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
-    character(len=:), allocatable :: lines, mine, range
+    type(marks_type) :: marks
+    character(len=:), allocatable :: lines, mine
+    real(dp) :: range(2)
     integer :: i
 
     associate (points => curve%points)
-      range = with_rim(points(1)%speed, points(size(points))%speed)
+      range = [points(1)%speed, points(size(points))%speed]
     end associate
-    lines = "set title heading noenhanced" &
-      & // newline // "set xrange " // range // newline // "set yrange [" // text(size(quantities)) // ".5:0.3]" &
-      & // newline &
+    marks = marks_of(curve, input)
+    lines = "set title heading noenhanced" // newline // "set xrange " // with_rim(range(1), range(2)) // newline &
+      & // "set yrange [" // text(size(quantities)) // ".5:0.3]" // newline &
       & // "set xlabel 'crank speed (rpm)'; set ytics noenhanced ("
     do i = 1, size(quantities)
       if (i > 1) lines = lines // ", "
       lines = lines // tic(label_of(quantities(i))) // " " // text(i)
     end do
-    lines = lines // "); set key off" // newline // "plot NaN"
+    lines = lines // ")" // newline // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" &
+      & // newline // marks%lines // values(curve, range) // "plot NaN notitle"
     do i = 1, size(quantities)
-      if (.not. any(curve%maxima%quantity == i)) cycle
-      mine = " using (strcol(1) eq " // quoted(trim(quantities(i)%name)) // " ? column(3) : 1e290):(" // text(i) // ")"
-      lines = lines // ", 'peaks.csv'" // mine // " with points lt " // text(1 + mod(i - 1, 8)) // " ps 1.2"
-      if (count(curve%maxima%quantity == i) <= most_labelled) lines = lines // ", ''" // mine &
-        & // ":(sprintf('%.4g', column(4))) with labels offset 0,0.8 font ',11'"
+      mine = "strcol(1) eq " // quoted(trim(quantities(i)%name))
+      if (any(curve%maxima%quantity == i)) lines = lines // dots(mine, i, "")
+      if (any(curve%maxima%quantity == i .and. .not. curve%maxima%small)) lines = lines &
+        & // dots(mine // " && strcol('small_motion') eq '0'", i, " lc rgb '#" // beyond_colour // "'")
     end do
-    figure = new_figure("peaks", "Peaks of the resonance curves: " // text(size(curve%maxima)), lines, width=820, &
-      & height=220 + 45 * size(quantities))
+    if (.not. all(curve%maxima%small)) lines = lines // entry("points lt 1 lc rgb '#" // beyond_colour // "' ps 1.2", &
+      & "beyond small motions")
+    figure = new_figure("peaks", "Peaks of the resonance curves: " // text(size(curve%maxima)), lines // marks%entries, width=820, &
+      & height=260 + 45 * size(quantities))
   end function plot_peaks
+
+  !> The maxima of quantity `i` of which a condition holds.
+  pure function dots(condition, i, colour) result(words)
+    character(len=*), intent(in) :: condition, colour
+    integer, intent(in) :: i
+    character(len=:), allocatable :: words
+
+    words = ", 'peaks.csv' using (" // condition // " ? column(3) : 1e290):(" // text(i) // ") with points lt " &
+      & // text(1 + mod(i - 1, 8)) // " ps 1.2" // colour // " notitle"
+  end function dots
+
+  !> The values of the maxima, in rows with room for them.
+  pure function values(curve, range) result(lines)
+    type(resonance_curve_type), intent(in) :: curve
+    real(dp), intent(in) :: range(2)
+    character(len=:), allocatable :: lines
+    real(dp), allocatable :: places(:)
+    integer, allocatable :: mine(:)
+    integer :: q, i, n
+
+    lines = ""
+    n = 0
+    do q = 1, size(curve%order%names)
+      mine = pack([(i, i = 1, size(curve%maxima))], curve%maxima%quantity == q)
+      if (size(mine) > most_labelled) cycle
+      places = apart(curve%maxima(mine)%speed, 0.08_dp * abs(range(2) - range(1)), range)
+      do i = 1, size(mine)
+        n = n + 1
+        lines = lines // "set label " // text(n) // " '" // concise(curve%maxima(mine(i))%value, 4) // "' at " &
+          & // concise(places(i), 9) // "," // text(q) // " center offset 0,0.9 font ',11'" // newline
+      end do
+    end do
+  end function values
 
 end module gestell_task_resonance_plot

@@ -97,8 +97,8 @@ contains
       call curve%finish()
       verdict = told_of(curve)
       if (any(curve%points%state /= reached)) result%all_stable = .false.
-      call result%add(curve_table(self%quantities, curve, verdict), plot_resonance(self%quantities, curve))
-      call result%add(peaks_table(self%quantities, curve, verdict), plot_peaks(self%quantities, curve))
+      call result%add(curve_table(self%quantities, curve, verdict), plot_resonance(self%quantities, curve, configuration%plan%base))
+      call result%add(peaks_table(self%quantities, curve, verdict), plot_peaks(self%quantities, curve, configuration%plan%base))
       call result%judge(verdict)
       call result%warn("undecided", beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], &
         & curve%points%state <= unreached), configuration%tasks%model))

@@ -39,7 +39,7 @@ module gestell_task_sweep_plan
     !> What is wanted of borders.
     type(border_order_type) :: borders
     type(document_family_type) :: family
-    !> The parameters of the input's own machine, where it is one of the family.
+    !> The parameters of the input's own machine; size 0 where it is none of the family.
     real(dp), allocatable :: base(:)
   end type sweep_plan_type
 
@@ -103,6 +103,7 @@ contains
     if (allocated(error)) return
     first = axes(:size(groups))%from
     call new_document_family(plan%family, doc, schema, units, plan%paths, first, error)
+    call read_base(doc, schema, plan)
     if (allocated(error)) then
       ! a mechanism has file and line, what is wrong with a path has not
       if (index(error%message, doc%file // ":") /= 1) call in_group(groups(1), error)
@@ -160,9 +161,8 @@ contains
 
   !> What is wanted of borders over the parameters of `plan`. Errors: a range that is a point or goes through standstill, a
   !> tolerance out of bounds.
-  subroutine read_borders(doc, schema, plan, error)
+  subroutine read_borders(doc, plan, error)
     type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(sweep_plan_type), intent(inout) :: plan
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: groups(:)
@@ -181,8 +181,6 @@ contains
     group = the_group(doc, "boundary")
     call read(group, boundary_keys, "tolerance", plan%borders%tolerance, error, default=merge(usual_tolerance, usual_deviation, &
       & size(groups) == 1))
-    if (allocated(error)) return
-    call read_base(doc, schema, plan)
   end subroutine read_borders
 
   !> The values that the document gives the parameters; none where it gives one of them no value, or several.
@@ -196,6 +194,7 @@ contains
     real(dp) :: base(size(plan%paths))
     integer :: k
 
+    allocate(plan%base(0))
     copy = doc
     do k = 1, size(base)
       call get_path(copy, schema, trim(plan%paths(k)), values, none)

@@ -3,9 +3,11 @@ module gestell_task_sweep_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
-  use gestell_output_picture_axis, only: decade_lines, extent_lines, parameter_axis, with_unit
+  use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
+  use gestell_output_picture_marks, only: boxes_where, input_marks, input_point, marks_type, unstable_entry
+  use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type
-  use gestell_study_grid, only: axis_type, grid_type
+  use gestell_study_grid, only: axis_type
   use gestell_study_measure, only: measure_names
   use gestell_study_point, only: sweep_order_type
   use gestell_study_tile_results, only: eta_peak, failed, impossible, log_rho_max, psi_peak, rho_max, stable, sweep_columns, &
@@ -23,63 +25,86 @@ module gestell_task_sweep_plot
 
 contains
 
-  !> sweep.gp, over the parameters `paths` in these units, from the columns of sweep.csv that were ordered.
-  function plot_sweep(paths, units, grid, order, summary) result(figure)
-    character(len=*), intent(in) :: paths(:), units(:)
-    type(grid_type), intent(in) :: grid
-    type(sweep_order_type), intent(in) :: order
+  !> sweep.gp, from the columns of sweep.csv that were ordered.
+  function plot_sweep(plan, summary) result(figure)
+    type(sweep_plan_type), intent(in) :: plan
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
     integer :: k
 
-    if (size(grid%axes) > 1 .and. all(grid%axes%count > 1)) then
-      figure = plot_chart(paths, units, grid, order, summary)
+    if (size(plan%grid%axes) > 1 .and. all(plan%grid%axes%count > 1)) then
+      figure = plot_chart(plan, plan%order, summary)
     else
-      k = maxloc(grid%axes%count, dim=1)
-      figure = plot_curves(trim(paths(k)), units(k), grid%axes(k), k, size(paths), order, summary)
+      k = maxloc(plan%grid%axes%count, dim=1)
+      figure = plot_curves(plan, k, plan%order, summary)
     end if
   end function plot_sweep
 
-  !> Over one parameter, which stands in column `k` behind which come those of the results after all `parameters`.
-  function plot_curves(path, unit, axis, k, parameters, order, summary) result(figure)
-    character(len=*), intent(in) :: path, unit
-    type(axis_type), intent(in) :: axis
-    integer, intent(in) :: k, parameters
+  !> Over parameter `k`, in whose column it stands; the only one that runs.
+  function plot_curves(plan, k, order, summary) result(figure)
+    type(sweep_plan_type), intent(in) :: plan
+    integer, intent(in) :: k
     type(sweep_order_type), intent(in) :: order
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
-    character(len=:), allocatable :: lines, x, style
+    type(marks_type) :: marks
+    character(len=:), allocatable :: lines, x, style, axis_lines, half, unstable_rows
     logical :: growth, peaks
-    integer :: place(sweep_columns), panels
+    integer :: place(sweep_columns), panels, i
 
-    place = places(order%columns, parameters)
+    place = places(order%columns, size(plan%paths))
     growth = any(order%columns([rho_max, log_rho_max, verdict, verdict_behind]))
     peaks = any(order%columns([xi_peak, eta_peak, psi_peak]))
     panels = count([growth, peaks, order%measured() > 0])
     x = "(X(column(" // text(k) // ")))"
     style = "with lines"
-    if (axis%count < 30) style = "with linespoints ps 0.5"
+    if (plan%grid%axes(k)%count < 30) style = "with linespoints ps 0.5"
+    axis_lines = parameter_axis("x", plan%grid%axes(k), with_unit(plan%paths(k), plan%units(k)), 0.0_dp)
+    marks = input_marks(plan%grid%axes(k), pack(plan%base, [(i == k, i = 1, size(plan%base))]), plan%units(k))
+    unstable_rows = ""
+    if (place(verdict) > 0 .and. summary%verdicts(unstable) > 0) unstable_rows = "strcol(" // text(place(verdict)) &
+      & // ") eq 'unstable'"
+    if (place(verdict) == 0 .and. growth .and. summary%most > 1) unstable_rows = growth_of(place) // " > 0"
+    half = concise(half_step(plan%grid%axes(k)), 6)
     lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // merge("0.12", "0.17", panels > 1) &
       & // "," // merge("0.86", "0.8 ", panels > 1) // " spacing 0,0.1 title heading noenhanced" &
       & // newline &
-      & // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
+      & // axis_lines // marks%lines &
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
     if (panels > 1) lines = lines // "unset xlabel" // newline
-    if (growth) lines = lines // growth_panel(place, x, style, summary)
-    if (peaks .and. order%measured() > 0) lines = lines // peaks_panel(place, x, style)
-    if (peaks .and. order%measured() == 0) lines = lines // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
-      & // peaks_panel(place, x, style)
-    if (order%measured() > 0) lines = lines // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
-      & // measures_panel(order, parameters, x, style)
+    if (growth) lines = lines // growth_panel(place, x, style, summary, shades("low", "high"))
+    if (peaks .and. order%measured() == 0) lines = lines // axis_lines
+    if (peaks) lines = lines // peaks_panel(place, x, style, shades("bottom", "top"))
+    if (order%measured() > 0) lines = lines // axis_lines // measures_panel(order, size(plan%paths), x, style, shades("bottom", &
+      & "top"))
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
-    figure = new_figure("sweep", "Sweep over " // path // tally(summary), lines // "unset multiplot" // newline, width=800, &
-      & height=200 + 240 * max(panels, 1))
+    figure = new_figure("sweep", "Sweep over " // trim(plan%paths(k)) // tally(summary), lines // "unset multiplot" // newline, &
+      & width=800, height=200 + 240 * max(panels, 1))
+  contains
+    !> What is unstable, and entries of the key.
+    pure function shades(low, high) result(words)
+      character(len=*), intent(in) :: low, high
+      character(len=:), allocatable :: words
+
+      words = marks%entries
+      if (unstable_rows /= "") words = boxes_where("sweep.csv", unstable_rows, x, half, low, high) // unstable_entry // words
+    end function shades
   end function plot_curves
 
+  !> Half the distance between values, as on the axis, and a little more: boxes without seams.
+  pure real(dp) function half_step(axis)
+    type(axis_type), intent(in) :: axis
+    real(dp), parameter :: overlap = 1.05_dp
+    real(dp) :: ends(2)
+
+    ends = coordinate(axis, [axis%from, axis%to])
+    half_step = overlap * abs(ends(2) - ends(1)) / (2 * max(1, axis%count - 1))
+  end function half_step
+
   !> ln |rho| over the parameter, the points of bad verdicts marked.
-  pure function growth_panel(place, x, style, summary) result(lines)
+  pure function growth_panel(place, x, style, summary, shades) result(lines)
     integer, intent(in) :: place(sweep_columns)
-    character(len=*), intent(in) :: x, style
+    character(len=*), intent(in) :: x, style, shades
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: lines, marks
     integer :: i
@@ -93,13 +118,14 @@ contains
         & // "step = 0.06 * (high - low); low = low - step; high = high + step" // newline &
         & // "set yrange [low:high]; set ylabel 'ln |ρ|max (growth in a turn)'" // newline &
         & // "set object 1 rectangle from graph 0,graph 0 to graph 1,first 0 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 " &
-        & // "noborder" // newline // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1.5" // newline &
+        & // "noborder" // newline &
+        & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead front lt 7 dt 1 lw 1.5" // newline &
         & // "curve(v) = v > low && v < high ? v : NaN" // newline &
-        & // "plot NaN notitle, for [i=1:(high < 1e299)] 'sweep.csv' using " // x // ":(" // growth_of(place) // ") " // style &
-        & // " lt 1 notitle"
+        & // "plot NaN notitle" // shades // ", for [i=1:(high < 1e299)] 'sweep.csv' using " // x // ":(" // growth_of(place) &
+        & // ") " // style // " lt 1 notitle"
       marks = growth_of(place)
     else
-      lines = "low = 0; high = 1; set yrange [0:1]; unset ytics; set ylabel 'verdict'" // newline // "plot NaN notitle"
+      lines = "low = 0; high = 1; set yrange [0:1]; unset ytics; set ylabel 'verdict'" // newline // "plot NaN notitle" // shades
       marks = "0.5"
     end if
     if (place(verdict) > 0) then
@@ -112,28 +138,32 @@ contains
         else
           lines = lines // marks
         end if
-        lines = lines // " : " // nowhere // ") with points " // trim(points(i)) &
-          & // " title '" // trim(verdict_names(marked(i))) // "'"
+        lines = lines // " : " // nowhere // ") with points " // trim(points(i))
+        if (marked(i) == unstable) then
+          lines = lines // " notitle"
+        else
+          lines = lines // " title '" // trim(verdict_names(marked(i))) // "'"
+        end if
       end do
     end if
     lines = lines // newline // "unset object 1; unset arrow 1; set ytics" // newline
   end function growth_panel
 
   !> Peaks of xi, eta, psi on a logarithmic axis.
-  pure function peaks_panel(place, x, style) result(lines)
+  pure function peaks_panel(place, x, style, shades) result(lines)
     integer, intent(in) :: place(sweep_columns)
-    character(len=*), intent(in) :: x, style
+    character(len=*), intent(in) :: x, style, shades
     character(len=:), allocatable :: lines
 
     lines = logarithmic_panel(place(xi_peak:psi_peak), [character(len=9) :: "ξ (mm)", "η (mm)", "ψ (mrad)"], "1e3", &
-      & "peak of the vibration", x, style)
+      & "peak of the vibration", x, style, shades)
   end function peaks_panel
 
   !> What is measured of quantities, in their units, on a logarithmic axis: as many as have room for their names.
-  pure function measures_panel(order, parameters, x, style) result(lines)
+  pure function measures_panel(order, parameters, x, style, shades) result(lines)
     type(sweep_order_type), intent(in) :: order
     integer, intent(in) :: parameters
-    character(len=*), intent(in) :: x, style
+    character(len=*), intent(in) :: x, style, shades
     character(len=:), allocatable :: lines
     character(len=100) :: titles(min(most_measures, order%measured()))
     integer :: k
@@ -144,13 +174,13 @@ contains
       end associate
     end do
     lines = logarithmic_panel([(parameters + count(order%columns) + 2 * k - 1, k = 1, size(titles))], titles, "1", &
-      & "of the vibration", x, style)
+      & "of the vibration", x, style, shades)
   end function measures_panel
 
   !> Columns of sweep.csv at these places, 0 for none, times a factor.
-  pure function logarithmic_panel(place, titles, factor, label, x, style) result(lines)
+  pure function logarithmic_panel(place, titles, factor, label, x, style, shades) result(lines)
     integer, intent(in) :: place(:)
-    character(len=*), intent(in) :: titles(:), factor, label, x, style
+    character(len=*), intent(in) :: titles(:), factor, label, x, style, shades
     character(len=:), allocatable :: lines
     integer :: i
 
@@ -163,8 +193,8 @@ contains
         & // " = 0 }" // newline
     end do
     lines = lines // "if (most > 0) { least = least > 1e-9 * most ? least : 1e-9 * most" // newline &
-      & // decade_lines("least / 1.5", "most * 1.5") // "} else { set yrange [0:1] }" // newline &
-      & // "set ylabel '" // label // "'" // newline // "plot NaN notitle"
+      & // decade_lines("least / 1.5", "most * 1.5") // "} else { bottom = 0; top = 1; set yrange [0:1] }" // newline &
+      & // "set ylabel '" // label // "'" // newline // "plot NaN notitle" // shades
     do i = 1, size(place)
       if (place(i) == 0) cycle
       lines = lines // ", for [i=1:valid" // text(i) // "] 'sweep.csv' using " // x // ":(over(column(" // text(place(i)) &
@@ -174,9 +204,8 @@ contains
   end function logarithmic_panel
 
   !> Over two parameters: ln |rho| as a chart, or what else was ordered.
-  function plot_chart(paths, units, grid, order, summary) result(figure)
-    character(len=*), intent(in) :: paths(:), units(:)
-    type(grid_type), intent(in) :: grid
+  function plot_chart(plan, order, summary) result(figure)
+    type(sweep_plan_type), intent(in) :: plan
     type(sweep_order_type), intent(in) :: order
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
@@ -204,8 +233,8 @@ contains
     end if
     lines = "set title heading noenhanced" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
       & // "X(v) = v; Y(v) = v" // newline // extent_lines("sweep.csv", [value]) &
-      & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.5_dp / (grid%axes(1)%count - 1)) &
-      & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.5_dp / (grid%axes(2)%count - 1)) &
+      & // parameter_axis("x", plan%grid%axes(1), with_unit(plan%paths(1), plan%units(1)), 0.5_dp / (plan%grid%axes(1)%count - 1)) &
+      & // parameter_axis("y", plan%grid%axes(2), with_unit(plan%paths(2), plan%units(2)), 0.5_dp / (plan%grid%axes(2)%count - 1)) &
       & // "set cbrange [low:high]; set cblabel " // quoted(label) // " noenhanced" // newline &
       & // "# stable: blue, paler toward the border; unstable: orange to brown; no result: grey" // newline
     if (any(columns([rho_max, log_rho_max])) .or. columns(verdict) .and. order%measured() == 0) then
@@ -215,11 +244,12 @@ contains
     else
       lines = lines // "set palette defined (0 '#FFFFFF', 1 '#56B4E9', 2 '#0072B2', 3 '#000000')" // newline
     end if
+    if (size(plan%base) == 2) lines = lines // input_point(plan%grid%axes, plan%base)
     lines = lines // "set object 1 rectangle from graph 0,graph 0 to graph 1,graph 1 behind fillcolor rgb '#BBBBBB' fillstyle " &
       & // "solid 1 noborder" // newline &
       & // "set tics out; unset grid; set rmargin at screen 0.82; set key off" // newline &
       & // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image"
-    figure = new_figure("sweep", "Chart over " // trim(paths(1)) // " and " // trim(paths(2)) // tally(summary), lines, &
+    figure = new_figure("sweep", "Chart over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)) // tally(summary), lines, &
       & width=800, height=600)
   end function plot_chart
 

@@ -142,7 +142,7 @@ contains
       if (allocated(error)) return
       table = table_of(plan%paths, plan%units, plan%grid, plan%order, values)
       table%written = .true.
-      call result%add(table, plot_sweep(plan%paths, plan%units, plan%grid, plan%order, summary))
+      call result%add(table, plot_sweep(plan, summary))
       call result%warn("", tally(summary))
       call result%say(report_sweep(plan, summary))
       call result%detail(evidence_line(summary))

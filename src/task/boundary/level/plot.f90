@@ -3,6 +3,7 @@ module gestell_task_boundary_level_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
+  use gestell_output_picture_marks, only: input_marks, marks_type
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_study_grid, only: axis_type
   use gestell_study_measure, only: measure_names, measure_type
@@ -17,9 +18,11 @@ module gestell_task_boundary_level_plot
 contains
 
   !> boundary.gp, from boundary.csv and level.csv.
-  function plot_levels(path, unit, axis, measure, level, results) result(figure)
+  function plot_levels(path, unit, axis, input, measure, level, results) result(figure)
     character(len=*), intent(in) :: path, unit
     type(axis_type), intent(in) :: axis
+    !> The input's own value, or nothing.
+    real(dp), intent(in) :: input(:)
     type(measure_type), intent(in) :: measure
     real(dp), intent(in) :: level
     type(level_results_type), intent(in) :: results
@@ -27,6 +30,7 @@ contains
     !> Labels nearer to each other than this part of the axis would overlap.
     real(dp), parameter :: apart = 0.03_dp
     character(len=:), allocatable :: lines
+    type(marks_type) :: marks
     real(dp) :: last, at
     integer :: i
 
@@ -40,6 +44,8 @@ contains
       & // "set key outside bottom center horizontal samplen 2" // newline &
       & // "set object 1 rectangle from graph 0,first level to graph 1,graph 1 behind fillcolor rgb '#F9E0C7' fillstyle solid 1 " &
       & // "noborder" // newline
+    marks = input_marks(axis, input, unit)
+    lines = lines // marks%lines
     last = huge(last)
     do i = 1, size(results%crossings)
       associate (value => results%crossings(i)%value)
@@ -57,7 +63,7 @@ contains
     if (size(results%crossings) > 0) lines = lines // ", 'boundary.csv' using (X(column(2))):(level) with points lt 7 pt 7 " &
       & // "ps 0.9 title 'crossings'"
     figure = new_figure("boundary", "Where " // trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " crosses " &
-      & // concise(level, 6) // " " // trim(measure%unit), lines // newline, width=800, height=480)
+      & // concise(level, 6) // " " // trim(measure%unit), lines // marks%entries // newline, width=800, height=480)
   end function plot_levels
 
 end module gestell_task_boundary_level_plot

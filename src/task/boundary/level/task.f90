@@ -73,7 +73,7 @@ contains
       call input_error(sweeps(2), "", "is one too many: the level of a quantity is sought over one parameter", error)
       return
     end if
-    call read_borders(doc, schema, configuration%plan, error)
+    call read_borders(doc, configuration%plan, error)
     if (.not. allocated(error)) call kind_of_measure(group, boundary_keys, "measure", kind, error)
     if (.not. allocated(error)) call read(group, boundary_keys, "quantity", name, error)
     if (allocated(error)) return
@@ -83,6 +83,8 @@ contains
       return
     end if
     call read_value(self, group, configuration, error)
+    associate (unused_schema => schema)
+    end associate
   end subroutine read_level
 
   !> The level; of a band that of the probe where it has a limit. Error: there is none, or it is out of range.
@@ -140,8 +142,8 @@ contains
       line%order%accuracy = configuration%accuracy
       call find_levels(line, results, error, context%executor)
       if (allocated(error)) return
-      call result%add(table_of(self, plan, results), plot_levels(plan%paths(1), plan%units(1), plan%grid%axes(1), self%measure, &
-        & self%level, results))
+      call result%add(table_of(self, plan, results), plot_levels(plan%paths(1), plan%units(1), plan%grid%axes(1), plan%base, &
+        & self%measure, self%level, results))
       call result%add(curve_of(self, plan, results))
       call result%warn("", level_sentence(self%measure, self%level, trim(plan%paths(1)), results))
       call result%say(level_heading(self%measure, self%level, plan) // level_lines(results))

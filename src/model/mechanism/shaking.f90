@@ -1,0 +1,98 @@
+!> Shaking forces: what a mechanism exerts on a frame that stands still.
+module gestell_model_mechanism_shaking
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, mechanism_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: shaking
+
+  !> Over the crank angle phi, each f = mean + sum of amplitude(k) cos(k phi + phase(k)).
+  type, public :: shaking_type
+    !> The forces along x and y (N) and the moment about O (N m).
+    type(fourier_type) :: series(3)
+    !> Greatest size over the turn and root of the mean square of these, and of the whole force.
+    real(dp), dimension(4) :: peak = 0, rms = 0
+    !> The first order of the force as two vectors fx + i fy that turn, with the crank and against it, over Omega^2 (kg m); their
+    !> arguments hold at the crank angle zero. A mass m at the radius r on the crank has m r and nothing.
+    complex(dp) :: unbalance(2) = 0
+  end type shaking_type
+
+contains
+
+  !> The shaking forces at a speed (rad/s): F = -Omega^2 S'' of the first moment of mass S = (a1, a2), and the moment of the
+  !> same forces about O, -Omega^2 (a4 - T'/2) where the drive's torque does not act on the frame. Errors: the mechanism is not
+  !> made yet; the speed is not finite.
+  !> (Lowen, Berkof, Survey of investigations into the balancing of linkages, J. Mechanisms 3, 1968, 221-231.)
+  subroutine shaking(mechanism, speed, found, error, even_in_space)
+    class(mechanism_type), intent(in) :: mechanism
+    real(dp), intent(in) :: speed
+    type(shaking_type), intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+    !> Whether the crank turns evenly in space; without, against the frame.
+    logical, intent(in), optional :: even_in_space
+    integer, parameter :: most = 8192
+    real(dp), allocatable :: samples(:, :)
+    real(dp) :: drive(1, drive_columns)
+    type(mass_functions_type) :: a
+    logical :: corrected
+    integer :: i, n
+
+    call mechanism%check(error)
+    if (allocated(error)) return
+    if (.not. (ieee_is_finite(speed) .and. mechanism%feature > 0)) then
+      call fatal_error(error, "the speed must be finite, and the mechanism's feature positive", invalid_input)
+      return
+    end if
+    corrected = .false.
+    if (present(even_in_space)) corrected = even_in_space
+    ! Fewer samples than the mechanism's feature asks for could take a high order for a low one.
+    n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%feature)))
+    do
+      if (allocated(samples)) deallocate(samples)
+      allocate(samples(n, 3))
+      do i = 1, n
+        call mechanism%mass_functions(2 * pi * (i - 1) / n, a)
+        drive = 0
+        if (corrected) call mechanism%tabulate_drive([2 * pi * (i - 1) / n], drive, corrected)
+        samples(i, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - drive(1, energy_d) / 2]
+      end do
+      do i = 1, 3
+        found%series(i) = fourier_series(samples(:, i))
+      end do
+      if (maxval([(found%series(i)%tail(), i = 1, 3)]) < 1.0e-9_dp .or. n >= most) exit
+      n = 2 * n
+    end do
+    found%rms(:3) = [(found%series(i)%rms(), i = 1, 3)]
+    found%rms(4) = hypot(found%rms(1), found%rms(2))
+    if (.not. all(ieee_is_finite(found%rms))) return
+    found%peak(:3) = [(found%series(i)%peak(samples(:, i)), i = 1, 3)]
+    found%peak(4) = greatest_length(samples(:, :2), hypot(found%peak(1), found%peak(2)))
+    if (abs(speed) > 0) found%unbalance = turning(found%series(:2)) / speed / speed
+  end subroutine shaking
+
+  !> The greatest length of a vector, no more than `bound`: its square is a trigonometric polynomial too.
+  pure real(dp) function greatest_length(samples, bound) result(length)
+    real(dp), intent(in) :: samples(:, :), bound
+
+    length = 0
+    if (bound > 0) length = bound * sqrt(greatest((samples(:, 1) / bound)**2 + (samples(:, 2) / bound)**2))
+  end function greatest_length
+
+  !> With Re C_x e^(i phi) and Re C_y e^(i phi) along x and y the vector is F+ e^(i phi) + F- e^(-i phi),
+  !> F+ = (C_x + i C_y) / 2, F- = conjg(C_x - i C_y) / 2.
+  pure function turning(series) result(vectors)
+    type(fourier_type), intent(in) :: series(2)
+    complex(dp) :: vectors(2)
+    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+    complex(dp) :: c(2)
+    integer :: k
+
+    c = [(series(k)%amplitude(1) * exp(i * series(k)%phase(1)), k = 1, 2)]
+    vectors = [c(1) + i * c(2), conjg(c(1) - i * c(2))] / 2
+  end function turning
+
+end module gestell_model_mechanism_shaking

@@ -1,0 +1,170 @@
+!> What pictures over a parameter have in common: the machine of the input is marked, what is unstable is shaded, motions beyond
+!> small ones are grey.
+module gestell_output_picture_marks
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_math_sorting, only: ascending
+  use gestell_output_picture_axis, only: coordinate
+  use gestell_output_picture_script, only: quoted
+  use gestell_study_grid, only: axis_type
+  implicit none (type, external)
+  private
+
+  public :: apart, with_room, boxes_where, chart_marks, input_marks, input_point, shade
+
+  !> Fill of what is unstable, and the colour of motions beyond small ones.
+  character(len=*), parameter, public :: unstable_fill = "fillcolor rgb '#F9E0C7' fillstyle solid 1 noborder", &
+    & unstable_entry = ", keyentry with boxes lc rgb '#F9E0C7' fs solid 1 noborder title 'unstable'", &
+    & beyond_colour = "999999"
+  character(len=*), parameter :: own_line = "lc rgb '#8E24AA' dt (7,4) lw 1.2"
+  character, parameter :: newline = new_line("a")
+  !> Objects and arrows of this module have numbers from here on; intervals that are shaded, at the most.
+  integer, parameter :: first_number = 100, most_shades = 200
+
+  !> Lines before the panels of a picture, and entries of its key behind what a panel plots.
+  type, public :: marks_type
+    character(len=:), allocatable :: lines, entries
+  end type marks_type
+
+contains
+
+  !> The marks of a picture whose x axis goes from range(1) to range(2): the input's own value (none: size 0), and around those of
+  !> the places `at`, in their order, that are `unstable` the intervals half way to their neighbours. `unit`: of the input's value.
+  pure type(marks_type) function chart_marks(range, input, unit, at, unstable) result(marks)
+    real(dp), intent(in) :: range(2), input(:), at(:)
+    character(len=*), intent(in) :: unit
+    logical, intent(in) :: unstable(:)
+    real(dp) :: ends(2)
+    integer :: i, first, n
+
+    marks%lines = ""
+    marks%entries = ""
+    n = 0
+    first = 0
+    do i = 1, size(at)
+      if (unstable(i) .and. first == 0) first = i
+      if (first == 0) cycle
+      if (i < size(at)) then
+        if (unstable(i) .and. unstable(i + 1)) cycle
+      end if
+      n = n + 1
+      ends = [at(first) + at(max(first - 1, 1)), at(i) + at(min(i + 1, size(at)))] / 2
+      if (n <= most_shades) marks%lines = marks%lines // shade(n, ends(1), ends(2))
+      first = 0
+    end do
+    if (n > 0) marks%entries = unstable_entry
+    marks = joined(marks, own_marks(range, input, input, unit, "back"))
+  end function chart_marks
+
+  !> The input's own `value` alone (none: size 0), on an axis of pictures over parameters, in front of boxes.
+  pure type(marks_type) function input_marks(axis, value, unit) result(marks)
+    type(axis_type), intent(in) :: axis
+    real(dp), intent(in) :: value(:)
+    character(len=*), intent(in) :: unit
+
+    marks = own_marks(coordinate(axis, [axis%from, axis%to]), value, coordinate(axis, value), unit, "front")
+  end function input_marks
+
+  pure type(marks_type) function own_marks(range, value, place, unit, layer) result(marks)
+    real(dp), intent(in) :: range(2), value(:), place(:)
+    character(len=*), intent(in) :: unit, layer
+
+    marks%lines = ""
+    marks%entries = ""
+    if (size(place) /= 1) return
+    if (.not. within(place(1), range)) return
+    marks%lines = "set arrow " // text(first_number) // " from first " // concise(place(1), 9) // ",graph 0 to first " &
+      & // concise(place(1), 9) // ",graph 1 nohead " // layer // " " // own_line // newline
+    marks%entries = ", keyentry with lines " // own_line // " title " &
+      & // quoted(trim("input: " // concise(value(1), 6) // " " // unit)) // " noenhanced"
+  end function own_marks
+
+  pure type(marks_type) function joined(a, b)
+    type(marks_type), intent(in) :: a, b
+
+    joined%lines = a%lines // b%lines
+    joined%entries = a%entries // b%entries
+  end function joined
+
+  pure logical function within(place, range)
+    real(dp), intent(in) :: place, range(2)
+
+    within = (place - range(1)) * (place - range(2)) <= 0
+  end function within
+
+  !> An interval of the x axis in which machines are unstable.
+  pure function shade(number, from, to) result(line)
+    integer, intent(in) :: number
+    real(dp), intent(in) :: from, to
+    character(len=:), allocatable :: line
+
+    line = "set object " // text(first_number + number) // " rectangle from first " // concise(from, 9) // ",graph 0 to first " &
+      & // concise(to, 9) // ",graph 1 behind " // unstable_fill // newline
+  end function shade
+
+  !> What plots shaded boxes from `x` - `half` to `x` + `half` and from `low` to `high`, expressions of gnuplot's, where `condition`
+  !> holds in a row of the file.
+  pure function boxes_where(file, condition, x, half, low, high) result(words)
+    character(len=*), intent(in) :: file, condition, x, half, low, high
+    character(len=:), allocatable :: words, place
+
+    place = "(" // condition // " ? " // x // " : 1e290)"
+    words = ", '" // file // "' using " // place // ":(" // low // "):(" // place // " - " // half &
+      & // "):(" // place // " + " // half // "):(" // low // "):(" // high // ") with boxxyerror " // unstable_fill // " notitle"
+  end function boxes_where
+
+  !> A mark in a plane where the input's machine lies, by its `values` on both axes; nothing outside of the ranges.
+  pure function input_point(axes, values) result(line)
+    type(axis_type), intent(in) :: axes(2)
+    real(dp), intent(in) :: values(2)
+    character(len=:), allocatable :: line, at
+    real(dp) :: place(2)
+
+    line = ""
+    place = coordinate(axes, values)
+    if (.not. (within(values(1), [axes(1)%from, axes(1)%to]) .and. within(values(2), [axes(2)%from, axes(2)%to]))) return
+    at = concise(place(1), 9) // "," // concise(place(2), 9)
+    line = "set style textbox opaque noborder margins 0.3,0.3" // newline &
+      & // "set object " // text(first_number) // " circle at " // at // " size graph 0.01 front fillcolor rgb '#FFFFFF' " &
+      & // "fillstyle solid 1 border lc rgb '#8E24AA'" // newline &
+      & // "set label " // text(first_number) // " 'input' at " // at // " left offset 0.9,0.5 textcolor rgb '#8E24AA' " &
+      & // "font ',12' boxed front" // newline
+  end function input_point
+
+  !> Places of words as near to these positions as can be, at least `distance` from each other and within a range with room for
+  !> all: the isotonic regression of the positions less the distances before them, by pooling neighbours that are too close.
+  pure function apart(positions, distance, range) result(places)
+    real(dp), intent(in) :: positions(:), distance, range(2)
+    real(dp) :: places(size(positions)), means(size(positions)), before(size(positions)), room(2)
+    integer :: order(size(positions)), members(size(positions)), i, n
+
+    order = ascending(positions)
+    before = distance * [(i - 1, i = 1, size(order))]
+    n = 0
+    do i = 1, size(order)
+      n = n + 1
+      means(n) = positions(order(i)) - before(i)
+      members(n) = 1
+      do while (n > 1)
+        if (means(n - 1) <= means(n)) exit
+        means(n - 1) = (members(n - 1) * means(n - 1) + members(n) * means(n)) / (members(n - 1) + members(n))
+        members(n - 1) = members(n - 1) + members(n)
+        n = n - 1
+      end do
+    end do
+    room = [minval(range), maxval(range) - distance * (size(order) - 1)]
+    places(order) = [(spread(min(max(means(i), room(1)), max(room(2), room(1))), 1, members(i)), i = 1, n)] + before
+  end function apart
+
+  !> The first of these positions, and of those behind it all that are not closer than `distance` to one that is chosen before.
+  pure function with_room(positions, distance) result(chosen)
+    real(dp), intent(in) :: positions(:), distance
+    logical :: chosen(size(positions))
+    integer :: i
+
+    do i = 1, size(positions)
+      chosen(i) = .not. any(chosen(:i - 1) .and. abs(positions(:i - 1) - positions(i)) < distance)
+    end do
+  end function with_room
+
+end module gestell_output_picture_marks
