@@ -1,12 +1,15 @@
 !> Gestell's program: run, and the one error stop.
 program main
-  use cli, only: command_line
-  use console, only: tell
-  use execution, only: execute
+  use gestell_run_command_line, only: command_line
+  use gestell_run_console, only: tell
+  use gestell_run_execution, only: execute
   use gestell_base_error, only: error_type
-  use limits, only: check_stacks, prepare_process
+  use gestell_run_terminal, only: terminal_type
+  use gestell_task_executor, only: executor_type
+  use gestell_run_process, only: check_stacks, prepare_process
   implicit none (type, external)
 
+  class(executor_type), allocatable :: executor
   type(error_type), allocatable :: error
   integer :: code
 
@@ -16,7 +19,9 @@ program main
     call tell(error%message)
     code = error%code
   else
-    call execute(command_line(), code)
+    allocate(executor)
+    allocate(terminal_type :: executor%progress)
+    call execute(command_line(), code, executor)
   end if
   ! Not error stop: gfortran's prints a backtrace in a debug build, and the user gets one line.
   if (code /= 0) stop code, quiet=.true.

@@ -1,17 +1,20 @@
 !> Sweeps by many processes (ranks) of MPI, on one machine or many that share a file system.
 program main
-  use cli, only: options_type, parse_command_line
-  use console, only: tell
-  use gestell_base_error, only: error_type
+  use gestell_run_command_line, only: options_type, parse_command_line
+  use gestell_run_console, only: tell
+  use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_version, only: version
-  use limits, only: check_stacks, prepare_process
+  use gestell_run_process, only: check_stacks, prepare_process
   use mpi_f08, only: mpi_finalize, mpi_init
-  use ranked_sweep, only: run
+  use gestell_run, only: run
+  use gestell_task_executor, only: executor_type
+  use ranked_executor, only: ranked_executor_type
   use ranks, only: own_rank, share_error
   use, intrinsic :: iso_fortran_env, only: output_unit
   implicit none (type, external)
 
   type(options_type) :: options
+  class(executor_type), allocatable :: executor
   type(error_type), allocatable :: error
   logical :: speaks
   integer :: code
@@ -30,7 +33,10 @@ program main
     else if (options%version) then
       if (speaks) write (output_unit, "(a)") "gestell_mpi " // version
     else
-      call run(options, error)
+      call refuse(options, error)
+      allocate(ranked_executor_type :: executor)
+      executor%together = .true.
+      if (.not. allocated(error)) call run(options, code, error, executor)
     end if
   end if
   if (allocated(error)) then
@@ -43,6 +49,17 @@ program main
   if (code /= 0) stop code, quiet=.true.
 
 contains
+
+  !> Error: what one process does was asked for.
+  subroutine refuse(options, error)
+    type(options_type), intent(in) :: options
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. (options%check .or. options%fail_if_unstable .or. options%json .or. options%merge .or. options%one_line &
+      & .or. options%plot .or. options%report)) return
+    call fatal_error(error, "--check, --fail-if-unstable, --json, --merge, --one-line, --plot and --report are for gestell, one " &
+      & // "process does them", wrong_usage)
+  end subroutine refuse
 
   pure function help_text() result(text)
     character(len=:), allocatable :: text

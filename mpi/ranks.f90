@@ -2,12 +2,12 @@
 module ranks
   use gestell_base_error, only: error_type, fatal_error
   use mpi_f08, only: mpi_2integer, mpi_allreduce, mpi_bcast, mpi_character, mpi_comm_rank, mpi_comm_size, mpi_comm_world, &
-    & mpi_in_place, mpi_integer, mpi_integer8, mpi_logical, mpi_lor, mpi_max, mpi_min, mpi_minloc, mpi_sum
+    & mpi_in_place, mpi_integer, mpi_integer8, mpi_logical, mpi_lor, mpi_max, mpi_min, mpi_minloc
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: number_of_ranks, own_rank, same_everywhere, share_error, share_marks, share_sum
+  public :: number_of_ranks, own_rank, same_everywhere, share_error, share_marks
 
 contains
 
@@ -25,7 +25,7 @@ contains
     type(error_type), allocatable, intent(inout) :: error
     integer, intent(in), optional :: order
     character(len=:), allocatable :: message
-    integer :: mine(2), first(2), length_and_code(2)
+    integer :: mine(2), first(2), about(3)
 
     mine = [huge(1), own_rank()]
     if (allocated(error)) then
@@ -34,16 +34,17 @@ contains
     end if
     call mpi_allreduce(mine, first, 1, mpi_2integer, mpi_minloc, mpi_comm_world)
     if (first(1) == huge(1)) return
-    length_and_code = 0
+    about = 0
     if (first(2) == mine(2)) then
       message = error%message
-      length_and_code = [len(message), error%code]
+      about = [len(message), error%code, merge(1, 0, error%unwritten)]
     end if
-    call mpi_bcast(length_and_code, 2, mpi_integer, first(2), mpi_comm_world)
-    if (first(2) /= mine(2)) allocate(character(len=length_and_code(1)) :: message)
-    call mpi_bcast(message, length_and_code(1), mpi_character, first(2), mpi_comm_world)
+    call mpi_bcast(about, 3, mpi_integer, first(2), mpi_comm_world)
+    if (first(2) /= mine(2)) allocate(character(len=about(1)) :: message)
+    call mpi_bcast(message, about(1), mpi_character, first(2), mpi_comm_world)
     if (allocated(error)) deallocate(error)
-    call fatal_error(error, message, length_and_code(2))
+    call fatal_error(error, message, about(2))
+    error%unwritten = about(3) == 1
   end subroutine share_error
 
   !> A mark that one rank sets is set for all.
@@ -52,13 +53,6 @@ contains
 
     call mpi_allreduce(mpi_in_place, marks, size(marks), mpi_logical, mpi_lor, mpi_comm_world)
   end subroutine share_marks
-
-  !> The sum over all ranks.
-  subroutine share_sum(number)
-    integer, intent(inout) :: number
-
-    call mpi_allreduce(mpi_in_place, number, 1, mpi_integer, mpi_sum, mpi_comm_world)
-  end subroutine share_sum
 
   !> Whether all ranks have the same number.
   logical function same_everywhere(number)

@@ -114,8 +114,9 @@ def test_refusals():
             many = Ranks(folder, 3, name)
             equal(f"{name}: as gestell", (many.code, many.err, many.out), (one.code, one.err, ""))
         Ranks(folder, 2).refused("no input", 1, "no input file; usage: gestell [options] input.nml, and gestell --help")
-        Ranks(folder, 2, "--check", "input.nml").refused(
-            "--check", 1, "--check, --fail-if-unstable, --merge and --one-line are for gestell, one process does them")
+        for option in ("--check", "--fail-if-unstable", "--json", "--merge", "--one-line", "--plot", "--report"):
+            Ranks(folder, 2, option, "input.nml").refused(option, 1, "--check, --fail-if-unstable, --json, --merge, --one-line, "
+                                                          "--plot and --report are for gestell, one process does them")
         Ranks(folder, 2, "single.nml").refused("no sweep", 1, "single.nml: gestell_mpi computes sweeps, and the tasks name "
                                                "none; gestell does the rest")
         equal("refused: nothing is written", files(folder), ["input.nml", "range.nml", "single.nml", "typo.nml"])

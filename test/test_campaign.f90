@@ -230,7 +230,7 @@ contains
     end do
     if (.not. allocated(failure)) call open_campaign(campaign, folder, plan, 7_int64, failure)
     if (.not. allocated(failure)) call check_that(error, count(campaign%done), "==", size(campaign%done), "tiles done")
-    if (.not. allocated(failure)) call check_that(error, campaign%damaged, "==", 0, "damaged tiles")
+    if (.not. allocated(failure)) call check_that(error, count(campaign%damaged), "==", 0, "damaged tiles")
     if (.not. allocated(failure)) call campaign%finish(folder, [character(len=5) :: "title"], summary, failure)
     if (.not. allocated(failure)) call campaign%clear()
     call check_success(error, failure)

@@ -10,8 +10,8 @@
 !>
 !> Each is the least time of three, of tiles that are repeated at once.
 program costs
-  use cli, only: options_type, parse_command_line
-  use driver, only: folder_name, read_input
+  use gestell_run_command_line, only: options_type, parse_command_line
+  use gestell_run_input, only: folder_name, read_input
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign

@@ -1,4 +1,5 @@
-!> How the work of a task is spread: over the threads of this process. What spreads it further extends `executor_type`.
+!> How the work of a task is spread: over the threads of this process. What spreads it further extends `executor_type`: then several
+!> processes run the same tasks, and share what each of them finds out alone.
 module gestell_task_executor
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -31,11 +32,19 @@ module gestell_task_executor
     class(progress_type), allocatable :: progress
     !> What finished pieces are kept in. Not allocated: nothing is kept.
     type(journal_type), allocatable :: journal
+    !> Whether several processes work together: on the tasks whose pieces they can share.
+    logical :: together = .false.
     !> How often work was spread.
     integer, private :: rounds = 0
   contains
     procedure :: spread
     procedure :: show
+    procedure :: leads
+    procedure :: share_of
+    procedure :: share_error
+    procedure :: share_marks
+    procedure :: compare
+    procedure :: told
   end type executor_type
 
   abstract interface
@@ -178,6 +187,65 @@ contains
       if (allocated(error)) return
     end do
   end subroutine spread_over
+
+  !> Whether this process is the one that tells and writes.
+  logical function leads(self)
+    class(executor_type), intent(in) :: self
+
+    leads = .true.
+    associate (unused => self)
+    end associate
+  end function leads
+
+  !> Which of the numbers 1 ... `count` this process is to look at, where each needs one that does.
+  function share_of(self, count) result(mine)
+    class(executor_type), intent(in) :: self
+    integer, intent(in) :: count
+    logical :: mine(count)
+
+    mine = .true.
+    associate (unused => self)
+    end associate
+  end function share_of
+
+  !> The error of one process becomes that of all.
+  subroutine share_error(self, error)
+    class(executor_type), intent(in) :: self
+    type(error_type), allocatable, intent(inout) :: error
+
+    associate (unused => self, unused_error => error)
+    end associate
+  end subroutine share_error
+
+  !> A mark that one process sets is set for all.
+  subroutine share_marks(self, marks)
+    class(executor_type), intent(in) :: self
+    logical, contiguous, intent(inout) :: marks(:)
+
+    associate (unused => self, unused_marks => marks)
+    end associate
+  end subroutine share_marks
+
+  !> Error: the processes do not have the same `content`, a hash of the input of this name.
+  subroutine compare(self, content, name, error)
+    class(executor_type), intent(in) :: self
+    integer(int64), intent(in) :: content
+    character(len=*), intent(in) :: name
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self, unused_content => content, unused_name => name, unused_error => error)
+    end associate
+  end subroutine compare
+
+  !> Who works, as a line of the report; empty: this process alone.
+  function told(self) result(line)
+    class(executor_type), intent(in) :: self
+    character(len=:), allocatable :: line
+
+    line = ""
+    associate (unused => self)
+    end associate
+  end function told
 
   !> What is being done, and which part of it is, from 0 to 1; at 1 the words disappear.
   subroutine show(self, doing, part)

@@ -375,6 +375,8 @@ OPTIONS = [
      "option '--output' needs a folder's name"),
     ("value for a flag", ["input.nml", "--quiet=yes"], 1,
      "option '--quiet' takes no value"),
+    ("part with a verdict", ["input.nml", "--part", "1/2", "--fail-if-unstable"], 1,
+     "options '--part' and '--fail-if-unstable' exclude each other: a part has no verdict on all; give --fail-if-unstable to --merge"),
     ("no input", [], 1,
      "no input file; usage: gestell [options] input.nml, and gestell --help"),
     ("options but no input", ["-q"], 1,

@@ -26,6 +26,10 @@ def test_probe():
                                                          "supports_harmonics.csv", "supports_history.csv"])
         text = "".join((folder / "far" / name).read_text() for name in left)
         check("a probe beyond all numbers, tables", not re.search("NaN|Infinity", text), "numbers", "others")
+        # The verdict has the exit code, the failure its line.
+        run = Run(folder, "-q", "--fail-if-unstable", "-s", "support.damping=0,0", "-s", "probe.position(1)=-9e306", "-o", "both",
+                  DATA / "compressor.nml")
+        run.refused("not stable, and a probe beyond all numbers", 10, re.compile(r"the motion of probes overflows: .*"))
         # Its acceleration alone overflows, and nobody asks for the torque.
         run = Run(folder, "-s", "probe.position(1)=-9e305", "-s", "case.tasks='response'", "-o", "fast", DATA / "compressor.nml")
         run.refused("a probe faster than all numbers", 4, re.compile(r"the motion of probes overflows: .*"))

@@ -8,7 +8,7 @@
 !>
 !>     fuzz show NUMBER [SEED]     prints an input       fuzz self-test     faults that are planted must be found
 program fuzz
-  use cli, only: word_type
+  use gestell_run_command_line, only: word_type
   use fuzz_input, only: draw_input, input_type, read_corpus
   use fuzz_process, only: ending_type
   use fuzz_self_test, only: test_itself

@@ -1,6 +1,6 @@
 !> Input number N: a document and a command line, a function of the seed and N alone.
 module fuzz_input
-  use cli, only: word_type
+  use gestell_run_command_line, only: word_type
   use fuzz_dice, only: dice_type, new_dice
   use fuzz_machine, only: draw_machine, scale_type
   use fuzz_mutation, only: limited, mutate

@@ -1,9 +1,9 @@
 !> A run of the program in a process of its own (Linux): whatever it does, the fuzzer goes on.
 module fuzz_process
-  use cli, only: word_type
-  use execution, only: execute
+  use gestell_run_command_line, only: word_type
+  use gestell_run_execution, only: execute
   use gestell_base_kinds, only: dp
-  use limits, only: prepare_process
+  use gestell_run_process, only: prepare_process
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_long, c_null_char
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   implicit none (type, external)

@@ -1,6 +1,6 @@
 !> Faults that are planted: each must be found, and a sound run passed.
 module fuzz_self_test
-  use cli, only: word_type
+  use gestell_run_command_line, only: word_type
   use fuzz_folder, only: clear, prepare
   use fuzz_input, only: input_type
   use fuzz_oracle, only: judge

@@ -1,6 +1,6 @@
 !> One input: drawn, run, judged; and made smaller while its fault stays.
 module fuzz_trial
-  use cli, only: word_type
+  use gestell_run_command_line, only: word_type
   use fuzz_folder, only: clear, prepare
   use fuzz_input, only: input_type
   use fuzz_oracle, only: judge

@@ -22,6 +22,8 @@ module gestell_task_machine
 
   public :: end_line, solve_machine
 
+  character, parameter :: newline = new_line("a")
+
 contains
 
   !> Solves it for what the tasks want, and tells what concerns them all. Error: it cannot be solved; where only the vibration
@@ -44,7 +46,7 @@ contains
         result%verdict = analysis%multipliers%verdict()
         result%all_stable = result%verdict == "stable"
       end if
-      if (context%reports) call report(context, result, error)
+      if (context%reports) call report(context, result)
       if (allocated(analysis%several)) call result%add(table_of(analysis%several, result%verdict))
     end associate
   end subroutine solve_machine
@@ -68,19 +70,17 @@ contains
     end associate
   end subroutine end_line
 
-  !> The verdict, what it rests on, the natural frequencies. Error: these cannot be computed.
-  subroutine report(context, result, error)
+  !> The verdict, what it rests on, the natural frequencies, or why these cannot be told.
+  subroutine report(context, result)
     type(context_type), intent(in) :: context
     type(result_type), intent(inout) :: result
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: failure
     real(dp), allocatable :: frequencies(:)
     type(multipliers_type), allocatable :: better
     character(len=:), allocatable :: warning
 
     associate (frame => context%configuration%frame, tasks => context%configuration%tasks, analysis => context%analysis, &
       & accuracy => context%configuration%accuracy)
-      call frame%natural_frequencies(frequencies, error)
-      if (allocated(error)) return
       call result%say(report_transmission(frame))
       call result%leave_room()
       if (allocated(analysis%multipliers)) then
@@ -98,7 +98,12 @@ contains
         call result%say(warning)
       end if
       if (allocated(analysis%resonance)) call result%say(resonance_lines(analysis%resonance))
-      call result%say(frequency_lines(frequencies, abs(frame%speed)))
+      call frame%natural_frequencies(frequencies, failure)
+      if (allocated(failure)) then
+        call result%say(newline // "NATURAL FREQUENCIES of the frame: none, " // failure%message // newline)
+      else
+        call result%say(frequency_lines(frequencies, abs(frame%speed)))
+      end if
     end associate
   end subroutine report
 

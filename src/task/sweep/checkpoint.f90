@@ -25,9 +25,8 @@ module gestell_task_sweep_checkpoint
   public :: open_campaign
 
   type, public :: campaign_type
-    !> Which tiles are done, of those that were looked for, and how many of these had blocks that are of no use.
-    logical, allocatable :: done(:)
-    integer :: damaged = 0
+    !> Which tiles are done, of those that were looked for, and which of these had blocks that are of no use.
+    logical, allocatable :: done(:), damaged(:)
     character(len=:), allocatable, private :: folder
     !> The names of the columns in the table.
     character(len=:), allocatable, private :: header
@@ -38,6 +37,7 @@ module gestell_task_sweep_checkpoint
     logical, private :: finished = .false.
   contains
     procedure :: begin
+    procedure :: has_begun
     procedure :: store
     procedure :: finish
     procedure :: clear
@@ -74,7 +74,7 @@ contains
     call mix_text(campaign%fingerprint, version)
     call compare_origin(campaign, error)
     if (allocated(error)) return
-    allocate(campaign%done(plan%grid%tiles()), source=.false.)
+    allocate(campaign%done(plan%grid%tiles()), campaign%damaged(plan%grid%tiles()), source=.false.)
     do i = 1, size(campaign%done)
       if (present(wanted)) then
         if (.not. wanted(i)) cycle
@@ -88,7 +88,7 @@ contains
       tile = plan%grid%tile(i)
       if (sound) sound = number == i .and. all(shape(results%values) == shape_of(campaign, tile))
       campaign%done(i) = sound
-      if (.not. sound) campaign%damaged = campaign%damaged + 1
+      campaign%damaged(i) = .not. sound
     end do
   end subroutine open_campaign
 
@@ -169,6 +169,13 @@ contains
     end if
     call unlock_file(lock)
   end subroutine begin
+
+  !> Whether there is a folder for blocks.
+  logical function has_begun(self)
+    class(campaign_type), intent(in) :: self
+
+    has_begun = file_size(origin_name(self)) >= 0
+  end function has_begun
 
   !> Writes the note. Error: it cannot be written.
   subroutine write_origin(self, error)

@@ -24,8 +24,6 @@ module gestell_task_sweep_task
   implicit none (type, external)
   private
 
-  public :: tell_sweep
-
   type, extends(task_type), public :: sweep_task
     private
     type(campaign_type) :: campaign
@@ -99,11 +97,11 @@ contains
         call compute_all(context, summary, result%brief, error)
       else
         mine = [(mod(i - context%part, context%parts) == 0, i = 1, plan%grid%tiles())]
-        call open_campaign(self%campaign, context%folder, plan, context%configuration%content, error, mine)
+        call open_together(context, mine, self%campaign, error)
         if (allocated(error)) return
-        if (self%campaign%damaged > 0) call result%note(context%folder // "/sweep.blocks: " // counted(self%campaign%damaged, &
-          & "damaged block") // ": computed again")
-        call result%say(report_grid(plan))
+        if (any(self%campaign%damaged)) call result%note(context%folder // "/sweep.blocks: " &
+          & // counted(count(self%campaign%damaged), "damaged block") // ": computed again")
+        call result%say(report_grid(plan) // context%executor%told())
         if (.not. context%merge) call compute_tiles(context, self%campaign, mine, error)
         if (allocated(error)) return
         if (context%in_parts) then
@@ -111,11 +109,41 @@ contains
             & // counted(count(mine), "tile") // " done; --merge writes sweep.csv when all parts are." // newline)
           return
         end if
-        call tell_sweep(context, self%campaign, summary, result, error)
+        if (context%executor%leads()) call tell_sweep(context, self%campaign, summary, result, error)
+        call context%executor%share_error(error)
+        if (allocated(error)) return
       end if
     end associate
     if (any(summary%verdicts(stable + 1:) > 0)) result%all_stable = .false.
   end subroutine run
+
+  !> What there is of the tiles `mine`: each of several processes looks for its share, after one has begun where they are new.
+  !> Errors: blocks that do not fit; the folder cannot be made, or is not the same for all.
+  subroutine open_together(context, mine, campaign, error)
+    type(context_type), intent(in) :: context
+    logical, intent(in) :: mine(:)
+    type(campaign_type), intent(inout) :: campaign
+    type(error_type), allocatable, intent(out) :: error
+    logical :: looked(size(mine)), leads
+
+    looked = mine .and. context%executor%share_of(size(mine))
+    leads = context%executor%leads()
+    associate (configuration => context%configuration)
+      if (leads) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, looked)
+      if (leads .and. .not. (context%merge .or. allocated(error))) call campaign%begin(error)
+      call context%executor%share_error(error)
+      if (allocated(error)) return
+      if (.not. leads) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, looked)
+    end associate
+    if (.not. (leads .or. allocated(error))) then
+      if (.not. campaign%has_begun()) call fatal_error(error, context%folder // "/sweep.blocks: is not there for every process; " &
+        & // "they need a folder that they share", wrong_usage)
+    end if
+    call context%executor%share_error(error)
+    if (allocated(error)) return
+    call context%executor%share_marks(campaign%done)
+    call context%executor%share_marks(campaign%damaged)
+  end subroutine open_together
 
   !> sweep.csv, written to its place from the tiles that are done, its picture and its report. Error: tiles are missing; it cannot
   !> be written.
@@ -178,13 +206,13 @@ contains
     integer, allocatable :: pending(:)
     integer :: k
 
-    call campaign%begin(error)
-    if (allocated(error)) return
     pending = pack([(k, k = 1, size(mine))], mine .and. .not. campaign%done)
     call prepare_work(context, work)
     work%campaign = campaign
     call context%executor%spread(work, pending, error, points_of(work%plan, pending))
     campaign = work%campaign
+    ! other processes have done some of them
+    if (.not. allocated(error)) campaign%done(pending) = .true.
   end subroutine compute_tiles
 
   !> Computes all points at once, nothing is stored.

@@ -1,5 +1,5 @@
 !> A line on the terminal that says how far the work is; nothing where standard error is no terminal.
-module terminal
+module gestell_run_terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_base_files, only: write_whole
@@ -132,4 +132,4 @@ contains
     now = real(ticks, dp) / real(rate, dp)
   end function now
 
-end module terminal
+end module gestell_run_terminal

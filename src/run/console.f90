@@ -1,6 +1,6 @@
 !> Words for people: on standard output unless it is to be silent, and kept for the page that holds the whole report; notes and
 !> errors on standard error.
-module console
+module gestell_run_console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: last_reason, write_whole
   use gestell_input_wording, only: one_line_of, printable
@@ -11,8 +11,8 @@ module console
   public :: print_out, tell
 
   type, public :: console_type
-    !> Nothing is printed; what is said is kept all the same.
-    logical :: silent = .false.
+    !> Nothing is printed, what is said is kept all the same; another process tells notes.
+    logical :: silent = .false., aside = .false.
     character(len=:), allocatable :: said
     !> What went wrong with standard output. What is said after that is kept alone: the files are written all the same.
     type(error_type), allocatable :: error
@@ -54,4 +54,4 @@ contains
     call write_whole(standard_error, one_line_of(words) // new_line("a"), done)
   end subroutine tell
 
-end module console
+end module gestell_run_console

@@ -1,5 +1,5 @@
 !> Pictures: gnuplot, run on the scripts beside the result files.
-module plotting
+module gestell_output_picture_gnuplot
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_text, only: text
   use gestell_base_files, only: file_size, remove_file
@@ -97,4 +97,4 @@ contains
     word = word // "'"
   end function quoted
 
-end module plotting
+end module gestell_output_picture_gnuplot

@@ -1,5 +1,5 @@
 !> The command line: options and the input's name.
-module cli
+module gestell_run_command_line
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_input_namelist_number, only: read_integer
   use gestell_input_namelist_suggest, only: suggestion
@@ -180,6 +180,9 @@ contains
     if (count(given) > 1) then
       call fatal_error(error, "options '" // trim(names(findloc(given, .true., dim=1))) // "' and '" // &
         & trim(names(findloc(given, .true., dim=1, back=.true.))) // "' exclude each other", wrong_usage)
+    else if (options%fail_if_unstable .and. options%in_parts) then
+      call fatal_error(error, "options '--part' and '--fail-if-unstable' exclude each other: a part has no verdict on all; give " &
+        & // "--fail-if-unstable to --merge", wrong_usage)
     else if (options%plot .and. options%in_parts) then
       call fatal_error(error, "options '--part' and '--plot' exclude each other: a part is no picture; give --plot to --merge", &
         & wrong_usage)
@@ -236,4 +239,4 @@ contains
       & "assembled or is singular at some crank angle, 4 the computation failed"
   end function help_text
 
-end module cli
+end module gestell_run_command_line

@@ -1,5 +1,5 @@
 !> What the system may do to the program: limits, signals, closed streams.
-module limits
+module gestell_run_process
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
   use gestell_base_files, only: open_to_read, unlock_file
@@ -106,4 +106,4 @@ contains
     end select
   end function kilobytes
 
-end module limits
+end module gestell_run_process

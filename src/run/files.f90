@@ -1,0 +1,110 @@
+!> What a run has found, in the forms that the options ask for.
+module gestell_run_files
+  use gestell_base_error, only: error_type
+  use gestell_input_schema_path, only: position_of_equals
+  use gestell_input_wording, only: on_one_line
+  use gestell_output_file_output, only: open_output, open_standard_output, output_type
+  use gestell_output_json, only: append_json
+  use gestell_output_picture_gnuplot, only: draw_pictures
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_csv, only: append_rows
+  use gestell_run_command_line, only: options_type
+  use gestell_run_console, only: console_type
+  use gestell_task_context, only: context_type
+  use gestell_task_page, only: write_page
+  implicit none (type, external)
+  private
+
+  public :: write_files
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Writes what was found as the options ask for it: on one line, or as tables, pictures and page. `closing`: what is to be said
+  !> when the files have their places. `error` may come in with the first failure of the tasks.
+  subroutine write_files(options, context, result, console, closing, error)
+    type(options_type), intent(in) :: options
+    type(context_type), intent(in) :: context
+    type(result_type), intent(inout) :: result
+    type(console_type), intent(inout) :: console
+    character(len=:), allocatable, intent(inout) :: closing
+    type(error_type), allocatable, intent(inout) :: error
+    type(error_type), allocatable :: unwritten, undrawn
+    character(len=:), allocatable :: drawn, failure
+
+    if (options%one_line) then
+      if (.not. allocated(error)) call print_brief(options, result, error)
+      return
+    else if (options%in_parts .or. options%check .and. .not. options%plot) then
+      return
+    end if
+    call result%write(context%place, context%head, unwritten)
+    if (allocated(unwritten)) then
+      call move_alloc(unwritten, error)
+      return
+    else if (allocated(error)) then
+      if (options%json) call write_json(options, context, result, error%message, unwritten)
+      if (allocated(unwritten)) call move_alloc(unwritten, error)
+      return
+    end if
+    if (.not. options%check) closing = newline // "files in " // on_one_line(context%folder) // "/" // newline
+    if (options%plot .or. options%report) then
+      call draw_pictures(context%place, context%folder, result%figures, drawn, undrawn)
+      call result%fail(undrawn)
+      if (drawn == "") drawn = "none"
+      closing = closing // "pictures in " // on_one_line(context%folder) // "/, .svg and .png: " // drawn // newline
+    end if
+    if (.not. options%check) closing = closing // result%in_short()
+    failure = ""
+    if (allocated(result%failure)) failure = result%failure%message
+    if (options%json) call write_json(options, context, result, failure, error)
+    if (allocated(error)) return
+    if (options%report .and. .not. options%check) call write_page(context, result, console%said, error)
+  end subroutine write_files
+
+  !> results.json, or the same on standard output that is quiet otherwise; `failure`: what could not be computed, if anything.
+  !> Error: it cannot be written.
+  subroutine write_json(options, context, result, failure, error)
+    type(options_type), intent(in) :: options
+    type(context_type), intent(in) :: context
+    type(result_type), intent(in) :: result
+    character(len=*), intent(in) :: failure
+    type(error_type), allocatable, intent(out) :: error
+    type(output_type) :: output
+
+    if (options%quiet) then
+      call open_standard_output(output)
+    else
+      call open_output(output, context%place // "/results.json")
+    end if
+    call append_json(result, context%head, failure, output)
+    call output%complete(error)
+  end subroutine write_json
+
+  !> The line of the machine, or those of a sweep, behind what was set by --set. Error: they cannot be written.
+  subroutine print_brief(options, result, error)
+    type(options_type), intent(in) :: options
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(output_type) :: output
+    type(table_type) :: table
+    character(len=:), allocatable :: value
+    integer :: i, k, equals
+
+    table = new_table("", "", "", "")
+    do i = 1, size(options%settings)
+      associate (setting => options%settings(i)%assignment)
+        equals = position_of_equals(setting)
+        value = trim(adjustl(setting(equals + 1:)))
+        call table%add(trim(adjustl(setting(:equals - 1))), "set from outside", [(value, k = 1, result%brief%rows)])
+      end associate
+    end do
+    call table%join(result%brief)
+    call open_standard_output(output)
+    call append_rows(table, output)
+    call output%complete(error)
+  end subroutine print_brief
+
+end module gestell_run_files

@@ -1,0 +1,128 @@
+!> The input file of a run: what it orders, and whether that fits the options.
+module gestell_run_input
+  use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_input_namelist, only: read_document
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema, only: schema_type
+  use gestell_input_schema_check, only: check_document
+  use gestell_input_schema_path, only: set_value
+  use gestell_output_head, only: head_type
+  use gestell_run_command_line, only: options_type
+  use gestell_task, only: any_task_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_registry, only: input_schema, read_tasks => read_input
+  implicit none (type, external)
+  private
+
+  public :: check_options, folder_name, head_of, read_input
+
+contains
+
+  !> The input, with what is set from outside. Errors: as of the files' readers.
+  subroutine read_input(options, tasks, configuration, error)
+    type(options_type), intent(in) :: options
+    type(any_task_type), allocatable, intent(out) :: tasks(:)
+    type(configuration_type), intent(out) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: doc
+    type(schema_type) :: schema
+    integer :: i
+
+    schema = input_schema()
+    call read_document(options%input, doc, error)
+    if (allocated(error)) return
+    do i = 1, size(options%settings)
+      call set_value(doc, schema, options%settings(i)%assignment, error)
+      if (allocated(error)) return
+    end do
+    call check_document(doc, schema, error)
+    if (allocated(error)) return
+    call read_tasks(doc, schema, tasks, configuration, error)
+  end subroutine read_input
+
+  !> What the options ask of the input's tasks; `together`: several processes are to do them. Error: wrong usage.
+  subroutine check_options(options, tasks, together, error)
+    type(options_type), intent(in) :: options
+    type(any_task_type), intent(in) :: tasks(:)
+    logical, intent(in) :: together
+    type(error_type), allocatable, intent(out) :: error
+    logical, dimension(size(tasks)) :: ordered, shared, brief, judges
+    integer :: i
+
+    ordered = [(tasks(i)%task%ordered, i = 1, size(tasks))]
+    shared = [(tasks(i)%task%shared, i = 1, size(tasks))]
+    brief = [(tasks(i)%task%brief, i = 1, size(tasks))]
+    judges = [(tasks(i)%task%judges, i = 1, size(tasks))]
+    if (together .and. .not. any(ordered .and. shared)) then
+      call fatal_error(error, options%input // ": gestell_mpi computes sweeps, and the tasks name none; gestell does the rest", &
+        & wrong_usage)
+    else if ((options%in_parts .or. options%merge) .and. .not. any(ordered .and. shared)) then
+      call fatal_error(error, "--part and --merge need the task " // one_of(tasks, shared), wrong_usage)
+    else if (options%one_line .and. .not. any(ordered .and. brief)) then
+      call fatal_error(error, "--one-line needs a task " // one_of(tasks, brief), wrong_usage)
+    else if (options%fail_if_unstable .and. .not. any(ordered .and. judges)) then
+      call fatal_error(error, "--fail-if-unstable needs a task with a verdict: " // one_of(tasks, judges), wrong_usage)
+    end if
+  end subroutine check_options
+
+  !> "'a', 'b' or 'c'".
+  pure function one_of(tasks, chosen) result(words)
+    type(any_task_type), intent(in) :: tasks(:)
+    logical, intent(in) :: chosen(:)
+    character(len=:), allocatable :: words
+    character(len=11) :: names(size(tasks))
+    integer :: i, n, k
+
+    names = [(tasks(i)%task%name, i = 1, size(tasks))]
+    n = count([(chosen(i) .and. all(names(:i - 1) /= names(i)), i = 1, size(tasks))])
+    words = ""
+    k = 0
+    do i = 1, size(tasks)
+      if (.not. chosen(i) .or. any(names(:i - 1) == names(i))) cycle
+      k = k + 1
+      words = words // "'" // trim(names(i)) // "'"
+      if (k == n - 1) words = words // " or "
+      if (k < n - 1) words = words // ", "
+    end do
+  end function one_of
+
+  !> The folder for the results: as ordered, or the input's name without folders and ending.
+  pure function folder_name(options) result(folder)
+    type(options_type), intent(in) :: options
+    character(len=:), allocatable :: folder
+    integer :: dot
+
+    if (allocated(options%output)) then
+      folder = options%output
+      return
+    end if
+    folder = options%input(index(options%input, "/", back=.true.) + 1:)
+    dot = index(folder, ".", back=.true.)
+    if (dot > 1) then
+      folder = folder(:dot - 1)
+    else
+      folder = folder // ".results"
+    end if
+  end function folder_name
+
+  !> What heads every table.
+  pure type(head_type) function head_of(options, configuration) result(head)
+    type(options_type), intent(in) :: options
+    type(configuration_type), intent(in) :: configuration
+    integer :: i, longest
+
+    head%title = configuration%title
+    head%input = options%input
+    head%model = configuration%model()
+    head%held_by = trim(configuration%frame%held_by)
+    longest = 1
+    do i = 1, size(options%settings)
+      longest = max(longest, len(options%settings(i)%assignment))
+    end do
+    allocate(character(len=longest) :: head%settings(size(options%settings)))
+    do i = 1, size(options%settings)
+      head%settings(i) = options%settings(i)%assignment
+    end do
+  end function head_of
+
+end module gestell_run_input

@@ -1,0 +1,215 @@
+!> What the program does with an input file.
+module gestell_run
+  use gestell_run_command_line, only: options_type
+  use gestell_run_console, only: console_type, tell
+  use gestell_run_files, only: write_files
+  use gestell_run_input, only: check_options, folder_name, head_of, read_input
+  use gestell_base_error, only: error_type
+  use gestell_output_file_staging, only: open_staging, staging_type
+  use gestell_output_result, only: result_type
+  use gestell_task, only: all_speeds, any_task_type, own_machine
+  use gestell_task_context, only: context_type, keep_journal
+  use gestell_task_executor, only: executor_type
+  use gestell_task_drawing_report, only: report_mechanism
+  use gestell_task_machine, only: end_line, solve_machine
+  use gestell_task_machine_report, only: report_frequencies, report_machine
+  use gestell_task_registry, only: orders_any
+  implicit none (type, external)
+  private
+
+  public :: run
+
+  !> Exit code of a run with --fail-if-unstable whose verdict is not stable.
+  integer, parameter, public :: not_stable = 10
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Reads, computes, reports and writes what the options and the input ask for. `code` is 0 or `not_stable`. The files take
+  !> their places together, in the end; where the computation failed, those of what was computed before. `executor`: who does the
+  !> work; of several processes all call this, and one of them tells and writes. Error: the same for all.
+  subroutine run(options, code, error, executor)
+    type(options_type), intent(in) :: options
+    integer, intent(out) :: code
+    type(error_type), allocatable, intent(out) :: error
+    class(executor_type), allocatable, intent(inout), optional :: executor
+    type(any_task_type), allocatable :: tasks(:)
+    type(context_type) :: context
+    type(result_type) :: result
+    type(staging_type) :: staging
+    type(console_type) :: console
+    character(len=:), allocatable :: closing
+    logical :: unwritten, leads
+    integer :: i
+
+    code = 0
+    if (present(executor)) call move_alloc(executor, context%executor)
+    if (.not. allocated(context%executor)) allocate(context%executor)
+    call read_input(options, tasks, context%configuration, error)
+    if (.not. allocated(error)) call check_options(options, tasks, context%executor%together, error)
+    call context%executor%share_error(error)
+    if (.not. allocated(error)) call context%executor%compare(context%configuration%content, options%input, error)
+    if (allocated(error)) return
+    call prepare(options, context, result)
+    leads = context%executor%leads()
+    do i = 1, size(tasks)
+      tasks(i)%task%implied = tasks(i)%task%pictured .and. (options%plot .or. options%report)
+      if (tasks(i)%task%ordered) call tasks(i)%task%prepare(context, error)
+      if (allocated(error)) return
+    end do
+    if (.not. (options%one_line .or. options%in_parts .or. options%check .and. .not. options%plot)) then
+      if (leads) call open_staging(staging, context%folder, error)
+      call context%executor%share_error(error)
+      if (allocated(error)) return
+      if (leads) context%place = staging%place
+      if (leads) call keep_journal(context, result)
+    end if
+    console%aside = .not. leads
+    console%silent = options%quiet .or. options%one_line .or. console%aside
+    call result%say(report_machine(context%configuration, options%input), whole=.true.)
+    call say_rest(console, result)
+    if (options%check) then
+      call check_only(options, tasks, context, result, error)
+    else
+      call run_tasks(tasks, context, result, console, error)
+    end if
+    call say_rest(console, result)
+    closing = ""
+    if (leads) call write_files(options, context, result, console, closing, error)
+    if (allocated(staging%place)) call staging%retell(result%failure)
+    if (allocated(staging%place)) call settle(staging, tasks, error)
+    unwritten = .false.
+    if (allocated(error)) unwritten = error%unwritten
+    if (.not. unwritten) call console%say(closing)
+    if (.not. allocated(error) .and. allocated(console%error)) call move_alloc(console%error, error)
+    call context%executor%share_error(error)
+    if (allocated(error)) return
+    if (options%fail_if_unstable .and. .not. result%all_stable) code = not_stable
+    if (.not. allocated(result%failure)) return
+    ! The verdict stands even where the vibration could not be computed.
+    if (code == not_stable) then
+      call tell(result%failure%message)
+    else
+      call move_alloc(result%failure, error)
+    end if
+  end subroutine run
+
+  !> What the tasks are run with.
+  subroutine prepare(options, context, result)
+    type(options_type), intent(in) :: options
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+
+    context%head = head_of(options, context%configuration)
+    context%folder = folder_name(options)
+    context%place = context%folder
+    context%reports = .not. (options%quiet .or. options%one_line) .or. options%report .or. options%json
+    context%one_line = options%one_line
+    context%fails_if_unstable = options%fail_if_unstable
+    context%part = options%part
+    context%parts = options%parts
+    context%in_parts = options%in_parts
+    context%merge = options%merge
+    context%keeps_rows = options%json
+    call result%begin(options%verbose)
+  end subroutine prepare
+
+  !> The tasks, one after the other. Error: that of the first that fails; the others are not begun.
+  subroutine run_tasks(tasks, context, result, console, error)
+    type(any_task_type), intent(inout) :: tasks(:)
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(console_type), intent(inout) :: console
+    type(error_type), allocatable, intent(out) :: error
+    logical :: parts, others
+    integer :: i
+
+    parts = context%in_parts .or. context%merge .or. context%executor%together
+    others = any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= own_machine, i = 1, size(tasks))])
+    if (.not. parts .and. (orders_any(tasks, own_machine) .or. .not. others)) then
+      if (.not. allocated(context%configuration%impossible)) call solve_machine(context, result, error)
+      if (allocated(error)) return
+    end if
+    if (orders_any(tasks, all_speeds)) then
+      if (context%configuration%plan%grid%axes(1)%from * context%configuration%frame%speed < 0) call result%say(newline &
+        & // "note: the range of speeds turns the other way round than the drive of the input" // newline)
+    end if
+    do i = 1, size(tasks)
+      associate (task => tasks(i)%task)
+        if (.not. (task%ordered .or. task%implied) .or. parts .and. .not. task%shared) cycle
+        if (context%one_line .and. .not. task%brief) cycle
+        if (allocated(context%configuration%impossible) .and. task%about == own_machine) cycle
+        ! what is told of the machine itself waits for its headlines, and no longer
+        if (task%about /= own_machine) call say_rest(console, result)
+        call task%run(context, result, error)
+      end associate
+      if (allocated(error)) return
+      if (tasks(i)%task%about /= own_machine) call say_rest(console, result)
+    end do
+    if (orders_any(tasks, own_machine)) call end_line(context, result)
+  end subroutine run_tasks
+
+  !> What --check tells and draws.
+  subroutine check_only(options, tasks, context, result, error)
+    type(options_type), intent(in) :: options
+    type(any_task_type), intent(inout) :: tasks(:)
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    associate (configuration => context%configuration)
+      if (.not. allocated(configuration%impossible)) call result%say(report_mechanism(configuration%frame) &
+        & // report_frequencies(configuration%frame))
+      do i = 1, size(tasks)
+        if (tasks(i)%task%ordered) call result%say(tasks(i)%task%preview(configuration))
+        if (.not. (options%plot .and. tasks(i)%task%pictured) .or. allocated(configuration%impossible)) cycle
+        call tasks(i)%task%run(context, result, error)
+        if (allocated(error)) return
+      end do
+    end associate
+    call result%say(newline // "The input is sound; nothing more was computed (--check)." // newline)
+  end subroutine check_only
+
+  !> Says what of the report was not yet said, and notes.
+  subroutine say_rest(console, result)
+    type(console_type), intent(inout) :: console
+    type(result_type), intent(inout) :: result
+    integer :: last
+
+    call result%lead()
+    do while (len(result%notes) > 0)
+      last = index(result%notes, newline)
+      if (.not. console%aside) call tell(result%notes(:last - 1))
+      result%notes = result%notes(last + 1:)
+    end do
+    call console%say(result%rest())
+  end subroutine say_rest
+
+  !> Gives the files their places, none where one could not be written.
+  subroutine settle(staging, tasks, error)
+    type(staging_type), intent(inout) :: staging
+    type(any_task_type), intent(inout) :: tasks(:)
+    type(error_type), allocatable, intent(inout) :: error
+    type(error_type), allocatable :: failure
+    logical :: unwritten
+    integer :: i
+
+    call staging%retell(error)
+    unwritten = .false.
+    if (allocated(error)) unwritten = error%unwritten
+    if (unwritten) then
+      call staging%discard()
+      return
+    end if
+    call staging%publish(failure)
+    if (.not. allocated(failure)) then
+      do i = 1, size(tasks)
+        call tasks(i)%task%settle()
+      end do
+    end if
+    if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
+  end subroutine settle
+
+end module gestell_run
