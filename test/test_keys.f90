@@ -41,7 +41,13 @@ contains
     integer :: i, k
 
     schema = input_schema()
-    call check(error, size(schema%groups), 18)
+    do i = 1, size(schema%groups)
+      associate (name => schema%groups(i)%name)
+        if (.not. allocated(error)) call check(error, count(schema%groups%name == name), 1, name // ": twice")
+        if (.not. allocated(error)) call check(error, any(schema%keys%group == name), name // ": no key")
+      end associate
+    end do
+    if (allocated(error)) return
     do i = 1, size(schema%keys)
       associate (key => schema%keys(i))
         if (.not. allocated(error)) call check(error, find_group_rule(schema, trim(key%group)) > 0, key%name // ": no group")

@@ -13,7 +13,7 @@ module gestell_run
   use gestell_task_drawing_report, only: report_mechanism
   use gestell_task_machine, only: end_line, solve_machine
   use gestell_task_machine_report, only: report_frequencies, report_machine
-  use gestell_task_registry, only: orders_any
+  use gestell_task_registry, only: all_tables, orders_any
   implicit none (type, external)
   private
 
@@ -59,7 +59,7 @@ contains
       if (allocated(error)) return
     end do
     if (.not. (options%one_line .or. options%in_parts .or. options%check .and. .not. options%plot)) then
-      if (leads) call open_staging(staging, context%folder, error)
+      if (leads) call open_staging(staging, context%folder, all_tables(), error)
       call context%executor%share_error(error)
       if (allocated(error)) return
       if (leads) context%place = staging%place

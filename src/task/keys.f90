@@ -1,4 +1,4 @@
-!> The groups of an input that say what is asked for, and the schema of all.
+!> The groups of an input that say what is asked for and concern several tasks.
 module gestell_task_keys
   use gestell_base_key, only: integer_key, joined, key_type, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -9,7 +9,6 @@ module gestell_task_keys
   use gestell_task_boundary_keys, only: boundary_keys
   use gestell_task_resonance_keys, only: resonance_keys
   use gestell_task_response_keys, only: response_keys
-  use gestell_task_sensitivity_keys, only: sensitivity_keys
   use gestell_task_sweep_keys, only: sweep_keys
   implicit none (type, external)
   private
@@ -43,12 +42,11 @@ module gestell_task_keys
     & group_rule("response", "for the task `response`: what is written of the vibration"), &
     & group_rule("sweep", "what runs in a line or a grid of machines, one group a parameter", repeatable=.true.), &
     & group_rule("boundary", "for the task `boundary`: borders of stability over the parameters of `&sweep`"), &
-    & group_rule("resonance", "for the tasks `resonance`, `critical`, `campbell`: what is looked at over the speeds of `&sweep`"), &
-    & group_rule("sensitivity", "for the task `sensitivity`: of what, and to what")]
+    & group_rule("resonance", "for the tasks `resonance`, `critical`, `campbell`: what is looked at over the speeds of `&sweep`")]
 
 contains
 
-  !> The schema of the input file; these tasks can be ordered.
+  !> The schema of the input file without what is a task's own; these tasks can be ordered.
   function schema_of(tasks) result(schema)
     character(len=*), intent(in) :: tasks(:)
     type(schema_type) :: schema
@@ -56,7 +54,7 @@ contains
     schema = machine_schema()
     schema%groups = [case_group, schema%groups, groups]
     schema%keys = [case_keys_of(tasks), schema%keys, model_keys, accuracy_keys(), response_keys, sweep_keys, boundary_keys, &
-      & resonance_keys, sensitivity_keys]
+      & resonance_keys]
   end function schema_of
 
   !> The keys of the group &case where these tasks can be ordered.

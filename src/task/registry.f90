@@ -5,7 +5,7 @@ module gestell_task_registry
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_fingerprint, only: content_of
   use gestell_input_schema_read, only: read
-  use gestell_task, only: all_machines, all_speeds, any_task_type, own_machine, task_type
+  use gestell_task, only: all_machines, all_speeds, any_task_type, longest_table, task_type
   use gestell_task_boundary_task, only: boundary_task
   use gestell_task_boundary_level_task, only: level_task
   use gestell_task_campbell_task, only: campbell_task
@@ -14,6 +14,7 @@ module gestell_task_registry
   use gestell_task_drawing, only: drawing_task
   use gestell_task_forces, only: forces_task
   use gestell_task_keys, only: case_keys_of, schema_of
+  use gestell_task_machine, only: own_table
   use gestell_task_modes, only: modes_task
   use gestell_task_power, only: power_task
   use gestell_task_probes, only: probes_task
@@ -27,7 +28,7 @@ module gestell_task_registry
   implicit none (type, external)
   private
 
-  public :: all_tasks, input_schema, orders_any, read_configuration, read_input
+  public :: all_tables, all_tasks, input_schema, orders_any, read_configuration, read_input
 
   !> Room for all of them.
   integer, parameter :: most = 50
@@ -90,8 +91,8 @@ contains
     do i = 1, size(tasks)
       tasks(i)%task%ordered = any(names == tasks(i)%task%name)
     end do
-    call read_machine(doc, orders_any(tasks, own_machine) .or. orders_any(tasks, all_speeds) .or. size(names) == 0, &
-      & configuration, error)
+    call read_machine(doc, size(names) == 0 .or. any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= all_machines, &
+      & i = 1, size(tasks))]), configuration, error)
     if (allocated(error)) return
     if (orders_any(tasks, all_machines) .or. orders_any(tasks, all_speeds)) call read_plan(doc, schema, orders_any(tasks, &
       & all_speeds), configuration, error)
@@ -103,13 +104,31 @@ contains
     end do
   end subroutine read_input
 
+  !> The names of all tables that a run can leave.
+  function all_tables() result(names)
+    character(len=longest_table), allocatable :: names(:)
+    type(any_task_type), allocatable :: tasks(:)
+    integer :: i
+
+    call all_tasks(tasks)
+    names = [own_table]
+    do i = 1, size(tasks)
+      if (allocated(tasks(i)%task%tables)) names = [names, tasks(i)%task%tables]
+    end do
+    names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
+  end function all_tables
+
   !> The schema of the input file.
   function input_schema() result(schema)
     type(schema_type) :: schema
     type(any_task_type), allocatable :: tasks(:)
+    integer :: i
 
     call all_tasks(tasks)
     schema = schema_of(names_of(tasks))
+    do i = 1, size(tasks)
+      call tasks(i)%task%extend(schema)
+    end do
   end function input_schema
 
   !> The machine of a checked document alone.

@@ -3,25 +3,32 @@ module gestell_task
   use gestell_base_error, only: error_type
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
+  use gestell_output_file_result_files, only: longest_table
   use gestell_output_result, only: result_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   implicit none (type, external)
   private
 
-  !> What a task is about: the machine of the input, others in the ranges of the sweep, or it at all speeds of the sweep.
-  integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3
+  public :: longest_table
+
+  !> What a task is about: the machine of the input, solved; others in the ranges of the sweep; it at all speeds of the sweep; the
+  !> machine of the input as it is read.
+  integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3, unsolved_machine = 4
 
   type, abstract, public :: task_type
     !> As it is ordered; what it is about; whether it has a verdict, a part in what is told on one line, a picture that belongs to
     !> every run with pictures, pieces that several runs can share.
     character(len=11) :: name = ""
+    !> The names of all tables that it can leave: files of other names would not find their way into the folder of results.
+    character(len=longest_table), allocatable :: tables(:)
     integer :: about = own_machine
     logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
     !> Whether the input orders it; whether an option does, for its picture alone.
     logical :: ordered = .false., implied = .false.
   contains
     procedure(describe), deferred :: describe
+    procedure :: extend => extend_nothing
     procedure :: read => read_nothing
     procedure :: prepare => prepare_nothing
     procedure :: preview => no_preview
@@ -54,6 +61,15 @@ module gestell_task
   end interface
 
 contains
+
+  !> Adds the groups and keys that are the task's own to what an input can say.
+  subroutine extend_nothing(self, schema)
+    class(task_type), intent(in) :: self
+    type(schema_type), intent(inout) :: schema
+
+    associate (unused_task => self, unused_schema => schema)
+    end associate
+  end subroutine extend_nothing
 
   !> Reads the task's own keys, also where it was not ordered, and enters what it needs of the machine. Errors point into the
   !> input.

@@ -69,7 +69,11 @@ contains
           if (i > 1) keys = trim(keys) // ","
           if (.not. key%required .and. all(forms(f)%keys(:i - 1)%required)) keys = trim(keys) // " may have"
           keys = trim(keys) // " `" // trim(key%name) // "`"
-          if (key%most > 1) keys = trim(keys) // " (" // text(key%most) // ")"
+          if (key%most > key%least) then
+            keys = trim(keys) // " (up to " // text(key%most) // ")"
+          else if (key%most > 1) then
+            keys = trim(keys) // " (" // text(key%most) // ")"
+          end if
           keys = adjustl(keys)
         end associate
       end do

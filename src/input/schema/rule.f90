@@ -89,6 +89,7 @@ contains
 
     words = "takes " // decimal(rule%most) // " value"
     if (rule%least < rule%most) words = "takes at most " // decimal(rule%most) // " value"
+    if (rule%least < rule%most .and. total < rule%least) words = "takes at least " // decimal(rule%least) // " value"
     if (rule%most > 1) words = words // "s"
     if (total > many) then
       words = words // ", has more than " // decimal(many)

@@ -28,9 +28,21 @@ module gestell_input_schema
     type(group_rule), allocatable :: groups(:)
     type(key_type), allocatable :: keys(:)
     type(variant_type), allocatable :: variants(:)
+  contains
+    procedure :: add
   end type schema_type
 
 contains
+
+  !> A further group with its keys.
+  pure subroutine add(self, group, keys)
+    class(schema_type), intent(inout) :: self
+    type(group_rule), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+
+    self%groups = [self%groups, group]
+    self%keys = [self%keys, keys]
+  end subroutine add
 
   !> Index of a group's rule, zero where there is no such group.
   pure integer function find_group_rule(schema, name) result(i)

@@ -5,20 +5,19 @@ module gestell_output_file_result_files
 
   public :: result_files
 
-  !> Tables, in the order in which their pictures are named: NAME.csv, its script NAME.gp, its pictures NAME.svg and NAME.png.
-  character(len=*), parameter, public :: tables(*) = [character(len=18) :: "mechanism", "multipliers", "modes", "response", &
-    & "harmonics", "supports", "supports_history", "supports_harmonics", "probes", "probes_history", "probes_harmonics", &
-    & "power", "resonance", "peaks", "campbell", "crossings", "critical", "sensitivity", "trade", "sweep", "vibrations", &
-    & "boundary", "quantities", "level"]
+  !> Characters of a table's name, at the most. Its files are NAME.csv, its script NAME.gp, its pictures NAME.svg and NAME.png.
+  integer, parameter, public :: longest_table = 18
   !> Endings of a picture, and of what goes with a table.
   character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]
   character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".gp", picture_endings]
+  integer, parameter, public :: longest_file = longest_table + len(endings)
 
 contains
 
-  !> All names.
-  pure function result_files() result(names)
-    character(len=22) :: names(size(endings) * size(tables) + 2)
+  !> All names, where these tables can be left.
+  pure function result_files(tables) result(names)
+    character(len=longest_table), intent(in) :: tables(:)
+    character(len=longest_file) :: names(size(endings) * size(tables) + 2)
     integer :: i, k
 
     do i = 1, size(tables)
@@ -26,7 +25,7 @@ contains
         names(size(endings) * (i - 1) + k) = trim(tables(i)) // endings(k)
       end do
     end do
-    names(size(names) - 1:) = [character(len=22) :: "report.html", "results.json"]
+    names(size(names) - 1:) = [character(len=longest_file) :: "report.html", "results.json"]
   end function result_files
 
 end module gestell_output_file_result_files

@@ -8,7 +8,7 @@ module gestell_output_file_staging
     & rename_file, try_lock, unlock_file
   use gestell_output_file_folder, only: make_folder, remove_made
   use gestell_output_file_output, only: growing
-  use gestell_output_file_result_files, only: picture_endings, result_files, tables
+  use gestell_output_file_result_files, only: longest_file, longest_table, picture_endings, result_files
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private
@@ -22,6 +22,8 @@ module gestell_output_file_staging
     character(len=:), allocatable, private :: folder
     !> Holds `place` as long as the process lives.
     integer(c_int), private :: handle = -1
+    !> The tables that the run can leave.
+    character(len=longest_table), allocatable, private :: tables(:)
     !> As of `make_folder`.
     integer, private :: made = 0
   contains
@@ -40,16 +42,19 @@ module gestell_output_file_staging
 
 contains
 
-  !> Makes `folder` and within it the place for this run's files. Error: it cannot be made, or nothing can be written there.
-  subroutine open_staging(staging, folder, error)
+  !> Makes `folder` and within it the place for this run's files, those of `tables`, page and JSON. Error: it cannot be made, or
+  !> nothing can be written there.
+  subroutine open_staging(staging, folder, tables, error)
     type(staging_type), intent(out) :: staging
     character(len=*), intent(in) :: folder
+    character(len=longest_table), intent(in) :: tables(:)
     type(error_type), allocatable, intent(out) :: error
     integer(c_int) :: guard
     logical :: made, there, mine
     integer :: k
 
     staging%folder = folder
+    staging%tables = tables
     call make_folder(folder, error, staging%made)
     if (allocated(error)) return
     call take_turn(folder, guard)
@@ -99,12 +104,12 @@ contains
   subroutine publish(self, error)
     class(staging_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
-    character(len=22), allocatable :: names(:)
+    character(len=longest_file), allocatable :: names(:)
     logical, allocatable :: replaces(:)
     logical :: done
     integer :: i
 
-    names = result_files()
+    names = result_files(self%tables)
     names = pack(names, [(is_there(self%place // "/" // trim(names(i))), i = 1, size(names))])
     replaces = [(is_there(self%folder // "/" // trim(names(i))), i = 1, size(names))]
     do i = 1, size(names)
@@ -119,7 +124,7 @@ contains
       if (.not. done) error%message = error%message // "; other files of this run are in their places already"
       exit
     end do
-    if (.not. allocated(error)) call remove_old_pictures(self%folder, names)
+    if (.not. allocated(error)) call remove_old_pictures(self, names)
     call leave(self, done)
     if (.not. (done .or. allocated(error))) call fatal_error(error, self%place // ": cannot be removed: " // last_reason(), &
       & failed_computation)
@@ -146,16 +151,17 @@ contains
   end subroutine restore
 
   !> Removes the pictures of those tables whose script is new and was not run.
-  subroutine remove_old_pictures(folder, names)
-    character(len=*), intent(in) :: folder, names(:)
+  subroutine remove_old_pictures(staging, names)
+    type(staging_type), intent(in) :: staging
+    character(len=*), intent(in) :: names(:)
     character(len=:), allocatable :: picture
     integer :: i, k
 
-    do i = 1, size(tables)
-      if (all(names /= trim(tables(i)) // ".gp")) cycle
+    do i = 1, size(staging%tables)
+      if (all(names /= trim(staging%tables(i)) // ".gp")) cycle
       do k = 1, size(picture_endings)
-        picture = trim(tables(i)) // picture_endings(k)
-        if (all(names /= picture)) call remove_file(folder // "/" // picture)
+        picture = trim(staging%tables(i)) // picture_endings(k)
+        if (all(names /= picture)) call remove_file(staging%folder // "/" // picture)
       end do
     end do
   end subroutine remove_old_pictures
@@ -187,10 +193,10 @@ contains
 
   subroutine empty(staging)
     type(staging_type), intent(in) :: staging
-    character(len=22) :: name
+    character(len=longest_file) :: name
     integer :: i
 
-    associate (names => result_files())
+    associate (names => result_files(staging%tables))
       do i = 1, size(names)
         name = names(i)
         call remove_file(staging%place // "/" // trim(name))

@@ -7,7 +7,7 @@ module gestell_task_boundary_task
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: radian, unit_type
-  use gestell_task, only: all_machines, task_type
+  use gestell_task, only: all_machines, longest_table, task_type
   use gestell_task_boundary, only: border_accuracy
   use gestell_task_boundary_plot, only: plot_borders
   use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to_stable
@@ -46,6 +46,7 @@ contains
     class(boundary_task), intent(inout) :: self
 
     self%name = "boundary"
+    self%tables = [character(len=longest_table) :: "boundary"]
     self%about = all_machines
   end subroutine describe
 

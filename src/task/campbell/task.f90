@@ -7,7 +7,7 @@ module gestell_task_campbell_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, per_second, plain, rpm
   use gestell_study_mode_type, only: mode_type, most_freedoms
-  use gestell_task, only: all_speeds, task_type
+  use gestell_task, only: all_speeds, longest_table, task_type
   use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_campbell_plot, only: plot_campbell, plot_crossings
@@ -43,6 +43,7 @@ contains
     class(campbell_task), intent(inout) :: self
 
     self%name = "campbell"
+    self%tables = [character(len=longest_table) :: "campbell", "crossings"]
     self%about = all_speeds
     self%judges = .true.
   end subroutine describe

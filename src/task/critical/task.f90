@@ -8,7 +8,7 @@ module gestell_task_critical_task
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, metre, newton, plain, rpm, unit_type
-  use gestell_task, only: all_speeds, task_type
+  use gestell_task, only: all_speeds, longest_table, task_type
   use gestell_task_campbell_plot, only: plot_critical
   use gestell_task_campbell_report, only: critical_verdict, report_critical
   use gestell_task_campbell_task, only: diagram_type, follow_modes, model_of_modes
@@ -31,6 +31,7 @@ contains
     class(critical_task), intent(inout) :: self
 
     self%name = "critical"
+    self%tables = [character(len=longest_table) :: "critical"]
     self%about = all_speeds
     self%judges = .true.
   end subroutine describe

@@ -11,7 +11,7 @@ module gestell_task_drawing
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: degree, metre
-  use gestell_task, only: task_type
+  use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_drawing_plot, only: plot_mechanism
@@ -34,6 +34,7 @@ contains
     class(drawing_task), intent(inout) :: self
 
     self%name = "drawing"
+    self%tables = [character(len=longest_table) :: "mechanism"]
     self%pictured = .true.
   end subroutine describe
 

@@ -34,7 +34,9 @@ contains
     class is (linkage_type)
       call diagnose(mechanism, diagnosis, unprepared)
       lines = newline // "MECHANISM" // newline // "  mobility " // text(diagnosis%mobility) // " (" &
-        & // text(diagnosis%links) // " links with the frame, " // counted(diagnosis%pairs, "pair") // ")"
+        & // text(diagnosis%links) // " links with the frame, " // counted(diagnosis%pairs, "pair")
+      if (diagnosis%higher_pairs > 0) lines = lines // ", " // counted(diagnosis%higher_pairs, "higher pair")
+      lines = lines // ")"
       if (len_trim(diagnosis%grashof) > 0) lines = lines // "; " // trim(diagnosis%grashof)
       lines = lines // newline // joint_lines(mechanism, diagnosis) // link_lines(mechanism, diagnosis) &
         & // transmission_line(mechanism, diagnosis) // slider_lines(mechanism, diagnosis, frame%speed)

@@ -10,7 +10,7 @@ module gestell_task_forces
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
   use gestell_output_table_unit, only: degree, metre, newton, newton_metre, plain, unit_type
-  use gestell_task, only: task_type
+  use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_forces_ground, only: find_places, force_parts, moment, place_type, whole_force
@@ -36,6 +36,7 @@ contains
     class(forces_task), intent(inout) :: self
 
     self%name = "forces"
+    self%tables = [character(len=longest_table) :: "supports", "supports_history", "supports_harmonics"]
     self%judges = .true.
     self%brief = .true.
   end subroutine describe

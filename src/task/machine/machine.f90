@@ -11,6 +11,7 @@ module gestell_task_machine
   use gestell_study_vibration_analysis, only: analyse
   use gestell_study_vibration_several, only: several_type
   use gestell_study_vibration_small_motion, only: moved
+  use gestell_output_file_result_files, only: longest_table
   use gestell_task_context, only: context_type
   use gestell_task_drawing_report, only: report_transmission
   use gestell_task_machine_model, only: better_line, newton_line
@@ -23,6 +24,8 @@ module gestell_task_machine
   public :: end_line, solve_machine
 
   character, parameter :: newline = new_line("a")
+  !> The table that it leaves itself.
+  character(len=longest_table), parameter, public :: own_table = "vibrations"
 
 contains
 
@@ -115,7 +118,7 @@ contains
     integer :: i, k, n
 
     n = size(several)
-    table = new_table("vibrations", "Vibrations at this speed", "Periodic vibrations of the machine, smallest first.", verdict, &
+    table = new_table(trim(own_table), "Vibrations at this speed", "Periodic vibrations of the machine, smallest first.", verdict, &
       & shown=.true.)
     call table%add("index", "number, smallest first", [(i, i = 1, n)])
     call table%add("rho_max", plain, "largest |rho|", [(abs(several(i)%multipliers%rho(1)), i = 1, n)], error="rho_error")

@@ -9,6 +9,7 @@ module gestell_task_modes
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
+  use gestell_task, only: longest_table
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_modes_plot, only: plot_modes
@@ -30,6 +31,7 @@ contains
 
     call self%stability_task%describe()
     self%name = "modes"
+    self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 
   subroutine read_modes(self, doc, schema, configuration, error)

@@ -11,7 +11,7 @@ module gestell_task_power
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_turn
   use gestell_output_table_unit, only: joule, newton_metre, radian_per_s, watt
-  use gestell_task, only: task_type
+  use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_power_drive, only: drive_type, find_drive
@@ -34,6 +34,7 @@ contains
     class(power_task), intent(inout) :: self
 
     self%name = "power"
+    self%tables = [character(len=longest_table) :: "power"]
     self%judges = .true.
     self%brief = .true.
   end subroutine describe

@@ -9,7 +9,7 @@ module gestell_task_probes
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
   use gestell_output_table_unit, only: hertz, metre, metre_per_s, metre_per_s2, mm_per_s, unit_type
-  use gestell_task, only: task_type
+  use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_probes_plot, only: plot_probes
@@ -36,6 +36,7 @@ contains
     class(probes_task), intent(inout) :: self
 
     self%name = "response"
+    self%tables = [character(len=longest_table) :: "probes", "probes_history", "probes_harmonics"]
     self%judges = .true.
     self%brief = .true.
   end subroutine describe

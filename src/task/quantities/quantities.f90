@@ -13,7 +13,7 @@ module gestell_task_quantities
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, plain
   use gestell_study_measure, only: measure_names, measure_type, rows_of, take_measures
-  use gestell_task, only: task_type
+  use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_response_keys, only: response_keys
@@ -38,6 +38,7 @@ contains
     class(quantities_task), intent(inout) :: self
 
     self%name = "response"
+    self%tables = [character(len=longest_table) :: "quantities"]
     self%judges = .true.
     self%brief = .true.
   end subroutine describe

@@ -12,7 +12,7 @@ module gestell_task_resonance_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
   use gestell_study_speed_point, only: reached, solve_speed_point, speed_order_type, speed_point_type, state_names, unreached
-  use gestell_task, only: all_speeds, task_type
+  use gestell_task, only: all_speeds, longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_executor, only: work_type
@@ -52,6 +52,7 @@ contains
     class(resonance_task), intent(inout) :: self
 
     self%name = "resonance"
+    self%tables = [character(len=longest_table) :: "resonance", "peaks"]
     self%about = all_speeds
     self%judges = .true.
   end subroutine describe

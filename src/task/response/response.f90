@@ -9,7 +9,7 @@ module gestell_task_response
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
   use gestell_output_table_unit, only: metre, metre_per_s, newton, newton_metre, radian, radian_per_s, unit_type
   use gestell_study_vibration, only: quantities, vibration_type
-  use gestell_task, only: task_type
+  use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_response_plot, only: plot_harmonics, plot_response
@@ -41,6 +41,7 @@ contains
     class(response_task), intent(inout) :: self
 
     self%name = "response"
+    self%tables = [character(len=longest_table) :: "response", "harmonics"]
     self%judges = .true.
     self%brief = .true.
   end subroutine describe

@@ -5,14 +5,14 @@ module gestell_task_sensitivity_task
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_input_namelist_document, only: document_type
-  use gestell_input_schema, only: schema_type
+  use gestell_input_schema, only: group_rule, schema_type
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
   use gestell_study_speed_point, only: speed_order_type, state_names
-  use gestell_task, only: task_type
+  use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_executor, only: work_type
@@ -33,6 +33,7 @@ module gestell_task_sensitivity_task
     type(sensitivity_plan_type) :: plan
   contains
     procedure :: describe
+    procedure :: extend
     procedure :: read => read_task
     procedure :: run
   end type sensitivity_task
@@ -53,8 +54,18 @@ contains
     class(sensitivity_task), intent(inout) :: self
 
     self%name = "sensitivity"
+    self%tables = [character(len=longest_table) :: "sensitivity"]
     self%judges = .true.
   end subroutine describe
+
+  subroutine extend(self, schema)
+    class(sensitivity_task), intent(in) :: self
+    type(schema_type), intent(inout) :: schema
+
+    call schema%add(group_rule("sensitivity", "for the task `sensitivity`: of what, and to what"), sensitivity_keys)
+    associate (unused_task => self)
+    end associate
+  end subroutine extend
 
   subroutine read_task(self, doc, schema, configuration, error)
     class(sensitivity_task), intent(inout) :: self

@@ -11,7 +11,7 @@ module gestell_task_stability
   use gestell_study_mode_type, only: mode_type
   use gestell_system_averaged, only: averaged_system
   use gestell_base_kinds, only: dp
-  use gestell_task, only: task_type
+  use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_stability_plot, only: plot_multipliers
@@ -32,6 +32,7 @@ contains
     class(stability_task), intent(inout) :: self
 
     self%name = "stability"
+    self%tables = [character(len=longest_table) :: "multipliers"]
     self%judges = .true.
     self%brief = .true.
   end subroutine describe

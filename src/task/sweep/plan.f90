@@ -26,7 +26,7 @@ module gestell_task_sweep_plan
   implicit none (type, external)
   private
 
-  public :: read_borders, read_speeds, read_sweep
+  public :: read_borders, read_speeds, read_sweep, refuse_standstill
 
   !> A sweep as it was ordered. Accuracy and model stand in the same `order`, but come from their own groups.
   type, public :: sweep_plan_type

@@ -8,7 +8,7 @@ module gestell_task_sweep_task
   use gestell_output_table, only: new_table, table_type
   use gestell_study_grid, only: tile_type
   use gestell_study_tile_results, only: stable, tile_results_type, verdict_column, verdict_names
-  use gestell_task, only: all_machines, task_type
+  use gestell_task, only: all_machines, longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_executor, only: work_type
@@ -54,6 +54,7 @@ contains
     class(sweep_task), intent(inout) :: self
 
     self%name = "sweep"
+    self%tables = [character(len=longest_table) :: "sweep"]
     self%about = all_machines
     self%judges = .true.
     self%brief = .true.

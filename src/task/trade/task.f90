@@ -7,7 +7,7 @@ module gestell_task_trade_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, unit_type
   use gestell_study_frame_model, only: frame_models
-  use gestell_task, only: task_type
+  use gestell_task, only: longest_table, task_type
   use gestell_task_context, only: context_type
   use gestell_task_machine_model, only: report_frame_models
   use gestell_task_trade, only: measure_trade, trade_row_type, trade_type
@@ -33,6 +33,7 @@ contains
     class(trade_task), intent(inout) :: self
 
     self%name = "trade"
+    self%tables = [character(len=longest_table) :: "trade"]
   end subroutine describe
 
   subroutine run(self, context, result, error)

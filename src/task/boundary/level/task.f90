@@ -13,7 +13,7 @@ module gestell_task_boundary_level_task
   use gestell_output_table_unit, only: new_unit, unit_type
   use gestell_study_measure, only: band_measure, measure_names, measure_type, new_measure
   use gestell_study_speed_point, only: state_names
-  use gestell_task, only: all_machines, task_type
+  use gestell_task, only: all_machines, longest_table, task_type
   use gestell_task_boundary_keys, only: boundary_keys
   use gestell_task_boundary_level_line, only: level_line_type
   use gestell_task_boundary_level_plot, only: plot_levels
@@ -44,6 +44,7 @@ contains
     class(level_task), intent(inout) :: self
 
     self%name = "boundary"
+    self%tables = [character(len=longest_table) :: "boundary", "level"]
     self%about = all_machines
   end subroutine describe
 
