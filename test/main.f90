@@ -66,6 +66,7 @@ program main
   use test_math, only: collect_math
   use test_rows, only: collect_rows
   use test_sensitivity, only: collect_sensitivity
+  use test_separation, only: collect_separation
   use test_set, only: collect_set
   use test_spectra, only: collect_spectra
   use test_spectra_edges, only: collect_spectra_edges
@@ -155,6 +156,7 @@ program main
     & new_testsuite("critical", collect_campbell_critical), &
     & new_testsuite("resonance-curve", collect_resonance_curve), &
     & new_testsuite("sensitivity", collect_sensitivity), &
+    & new_testsuite("separation", collect_separation), &
     & new_testsuite("sweep", collect_sweep), &
     & new_testsuite("campaign", collect_campaign), &
     & new_testsuite("peaks", collect_peaks), &

@@ -22,6 +22,7 @@ module gestell_task_registry
   use gestell_task_resonance_task, only: resonance_task
   use gestell_task_response, only: response_task
   use gestell_task_sensitivity_task, only: sensitivity_task
+  use gestell_task_separation_task, only: separation_task
   use gestell_task_stability, only: stability_task
   use gestell_task_sweep_task, only: sweep_task
   use gestell_task_trade_task, only: trade_task
@@ -52,6 +53,7 @@ contains
     call add(quantities_task())
     call add(trade_task())
     call add(sensitivity_task())
+    call add(separation_task())
     call add(sweep_task())
     call add(boundary_task())
     call add(level_task())

@@ -1,0 +1,91 @@
+!> The picture of modes and orders.
+module gestell_task_separation_plot
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, text
+  use gestell_output_picture_script, only: figure_type, new_figure
+  use gestell_task_campbell, only: campbell_type
+  use gestell_task_separation, only: separation_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: plot_separation
+
+  character, parameter :: newline = new_line("a")
+  !> Width of a range that is one speed, relative to it; what is shown beside the range.
+  real(dp), parameter :: narrow = 0.04_dp, beside = 0.2_dp
+
+contains
+
+  !> separation.gp: frequencies over the speed, the orders, and around these the margin (%) where the machine runs.
+  function plot_separation(found, campbell, orders, margin) result(figure)
+    type(separation_type), intent(in) :: found(:)
+    type(campbell_type), intent(in) :: campbell
+    integer, intent(in) :: orders
+    real(dp), intent(in) :: margin
+    type(figure_type) :: figure
+    character(len=:), allocatable :: lines, curves
+    real(dp) :: range(2), top, at
+    integer :: k
+
+    range = [minval(abs(campbell%points%speed)), maxval(abs(campbell%points%speed))]
+    if (.not. range(2) > range(1)) range = range * [1 - narrow / 2, 1 + narrow / 2]
+    top = maxval([orders * range(2) / 60 * (1 + margin / 100), pack(found%frequency, ieee_is_finite(found%frequency))])
+    associate (left => range(1) * (1 - beside), right => range(2) * (1 + beside))
+      lines = "set title heading noenhanced" // newline &
+        & // "set xrange [" // concise(left, 7) // ":" // concise(right, 7) // "]" // newline &
+        & // "set yrange [0:" // concise(1.05_dp * top, 6) // "]" // newline &
+        & // "set xlabel 'crank speed (rpm)'; set ylabel 'frequency (Hz)'" // newline &
+        & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
+        & // "$range << END" // newline // "speed_rpm" // newline // concise(range(1), 7) // newline // concise(range(2), 7) &
+        & // newline // "END" // newline
+      curves = ""
+      do k = 1, orders
+        at = min(right, 60 * top / k)
+        lines = lines // "set label " // text(k) // " '" // text(k) // "×' at " // concise(at, 7) // "," &
+          & // concise(k * at / 60, 7) // " right offset -0.5,0.5 font ',12' textcolor rgb '#666666' front" // newline
+        curves = curves // band(k, margin / 100) // ", " // text(k) &
+          & // " * x / 60 with lines lt 8 dt 1 lw 0.8 notitle"
+      end do
+    end associate
+    do k = 1, campbell%modes
+      lines = lines // block_of(campbell, k)
+      curves = curves // ", $mode" // text(k) // " using 1:2 with " // trim(merge("points", "lines ", size(campbell%points) == 1)) &
+        & // " lt " // text(k) // " title 'mode " // text(k) // "'"
+    end do
+    lines = lines // "plot " // curves(3:) // ", 'separation.csv' using (stringcolumn('state') eq 'fail' ? " &
+      & // "abs(column('speed_rpm')) : NaN):'frequency_Hz' with points lt 2 pt 6 ps 2 lw 2 title 'too near'" // newline
+    figure = new_figure("separation", "Modes beside orders 1 to " // text(orders) // " of the crank, margin " &
+      & // concise(margin, 4) // " %", lines, width=800, height=520)
+  end function plot_separation
+
+  !> The margin around order `k`.
+  pure function band(k, margin) result(words)
+    integer, intent(in) :: k
+    real(dp), intent(in) :: margin
+    character(len=:), allocatable :: words, frequency
+
+    frequency = text(k) // " * $1 / 60"
+    words = ", $range using 1:(" // frequency // " * " // concise(max(0.0_dp, 1 - margin), 6) // "):(" // frequency // " * " &
+      & // concise(1 + margin, 6) // ") with filledcurves lc rgb '#E69F00' fs transparent solid 0.3 " &
+      & // trim(merge("title 'margin'", "notitle       ", k == 1))
+  end function band
+
+  !> The frequencies of a mode over the speed.
+  pure function block_of(campbell, mode) result(lines)
+    type(campbell_type), intent(in) :: campbell
+    integer, intent(in) :: mode
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = "$mode" // text(mode) // " << END" // newline // "speed_rpm,frequency_Hz" // newline
+    do i = 1, size(campbell%points)
+      associate (point => campbell%points(i))
+        if (point%modes(mode)%told) lines = lines // concise(abs(point%speed), 9) // "," &
+          & // concise(point%modes(mode)%frequency() / (2 * pi), 9) // newline
+      end associate
+    end do
+    lines = lines // "END" // newline
+  end function block_of
+
+end module gestell_task_separation_plot

@@ -1,0 +1,114 @@
+!> The modes beside the orders of the crank, for people.
+module gestell_task_separation_report
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, fixed, text
+  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_task_separation, only: separation_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: report_separation, separation_headline
+
+  character, parameter :: newline = new_line("a")
+  !> Lines of what does not pass, at the most.
+  integer, parameter :: most_listed = 30
+
+contains
+
+  !> A line for every mode with the order that is nearest to it, then all that do not pass. `speeds` (1/min), `margin` (%).
+  pure function report_separation(found, speeds, orders, margin, verdict) result(lines)
+    type(separation_type), intent(in) :: found(:)
+    real(dp), intent(in) :: speeds(:), margin
+    integer, intent(in) :: orders
+    character(len=*), intent(in) :: verdict
+    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: rows
+    integer :: first, i, listed
+
+    lines = newline // "SEPARATION of the modes from order" // trim(merge("  1", "s 1", orders == 1))
+    if (orders > 1) lines = lines // " to " // text(orders)
+    lines = lines // " at " // concise(speeds(1), 7)
+    if (size(speeds) > 1) lines = lines // " to " // concise(speeds(size(speeds)), 7)
+    lines = lines // " rpm, about rest" // newline
+    if (verdict /= "stable") lines = lines // "  " // verdict // newline
+    lines = lines // "  xi, eta, psi: parts of the kinetic energy; order: the nearest, " // concise(margin, 4) &
+      & // " % wanted" // newline
+    rows = ""
+    do first = 1, size(found), orders
+      associate (mode => found(first:first + orders - 1))
+        rows = rows // mode_row(mode(nearest(mode)))
+      end associate
+    end do
+    lines = lines // tabulated("rrrrrrrrrl", "mode,Hz,damping,xi %,eta %,psi %,order,at Hz,distance %,", rows)
+    if (all(found%state == "pass")) return
+    rows = ""
+    listed = 0
+    do i = 1, size(found)
+      if (found(i)%state == "pass") cycle
+      listed = listed + 1
+      if (listed > most_listed) exit
+      rows = rows // text(found(i)%mode) // tab // text(found(i)%order) // tab // number(found(i)%speed, 6) // tab &
+        & // number(found(i)%frequency, 5) // tab // number(found(i)%excitation, 5) // tab // number(100 * found(i)%distance, 3) &
+        & // tab // trim(found(i)%state) // newline
+    end do
+    lines = lines // newline // tabulated("rrrrrrl", "mode,order,at rpm,mode's Hz,order's Hz,distance %,", rows)
+    if (listed > most_listed) lines = lines // "  ... all in separation.csv" // newline
+  end function report_separation
+
+  !> The order with the least distance; the first where the mode is not told.
+  pure integer function nearest(mode)
+    type(separation_type), intent(in) :: mode(:)
+
+    nearest = max(1, minloc(mode%distance, dim=1, mask=ieee_is_finite(mode%distance)))
+  end function nearest
+
+  pure function mode_row(one) result(row)
+    type(separation_type), intent(in) :: one
+    character(len=:), allocatable :: row
+    integer :: k
+
+    row = text(one%mode) // tab // number(one%frequency, 5) // tab
+    if (abs(one%at%growth) > one%at%error) then
+      row = row // number(one%at%damping_ratio(), 3)
+    else
+      row = row // "0"
+    end if
+    do k = 1, size(one%energy)
+      if (one%at%told) row = row // tab // fixed(100 * one%energy(k), 0)
+      if (.not. one%at%told) row = row // tab // "?"
+    end do
+    row = row // tab // text(one%order) // tab // number(one%excitation, 5) // tab // number(100 * one%distance, 3) // tab &
+      & // trim(one%state) // newline
+  end function mode_row
+
+  !> A question mark for what is not known.
+  pure function number(value, digits) result(words)
+    real(dp), intent(in) :: value
+    integer, intent(in) :: digits
+    character(len=:), allocatable :: words
+
+    words = "?"
+    if (ieee_is_finite(value)) words = concise(value, digits)
+  end function number
+
+  !> What an engineer reads first: the mode that is nearest to an order; `state`: as of the machine, unstable where it is too near.
+  pure subroutine separation_headline(found, margin, state, words)
+    type(separation_type), intent(in) :: found(:)
+    real(dp), intent(in) :: margin
+    character(len=:), allocatable, intent(out) :: state, words
+    integer :: i
+
+    state = "stable"
+    if (any(found%state == "undecided")) state = "undecided"
+    if (any(found%state == "fail")) state = "unstable"
+    i = nearest(found)
+    words = "Separation: no mode can be told"
+    if (.not. found(i)%at%told) return
+    words = "Separation: mode " // text(found(i)%mode) // " (" // concise(found(i)%frequency, 5) // " Hz) keeps " &
+      & // number(100 * found(i)%distance, 3) // " % from order " // text(found(i)%order) // " at " &
+      & // concise(found(i)%speed, 6) // " rpm, wanted are " // concise(margin, 4) // " %"
+    if (state == "undecided") words = words // "; whether all modes do is undecided"
+  end subroutine separation_headline
+
+end module gestell_task_separation_report

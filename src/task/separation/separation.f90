@@ -1,0 +1,117 @@
+!> How far the frequencies of the modes keep from the orders of the crank, and what moves in each mode.
+module gestell_task_separation
+  use gestell_base_kinds, only: dp, pi
+  use gestell_study_mode_type, only: mode_type, most_freedoms
+  use gestell_task_campbell, only: campbell_type
+  use gestell_task_campbell_crossings, only: crossing_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: find_separations
+
+  !> A mode with frequency f beside an order k of the crank, which turns n times a second: the distance d = |f / (k n) - 1|.
+  type, public :: separation_type
+    integer :: mode = 0, order = 0
+    !> The speed of the range at which they are nearest (1/min), and the mode there.
+    real(dp) :: speed = 0
+    type(mode_type) :: at
+    !> f and k n (Hz), the distance and a bound on its error; NaN where the mode is not told at any speed.
+    real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
+    !> Parts of xi, eta, psi in the mode's kinetic energy.
+    real(dp) :: energy(most_freedoms) = 0
+    !> pass, fail, or undecided where the error reaches across the margin.
+    character(len=9) :: state = "undecided"
+  end type separation_type
+
+contains
+
+  !> All modes of `campbell` beside the orders 1, 2, ... `orders`, by modes and orders. Where one of the `crossings` of its range is
+  !> theirs the distance is zero. `margin`: the least distance that passes.
+  pure function find_separations(campbell, crossings, orders, margin) result(found)
+    type(campbell_type), intent(in) :: campbell
+    type(crossing_type), intent(in) :: crossings(:)
+    integer, intent(in) :: orders
+    real(dp), intent(in) :: margin
+    type(separation_type) :: found(campbell%modes * orders)
+    integer :: i, k, crossing
+
+    do i = 1, size(found)
+      found(i)%mode = 1 + (i - 1) / orders
+      found(i)%order = 1 + mod(i - 1, orders)
+      do k = 1, size(campbell%points)
+        call approach(found(i), campbell%points(k)%speed, campbell%points(k)%modes(found(i)%mode))
+      end do
+      crossing = findloc(crossings%mode == found(i)%mode .and. .not. abs(crossings%order - found(i)%order) > 0, .true., dim=1)
+      if (crossing > 0) call meet(found(i), crossings(crossing))
+      call share_energy(campbell, found(i))
+      call judge(found(i), margin)
+    end do
+  end function find_separations
+
+  !> Takes the mode at another speed where it is nearer there.
+  pure subroutine approach(self, speed, mode)
+    type(separation_type), intent(inout) :: self
+    real(dp), intent(in) :: speed
+    type(mode_type), intent(in) :: mode
+    real(dp) :: excitation, frequency
+
+    excitation = self%order * abs(speed) / 60
+    if (mode%told) then
+      frequency = mode%frequency() / (2 * pi)
+      if (self%at%told .and. abs(frequency / excitation - 1) >= self%distance) return
+      self%distance = abs(frequency / excitation - 1)
+      self%error = mode%error / (2 * pi) / excitation
+    else
+      if (self%at%told) return
+      frequency = ieee_value(1.0_dp, ieee_quiet_nan)
+      self%distance = frequency
+      self%error = frequency
+    end if
+    self%speed = speed
+    self%at = mode
+    self%frequency = frequency
+    self%excitation = excitation
+  end subroutine approach
+
+  !> Takes the resonance within the range.
+  pure subroutine meet(self, crossing)
+    type(separation_type), intent(inout) :: self
+    type(crossing_type), intent(in) :: crossing
+
+    self%speed = crossing%speed
+    self%at = crossing%at
+    self%frequency = crossing%at%frequency() / (2 * pi)
+    self%excitation = self%order * abs(crossing%speed) / 60
+    self%distance = 0
+    self%error = 0
+  end subroutine meet
+
+  !> Of a vibration q with the mean mass matrix M: Re(conj(q_i) (M q)_i) / q* M q, which add up to 1. Where M couples two freedoms a
+  !> part can be negative. M does not depend on the speed.
+  pure subroutine share_energy(campbell, self)
+    type(campbell_type), intent(in) :: campbell
+    type(separation_type), intent(inout) :: self
+    complex(dp) :: q(most_freedoms)
+    real(dp) :: parts(most_freedoms)
+    integer :: solved
+
+    self%energy = ieee_value(1.0_dp, ieee_quiet_nan)
+    solved = findloc(campbell%points%solved, .true., dim=1)
+    if (.not. self%at%told .or. solved == 0) return
+    q = self%at%shape()
+    parts = real(conjg(q) * matmul(campbell%points(solved)%mass, q))
+    self%energy = 0
+    self%energy(campbell%free) = parts(:size(campbell%free)) / sum(parts)
+  end subroutine share_energy
+
+  pure subroutine judge(self, margin)
+    type(separation_type), intent(inout) :: self
+    real(dp), intent(in) :: margin
+
+    if (.not. ieee_is_finite(self%distance)) return
+    if (self%distance - self%error >= margin) self%state = "pass"
+    if (self%distance + self%error < margin) self%state = "fail"
+  end subroutine judge
+
+end module gestell_task_separation

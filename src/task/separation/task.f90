@@ -1,0 +1,169 @@
+!> The task `separation`: how far the modes keep from the orders of the operating speed, or of the range of speeds.
+module gestell_task_separation_task
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_input_machine_family, only: document_family_type, new_document_family
+  use gestell_input_machine_frame, only: drive_keys
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
+  use gestell_input_schema, only: group_rule, schema_type
+  use gestell_input_schema_read, only: read
+  use gestell_input_wording, only: lower
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: hertz, plain, rpm, unit_type
+  use gestell_study_mode_type, only: most_freedoms
+  use gestell_task, only: longest_table, task_type, unsolved_machine
+  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell_crossings, only: crossing_type, find_crossings
+  use gestell_task_campbell_report, only: campbell_verdict
+  use gestell_task_campbell_task, only: model_of_modes
+  use gestell_task_configuration, only: configuration_type, read_plan
+  use gestell_task_context, only: context_type
+  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_separation, only: find_separations, separation_type
+  use gestell_task_separation_keys, only: separation_keys
+  use gestell_task_separation_plot, only: plot_separation
+  use gestell_task_separation_report, only: report_separation, separation_headline
+  use gestell_task_sweep_keys, only: sweep_keys
+  use gestell_task_sweep_plan, only: refuse_standstill
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: separation_task
+    private
+    integer :: orders = 4
+    !> In per cent.
+    real(dp) :: margin = 20
+    !> The machine over its speed, and the speeds that are looked at (1/min): the operating speed, or those of the sweep.
+    type(document_family_type) :: family
+    real(dp), allocatable :: speeds(:)
+  contains
+    procedure :: describe
+    procedure :: extend
+    procedure :: read => read_separation
+    procedure :: run
+  end type separation_task
+
+  character(len=*), parameter :: speed_path = "drive.speed_rpm"
+  type(unit_type), parameter :: percent = unit_type("percent", "%")
+
+contains
+
+  pure subroutine describe(self)
+    class(separation_task), intent(inout) :: self
+
+    self%name = "separation"
+    self%tables = [character(len=longest_table) :: "separation"]
+    self%about = unsolved_machine
+    self%judges = .true.
+  end subroutine describe
+
+  subroutine extend(self, schema)
+    class(separation_task), intent(in) :: self
+    type(schema_type), intent(inout) :: schema
+
+    call schema%add(group_rule("separation", "for the task `separation`: from which orders the modes keep away, and how far"), &
+      & separation_keys)
+    associate (unused_task => self)
+    end associate
+  end subroutine extend
+
+  !> Errors: values out of range; a sweep over the speed that makes no sense.
+  subroutine read_separation(self, doc, schema, configuration, error)
+    class(separation_task), intent(inout) :: self
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+
+    call read(the_group(doc, "separation"), separation_keys, "orders", self%orders, error)
+    if (.not. allocated(error)) call read(the_group(doc, "separation"), separation_keys, "margin_percent", self%margin, error)
+    if (allocated(error) .or. .not. self%ordered) return
+    allocate(self%speeds(1))
+    call read(the_group(doc, "drive"), drive_keys, "speed_rpm", self%speeds(1), error)
+    if (allocated(error)) return
+    if (runs_over_speed(doc)) then
+      if (.not. allocated(configuration%plan)) call read_plan(doc, schema, .false., configuration, error)
+      if (allocated(error)) return
+      call refuse_standstill(groups_named(doc, "sweep"), configuration%plan, error)
+      if (allocated(error)) return
+      associate (axis => configuration%plan%grid%axes(1))
+        self%speeds = axis%value([(k, k = 1, axis%count)])
+      end associate
+    end if
+    call new_document_family(self%family, doc, schema, configuration%units, [speed_path], self%speeds(:1), error)
+  end subroutine read_separation
+
+  !> Whether the speed is the one thing that runs in the sweep.
+  logical function runs_over_speed(doc)
+    type(document_type), intent(in) :: doc
+    type(group_type), allocatable :: groups(:)
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: path
+
+    groups = groups_named(doc, "sweep")
+    runs_over_speed = size(groups) == 1
+    if (runs_over_speed) runs_over_speed = has(groups(1), "parameter")
+    if (.not. runs_over_speed) return
+    call read(groups(1), sweep_keys, "parameter", path, error)
+    if (.not. allocated(error)) runs_over_speed = lower(trim(adjustl(path))) == speed_path
+  end function runs_over_speed
+
+  subroutine run(self, context, result, error)
+    class(separation_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(locked_family_type) :: family
+    type(campbell_order_type) :: order
+    type(campbell_type) :: campbell
+    type(crossing_type), allocatable :: crossings(:)
+    type(separation_type), allocatable :: found(:)
+    character(len=:), allocatable :: verdict, state, words
+
+    order%accuracy = context%configuration%accuracy
+    order%orders = self%orders
+    call context%members(self%family, family, model_of_modes)
+    call solve_campbell(family, self%speeds, order, campbell, error, context%executor)
+    if (.not. allocated(error)) call find_crossings(family, order, campbell, crossings, error, context%executor)
+    if (allocated(error)) return
+    found = find_separations(campbell, crossings, self%orders, self%margin / 100)
+    verdict = campbell_verdict(campbell)
+    call result%add(table_of(found, trim(family%model), verdict), plot_separation(found, campbell, self%orders, self%margin))
+    call result%judge(verdict)
+    call separation_headline(found, self%margin, state, words)
+    call result%warn(state, words)
+    call result%say(report_separation(found, self%speeds, self%orders, self%margin, verdict))
+  end subroutine run
+
+  !> separation.csv: a row for every mode and order.
+  pure type(table_type) function table_of(found, model, verdict) result(table)
+    type(separation_type), intent(in) :: found(:)
+    character(len=*), intent(in) :: model, verdict
+    character(len=3), parameter :: names(most_freedoms) = [character(len=3) :: "xi", "eta", "psi"]
+    integer :: i, k, n
+
+    n = size(found)
+    table = new_table("separation", "Separation", "The modes beside the orders of the crank, with the margin around these.", &
+      & verdict, shown=.true.)
+    table%model = model
+    call table%add("mode", "its number", found%mode)
+    call table%add("order", "multiple of the crank speed", found%order)
+    call table%add("speed", rpm, "where the two are nearest", found%speed)
+    call table%add("frequency", hertz, "of the mode there", found%frequency, error="frequency_error")
+    call table%add("frequency_error", hertz, "bound on its error", [(found(i)%at%error / (2 * pi), i = 1, n)])
+    call table%add("damping_ratio", plain, "of the mode there, Lehr's", [(found(i)%at%damping_ratio(), i = 1, n)])
+    call table%add("share", plain, "of the strongest component in the mode's mean square", [(found(i)%at%share(), i = 1, n)])
+    call table%add("excitation", hertz, "frequency of the order there", found%excitation)
+    call table%add("distance", percent, "of the two, in per cent of the order's frequency", 100 * found%distance, &
+      & error="distance_error")
+    call table%add("distance_error", percent, "bound on its error", 100 * found%error)
+    do k = 1, most_freedoms
+      call table%add("energy_" // trim(names(k)), plain, "part of " // trim(names(k)) // " in the mode's kinetic energy", &
+        & [(found(i)%energy(k), i = 1, n)])
+    end do
+    call table%add("state", "pass, fail or undecided", found%state)
+  end function table_of
+
+end module gestell_task_separation_task
