@@ -28,6 +28,7 @@ program main
   use test_equivalence, only: collect_equivalence
   use test_factors, only: collect_factors
   use test_floquet, only: collect_floquet
+  use test_follower, only: collect_follower
   use test_forces, only: collect_forces
   use test_forces_limits, only: collect_forces_limits
   use test_guards, only: collect_guards
@@ -127,6 +128,7 @@ program main
     & new_testsuite("keys", collect_keys), &
     & new_testsuite("joints", collect_joints), &
     & new_testsuite("shaking", collect_shaking), &
+    & new_testsuite("follower", collect_follower), &
     & new_testsuite("user-joint", collect_user_joint), &
     & new_testsuite("reach", collect_reach), &
     & new_testsuite("equivalence", collect_equivalence), &

@@ -6,6 +6,7 @@ module test_reach
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, point_type, reach_type
   use gestell_model_joints_types_crank, only: crank_joint
+  use gestell_model_joints_types_follower, only: follower_joint
   use gestell_model_joints_types_prp, only: prp_joint
   use gestell_model_joints_types_rigid, only: rigid_joint
   use gestell_model_joints_types_rpp, only: rpp_joint
@@ -41,6 +42,7 @@ contains
       & new_unittest("point of a rigid body", test_rigid), &
       & new_unittest("two sliders", test_prp), &
       & new_unittest("yokes", test_rpp), &
+      & new_unittest("followers of cams", test_follower), &
       & new_unittest("crank on a moving pivot", test_crank)]
   end subroutine collect_reach
 
@@ -290,6 +292,30 @@ contains
     if (allocated(error)) return
     call check(error, proved, 0, more="a slot along its guide")
   end subroutine test_rpp
+
+  subroutine test_follower(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(random_type) :: random
+    type(guide_type) :: guide
+    real(dp) :: places(2, earlier), velocities(2, earlier), tightest, lift(7)
+    integer :: i, k, proved
+
+    tightest = 0
+    proved = 0
+    do i = 1, 6000
+      call scatter(random, i, places, velocities)
+      guide = carried(random)
+      if (modulo(i, 3) == 0) guide%carriers = 0
+      lift = [(draw(random, -1.0_dp, 1.0_dp), k = 1, 7)]
+      ! Every other lift has one order alone.
+      if (modulo(i, 4) < 2) lift(4:) = 0
+      call check_claims(follower_joint([3, 4], guide, lift, draw(random, -3.0_dp, 3.0_dp)), places, velocities, width(i), &
+        & tightest, proved, error)
+      if (allocated(error)) return
+    end do
+    ! With a fixed guide |v| = A omega where the slope of one order is greatest, and the cam's joints move against each other.
+    call check_use(tightest, 0.9_dp, proved, error)
+  end subroutine test_follower
 
   !> The crank turns with unit rate about a pivot that may move.
   subroutine test_crank(error)

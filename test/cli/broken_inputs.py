@@ -265,7 +265,7 @@ INPUTS = [
     # joints and links
     ("unknown type", changed("type='RRR'", "type='RR'"), 2,
      "input.nml:6: &joint 'B': type = 'RR': unknown; known: 'ground', 'crank', 'RRR', 'RRP', 'RPR', 'rigid', 'PRP', "
-     "'RPP'"),
+     "'RPP', 'follower'"),
     ("unknown joint, near", changed("ends='A','B0'", "ends='A','B00'"), 2,
      "input.nml:6: &joint 'B': ends = 'A', 'B00': there is no joint 'B00'; did you mean 'B0'?"),
     ("unknown joint, nothing near", changed("pivot='A0'", "pivot='hinge'"), 2,

@@ -2,6 +2,7 @@
 module gestell_model_joints_registry
   use gestell_model_joints_joint, only: form_type, joint_type
   use gestell_model_joints_types_crank, only: crank_joint
+  use gestell_model_joints_types_follower, only: follower_joint
   use gestell_model_joints_types_ground, only: ground_joint
   use gestell_model_joints_types_prp, only: prp_joint
   use gestell_model_joints_types_rigid, only: rigid_joint
@@ -30,6 +31,7 @@ contains
     case (6); allocate(rigid_joint :: joint)
     case (7); allocate(prp_joint :: joint)
     case (8); allocate(rpp_joint :: joint)
+    case (9); allocate(follower_joint :: joint)
     case default ! there are no more
     end select
   end subroutine new_joint

@@ -1,0 +1,306 @@
+!> The follower of a cam: a slider whose way along its guide a cam determines.
+module gestell_model_joints_types_follower
+  use gestell_base_key, only: key_type, of_angle, of_length, real_key, text_key
+  use gestell_base_kinds, only: dp
+  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
+  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_model_joints_data, only: check_coordinates, check_finite, joint_data_type
+  use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
+  use gestell_model_joints_joint, only: fitness_type, form_type, itself, joint_type, point_type, reach_type
+  use gestell_model_joints_path, only: batch, cross, dot, path_type
+  implicit none (type, external)
+  private
+
+  public :: lift_through
+
+  !> Numbers of a lift, at the most.
+  integer, parameter :: most = 1001
+
+  type(key_type), parameter :: keys(*) = [ &
+    & key_type("joint", "cam", text_key, "two joints of the body that is the cam, its centre first", 1, 2, 2, required=.true.), &
+    & key_type("joint", "lift", real_key, "over a turn of the cam: the mean, then the factors of cos, sin, cos 2, sin 2, " // &
+    &   "... of its angle", 1, 1, most, unit=of_length, otherwise="none"), &
+    & key_type("joint", "lift_table", real_key, "in place of `lift`: lifts at equal steps of the cam's angle over a turn, " // &
+    &   "from 0", 1, 3, most, unit=of_length, otherwise="none"), &
+    & key_type("joint", "lift_phase", real_key, "added to the cam's angle", unit=of_angle, default=0.0_dp)]
+
+  !> The joint lies on `guide`, by the lift L from the guide's point:
+  !>
+  !>     r = g + L(theta) u,   L = lift(1) + sum over k of lift(2 k) cos(k theta) + lift(2 k + 1) sin(k theta)   (m),
+  !>
+  !> theta being the angle from the guide's direction u to the way from joint `cam(1)` to joint `cam(2)`, plus `phase` (rad).
+  type, extends(joint_type), public :: follower_joint
+    integer :: cam(2) = 0
+    type(guide_type) :: guide
+    real(dp), allocatable :: lift(:)
+    real(dp) :: phase = 0
+  contains
+    procedure :: describe
+    procedure :: carriers
+    procedure :: define
+    procedure :: check
+    procedure :: place
+    procedure :: trace
+    procedure :: reach
+    procedure :: fitness
+    procedure :: explain
+  end type follower_joint
+
+contains
+
+  pure subroutine describe(self, form)
+    class(follower_joint), intent(in) :: self
+    type(form_type), intent(out) :: form
+
+    form = form_type("follower", "of a cam: lies on the guide, by the lift from the guide's point along its direction. The " // &
+      & "cam's angle goes from the guide's direction to the way from `cam(1)` to `cam(2)`, counter-clockwise, plus " // &
+      & "`lift_phase`; either `lift` or `lift_table` is given", links=1, pairs=1, higher_pairs=1, keys=[keys, guide_keys], &
+      & bars=[self%cam(1), itself], guides=[self%guide])
+  end subroutine describe
+
+  pure subroutine carriers(self, joints)
+    class(follower_joint), intent(in) :: self
+    integer, allocatable, intent(out) :: joints(:)
+
+    joints = self%cam
+    if (any(self%guide%carriers /= 0)) joints = [joints, self%guide%carriers]
+  end subroutine carriers
+
+  pure subroutine define(self, data, key, reason)
+    class(follower_joint), intent(inout) :: self
+    type(joint_data_type), intent(in) :: data
+    character(len=:), allocatable, intent(inout) :: key, reason
+
+    self%cam = data%joints("cam")
+    self%phase = data%number("lift_phase")
+    call self%guide%define(data, "guide", reason)
+    if (reason /= "") return
+    if (data%has("lift") .eqv. data%has("lift_table")) then
+      reason = "needs either the key 'lift', harmonics, or the key 'lift_table'"
+    else if (data%has("lift")) then
+      self%lift = data%numbers("lift")
+      if (modulo(size(self%lift), 2) == 0) then
+        key = "lift"
+        reason = "is a mean and then pairs of cosine and sine: needs an odd number of values"
+      end if
+    else
+      self%lift = lift_through(data%numbers("lift_table"))
+    end if
+  end subroutine define
+
+  !> The lift as a trigonometric polynomial through these values at equal steps of the angle over a turn, from 0; of an even
+  !> number n the term cos(n theta/2) is the last. Orders that are nothing but rounding are left out.
+  pure function lift_through(table) result(lift)
+    real(dp), intent(in) :: table(:)
+    real(dp), allocatable :: lift(:)
+    type(series_type) :: series
+    integer :: i, k, n
+
+    n = size(table)
+    if (modulo(n, 2) == 0) then
+      ! What alternates from value to value, and what is left of them without it.
+      lift = [(table(i) * (-1)**(i - 1), i = 1, n)]
+      associate (last => sum(lift) / n)
+        lift = spread(0.0_dp, 1, n + 1)
+        lift(n) = last
+        series = series_through(reshape([(table(i) - last * (-1)**(i - 1), i = 1, n)], [n, 1]))
+      end associate
+    else
+      lift = spread(0.0_dp, 1, n)
+      series = series_through(reshape(table, [n, 1]))
+    end if
+    lift(1) = series%cosine(0, 1)
+    do k = 1, ubound(series%cosine, 1)
+      lift(2 * k:2 * k + 1) = [series%cosine(k, 1), series%sine(k, 1)]
+    end do
+    do k = size(lift) / 2, 1, -1
+      if (norm2(lift(2 * k:2 * k + 1)) > 16 * epsilon(lift) * maxval(abs(table))) exit
+    end do
+    lift = lift(:2 * k + 1)
+  end function lift_through
+
+  pure subroutine check(self, reason)
+    class(follower_joint), intent(in) :: self
+    character(len=:), allocatable, intent(inout) :: reason
+
+    call self%guide%check(reason)
+    call check_finite([self%phase], reason)
+    if (reason /= "") return
+    if (self%cam(1) == self%cam(2)) reason = "its cam needs two different joints"
+    if (.not. allocated(self%lift)) then
+      reason = "it has no lift"
+    else if (modulo(size(self%lift), 2) == 0) then
+      reason = "its lift is a mean and then pairs of cosine and sine: an odd number of values"
+    else
+      call check_coordinates(self%lift, reason)
+    end if
+  end subroutine check
+
+  !> L and its first three derivatives with respect to theta, of which c and s are cosine and sine; f of shape (angles, 0:3).
+  pure subroutine follow(lift, c, s, f)
+    real(dp), intent(in) :: lift(:), c(:), s(:)
+    real(dp), intent(out) :: f(:, 0:)
+    real(dp) :: ck(size(c)), sk(size(c)), turned(size(c))
+    integer :: k
+
+    f = 0
+    f(:, 0) = lift(1)
+    ck = 1
+    sk = 0
+    do k = 1, size(lift) / 2
+      turned = ck * c - sk * s
+      sk = sk * c + ck * s
+      ck = turned
+      associate (along => lift(2 * k) * ck + lift(2 * k + 1) * sk, across => lift(2 * k + 1) * ck - lift(2 * k) * sk, &
+        & n => real(k, dp))
+        f(:, 0) = f(:, 0) + along
+        f(:, 1) = f(:, 1) + n * across
+        f(:, 2) = f(:, 2) - n**2 * along
+        f(:, 3) = f(:, 3) - n**3 * across
+      end associate
+    end do
+  end subroutine follow
+
+  !> Guide, lift and slope dL/dtheta with the cam, at one crank angle: theta' = c s' - s c' and so on, as c^2 + s^2 = 1.
+  pure subroutine lift_here(self, points, g, u, lift, slope)
+    class(follower_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: g, u
+    type(jet), intent(out) :: lift, slope
+    type(guide_type) :: cam
+    type(point_type) :: center, e
+    type(jet) :: c, s
+    real(dp) :: f(1, 0:3), w, w1, w2
+
+    call self%guide%line(points, g, u)
+    cam%carriers = self%cam
+    cam%angle = self%phase
+    call cam%line(points, center, e)
+    c = dot(u, e)
+    s = cross(u, e)
+    call follow(self%lift, [c%v], [s%v], f)
+    w = c%v * s%d - s%v * c%d
+    w1 = c%v * s%dd - s%v * c%dd
+    w2 = c%v * s%ddd - s%v * c%ddd + c%d * s%dd - s%d * c%dd
+    associate (l => f(1, :))
+      lift = jet(l(1), l(2) * w, l(3) * w**2 + l(2) * w1, l(4) * w**3 + 3 * l(3) * w * w1 + l(2) * w2)
+      slope = jet(l(2), l(3) * w, l(4) * w**2 + l(3) * w1)
+    end associate
+  end subroutine lift_here
+
+  pure subroutine place(self, crank_angle, points, here)
+    class(follower_joint), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    type(point_type), intent(out) :: here
+    type(point_type) :: g, u
+    type(jet) :: lift, slope
+
+    associate (unused => crank_angle)
+    end associate
+    call lift_here(self, points, g, u, lift, slope)
+    here = point_type(g%x + lift * u%x, g%y + lift * u%y)
+  end subroutine place
+
+  !> r' = g' + L u' + L' u,  r'' = g'' + L u'' + 2 L' u' + L'' u.
+  pure subroutine trace(self, angles, points, here)
+    class(follower_joint), intent(in) :: self
+    real(dp), intent(in) :: angles(batch)
+    type(path_type), intent(in) :: points(:)
+    type(path_type), intent(out) :: here
+    type(guide_type) :: cam
+    type(path_type) :: g, u, center, e
+    real(dp), dimension(batch) :: c, s, w, w1, l1, l2
+    real(dp) :: f(batch, 0:3)
+
+    associate (unused => angles)
+    end associate
+    call self%guide%trace(points, g, u)
+    cam%carriers = self%cam
+    cam%angle = self%phase
+    call cam%trace(points, center, e)
+    c = u%x * e%x + u%y * e%y
+    s = u%x * e%y - u%y * e%x
+    ! Both directions turn: theta' = e x e' - u x u'.
+    w = e%x * e%vy - e%y * e%vx - (u%x * u%vy - u%y * u%vx)
+    w1 = e%x * e%ay - e%y * e%ax - (u%x * u%ay - u%y * u%ax)
+    call follow(self%lift, c, s, f)
+    l1 = f(:, 1) * w
+    l2 = f(:, 2) * w**2 + f(:, 1) * w1
+    here%x = g%x + f(:, 0) * u%x
+    here%y = g%y + f(:, 0) * u%y
+    here%vx = g%vx + f(:, 0) * u%vx + l1 * u%x
+    here%vy = g%vy + f(:, 0) * u%vy + l1 * u%y
+    here%ax = g%ax + f(:, 0) * u%ax + 2 * l1 * u%vx + l2 * u%x
+    here%ay = g%ay + f(:, 0) * u%ay + 2 * l1 * u%vy + l2 * u%y
+  end subroutine trace
+
+  !> There is a follower wherever guide and cam have a direction: with A_k the amplitude of order k
+  !>
+  !>     |L| <= |lift(1)| + sum of A_k,   |dL/dtheta| <= sum of k A_k,   |d2L/dtheta2| <= sum of k^2 A_k,
+  !>
+  !> and theta turns with at most omega + omega_guide. What bounds r' and r'' are the sums of their terms in `trace`.
+  pure function reach(self, points, speeds, accelerations, half_width)
+    class(follower_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+    type(guide_type) :: cam
+    type(guide_motion_type) :: guide, body
+    type(point_type) :: center, u, e
+    real(dp) :: bound(0:2), amplitude, turning, change, rate
+    integer :: k, orders
+
+    cam%carriers = self%cam
+    guide = self%guide%motion(points, speeds, accelerations, half_width)
+    body = cam%motion(points, speeds, accelerations, half_width)
+    reach%assembled = guide%sound .and. body%sound
+    if (.not. reach%assembled) return
+    orders = size(self%lift) / 2
+    bound = [abs(self%lift(1)), 0.0_dp, 0.0_dp]
+    do k = 1, orders
+      amplitude = norm2(self%lift(2 * k:2 * k + 1))
+      bound = bound + amplitude * [1.0_dp, real(k, dp), real(k, dp)**2]
+    end do
+    turning = guide%turning + body%turning
+    change = guide%turning_change + body%turning_change
+    reach%speed = guide%speed + bound(0) * guide%turning + bound(1) * turning
+    reach%acceleration = guide%acceleration + bound(0) * (guide%turning_change + guide%turning**2) &
+      & + 2 * bound(1) * turning * guide%turning + bound(2) * turning**2 + bound(1) * change
+    reach%feature = min(guide%feature, body%feature)
+    call self%guide%line(points, center, u)
+    call cam%line(points, center, e)
+    rate = abs(e%x%v * e%y%d - e%y%v * e%x%d - (u%x%v * u%y%d - u%y%v * u%x%d))
+    if (orders * rate > 1) reach%feature = min(reach%feature, 1 / (orders * rate))
+  end function reach
+
+  !> The sine of the transmission angle is the cosine of the pressure angle, between the guide and the normal of cam and point,
+  !> which passes the instantaneous centre of their relative motion: with cam(1) as the centre of the turning it lies by dL/dtheta
+  !> beside it, across the guide.
+  pure function fitness(self, points, here)
+    class(follower_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(fitness_type) :: fitness
+    type(point_type) :: g, u, normal
+    type(jet) :: lift, slope, square
+
+    call lift_here(self, points, g, u, lift, slope)
+    normal = point_type(here%x - points(self%cam(1))%x - slope * u%y, here%y - points(self%cam(1))%y + slope * u%x)
+    fitness = fitness_type(transmission=jet(), slides=.true., travel=lift)
+    square = dot(normal, normal)
+    if (.not. square%v > 0) return
+    fitness%transmission = dot(normal, u) / sqrt(square)
+    fitness%transmission = sign(1.0_dp, fitness%transmission%v) * fitness%transmission
+  end function fitness
+
+  pure subroutine explain(self, points, text)
+    class(follower_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:)
+    character(len=:), allocatable, intent(out) :: text
+
+    associate (unused_self => self, unused_points => points)
+    end associate
+    text = "the two joints of its cam meet, or those that carry its guide"
+  end subroutine explain
+
+end module gestell_model_joints_types_follower
