@@ -89,7 +89,7 @@ contains
     if (.not. allocated(result%failure)) return
     ! The verdict stands even where the vibration could not be computed.
     if (code == not_stable) then
-      call tell(result%failure%message)
+      call tell("note: " // result%failure%message)
     else
       call move_alloc(result%failure, error)
     end if

@@ -38,7 +38,6 @@ contains
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: input
     character(len=:), allocatable :: report
-    integer :: i
 
     associate (frame => configuration%frame)
       report = "Gestell " // version // newline // newline

@@ -37,7 +37,7 @@ contains
     rows = ""
     do first = 1, size(found), orders
       associate (mode => found(first:first + orders - 1))
-        rows = rows // mode_row(mode(nearest(mode)))
+        rows = rows // mode_row(mode(nearest_row(mode)))
       end associate
     end do
     lines = lines // tabulated("rrrrrrrrrl", "mode,Hz,damping,xi %,eta %,psi %,order,at Hz,distance %,", rows)
@@ -57,11 +57,11 @@ contains
   end function report_separation
 
   !> The order with the least distance; the first where the mode is not told.
-  pure integer function nearest(mode)
+  pure integer function nearest_row(mode)
     type(separation_type), intent(in) :: mode(:)
 
-    nearest = max(1, minloc(mode%distance, dim=1, mask=ieee_is_finite(mode%distance)))
-  end function nearest
+    nearest_row = max(1, minloc(mode%distance, dim=1, mask=ieee_is_finite(mode%distance)))
+  end function nearest_row
 
   pure function mode_row(one) result(row)
     type(separation_type), intent(in) :: one
@@ -102,7 +102,7 @@ contains
     state = "stable"
     if (any(found%state == "undecided")) state = "undecided"
     if (any(found%state == "fail")) state = "unstable"
-    i = nearest(found)
+    i = nearest_row(found)
     words = "Separation: no mode can be told"
     if (.not. found(i)%at%told) return
     words = "Separation: mode " // text(found(i)%mode) // " (" // concise(found(i)%frequency, 5) // " Hz) keeps " &
