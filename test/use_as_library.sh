@@ -44,7 +44,7 @@ link() {
   mkdir -p "$temporary/plain"
   # shellcheck disable=SC2086 # flags are words
   (cd "$temporary/plain" &&
-    "$compiler" -std=f2018 -Wall -Wextra -Werror "$@" -I"$temporary/installed/include" -o "$program" "$source" \
+    "$compiler" -fopenmp -std=f2018 -Wall -Wextra -Werror "$@" -I"$temporary/installed/include" -o "$program" "$source" \
       -L"$temporary/installed/lib" -lgestell -llapack -lblas ${FPM_LDFLAGS:-})
 }
 
