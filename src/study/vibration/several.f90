@@ -51,6 +51,7 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(varied_frame_type), allocatable, intent(inout) :: list(:)
     real(dp), allocatable :: rest(:, :)
+    real(dp) :: speed
     integer :: i, way
 
     allocate(rest(first_samples, 3), source=0.0_dp)
@@ -59,12 +60,12 @@ contains
     end do
     i = 1
     do while (i <= size(list) .and. size(list) < most_vibrations)
-      associate (speed => list(i)%speed)
-        do way = 1, -1, -2
-          call walk(frame, machine_path(varied_frame(frame, list(i)%motion), accuracy, speed * [1.0_dp, 1 + furthest_speed]), &
-            & values_of(list(i)%motion, max(first_samples, 2 * ubound(list(i)%motion%cosine, 1) + 2)), 0.0_dp, 1.0_dp, way, list)
-        end do
-      end associate
+      ! a copy: the list moves as it grows
+      speed = list(i)%speed
+      do way = 1, -1, -2
+        call walk(frame, machine_path(varied_frame(frame, list(i)%motion), accuracy, speed * [1.0_dp, 1 + furthest_speed]), &
+          & values_of(list(i)%motion, max(first_samples, 2 * ubound(list(i)%motion%cosine, 1) + 2)), 0.0_dp, 1.0_dp, way, list)
+      end do
       i = i + 1
     end do
   end subroutine search_vibrations
