@@ -89,7 +89,7 @@ contains
     character(len=*), intent(in) :: group
     character(len=16) :: names(count_keys(schema, group))
 
-    names = pack(schema%keys%name, schema%keys%group == group)
+    names = pack((schema%keys%name), schema%keys%group == group)
   end function allowed_keys
 
   !> Number of keys that a group knows.

@@ -147,7 +147,7 @@ contains
     end do
     order = [(i, i = 1, size(points, 2))]
     if (mirrored) order = order(size(order):1:-1)
-    boxes = left_side(points(:, order), map%vertices(order)%curve)
+    boxes = left_side(points(:, order), (map%vertices(order)%curve))
     lines = "$unstable << END" // newline // "from,to,from,to" // newline
     do i = 1, size(boxes, 2)
       box = [low(1) + wide(1) * boxes(:2, i), low(2) + wide(2) * boxes(3:, i)]

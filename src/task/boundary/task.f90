@@ -172,13 +172,13 @@ contains
     unit = unit_type(words=plan%units(1))
     associate (values => results%values)
       call table%add("curve", "number of the critical value", [(i, i = 1, size(values))])
-      call table%add(path, unit, "critical value, in the units of the input", values%value, error=path // "_error")
-      call table%add("arg", radian, "argument of the critical multiplier", values%arg_rad)
-      call table%add("kind", "divergence, period_doubling, flutter or turning_point", values%kind)
-      call table%add(path // "_error", unit, "the border lies within the value plus and minus this", values%error)
-      call table%add("below", "verdict at the smaller value", values%below)
-      call table%add("above", "verdict at the greater value", values%above)
-      call table%add("vibration", "whose border it is", values%vibration)
+      call table%add(path, unit, "critical value, in the units of the input", (values%value), error=path // "_error")
+      call table%add("arg", radian, "argument of the critical multiplier", (values%arg_rad))
+      call table%add("kind", "divergence, period_doubling, flutter or turning_point", (values%kind))
+      call table%add(path // "_error", unit, "the border lies within the value plus and minus this", (values%error))
+      call table%add("below", "verdict at the smaller value", (values%below))
+      call table%add("above", "verdict at the greater value", (values%above))
+      call table%add("vibration", "whose border it is", (values%vibration))
     end associate
     if (.not. allocated(results%rest%places)) return
     associate (places => results%rest%places)
@@ -198,13 +198,13 @@ contains
 
     table = empty_table()
     associate (vertices => results%map%vertices, places => results%map%places, paths => plan%paths)
-      call table%add("curve", "its number", vertices%curve)
+      call table%add("curve", "its number", (vertices%curve))
       do k = 1, 2
         call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "of the vertex, in the units of the input", &
           & [(vertices(i)%parameters(k), i = 1, size(vertices))], error=trim(paths(k)) // "_error")
       end do
-      call table%add("arg", radian, "argument of the critical multiplier", vertices%arg_rad)
-      call table%add("kind", "divergence, period_doubling or flutter", vertices%kind)
+      call table%add("arg", radian, "argument of the critical multiplier", (vertices%arg_rad))
+      call table%add("kind", "divergence, period_doubling or flutter", (vertices%kind))
       do k = 1, 2
         call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "the same along the line of the search", &
           & [(vertices(i)%error(k), i = 1, size(vertices))])

@@ -152,7 +152,8 @@ contains
     integer :: i
 
     associate (points => campbell%points)
-      marks = chart_marks(range, input, "rpm", points%speed, [(any(points(i)%modes(:campbell%modes)%grows()), i = 1, size(points))])
+      marks = chart_marks(range, input, "rpm", (points%speed), &
+        & [(any(points(i)%modes(:campbell%modes)%grows()), i = 1, size(points))])
     end associate
   end function marks_of
 
@@ -216,8 +217,8 @@ contains
     do k = 1, maxval([0, crossings%mode])
       mine = pack([(i, i = 1, size(crossings))], crossings%mode == k)
       ! the low orders first
-      mine = mine(ascending(crossings(mine)%order))
-      mine = pack(mine, with_room(crossings(mine)%speed, beside * abs(range(2) - range(1))))
+      mine = mine(ascending((crossings(mine)%order)))
+      mine = pack(mine, with_room((crossings(mine)%speed), beside * abs(range(2) - range(1))))
       do i = 1, size(mine)
         lines = lines // "set label '" // concise(crossings(mine(i))%order, 4) // "×' at " &
           & // concise(crossings(mine(i))%speed, 9) // "," &

@@ -163,16 +163,16 @@ contains
     n = size(crossings)
     table = new_table("crossings", "Crossings", "", verdict, shown=.true.)
     table%model = model_of_modes
-    call table%add("mode", "its number", crossings%mode)
-    call table%add("order", plain, "multiple of the crank speed", crossings%order)
-    call table%add("speed", rpm, "of the crossing", crossings%speed, error="speed_error")
-    call table%add("speed_error", rpm, "bound on its error", crossings%error)
+    call table%add("mode", "its number", (crossings%mode))
+    call table%add("order", plain, "multiple of the crank speed", (crossings%order))
+    call table%add("speed", rpm, "of the crossing", (crossings%speed), error="speed_error")
+    call table%add("speed_error", rpm, "bound on its error", (crossings%error))
     call table%add("from", rpm, "where the interval of locking begins", [(crossings(i)%ends(1), i = 1, n)])
     call table%add("to", rpm, "where it ends", [(crossings(i)%ends(2), i = 1, n)])
     call table%add("frequency", hertz, "of the mode there", [(crossings(i)%at%frequency() / (2 * pi), i = 1, n)])
     call table%add("growth", per_second, "of the mode there", [(crossings(i)%at%growth, i = 1, n)])
     call table%add("damping_ratio", plain, "of the mode there", [(crossings(i)%at%damping_ratio(), i = 1, n)])
-    call table%add("locked", "1: the mode is locked to the order", crossings%locked)
+    call table%add("locked", "1: the mode is locked to the order", (crossings%locked))
   end function crossings_table
 
 end module gestell_task_campbell_task

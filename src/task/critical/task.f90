@@ -95,13 +95,13 @@ contains
     call table%add("order", "of the crank", [(nint(critical(i)%crossing%order), i = 1, n)])
     call table%add("outcome", "peak, no_peak, unbounded or unstable", outcomes(critical%outcome))
     call table%add("crossing", rpm, "speed of the crossing", [(critical(i)%crossing%speed, i = 1, n)])
-    call table%add("half_width", rpm, "of the resonance by the mode's damping", critical%half_width)
+    call table%add("half_width", rpm, "of the resonance by the mode's damping", (critical%half_width))
     call table%add("frequency", hertz, "of the mode at the crossing", [(critical(i)%crossing%at%frequency() / (2 * pi), i = 1, n)])
     call table%add("damping_ratio", plain, "of the mode at the crossing", [(critical(i)%crossing%at%damping_ratio(), i = 1, n)])
     call add_peaks(amplitude, "", "amplitude", metre)
-    call table%add("share", plain, "of the order in the mean square of the vibration", shown(amplitude, critical%share))
+    call table%add("share", plain, "of the order in the mean square of the vibration", shown(amplitude, (critical%share)))
     call add_peaks(force, "force_", "force", newton)
-    call table%add("verdict", "on the machine at the peak", critical%verdict)
+    call table%add("verdict", "on the machine at the peak", (critical%verdict))
     call table%add("small_motion", "0: beyond small motions", [(critical(i)%moved%small(), i = 1, n)], &
       & [(any(critical(i)%found), i = 1, n)])
 

@@ -109,7 +109,7 @@ contains
     integer :: orders(size(places), force_parts), i, k
 
     table = new_table("supports", "Forces on the ground", "Peak and root mean square, support by support.", verdict, shown=.true.)
-    call table%add("support", "its number; foundation, guide; total: all of them together", places%name)
+    call table%add("support", "its number; foundation, guide; total: all of them together", (places%name))
     call table%add("x", metre, "where it is in the frame's system", [(places(i)%position(1), i = 1, size(places))])
     call table%add("y", metre, "where it is in the frame's system", [(places(i)%position(2), i = 1, size(places))])
     orders = 0
@@ -145,7 +145,7 @@ contains
     call table%add("static_fy", newton, "static force along y", [(places(i)%static(2), i = 1, size(places))])
     call table%add("least_compression", newton, "least of the whole force along gravity", places%least_compression, &
       & error="least_compression_error")
-    call table%add("least_compression_error", newton, "bound on its error", places%least_error)
+    call table%add("least_compression_error", newton, "bound on its error", (places%least_error))
   end function summary
 
   pure type(table_type) function histories(places, speed, period, verdict) result(table)

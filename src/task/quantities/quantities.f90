@@ -57,7 +57,7 @@ contains
     allocate(quantities(0))
     associate (frame => configuration%frame, probes => configuration%probes)
       if (has(group, "quantities")) call read_quantities(doc, response_keys, frame, probes, .false., quantities, error)
-      if (.not. allocated(error)) call read_measures(group, response_keys, frame, probes, quantities%name, self%measures, error)
+      if (.not. allocated(error)) call read_measures(group, response_keys, frame, probes, (quantities%name), self%measures, error)
       if (allocated(error)) return
       self%ordered = self%ordered .and. size(self%measures) > 0
       call rows_of(frame, probes, self%measures, rows, error)
@@ -108,9 +108,9 @@ contains
     character(len=*), intent(in) :: verdict
 
     table = new_table("quantities", "Quantities", "What was ordered of the vibration.", verdict, shown=.true.)
-    call table%add("quantity", "name as in the input", measures%quantity)
+    call table%add("quantity", "name as in the input", (measures%quantity))
     call table%add("measure", "peak, rms or band", measure_names(measures%kind))
-    call table%add("unit", "of the value", measures%unit)
+    call table%add("unit", "of the value", (measures%unit))
     call table%add("value", plain, "over the turn", values(1, :), error="error")
     call table%add("error", plain, "bound on its error", values(2, :))
   end function table_of

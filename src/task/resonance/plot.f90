@@ -78,7 +78,7 @@ contains
     real(dp), intent(in) :: input(:)
 
     associate (points => curve%points)
-      marks = chart_marks([points(1)%speed, points(size(points))%speed], input, "rpm", points%speed, points%state == unreached)
+      marks = chart_marks([points(1)%speed, points(size(points))%speed], input, "rpm", (points%speed), points%state == unreached)
     end associate
   end function marks_of
 

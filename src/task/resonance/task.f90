@@ -156,7 +156,7 @@ contains
       & verdict)
     call table%add("speed", rpm, "of the crank", [(curve%points(i)%speed, i = 1, n)])
     call table%add("state", "ok, undecided, unstable, resonance, impossible or failed", state_names(curve%points%state))
-    call table%add("refined", "1: the speed is none of those that were ordered", curve%points%refined)
+    call table%add("refined", "1: the speed is none of those that were ordered", (curve%points%refined))
     do k = 1, size(quantities)
       name = trim(quantities(k)%name)
       unit = new_unit(trim(quantities(k)%unit))
@@ -191,15 +191,15 @@ contains
 
     table = new_table("peaks", "Peaks of the resonance curves", "", verdict, shown=.true.)
     associate (maxima => curve%maxima)
-      call table%add("quantity", "name as in the input", quantities(maxima%quantity)%name)
-      call table%add("unit", "of the value", quantities(maxima%quantity)%unit)
-      call table%add("speed", rpm, "where the maximum lies", maxima%speed)
-      call table%add("value", plain, "the peak there", maxima%value)
-      call table%add("width", rpm, "between the speeds at which the peak has fallen to 1 / sqrt(2) of it", maxima%width)
-      call table%add("damping_ratio", plain, "width / (2 speed)", maxima%damping_ratio)
-      call table%add("strongest_order", "order of the crank with the greatest amplitude", maxima%strongest_order)
+      call table%add("quantity", "name as in the input", (quantities(maxima%quantity)%name))
+      call table%add("unit", "of the value", (quantities(maxima%quantity)%unit))
+      call table%add("speed", rpm, "where the maximum lies", (maxima%speed))
+      call table%add("value", plain, "the peak there", (maxima%value))
+      call table%add("width", rpm, "between the speeds at which the peak has fallen to 1 / sqrt(2) of it", (maxima%width))
+      call table%add("damping_ratio", plain, "width / (2 speed)", (maxima%damping_ratio))
+      call table%add("strongest_order", "order of the crank with the greatest amplitude", (maxima%strongest_order))
       call table%add("state", "as in resonance.csv; unbounded", merge("unbounded ", state_names(maxima%state), maxima%unbounded))
-      call table%add("small_motion", "as in resonance.csv", maxima%small)
+      call table%add("small_motion", "as in resonance.csv", (maxima%small))
     end associate
   end function peaks_table
 

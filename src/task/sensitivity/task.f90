@@ -163,7 +163,7 @@ contains
       & shown=.true.)
     call table%add("quantity", "name as in the input", [((quantities(i)%name, k = 1, m), i = 1, n)])
     call table%add("unit", "of peak and rms", [((quantities(i)%unit, k = 1, m), i = 1, n)])
-    call table%add("parameter", "path of what is changed", [((paths(k), k = 1, m), i = 1, n)])
+    call table%add("parameter", "path of what is changed", ([((paths(k), k = 1, m), i = 1, n)]))
     call table%add("peak", plain, "of the machine itself", [((base%values(1, i), k = 1, m), i = 1, n)])
     call table%add("peak_change_percent_per_percent", plain, "d ln(peak) / d ln(parameter)", [((found(k)%slope(1, i), k = 1, m), &
       & i = 1, n)], error="peak_change_error")

@@ -30,7 +30,7 @@ contains
 
     range = [minval(abs(campbell%points%speed)), maxval(abs(campbell%points%speed))]
     if (.not. range(2) > range(1)) range = range * [1 - narrow / 2, 1 + narrow / 2]
-    top = maxval([orders * range(2) / 60 * (1 + margin / 100), pack(found%frequency, ieee_is_finite(found%frequency))])
+    top = maxval([orders * range(2) / 60 * (1 + margin / 100), pack((found%frequency), ieee_is_finite(found%frequency))])
     associate (left => range(1) * (1 - beside), right => range(2) * (1 + beside))
       lines = "set title heading noenhanced" // newline &
         & // "set xrange [" // concise(left, 7) // ":" // concise(right, 7) // "]" // newline &

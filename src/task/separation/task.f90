@@ -148,14 +148,14 @@ contains
     table = new_table("separation", "Separation", "The modes beside the orders of the crank, with the margin around these.", &
       & verdict, shown=.true.)
     table%model = model
-    call table%add("mode", "its number", found%mode)
-    call table%add("order", "multiple of the crank speed", found%order)
-    call table%add("speed", rpm, "where the two are nearest", found%speed)
-    call table%add("frequency", hertz, "of the mode there", found%frequency, error="frequency_error")
+    call table%add("mode", "its number", (found%mode))
+    call table%add("order", "multiple of the crank speed", (found%order))
+    call table%add("speed", rpm, "where the two are nearest", (found%speed))
+    call table%add("frequency", hertz, "of the mode there", (found%frequency), error="frequency_error")
     call table%add("frequency_error", hertz, "bound on its error", [(found(i)%at%error / (2 * pi), i = 1, n)])
     call table%add("damping_ratio", plain, "of the mode there, Lehr's", [(found(i)%at%damping_ratio(), i = 1, n)])
     call table%add("share", plain, "of the strongest component in the mode's mean square", [(found(i)%at%share(), i = 1, n)])
-    call table%add("excitation", hertz, "frequency of the order there", found%excitation)
+    call table%add("excitation", hertz, "frequency of the order there", (found%excitation))
     call table%add("distance", percent, "of the two, in per cent of the order's frequency", 100 * found%distance, &
       & error="distance_error")
     call table%add("distance_error", percent, "bound on its error", 100 * found%error)
@@ -163,7 +163,7 @@ contains
       call table%add("energy_" // trim(names(k)), plain, "part of " // trim(names(k)) // " in the mode's kinetic energy", &
         & [(found(i)%energy(k), i = 1, n)])
     end do
-    call table%add("state", "pass, fail or undecided", found%state)
+    call table%add("state", "pass, fail or undecided", (found%state))
   end function table_of
 
 end module gestell_task_separation_task

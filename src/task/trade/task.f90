@@ -71,14 +71,14 @@ contains
     table = new_table("trade", "Speed against accuracy", "What an accuracy costs, by method.", "", shown=.true.)
     table%remarks = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
       & // " x0 " // exact(trade%floor_x0) // new_line("a")
-    call table%add("method", "as in &accuracy; averaged: the model with averaged coefficients", rows%method)
-    call table%add("order", "order of convergence", rows%order)
-    call table%add("steps", "in a period", rows%steps)
-    call table%add("evaluations", "of the coefficients in a period", rows%evaluations)
-    call table%add("error_phi", plain, "error of Phi(T) relative to its norm", rows%error_phi)
-    call table%add("error_rho", plain, "greatest relative error of a multiplier", rows%error_rho)
-    call table%add("error_x0", plain, "error of the start of the vibration relative to its norm", rows%error_x0)
-    call table%add("seconds", unit_type(words="s"), "median time of one solution", rows%seconds)
+    call table%add("method", "as in &accuracy; averaged: the model with averaged coefficients", (rows%method))
+    call table%add("order", "order of convergence", (rows%order))
+    call table%add("steps", "in a period", (rows%steps))
+    call table%add("evaluations", "of the coefficients in a period", (rows%evaluations))
+    call table%add("error_phi", plain, "error of Phi(T) relative to its norm", (rows%error_phi))
+    call table%add("error_rho", plain, "greatest relative error of a multiplier", (rows%error_rho))
+    call table%add("error_x0", plain, "error of the start of the vibration relative to its norm", (rows%error_x0))
+    call table%add("seconds", unit_type(words="s"), "median time of one solution", (rows%seconds))
   end function table_of
 
 end module gestell_task_trade_task

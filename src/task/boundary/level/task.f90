@@ -166,11 +166,11 @@ contains
       & // concise(self%level, 9) // " " // trim(self%measure%unit) // ".", "", shown=.true.)
     associate (crossings => results%crossings)
       call table%add("curve", "number of the crossing", [(i, i = 1, size(crossings))])
-      call table%add(path, unit, "where it is, in the units of the input", crossings%value, error=path // "_error")
+      call table%add(path, unit, "where it is, in the units of the input", (crossings%value), error=path // "_error")
       call table%add("kind", "level, or jump where the number jumps across it", merge("jump ", "level", crossings%jumps))
-      call table%add(path // "_error", unit, "the crossing lies within the value plus and minus this", crossings%error)
-      call table%add("below", "at the smaller value: within, above or undecided", crossings%below)
-      call table%add("above", "at the greater value", crossings%above)
+      call table%add(path // "_error", unit, "the crossing lies within the value plus and minus this", (crossings%error))
+      call table%add("below", "at the smaller value: within, above or undecided", (crossings%below))
+      call table%add("above", "at the greater value", (crossings%above))
       call table%add("state", "of the machine: ok, undecided or unstable", state_names(crossings%state))
     end associate
     table%remarks = "level: " // trim(self%measure%name()) // " = " // exact(self%level) // " " // trim(self%measure%unit) &

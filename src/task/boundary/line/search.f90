@@ -378,7 +378,7 @@ contains
     integer :: i
 
     associate (t => search%marks(:search%seen)%t)
-      order = ascending(t)
+      order = ascending((t))
       order = pack(order, [(i == 1 .or. t(order(i)) > t(order(max(i - 1, 1))), i = 1, size(order))])
     end associate
     allocate(sorted(size(order)))
