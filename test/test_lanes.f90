@@ -6,7 +6,7 @@ module test_lanes
   use gestell_math_lanes, only: lanes, most_rows, padded, schur_complement
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_period_composition, only: multiply_maps
+  use gestell_floquet_period_composition, only: multiply_maps, transient_type
   use gestell_system_mass, only: solve_mass
   use gestell_system_second_order, only: second_order_system
   use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -35,6 +35,7 @@ contains
       & new_unittest("vanished pivots and large multipliers are told", test_multipliers), &
       & new_unittest("accelerations at many points", test_mass), &
       & new_unittest("products of maps", test_products), &
+      & new_unittest("Phi in mid-turn and where it is greatest, over blocks of maps", test_transient), &
       & new_unittest("products beyond the range", test_range), &
       & new_unittest("steps in lanes, singly, and with exchanges", test_steps)]
   end subroutine collect_lanes
@@ -163,6 +164,45 @@ contains
       end do
     end do
   end subroutine test_mass
+
+  !> Random maps in blocks as they come in a turn: against the products of all from the first, in quadruple precision.
+  subroutine test_transient(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 4, steps = 70, middle = 45, ends(0:3) = [0, 16, 50, steps]
+    real(dp), parameter :: scale(n) = [1.0_dp, 2.0_dp, 0.5_dp, 4.0_dp]
+    real(dp) :: a(n, n, steps), phi(n, n)
+    real(qp) :: exact(n, n, 0:steps), norms(steps)
+    type(transient_type) :: transient
+    logical :: fits
+    integer :: i, j, k
+
+    call random_number(a)
+    a = 0.3_dp * (a - 0.5_dp)
+    exact = 0
+    do j = 1, n
+      ! they grow at first and die out then: the greatest lies in the second block
+      a(j, j, :) = a(j, j, :) + 1 + [(0.2_dp * (30 - k) / 30, k = 1, steps)]
+      exact(j, j, 0) = 1
+    end do
+    phi = real(exact(:, :, 0), dp)
+    do k = 1, steps
+      exact(:, :, k) = matmul(real(a(:, :, k), qp), exact(:, :, k - 1))
+      norms(k) = norm2(exact(:, :, k) * spread(real(scale, qp), 1, n) / spread(real(scale, qp), 2, n))
+    end do
+    transient = transient_type(peak=phi, halfway=phi, peak_norm=2.0_dp, middle=middle)
+    do i = 1, size(ends) - 1
+      call multiply_maps(a(:, :, ends(i - 1) + 1:ends(i)), scale, phi, fits, transient=transient)
+      call check(error, fits, more="it does not fit")
+      if (allocated(error)) return
+    end do
+    k = maxloc(norms, dim=1)
+    call check_that(error, abs(transient%peak_norm - norms(k)), "<", 1.0e-13_qp * norms(k), "greatest norm")
+    if (allocated(error)) return
+    ! 70 products of at most 4 terms: their roundings.
+    call check_that(error, maxval(abs(transient%peak - exact(:, :, k))), "<", 1.0e-13_qp * norms(k), "where it is greatest")
+    if (allocated(error)) return
+    call check_that(error, maxval(abs(transient%halfway - exact(:, :, middle))), "<", 1.0e-13_qp * norms(k), "in mid-turn")
+  end subroutine test_transient
 
   !> 1 to 70 random maps, against their product in quadruple precision.
   subroutine test_products(error)

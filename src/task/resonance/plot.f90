@@ -256,7 +256,7 @@ contains
     do q = 1, size(curve%order%names)
       mine = pack([(i, i = 1, size(curve%maxima))], curve%maxima%quantity == q)
       if (size(mine) > most_labelled) cycle
-      places = apart(curve%maxima(mine)%speed, 0.08_dp * abs(range(2) - range(1)), range)
+      places = apart((curve%maxima(mine)%speed), 0.08_dp * abs(range(2) - range(1)), range)
       do i = 1, size(mine)
         n = n + 1
         lines = lines // "set label " // text(n) // " '" // concise(curve%maxima(mine(i))%value, 4) // "' at " &

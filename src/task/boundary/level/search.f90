@@ -183,7 +183,7 @@ contains
     do k = 1, size(results%crossings)
       if (.not. results%crossings(k)%found) call add(results%crossings(k)%ends(1), results%crossings(k)%ends(2))
     end do
-    results%crossings = pack(results%crossings, results%crossings%found)
+    results%crossings = pack(results%crossings, (results%crossings%found))
     near = [(curve%points(i)%state <= unreached .and. side_of(curve%points(i)%speed_point_type, line%level) == "undecided" &
       & .and. .not. told(curve%points(i)%speed), i = 1, n)]
     gap = curve%points%state == in_resonance .or. curve%points%state == no_solution
