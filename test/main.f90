@@ -20,6 +20,7 @@ program main
   use test_campbell_tracking, only: collect_campbell_tracking
   use test_cheapest, only: collect_cheapest
   use test_checks, only: collect_checks
+  use test_composition, only: collect_composition
   use test_cost, only: collect_cost
   use test_data, only: collect_data
   use test_drive, only: collect_drive
@@ -96,6 +97,7 @@ program main
   suites = [ &
     & new_testsuite("base", collect_base), &
     & new_testsuite("checks", collect_checks), &
+    & new_testsuite("composition", collect_composition), &
     & new_testsuite("cost", collect_cost), &
     & new_testsuite("mesh", collect_mesh), &
     & new_testsuite("html", collect_html), &

@@ -1,4 +1,4 @@
-!> Elimination and products in lanes, against the plain algorithms in quadruple precision.
+!> Elimination and steps in lanes, against the plain algorithms in quadruple precision.
 module test_lanes
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -6,7 +6,6 @@ module test_lanes
   use gestell_math_lanes, only: lanes, most_rows, padded, schur_complement
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_period_composition, only: multiply_maps, transient_type
   use gestell_system_mass, only: solve_mass
   use gestell_system_second_order, only: second_order_system
   use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -34,9 +33,6 @@ contains
       & new_unittest("Schur complement against elimination with exchanges", test_schur), &
       & new_unittest("vanished pivots and large multipliers are told", test_multipliers), &
       & new_unittest("accelerations at many points", test_mass), &
-      & new_unittest("products of maps", test_products), &
-      & new_unittest("Phi in mid-turn and where it is greatest, over blocks of maps", test_transient), &
-      & new_unittest("products beyond the range", test_range), &
       & new_unittest("steps in lanes, singly, and with exchanges", test_steps)]
   end subroutine collect_lanes
 
@@ -164,127 +160,6 @@ contains
       end do
     end do
   end subroutine test_mass
-
-  !> Random maps in blocks as they come in a turn: against the products of all from the first, in quadruple precision.
-  subroutine test_transient(error)
-    type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: n = 4, steps = 70, middle = 45, ends(0:3) = [0, 16, 50, steps]
-    real(dp), parameter :: scale(n) = [1.0_dp, 2.0_dp, 0.5_dp, 4.0_dp]
-    real(dp) :: a(n, n, steps), phi(n, n)
-    real(qp) :: exact(n, n, 0:steps), norms(steps)
-    type(transient_type) :: transient
-    logical :: fits
-    integer :: i, j, k
-
-    call random_number(a)
-    a = 0.3_dp * (a - 0.5_dp)
-    exact = 0
-    do j = 1, n
-      ! they grow at first and die out then: the greatest lies in the second block
-      a(j, j, :) = a(j, j, :) + 1 + [(0.2_dp * (30 - k) / 30, k = 1, steps)]
-      exact(j, j, 0) = 1
-    end do
-    phi = real(exact(:, :, 0), dp)
-    do k = 1, steps
-      exact(:, :, k) = matmul(real(a(:, :, k), qp), exact(:, :, k - 1))
-      norms(k) = norm2(exact(:, :, k) * spread(real(scale, qp), 1, n) / spread(real(scale, qp), 2, n))
-    end do
-    transient = transient_type(peak=phi, halfway=phi, peak_norm=2.0_dp, middle=middle)
-    do i = 1, size(ends) - 1
-      call multiply_maps(a(:, :, ends(i - 1) + 1:ends(i)), scale, phi, fits, transient=transient)
-      call check(error, fits, more="it does not fit")
-      if (allocated(error)) return
-    end do
-    k = maxloc(norms, dim=1)
-    call check_that(error, abs(transient%peak_norm - norms(k)), "<", 1.0e-13_qp * norms(k), "greatest norm")
-    if (allocated(error)) return
-    ! 70 products of at most 4 terms: their roundings.
-    call check_that(error, maxval(abs(transient%peak - exact(:, :, k))), "<", 1.0e-13_qp * norms(k), "where it is greatest")
-    if (allocated(error)) return
-    call check_that(error, maxval(abs(transient%halfway - exact(:, :, middle))), "<", 1.0e-13_qp * norms(k), "in mid-turn")
-  end subroutine test_transient
-
-  !> 1 to 70 random maps, against their product in quadruple precision.
-  subroutine test_products(error)
-    type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: orders(3) = [1, 2, 6]
-    real(dp), parameter :: scale(6) = [1.0_dp, 2.0_dp, 0.5_dp, 4.0_dp, 1.0_dp, 8.0_dp]
-    real(dp), allocatable :: a(:, :, :), b(:, :), phi(:, :), xp(:), free(:, :)
-    real(qp), allocatable :: exact(:, :), forced(:)
-    real(qp) :: farthest
-    real(dp) :: reach
-    logical :: fits
-    integer :: i, steps, k, j
-
-    do i = 1, size(orders)
-      associate (n => orders(i))
-        do steps = 1, 70
-          if (allocated(a)) deallocate(a, b, phi, xp)
-          allocate(a(n, n, steps), b(n, steps), phi(n, n), xp(n))
-          call random_number(a)
-          call random_number(b)
-          call random_number(phi)
-          call random_number(xp)
-          a = 0.2_dp * (a - 0.5_dp)
-          do j = 1, n
-            a(j, j, :) = a(j, j, :) + 1
-          end do
-          exact = real(phi, qp)
-          free = phi
-          forced = real(xp, qp)
-          farthest = 0.7_qp
-          reach = 0.7_dp
-          do k = 1, steps
-            exact = matmul(real(a(:, :, k), qp), exact)
-            forced = matmul(real(a(:, :, k), qp), forced) + b(:, k)
-            farthest = max(farthest, norm2(forced / scale(:n)))
-          end do
-          call multiply_maps(a, scale(:n), phi, fits, b, xp, reach)
-          call check(error, fits, more="it does not fit")
-          if (allocated(error)) return
-          ! 70 products of at most 6 terms: their roundings.
-          call check_that(error, maxval(abs(phi - exact)), "<", 1.0e-13_qp * maxval(abs(exact)), "Phi")
-          if (allocated(error)) return
-          call check_that(error, maxval(abs(xp - forced)), "<", 1.0e-13_qp * maxval(abs(forced)), "x_p")
-          if (allocated(error)) return
-          call check_that(error, abs(reach - farthest), "<", 1.0e-13_qp * farthest, "reach")
-          if (allocated(error)) return
-          call multiply_maps(a, scale(:n), free, fits)
-          call check_that(error, maxval(abs(free - phi)), "<", 1.0e-13_dp * maxval(abs(phi)), "unforced")
-          if (allocated(error)) return
-        end do
-      end associate
-    end do
-  end subroutine test_products
-
-  !> A segment whose own product overflows though that of all steps does not; products that do; what is no number.
-  subroutine test_range(error)
-    type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: steps = 64
-    real(dp) :: a(2, 2, steps), phi(2, 2)
-    logical :: fits
-    integer :: k
-
-    a = 0
-    do k = 1, steps
-      a(1, 1, k) = merge(1.0e-20_dp, 1.0e20_dp, k <= 8)
-      if (k > 16) a(1, 1, k) = 1
-      a(2, 2, k) = 1
-    end do
-    phi = a(:, :, steps)
-    call multiply_maps(a, [1.0_dp, 1.0_dp], phi, fits)
-    call check(error, fits, more="it does not fit")
-    if (allocated(error)) return
-    call check_that(error, maxval(abs(phi - a(:, :, steps))), "<", 1.0e-14_dp, "down and up again")
-    if (allocated(error)) return
-
-    a(1, 1, 17) = 1.0e151_dp
-    call multiply_maps(a, [1.0_dp, 1.0_dp], phi, fits)
-    call check(error, .not. fits, more="too large")
-    if (allocated(error)) return
-    call multiply_maps(a(:, :, :17), [1.0_dp, 1.0_dp], phi, fits)
-    call check(error, .not. fits, more="too large in few steps")
-  end subroutine test_range
 
   !> A step of gauss8 for M q'' + C q = h with constant coefficients is the same map by all ways: in lanes (eight steps and
   !> more), singly (fewer), with exchanges (M with zeros on its diagonal; frequencies so high that elimination without is
