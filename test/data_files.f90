@@ -101,12 +101,16 @@ contains
     call read(group, keys, "guide_point", joint%guide_point, error, units, default=0.0_dp)
     call read(group, keys, "guide_angle", joint%guide_angle_deg, error, default=0.0_dp)
     call read(group, keys, "slot_angle", joint%slot_angle_deg, error, default=90.0_dp)
+    if (kind == "follower") then
+      call read(group, keys, "lift", joint%lift, error, units, default=0.0_dp)
+      call read(group, keys, "lift_phase", joint%phase_deg, error)
+    end if
     if (has(group, "pivot")) then
       call read(group, keys, "pivot", pivot, error)
       joint%ends(1) = findloc(group_names(joints) == pivot, .true., dim=1)
     end if
-    if (has(group, "ends")) then
-      call read(group, keys, "ends", words, error)
+    if (has(group, "ends") .or. has(group, "cam")) then
+      call read(group, keys, trim(merge("cam ", "ends", has(group, "cam"))), words, error)
       do k = 1, size(words)
         joint%ends(k) = findloc(group_names(joints) == words(k), .true., dim=1)
       end do

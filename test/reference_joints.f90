@@ -51,6 +51,11 @@ contains
       call guide_of(joint%guide, joint%guide_point*1.0_qp, joint%guide_angle_deg*1.0_qp, scale, p, g, u, margin2)
       call meet_lines(g, u, p(:, :, joint%ends(1)), turned(u, joint%slot_angle_deg*1.0_qp), s, margin)
       margin = min(margin, margin2)
+    case ('follower')
+      call guide_of(joint%guide, joint%guide_point*1.0_qp, joint%guide_angle_deg*1.0_qp, scale, p, g, u, margin)
+      call body_axis(p, joint%ends(1), joint%ends(2), scale, u2, margin2)
+      margin = min(margin, margin2)
+      s = lifted(joint, g, u, u2)
     case default
       error stop "reference_joints: unknown kind of joint"
     end select
@@ -132,6 +137,27 @@ contains
       s(:, k) = by_projections(left(u(:, 0)), left(w(:, 0)), on_line(g, u, s, k), on_line(h, w, s, k))
     end do
   end subroutine meet_lines
+
+  !> Follower: s = g + L u, L(theta) along the guide; theta from u to the cam's axis e turns by e x e' - u x u'.
+  pure function lifted(joint, g, u, e) result(s)
+    type(joint_data), intent(in) :: joint
+    real(qp), dimension(2, 0:2), intent(in) :: g, u, e
+    real(qp) :: s(2, 0:2), theta(0:2), lift(0:2)
+    integer :: k
+
+    theta(0) = atan2(cross(u(:, 0), e(:, 0)), dot_product(u(:, 0), e(:, 0))) + joint%phase_deg*pi_qp/180
+    theta(1:2) = [(cross(e(:, 0), e(:, k)) - cross(u(:, 0), u(:, k)), k = 1, 2)]
+    lift = [joint%lift(1)*1.0_qp, 0.0_qp, 0.0_qp]
+    do k = 1, size(joint%lift)/2
+      associate (c => joint%lift(2*k)*cos(k*theta(0)), d => joint%lift(2*k)*sin(k*theta(0)), &
+        & p => joint%lift(2*k + 1)*sin(k*theta(0)), q => joint%lift(2*k + 1)*cos(k*theta(0)))
+        lift = lift + [c + p, k*(q - d)*theta(1), k*(q - d)*theta(2) - k**2*(c + p)*theta(1)**2]
+      end associate
+    end do
+    s(:, 0) = g(:, 0) + lift(0)*u(:, 0)
+    s(:, 1) = g(:, 1) + lift(0)*u(:, 1) + lift(1)*u(:, 0)
+    s(:, 2) = g(:, 2) + lift(0)*u(:, 2) + 2*lift(1)*u(:, 1) + lift(2)*u(:, 0)
+  end function lifted
 
   !> Unit vector e from joint `from` toward joint `to`; the x-axis if to = 0. With the way r between them its closure
   !> is e.e = 1 and left(r).e = 0, hence e.e' = 0, left(r).e' = -left(r').e, and so on; |r| may vary.

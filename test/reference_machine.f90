@@ -22,11 +22,13 @@ module reference_machine
   !>   PRP     where the guide and the second guide meet
   !>   RPP     on the guide, where it is met by the slot: the line through ends(1), along the guide's direction turned
   !>           by `slot_angle_deg` counter-clockwise
+  !>   follower on the guide, by the lift from its point: lift(1) + lift(2) cos + lift(3) sin + lift(4) cos 2 + ... of the
+  !>           angle from the guide's direction to the way from ends(1) to ends(2), plus `phase_deg`
   !>
   !> A guide is a directed line through `guide_point` at `guide_angle_deg`: in x-y, or, if the numbers of two joints
   !> stand in `guide` (P, Q), in the system with origin P and x-axis toward Q. The second guide in the same way.
   type :: joint_data
-    character(len=6) :: kind = 'ground'
+    character(len=8) :: kind = 'ground'
     integer :: ends(2) = 0
     real(dp) :: position(2) = 0    ! m
     real(dp) :: radius = 0         ! m
@@ -41,6 +43,7 @@ module reference_machine
     real(dp) :: guide2_point(2) = 0
     real(dp) :: guide2_angle_deg = 0
     real(dp) :: slot_angle_deg = 90
+    real(dp) :: lift(7) = 0        ! m
   end type joint_data
 
   !> A body; its xi-axis points from joint `from` to joint `to`, whose distance may vary. to = 0: it translates with

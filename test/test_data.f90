@@ -3,7 +3,8 @@ module test_data
   use checks, only: check_failure, check_success, check_that
   use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: text
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
@@ -30,6 +31,7 @@ contains
 
     testsuite = [ &
       & new_unittest("the machines in data/ against the reference", test_machines), &
+      & new_unittest("cam press: the ram's inertia force in closed form", test_cam_press), &
       & new_unittest("mass functions by harmonics: an unbalanced crank", test_harmonics), &
       & new_unittest("mass functions that no masses can have", test_impossible)]
   end subroutine collect_data
@@ -37,7 +39,7 @@ contains
   subroutine test_machines(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: names(*) = [character(len=24) :: "khang_four_bar", "khang_four_bar_printed", &
-      & "compressor", "watt_six_bar", "shaper", "flying_press", "rocking_sieve"]
+      & "compressor", "watt_six_bar", "shaper", "flying_press", "cam_press", "rocking_sieve"]
     integer :: i
 
     do i = 1, size(names)
@@ -91,6 +93,32 @@ contains
     call check_that(error, norm2(real(solution%x0 - x0, dp) / monodromy%scale), "<", 1.0e-9_dp &
       & * norm2(solution%x0 / monodromy%scale), file // ": x0 to 1e-9")
   end subroutine compare
+
+  !> The ram of 14 kg moves downward by L = h (1/2 - 9/16 cos + 1/16 cos 3), L'' = 9/4 h sin^2 cos of the shaft's angle; the rod's
+  !> centre of mass, 60 of its 180 mm from the crank's joint, upward by 2/3 r sin; shaft and feed have none.
+  subroutine test_cam_press(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: doc
+    type(configuration_type) :: configuration
+    type(gestell_error), allocatable :: failure
+    type(mass_functions_type) :: a
+    real(dp), parameter :: h = 0.04_dp, r = 0.03_dp
+    real(dp) :: phi, force
+    integer :: k
+
+    call read_document("data/cam_press.nml", doc, failure)
+    if (.not. allocated(failure)) call check_document(doc, input_schema(), failure)
+    if (.not. allocated(failure)) call read_configuration(doc, configuration, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    do k = 0, 71
+      phi = 2 * pi * k / 72
+      call configuration%frame%mechanism%mass_functions(phi, a)
+      force = -14 * 9 * h / 4 * sin(phi)**2 * cos(phi) - 0.8_dp * 2 * r / 3 * sin(phi)
+      call check_that(error, abs(a%a2%dd - force), "<", 1.0e-14_dp, "inertia force at " // text(5 * k) // " deg")
+      if (allocated(error)) return
+    end do
+  end subroutine test_cam_press
 
   !> A crank of mass m with its centre at r: a1 = m r cos, a2 = m r sin, a3 = m r^2, H = m r^2 + J; a4 = 0.
   subroutine test_harmonics(error)

@@ -2,9 +2,12 @@
 
 import csv
 import math
+import shutil
+from pathlib import Path
 
 from harness import Folder, Run, Table, check, equal, files, series, tables
 
+DATA = Path(__file__).resolve().parents[2] / "data"
 # A tappet of 2 kg above its shaft in a frame on springs; JOINT is how it is driven.
 MACHINE = """\
 &case title='Cam', tasks='response','power' /
@@ -111,6 +114,25 @@ def test_told():
             check("follower, sweep: more lift, more vibration", len(peaks) == 3 and sorted(peaks) == peaks, "rising", peaks)
 
 
+def test_press():
+    """data/cam_press.nml: of its ram m h 9/16 Omega^2 in order 1 and 3; stable, and 20 % off orders 1 to 4."""
+    with Folder() as folder:
+        shutil.copy(DATA / "cam_press.nml", folder)
+        run = Run(folder, "--check", "cam_press.nml")
+        run.done("cam press, --check")
+        omega = 14 * math.pi
+        rod = 0.8 * 0.03 * 2 / 3 * omega**2
+        ram = 14 * 0.04 * 9 / 16 * omega**2
+        for order, force in ((1, math.hypot(ram, rod)), (3, ram)):
+            row = next((line.split() for line in run.out.splitlines() if line.split()[:1] == [str(order)]), [])
+            check(f"cam press, order {order} of fy", f"{force:.5g}" in row, f"{force:.5g}", row)
+        run = Run(folder, "cam_press.nml")
+        run.done("cam press")
+        equal("cam press, verdict", run.out.splitlines()[-1], "VERDICT  stable")
+        states = [line.split()[-1] for line in run.out.splitlines() if line.endswith((" pass", " fail"))]
+        equal("cam press, separation", states, ["pass"] * 3)
+
+
 def test_refused():
     start = "input.nml:5: &joint 'T': "
     for what, words, message in (
@@ -143,4 +165,4 @@ def test_refused():
                                          "or those that carry its guide")
 
 
-FOLLOWER_TESTS = (test_yoke, test_tables, test_units, test_told, test_refused)
+FOLLOWER_TESTS = (test_yoke, test_tables, test_units, test_told, test_press, test_refused)
