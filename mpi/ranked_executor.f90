@@ -4,7 +4,7 @@ module ranked_executor
   use gestell_input_wording, only: counted
   use gestell_task_executor, only: executor_type, work_type
   use queue, only: open_queue, queue_type
-  use ranks, only: number_of_ranks, own_rank, same_everywhere, share_first_error => share_error, share_all_marks => share_marks
+  use ranks, only: number_of_ranks, own_rank, same_everywhere, share_first_error => share_error, share_marks
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -12,12 +12,12 @@ module ranked_executor
   type, extends(executor_type), public :: ranked_executor_type
   contains
     procedure :: spread
-    procedure :: leads
-    procedure :: share_of
-    procedure :: share_error
-    procedure :: share_marks
-    procedure :: compare
-    procedure :: told
+    procedure, nopass :: leads
+    procedure, nopass :: share_of
+    procedure, nopass :: share_error
+    procedure, nopass :: share_marks
+    procedure, nopass :: compare
+    procedure, nopass :: told
   end type ranked_executor_type
 
 contains
@@ -54,61 +54,36 @@ contains
     end associate
   end subroutine spread
 
-  logical function leads(self)
-    class(ranked_executor_type), intent(in) :: self
-
+  logical function leads()
     leads = own_rank() == 0
-    associate (unused => self)
-    end associate
   end function leads
 
-  function share_of(self, count) result(mine)
-    class(ranked_executor_type), intent(in) :: self
+  function share_of(count) result(mine)
     integer, intent(in) :: count
     logical :: mine(count)
 
     mine = .false.
     mine(1 + own_rank()::number_of_ranks()) = .true.
-    associate (unused => self)
-    end associate
   end function share_of
 
-  subroutine share_error(self, error)
-    class(ranked_executor_type), intent(in) :: self
+  subroutine share_error(error)
     type(error_type), allocatable, intent(inout) :: error
 
     call share_first_error(error)
-    associate (unused => self)
-    end associate
   end subroutine share_error
 
-  subroutine share_marks(self, marks)
-    class(ranked_executor_type), intent(in) :: self
-    logical, contiguous, intent(inout) :: marks(:)
-
-    call share_all_marks(marks)
-    associate (unused => self)
-    end associate
-  end subroutine share_marks
-
-  subroutine compare(self, content, name, error)
-    class(ranked_executor_type), intent(in) :: self
+  subroutine compare(content, name, error)
     integer(int64), intent(in) :: content
     character(len=*), intent(in) :: name
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. same_everywhere(content)) call fatal_error(error, name // ": is not the same file for all ranks", invalid_input)
-    associate (unused => self)
-    end associate
   end subroutine compare
 
-  function told(self) result(line)
-    class(ranked_executor_type), intent(in) :: self
+  function told() result(line)
     character(len=:), allocatable :: line
 
     line = "  computed by " // counted(number_of_ranks(), "rank") // new_line("a")
-    associate (unused => self)
-    end associate
   end function told
 
 end module ranked_executor

@@ -31,7 +31,7 @@ module gestell_run_terminal
     procedure :: start
     procedure :: add
     procedure :: clear
-    procedure :: show_part
+    procedure, nopass :: show_part
   end type terminal_type
 
   integer, parameter :: bar = 30, widest = 79
@@ -41,8 +41,7 @@ module gestell_run_terminal
 contains
 
   !> Shows `part`, from 0 to 1, in place of what it showed before; at 1 the line disappears.
-  subroutine show_part(self, doing, part)
-    class(terminal_type), intent(inout) :: self
+  subroutine show_part(doing, part)
     character(len=*), intent(in) :: doing
     real(dp), intent(in) :: part
 
@@ -52,8 +51,6 @@ contains
     else
       call show("")
     end if
-    associate (unused => self)
-    end associate
   end subroutine show_part
 
   !> Begins with `all` points to come.

@@ -1,6 +1,7 @@
 !> From the groups of an input file to the machine that they describe, and what all tasks share.
 module gestell_task_configuration
   use gestell_base_error, only: error_type, impossible_mechanism
+  use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_input_namelist_document, only: document_type, group_type, the_group
   use gestell_input_machine_frame, only: read_frame
@@ -47,44 +48,45 @@ module gestell_task_configuration
     type(error_type), allocatable :: impossible
   contains
     procedure :: model
+    procedure :: speeds
   end type configuration_type
 
 contains
 
   !> The machine of a checked document, which has been turned once. `own`: a task is about it; where none is, it may be impossible.
   !> Errors: values out of range, joints that do not fit together (code 2), a mechanism that cannot turn (3).
-  subroutine read_machine(doc, own, configuration, error)
-    type(document_type), intent(in) :: doc
-    logical, intent(in) :: own
+  subroutine read_machine(configuration, own, error)
     type(configuration_type), intent(inout) :: configuration
+    logical, intent(in) :: own
     type(error_type), allocatable, intent(out) :: error
     class(mechanism_type), allocatable :: mechanism
 
-    call read_model(doc, configuration, error)
-    if (.not. allocated(error)) call read_units(doc, configuration%units, error)
-    if (.not. allocated(error)) call read_mechanism(doc, configuration%units, mechanism, error)
+    call read_model(configuration, error)
     if (allocated(error)) return
-    call read_frame(doc, configuration%units, mechanism, configuration%frame, error)
-    if (allocated(error)) then
-      if (error%code /= impossible_mechanism .or. own) return
-      call move_alloc(error, configuration%impossible)
-      ! what quantities there are can be told all the same
-      if (.not. allocated(configuration%frame%free)) configuration%frame%free = [1, 2, 3]
-    end if
-    call read_probes(doc, configuration%units, configuration%probes, error)
+    associate (doc => configuration%document, units => configuration%units, frame => configuration%frame)
+      call read_units(doc, units, error)
+      if (.not. allocated(error)) call read_mechanism(doc, units, mechanism, error)
+      if (allocated(error)) return
+      call read_frame(doc, units, mechanism, frame, error)
+      if (allocated(error)) then
+        if (error%code /= impossible_mechanism .or. own) return
+        call move_alloc(error, configuration%impossible)
+        ! what quantities there are can be told all the same
+        if (.not. allocated(frame%free)) frame%free = [1, 2, 3]
+      end if
+      call read_probes(doc, units, configuration%probes, error)
+    end associate
   end subroutine read_machine
 
   !> What runs in the sweep; `over_speed`: the crank's speed has to. Errors: as of the plan.
-  subroutine read_plan(doc, schema, over_speed, configuration, error)
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
-    logical, intent(in) :: over_speed
+  subroutine read_plan(configuration, over_speed, error)
     type(configuration_type), intent(inout) :: configuration
+    logical, intent(in) :: over_speed
     type(error_type), allocatable, intent(out) :: error
 
     allocate(configuration%plan)
-    associate (plan => configuration%plan)
-      call read_sweep(doc, schema, configuration%units, configuration%frame, configuration%probes, plan, error)
+    associate (plan => configuration%plan, doc => configuration%document)
+      call read_sweep(doc, configuration%schema, configuration%units, configuration%frame, configuration%probes, plan, error)
       plan%order%accuracy = configuration%accuracy
       plan%order%model = configuration%model()
       if (.not. allocated(error) .and. over_speed) call read_speeds(doc, plan, error)
@@ -100,9 +102,19 @@ contains
     if (self%tasks%averaged) name = "averaged"
   end function model
 
+  !> The speeds of the sweep (1/min).
+  pure function speeds(self)
+    class(configuration_type), intent(in) :: self
+    real(dp), allocatable :: speeds(:)
+    integer :: k
+
+    associate (axis => self%plan%grid%axes(1))
+      speeds = axis%value([(k, k = 1, axis%count)])
+    end associate
+  end function speeds
+
   !> Title, model, accuracy and how much of a vibration is told.
-  subroutine read_model(doc, configuration, error)
-    type(document_type), intent(in) :: doc
+  subroutine read_model(configuration, error)
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
@@ -110,17 +122,17 @@ contains
 
     configuration%tasks%stability = .false.
     configuration%tasks%response = .false.
-    call read(the_group(doc, "case"), case_keys, "title", configuration%title, error)
+    call read(the_group(configuration%document, "case"), case_keys, "title", configuration%title, error)
     if (allocated(error)) return
-    call read(the_group(doc, "resonance"), resonance_keys, "orders", configuration%orders, error)
+    call read(the_group(configuration%document, "resonance"), resonance_keys, "orders", configuration%orders, error)
     if (allocated(error)) return
 
-    group = the_group(doc, "response")
+    group = the_group(configuration%document, "response")
     call read(group, response_keys, "points", configuration%tasks%points, error)
     if (.not. allocated(error)) call read(group, response_keys, "harmonics", configuration%tasks%harmonics, error)
     if (allocated(error)) return
 
-    group = the_group(doc, "model")
+    group = the_group(configuration%document, "model")
     call read(group, model_keys, "coefficients", coefficients, error)
     if (allocated(error)) return
     configuration%tasks%averaged = coefficients == "averaged"
@@ -139,7 +151,7 @@ contains
       return
     end if
 
-    group = the_group(doc, "accuracy")
+    group = the_group(configuration%document, "accuracy")
     associate (accuracy => configuration%accuracy)
       call read(group, accuracy_keys(), "tolerance", accuracy%tolerance, error)
       if (.not. allocated(error)) call read(group, accuracy_keys(), "method", accuracy%method, error)

@@ -1,6 +1,5 @@
 !> What a task is run with: the machine, what the options ask for, where files go, who does the work.
 module gestell_task_context
-  use gestell_base_kinds, only: dp
   use gestell_output_head, only: head_type
   use gestell_output_result, only: result_type
   use gestell_study_family, only: family_type
@@ -36,7 +35,6 @@ module gestell_task_context
     class(*), allocatable :: kept
   contains
     procedure :: members
-    procedure :: speeds
   end type context_type
 
 contains
@@ -64,16 +62,5 @@ contains
     if (context%executor%journal%damaged) call result%note(context%folder // ": what an interrupted run has left is damaged: " &
       & // "computed again as far as it is")
   end subroutine keep_journal
-
-  !> The speeds of the sweep (1/min).
-  pure function speeds(self)
-    class(context_type), intent(in) :: self
-    real(dp), allocatable :: speeds(:)
-    integer :: k
-
-    associate (axis => self%configuration%plan%grid%axes(1))
-      speeds = axis%value([(k, k = 1, axis%count)])
-    end associate
-  end function speeds
 
 end module gestell_task_context

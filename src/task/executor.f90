@@ -24,7 +24,7 @@ module gestell_task_executor
     procedure(start), deferred :: start
     procedure(add), deferred :: add
     procedure(clear), deferred :: clear
-    procedure(show_part), deferred :: show_part
+    procedure(show_part), nopass, deferred :: show_part
   end type progress_type
 
   type, public :: executor_type
@@ -39,12 +39,12 @@ module gestell_task_executor
   contains
     procedure :: spread
     procedure :: show
-    procedure :: leads
-    procedure :: share_of
-    procedure :: share_error
-    procedure :: share_marks
-    procedure :: compare
-    procedure :: told
+    procedure, nopass :: leads
+    procedure, nopass :: share_of
+    procedure, nopass :: share_error
+    procedure, nopass :: share_marks
+    procedure, nopass :: compare
+    procedure, nopass :: told
   end type executor_type
 
   abstract interface
@@ -81,10 +81,9 @@ module gestell_task_executor
     end subroutine clear
 
     !> What is being done, and which part of it is, from 0 to 1.
-    subroutine show_part(self, doing, part)
-      import :: progress_type, dp
+    subroutine show_part(doing, part)
+      import :: dp
       implicit none (type, external)
-      class(progress_type), intent(inout) :: self
       character(len=*), intent(in) :: doing
       real(dp), intent(in) :: part
     end subroutine show_part
@@ -189,62 +188,49 @@ contains
   end subroutine spread_over
 
   !> Whether this process is the one that tells and writes.
-  logical function leads(self)
-    class(executor_type), intent(in) :: self
-
+  logical function leads()
     leads = .true.
-    associate (unused => self)
-    end associate
   end function leads
 
   !> Which of the numbers 1 ... `count` this process is to look at, where each needs one that does.
-  function share_of(self, count) result(mine)
-    class(executor_type), intent(in) :: self
+  function share_of(count) result(mine)
     integer, intent(in) :: count
     logical :: mine(count)
 
     mine = .true.
-    associate (unused => self)
-    end associate
   end function share_of
 
   !> The error of one process becomes that of all.
-  subroutine share_error(self, error)
-    class(executor_type), intent(in) :: self
+  subroutine share_error(error)
     type(error_type), allocatable, intent(inout) :: error
 
-    associate (unused => self, unused_error => error)
+    associate (unused => error)
     end associate
   end subroutine share_error
 
   !> A mark that one process sets is set for all.
-  subroutine share_marks(self, marks)
-    class(executor_type), intent(in) :: self
+  subroutine share_marks(marks)
     logical, contiguous, intent(inout) :: marks(:)
 
-    associate (unused => self, unused_marks => marks)
+    associate (unused => marks)
     end associate
   end subroutine share_marks
 
   !> Error: the processes do not have the same `content`, a hash of the input of this name.
-  subroutine compare(self, content, name, error)
-    class(executor_type), intent(in) :: self
+  subroutine compare(content, name, error)
     integer(int64), intent(in) :: content
     character(len=*), intent(in) :: name
     type(error_type), allocatable, intent(out) :: error
 
-    associate (unused => self, unused_content => content, unused_name => name, unused_error => error)
+    associate (unused_content => content, unused_name => name)
     end associate
   end subroutine compare
 
   !> Who works, as a line of the report; empty: this process alone.
-  function told(self) result(line)
-    class(executor_type), intent(in) :: self
+  function told() result(line)
     character(len=:), allocatable :: line
 
     line = ""
-    associate (unused => self)
-    end associate
   end function told
 
   !> What is being done, and which part of it is, from 0 to 1; at 1 the words disappear.

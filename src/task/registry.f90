@@ -93,15 +93,15 @@ contains
     do i = 1, size(tasks)
       tasks(i)%task%ordered = any(names == tasks(i)%task%name)
     end do
-    call read_machine(doc, size(names) == 0 .or. any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= all_machines, &
-      & i = 1, size(tasks))]), configuration, error)
+    call read_machine(configuration, size(names) == 0 .or. any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= all_machines, &
+      & i = 1, size(tasks))]), error)
     if (allocated(error)) return
-    if (orders_any(tasks, all_machines) .or. orders_any(tasks, all_speeds)) call read_plan(doc, schema, orders_any(tasks, &
-      & all_speeds), configuration, error)
+    if (orders_any(tasks, all_machines) .or. orders_any(tasks, all_speeds)) call read_plan(configuration, orders_any(tasks, &
+      & all_speeds), error)
     if (allocated(error)) return
     do i = 1, size(tasks)
       if (allocated(configuration%impossible) .and. .not. tasks(i)%task%ordered) cycle
-      call tasks(i)%task%read(doc, schema, configuration, error)
+      call tasks(i)%task%read(configuration, error)
       if (allocated(error)) return
     end do
   end subroutine read_input

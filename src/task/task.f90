@@ -1,7 +1,6 @@
 !> A task: an answer that the user can order. A new one is a folder beside this file and a line in the registry.
 module gestell_task
   use gestell_base_error, only: error_type
-  use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
   use gestell_output_file_result_files, only: longest_table
   use gestell_output_result, only: result_type
@@ -28,9 +27,9 @@ module gestell_task
     logical :: ordered = .false., implied = .false.
   contains
     procedure(describe), deferred :: describe
-    procedure :: extend => extend_nothing
+    procedure, nopass :: extend => extend_nothing
     procedure :: read => read_nothing
-    procedure :: prepare => prepare_nothing
+    procedure, nopass :: prepare => prepare_nothing
     procedure :: preview => no_preview
     procedure(run), deferred :: run
     procedure :: settle => settle_nothing
@@ -63,34 +62,30 @@ module gestell_task
 contains
 
   !> Adds the groups and keys that are the task's own to what an input can say.
-  subroutine extend_nothing(self, schema)
-    class(task_type), intent(in) :: self
+  subroutine extend_nothing(schema)
     type(schema_type), intent(inout) :: schema
 
-    associate (unused_task => self, unused_schema => schema)
+    associate (unused => schema)
     end associate
   end subroutine extend_nothing
 
   !> Reads the task's own keys, also where it was not ordered, and enters what it needs of the machine. Errors point into the
   !> input.
-  subroutine read_nothing(self, doc, schema, configuration, error)
+  subroutine read_nothing(self, configuration, error)
     class(task_type), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    associate (unused_task => self, unused_doc => doc, unused_schema => schema, unused_machine => configuration)
+    associate (unused_task => self, unused_machine => configuration)
     end associate
   end subroutine read_nothing
 
   !> Looks whether it can do what the options ask for. Error: wrong usage.
-  subroutine prepare_nothing(self, context, error)
-    class(task_type), intent(inout) :: self
+  subroutine prepare_nothing(context, error)
     type(context_type), intent(in) :: context
     type(error_type), allocatable, intent(out) :: error
 
-    associate (unused_task => self, unused_context => context, unused_error => error)
+    associate (unused => context)
     end associate
   end subroutine prepare_nothing
 
@@ -109,7 +104,7 @@ contains
   subroutine settle_nothing(self)
     class(task_type), intent(inout) :: self
 
-    associate (unused_task => self)
+    associate (unused => self)
     end associate
   end subroutine settle_nothing
 

@@ -2,8 +2,7 @@
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_text, only: exact, text
-  use gestell_input_namelist_document, only: document_type, has, the_group
-  use gestell_input_schema, only: schema_type
+  use gestell_input_namelist_document, only: has, the_group
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: radian, unit_type
@@ -50,20 +49,16 @@ contains
     self%about = all_machines
   end subroutine describe
 
-  subroutine read_boundary(self, doc, schema, configuration, error)
+  subroutine read_boundary(self, configuration, error)
     class(boundary_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
     ! with a quantity it is about that: gestell_task_boundary_level_task
-    self%ordered = self%ordered .and. .not. has(the_group(doc, "boundary"), "quantity")
+    self%ordered = self%ordered .and. .not. has(the_group(configuration%document, "boundary"), "quantity")
     if (.not. self%ordered) return
     configuration%plan%borders%accuracy = configuration%accuracy
-    call read_borders(doc, configuration%plan, error)
-    associate (unused_schema => schema)
-    end associate
+    call read_borders(configuration%document, configuration%plan, error)
   end subroutine read_boundary
 
   function preview(self, configuration) result(lines)

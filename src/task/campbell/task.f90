@@ -88,7 +88,7 @@ contains
     diagram%order%accuracy = context%configuration%accuracy
     diagram%order%orders = context%configuration%orders
     call context%members(context%configuration%plan%family, family, model_of_modes)
-    call solve_campbell(family, context%speeds(), diagram%order, diagram%campbell, error, context%executor)
+    call solve_campbell(family, context%configuration%speeds(), diagram%order, diagram%campbell, error, context%executor)
     if (.not. allocated(error)) call find_crossings(family, diagram%order, diagram%campbell, diagram%crossings, error, &
       & context%executor)
     if (.not. allocated(error)) allocate(context%kept, source=diagram)

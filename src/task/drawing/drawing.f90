@@ -2,9 +2,8 @@
 module gestell_task_drawing
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_input_namelist_document, only: document_type, the_group
+  use gestell_input_namelist_document, only: the_group
   use gestell_input_namelist_message, only: input_error
-  use gestell_input_schema, only: schema_type
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_skeleton, only: skeleton_type, trace_skeleton
@@ -39,10 +38,8 @@ contains
   end subroutine describe
 
   !> Error: there is nothing to draw.
-  subroutine read_drawing(self, doc, schema, configuration, error)
+  subroutine read_drawing(self, configuration, error)
     class(drawing_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
@@ -50,11 +47,9 @@ contains
     select type (mechanism => configuration%frame%mechanism)
     type is (linkage_type)
     class default
-      call input_error(the_group(doc, "mass_functions"), "", "there is nothing to draw: the task 'drawing' needs joints and " &
-        & // "links", error)
+      call input_error(the_group(configuration%document, "mass_functions"), "", "there is nothing to draw: the task " &
+        & // "'drawing' needs joints and links", error)
     end select
-    associate (unused_schema => schema)
-    end associate
   end subroutine read_drawing
 
   !> A mechanism that is no linkage has no drawing.
@@ -66,7 +61,7 @@ contains
     type(skeleton_type) :: skeleton
     integer :: i, k
 
-    associate (frame => context%configuration%frame)
+    associate (frame => context%configuration%frame, unused => self)
       select type (mechanism => frame%mechanism)
       class is (linkage_type)
         call trace_skeleton(mechanism, [(sign(2 * pi, frame%speed) * k / rows, k = 0, rows)], skeleton)
@@ -77,8 +72,6 @@ contains
         call result%add(table_of(frame, mechanism, skeleton), plot_mechanism(frame, mechanism, skeleton, &
           & context%configuration%probes))
       end select
-    end associate
-    associate (unused_task => self, unused_error => error)
     end associate
   end subroutine run
 

@@ -3,8 +3,6 @@ module gestell_task_forces
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_input_namelist_document, only: document_type
-  use gestell_input_schema, only: schema_type
   use gestell_model_frame_quantity, only: guide_forces, velocities
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -41,17 +39,13 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  subroutine read_forces(self, doc, schema, configuration, error)
+  subroutine read_forces(self, configuration, error)
     class(forces_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
     if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, merge(velocities, guide_forces, &
       & size(configuration%frame%free) == 3))
-    associate (unused_doc => doc, unused_schema => schema, unused_error => error)
-    end associate
   end subroutine read_forces
 
   subroutine run(self, context, result, error)
@@ -64,7 +58,7 @@ contains
     real(dp) :: peak
     integer :: i
 
-    associate (frame => context%configuration%frame, tasks => context%configuration%tasks)
+    associate (frame => context%configuration%frame, tasks => context%configuration%tasks, unused => self)
       if (allocated(context%analysis%vibration)) call find_places(context%analysis%frame, context%analysis%vibration, places, &
         & failure)
       if (allocated(places)) then
@@ -88,8 +82,6 @@ contains
       call result%add(harmonics(places, frame%period, tasks%harmonics, result%verdict))
       call result%draw(plot_forces(places, frame%speed, tasks%harmonics))
       call result%say(force_lines(places, frame%speed, trim(result%verdict)))
-    end associate
-    associate (unused_task => self, unused_error => error)
     end associate
   end subroutine run
 

@@ -3,8 +3,6 @@ module gestell_task_modes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_input_namelist_document, only: document_type
-  use gestell_input_schema, only: schema_type
   use gestell_model_frame, only: frame_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -34,16 +32,12 @@ contains
     self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 
-  subroutine read_modes(self, doc, schema, configuration, error)
+  subroutine read_modes(self, configuration, error)
     class(modes_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
     configuration%tasks%modes = self%ordered
-    associate (unused_doc => doc, unused_schema => schema, unused_error => error)
-    end associate
   end subroutine read_modes
 
   subroutine run(self, context, result, error)

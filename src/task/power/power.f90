@@ -2,9 +2,8 @@
 module gestell_task_power
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_input_namelist_document, only: document_type, the_group
+  use gestell_input_namelist_document, only: the_group
   use gestell_input_namelist_message, only: input_error
-  use gestell_input_schema, only: schema_type
   use gestell_model_frame_quantity, only: accelerations
   use gestell_model_mechanism, only: drive_columns
   use gestell_output_result, only: result_type
@@ -40,10 +39,8 @@ contains
   end subroutine describe
 
   !> Error: the mechanism does not tell its energy; averaged masses.
-  subroutine read_power(self, doc, schema, configuration, error)
+  subroutine read_power(self, configuration, error)
     class(power_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: unused(1, drive_columns)
@@ -53,14 +50,12 @@ contains
     configuration%tasks%rows = max(configuration%tasks%rows, accelerations)
     call configuration%frame%mechanism%tabulate_drive([0.0_dp], unused, known)
     if (.not. known) then
-      call input_error(the_group(doc, "mass_functions"), "", "the task 'power' needs the key energy, the harmonics of " &
-        & // "sum [m (x'^2 + y'^2) + J phi'^2]", error)
+      call input_error(the_group(configuration%document, "mass_functions"), "", "the task 'power' needs the key energy, the " &
+        & // "harmonics of sum [m (x'^2 + y'^2) + J phi'^2]", error)
     else if (configuration%tasks%averaged) then
-      call input_error(the_group(doc, "model"), "coefficients", "the task 'power' needs 'periodic': with averaged " &
-        & // "masses power does not balance", error)
+      call input_error(the_group(configuration%document, "model"), "coefficients", "the task 'power' needs 'periodic': with " &
+        & // "averaged masses power does not balance", error)
     end if
-    associate (unused_schema => schema)
-    end associate
   end subroutine read_power
 
   subroutine run(self, context, result, error)
@@ -73,7 +68,7 @@ contains
     real(dp) :: peak
     logical :: known
 
-    associate (frame => context%analysis%frame)
+    associate (frame => context%analysis%frame, unused => self)
       if (allocated(context%analysis%vibration)) then
         allocate(drive)
         call find_drive(frame, context%analysis%vibration, drive, known, failure)
@@ -91,8 +86,6 @@ contains
       call result%add(table_of(drive, frame%speed, frame%period, result%verdict), plot_power(frame%speed))
       call result%say(drive_lines(drive, frame%speed, trim(result%verdict)))
       call result%detail(balance_line(drive))
-    end associate
-    associate (unused_task => self, unused_error => error)
     end associate
   end subroutine run
 

@@ -2,8 +2,6 @@
 module gestell_task_probes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_input_namelist_document, only: document_type
-  use gestell_input_schema, only: schema_type
   use gestell_model_frame_quantity, only: accelerations
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -41,17 +39,13 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  subroutine read_probes(self, doc, schema, configuration, error)
+  subroutine read_probes(self, configuration, error)
     class(probes_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
     self%ordered = self%ordered .and. size(configuration%probes) > 0
     if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, accelerations)
-    associate (unused_doc => doc, unused_schema => schema, unused_error => error)
-    end associate
   end subroutine read_probes
 
   subroutine run(self, context, result, error)
@@ -65,7 +59,7 @@ contains
     integer :: i
 
     associate (frame => context%configuration%frame, probes => context%configuration%probes, &
-      & tasks => context%configuration%tasks)
+      & tasks => context%configuration%tasks, unused => self)
       if (allocated(context%analysis%vibration)) call watch(context%analysis%frame, context%analysis%vibration, probes, &
         & watched, failure)
       if (allocated(watched)) then
@@ -88,8 +82,6 @@ contains
       call result%draw(plot_probes(watched, frame%speed, tasks%harmonics))
       call result%say(probe_lines(watched, frame%period, trim(result%verdict)))
       call warn(watched, result)
-    end associate
-    associate (unused_task => self, unused_error => error)
     end associate
   end subroutine run
 

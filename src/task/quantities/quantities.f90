@@ -4,8 +4,7 @@ module gestell_task_quantities
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_measures, read_quantities
-  use gestell_input_namelist_document, only: document_type, group_type, has, the_group
-  use gestell_input_schema, only: schema_type
+  use gestell_input_namelist_document, only: group_type, has, the_group
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_output_report_verdict, only: section
@@ -43,19 +42,17 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  subroutine read_task(self, doc, schema, configuration, error)
+  subroutine read_task(self, configuration, error)
     class(quantities_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
     type(quantity_type), allocatable :: quantities(:)
     type(group_type) :: group
     integer :: rows
 
-    group = the_group(doc, "response")
     allocate(quantities(0))
-    associate (frame => configuration%frame, probes => configuration%probes)
+    associate (doc => configuration%document, frame => configuration%frame, probes => configuration%probes)
+      group = the_group(doc, "response")
       if (has(group, "quantities")) call read_quantities(doc, response_keys, frame, probes, .false., quantities, error)
       if (.not. allocated(error)) call read_measures(group, response_keys, frame, probes, (quantities%name), self%measures, error)
       if (allocated(error)) return
@@ -63,8 +60,6 @@ contains
       call rows_of(frame, probes, self%measures, rows, error)
     end associate
     if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, rows)
-    associate (unused_schema => schema)
-    end associate
   end subroutine read_task
 
   subroutine run(self, context, result, error)

@@ -4,8 +4,6 @@ module gestell_task_resonance_task
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_input_machine_quantities, only: read_quantities
-  use gestell_input_namelist_document, only: document_type
-  use gestell_input_schema, only: schema_type
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
@@ -57,16 +55,13 @@ contains
     self%judges = .true.
   end subroutine describe
 
-  subroutine read_resonance(self, doc, schema, configuration, error)
+  subroutine read_resonance(self, configuration, error)
     class(resonance_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    call read_quantities(doc, resonance_keys, configuration%frame, configuration%probes, .true., self%quantities, error)
-    associate (unused_schema => schema)
-    end associate
+    call read_quantities(configuration%document, resonance_keys, configuration%frame, configuration%probes, .true., &
+      & self%quantities, error)
   end subroutine read_resonance
 
   subroutine run(self, context, result, error)
@@ -85,7 +80,7 @@ contains
       order%probes = configuration%probes
       order%orders = configuration%orders
       order%accuracy = configuration%accuracy
-      call start_curve(curve, order, context%speeds(), error)
+      call start_curve(curve, order, context%configuration%speeds(), error)
       do while (.not. allocated(error))
         call curve%wanted(work%speeds)
         if (size(work%speeds) == 0) exit

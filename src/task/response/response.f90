@@ -1,8 +1,6 @@
 !> The task `response`: the periodic vibration of the frame.
 module gestell_task_response
   use gestell_base_error, only: error_type
-  use gestell_input_namelist_document, only: document_type
-  use gestell_input_schema, only: schema_type
   use gestell_model_frame, only: frame_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -46,16 +44,12 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  subroutine read_response(self, doc, schema, configuration, error)
+  subroutine read_response(self, configuration, error)
     class(response_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
     configuration%tasks%response = self%ordered
-    associate (unused_doc => doc, unused_schema => schema, unused_error => error)
-    end associate
   end subroutine read_response
 
   subroutine run(self, context, result, error)
@@ -66,7 +60,7 @@ contains
     real(dp) :: peaks(3)
     integer :: k
 
-    associate (frame => context%configuration%frame, tasks => context%configuration%tasks)
+    associate (frame => context%configuration%frame, tasks => context%configuration%tasks, unused => self)
       peaks = ieee_value(peaks, ieee_quiet_nan)
       if (allocated(context%analysis%vibration)) then
         peaks = context%analysis%vibration%peak(:3)
@@ -81,8 +75,6 @@ contains
       do k = 1, size(peaks)
         call result%brief%add(trim(names(k)) // "_peak", units(k), "peak of the vibration", peaks(k:k))
       end do
-    end associate
-    associate (unused_task => self, unused_error => error)
     end associate
   end subroutine run
 

@@ -4,7 +4,6 @@ module gestell_task_sensitivity_task
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
-  use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
@@ -33,7 +32,7 @@ module gestell_task_sensitivity_task
     type(sensitivity_plan_type) :: plan
   contains
     procedure :: describe
-    procedure :: extend
+    procedure, nopass :: extend
     procedure :: read => read_task
     procedure :: run
   end type sensitivity_task
@@ -58,26 +57,22 @@ contains
     self%judges = .true.
   end subroutine describe
 
-  subroutine extend(self, schema)
-    class(sensitivity_task), intent(in) :: self
+  subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 
     call schema%add(group_rule("sensitivity", "for the task `sensitivity`: of what, and to what"), sensitivity_keys)
-    associate (unused_task => self)
-    end associate
   end subroutine extend
 
-  subroutine read_task(self, doc, schema, configuration, error)
+  subroutine read_task(self, configuration, error)
     class(sensitivity_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    call read_quantities(doc, sensitivity_keys, configuration%frame, configuration%probes, .false., self%quantities, error)
+    call read_quantities(configuration%document, sensitivity_keys, configuration%frame, configuration%probes, .false., &
+      & self%quantities, error)
     if (allocated(error) .or. .not. self%ordered) return
     configuration%tasks%verdict = .true.
-    call read_sensitivity(doc, schema, configuration%units, self%plan, error)
+    call read_sensitivity(configuration%document, configuration%schema, configuration%units, self%plan, error)
   end subroutine read_task
 
   subroutine run(self, context, result, error)

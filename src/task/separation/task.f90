@@ -39,7 +39,7 @@ module gestell_task_separation_task
     real(dp), allocatable :: speeds(:)
   contains
     procedure :: describe
-    procedure :: extend
+    procedure, nopass :: extend
     procedure :: read => read_separation
     procedure :: run
   end type separation_task
@@ -58,41 +58,34 @@ contains
     self%judges = .true.
   end subroutine describe
 
-  subroutine extend(self, schema)
-    class(separation_task), intent(in) :: self
+  subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 
     call schema%add(group_rule("separation", "for the task `separation`: from which orders the modes keep away, and how far"), &
       & separation_keys)
-    associate (unused_task => self)
-    end associate
   end subroutine extend
 
   !> Errors: values out of range; a sweep over the speed that makes no sense.
-  subroutine read_separation(self, doc, schema, configuration, error)
+  subroutine read_separation(self, configuration, error)
     class(separation_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
-    integer :: k
 
-    call read(the_group(doc, "separation"), separation_keys, "orders", self%orders, error)
-    if (.not. allocated(error)) call read(the_group(doc, "separation"), separation_keys, "margin_percent", self%margin, error)
-    if (allocated(error) .or. .not. self%ordered) return
-    allocate(self%speeds(1))
-    call read(the_group(doc, "drive"), drive_keys, "speed_rpm", self%speeds(1), error)
-    if (allocated(error)) return
-    if (runs_over_speed(doc)) then
-      if (.not. allocated(configuration%plan)) call read_plan(doc, schema, .false., configuration, error)
+    associate (doc => configuration%document)
+      call read(the_group(doc, "separation"), separation_keys, "orders", self%orders, error)
+      if (.not. allocated(error)) call read(the_group(doc, "separation"), separation_keys, "margin_percent", self%margin, error)
+      if (allocated(error) .or. .not. self%ordered) return
+      allocate(self%speeds(1))
+      call read(the_group(doc, "drive"), drive_keys, "speed_rpm", self%speeds(1), error)
       if (allocated(error)) return
-      call refuse_standstill(groups_named(doc, "sweep"), configuration%plan, error)
-      if (allocated(error)) return
-      associate (axis => configuration%plan%grid%axes(1))
-        self%speeds = axis%value([(k, k = 1, axis%count)])
-      end associate
-    end if
-    call new_document_family(self%family, doc, schema, configuration%units, [speed_path], self%speeds(:1), error)
+      if (runs_over_speed(doc)) then
+        if (.not. allocated(configuration%plan)) call read_plan(configuration, .false., error)
+        if (.not. allocated(error)) call refuse_standstill(groups_named(doc, "sweep"), configuration%plan, error)
+        if (allocated(error)) return
+        self%speeds = configuration%speeds()
+      end if
+      call new_document_family(self%family, doc, configuration%schema, configuration%units, [speed_path], self%speeds(:1), error)
+    end associate
   end subroutine read_separation
 
   !> Whether the speed is the one thing that runs in the sweep.

@@ -2,8 +2,6 @@
 module gestell_task_stability
   use gestell_base_error, only: error_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_input_namelist_document, only: document_type
-  use gestell_input_schema, only: schema_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, radian, unit_type
@@ -37,16 +35,12 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  subroutine read_stability(self, doc, schema, configuration, error)
+  subroutine read_stability(self, configuration, error)
     class(stability_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
     configuration%tasks%stability = configuration%tasks%stability .or. self%ordered
-    associate (unused_doc => doc, unused_schema => schema, unused_error => error)
-    end associate
   end subroutine read_stability
 
   subroutine run(self, context, result, error)
@@ -56,7 +50,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(mode_type), allocatable :: modes(:)
 
-    associate (multipliers => context%analysis%multipliers, frame => context%configuration%frame)
+    associate (multipliers => context%analysis%multipliers, frame => context%configuration%frame, unused => self)
       call result%add(table_of(multipliers), plot_multipliers(frame, multipliers))
       call result%brief%add("rho_max", plain, "largest |rho|", [abs(multipliers%rho(1))])
       call result%brief%add("log_rho_max", plain, "its natural logarithm", [multipliers%log_abs(1)])
@@ -65,8 +59,6 @@ contains
       if (.not. context%reports) return
       call name_modes(context, modes)
       call result%say(multiplier_lines(multipliers, modes, abs(frame%speed)))
-    end associate
-    associate (unused_task => self, unused_error => error)
     end associate
   end subroutine run
 

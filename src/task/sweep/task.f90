@@ -29,7 +29,7 @@ module gestell_task_sweep_task
     type(campaign_type) :: campaign
   contains
     procedure :: describe
-    procedure :: prepare
+    procedure, nopass :: prepare
     procedure :: preview
     procedure :: run
     procedure :: settle
@@ -62,16 +62,13 @@ contains
   end subroutine describe
 
   !> Error: a verdict is wanted and not ordered.
-  subroutine prepare(self, context, error)
-    class(sweep_task), intent(inout) :: self
+  subroutine prepare(context, error)
     type(context_type), intent(in) :: context
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. context%fails_if_unstable) return
     if (verdict_column(context%configuration%plan%order%columns) == 0) call fatal_error(error, "--fail-if-unstable needs the " &
       & // "column 'verdict' of the sweep", wrong_usage)
-    associate (unused_task => self)
-    end associate
   end subroutine prepare
 
   function preview(self, configuration) result(lines)

@@ -45,7 +45,7 @@ contains
     type(model_trade_type) :: model
     type(model_finding_type) :: models(size(frame_models))
 
-    associate (configuration => context%configuration)
+    associate (configuration => context%configuration, unused => self)
       call measure_trade(context%analysis%frame, budget, trade, error, context%executor)
       if (.not. allocated(error)) call measure_model(configuration%frame, configuration%accuracy, model, error)
       if (allocated(error)) return
@@ -53,8 +53,6 @@ contains
       if (.not. context%reports) return
       call measure_frame_models(configuration%frame, configuration%accuracy, models)
       call result%say(report_trade(trade) // report_model(model) // report_frame_models(models))
-    end associate
-    associate (unused_task => self)
     end associate
   end subroutine run
 

@@ -4,9 +4,8 @@ module gestell_task_boundary_level_task
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, exact
   use gestell_input_machine_quantities, only: kind_of_measure
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
+  use gestell_input_namelist_document, only: group_type, groups_named, has, the_group
   use gestell_input_namelist_message, only: input_error
-  use gestell_input_schema, only: schema_type
   use gestell_input_schema_read, only: read
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -48,10 +47,8 @@ contains
     self%about = all_machines
   end subroutine describe
 
-  subroutine read_level(self, doc, schema, configuration, error)
+  subroutine read_level(self, configuration, error)
     class(level_task), intent(inout) :: self
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
@@ -61,7 +58,7 @@ contains
     integer :: kind
 
     if (.not. self%ordered) return
-    group = the_group(doc, "boundary")
+    group = the_group(configuration%document, "boundary")
     self%ordered = has(group, "quantity")
     if (.not. self%ordered) then
       if (has(group, "measure")) call input_error(group, "measure", "tells of a quantity: none is named", error)
@@ -69,12 +66,12 @@ contains
         & // "named", error)
       return
     end if
-    sweeps = groups_named(doc, "sweep")
+    sweeps = groups_named(configuration%document, "sweep")
     if (size(sweeps) > 1) then
       call input_error(sweeps(2), "", "is one too many: the level of a quantity is sought over one parameter", error)
       return
     end if
-    call read_borders(doc, configuration%plan, error)
+    call read_borders(configuration%document, configuration%plan, error)
     if (.not. allocated(error)) call kind_of_measure(group, boundary_keys, "measure", kind, error)
     if (.not. allocated(error)) call read(group, boundary_keys, "quantity", name, error)
     if (allocated(error)) return
@@ -84,8 +81,6 @@ contains
       return
     end if
     call read_value(self, group, configuration, error)
-    associate (unused_schema => schema)
-    end associate
   end subroutine read_level
 
   !> The level; of a band that of the probe where it has a limit. Error: there is none, or it is out of range.
