@@ -10,9 +10,11 @@ module test_campbell_tracking
   use gestell_study_family, only: family_type
   use gestell_study_mode_type, only: assurance
   use gestell_system_periodic, only: periodic_system
+  use gestell_task_executor, only: executor_type, work_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use testdrive, only: check, error_type, new_unittest, unittest_type
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -35,6 +37,13 @@ module test_campbell_tracking
     procedure :: member => member_that_changes
   end type changing_family
 
+  !> Notes how many pieces it was given at once.
+  type, extends(executor_type) :: counting_executor
+    integer :: pieces(8) = 0, calls = 0
+  contains
+    procedure :: spread => count_and_spread
+  end type counting_executor
+
 contains
 
   subroutine collect_campbell_tracking(testsuite)
@@ -43,6 +52,7 @@ contains
     testsuite = [ &
       & new_unittest("modes keep their numbers where they mix", test_mixing), &
       & new_unittest("shapes that turn, frequencies that change places", test_changing), &
+      & new_unittest("halvings of all stretches at once", test_levels), &
       & new_unittest("a gap in the range", test_gap)]
   end subroutine collect_campbell_tracking
 
@@ -143,6 +153,56 @@ contains
     end do
     call check_success(error, failure)
   end subroutine test_changing
+
+  subroutine count_and_spread(self, work, pieces, error, points)
+    class(counting_executor), intent(inout) :: self
+    class(work_type), intent(inout) :: work
+    integer, intent(in) :: pieces(:)
+    type(gestell_error), allocatable, intent(out) :: error
+    integer(int64), intent(in), optional :: points(:)
+
+    self%calls = self%calls + 1
+    self%pieces(min(self%calls, size(self%pieces))) = size(pieces)
+    call self%executor_type%spread(work, pieces, error, points)
+  end subroutine count_and_spread
+
+  !> Axes that turn by 42 deg on each of two stretches: both are halved in one round of work, and are those of a search of either
+  !> stretch alone.
+  subroutine test_levels(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(changing_family) :: family
+    type(campbell_type) :: whole, halves(2)
+    type(machine_data) :: machine
+    type(counting_executor) :: executor
+    type(gestell_error), allocatable :: failure
+    real(dp), parameter :: speeds(3) = [310.0_dp, 450.0_dp, 590.0_dp]
+    integer :: i
+
+    machine = khang_machine(240.0_dp)
+    machine%free(3) = .false.
+    machine%foundation_damping = 0
+    call frame_of_machine(machine, family%inner%frame, failure)
+    if (.not. allocated(failure)) call solve_campbell(family, speeds, campbell_order_type(), whole, failure, executor)
+    do i = 1, 2
+      if (.not. allocated(failure)) call solve_campbell(family, speeds(i:i + 1), campbell_order_type(), halves(i), failure)
+    end do
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check_that(error, executor%calls, "==", 2, "rounds of work")
+    if (.not. allocated(error)) call check_that(error, executor%pieces(2), "==", 2, "halvings in the second round")
+    if (.not. allocated(error)) call check_that(error, size(whole%points), "==", 5, "points")
+    if (.not. allocated(error)) call check_that(error, whole%solutions, "==", 5, "solutions")
+    if (allocated(error)) return
+    call check_that(error, maxval(abs(whole%points%speed - [halves(1)%points%speed, halves(2)%points(2:)%speed])), "<=", 0.0_dp, &
+      & "speeds")
+    do i = 1, 5
+      if (allocated(error)) return
+      associate (at => whole%points(i)%modes(:2)%frequency())
+        ! Soft and stiff remain what they are.
+        call check_that(error, at(1), "<", at(2), "numbers")
+      end associate
+    end do
+  end subroutine test_levels
 
   subroutine member(self, parameters, system, error)
     class(broken_family), intent(in) :: self

@@ -82,28 +82,25 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
     type(speeds_type) :: work
-    type(campbell_point_type) :: point, last
-    integer :: i
+    type(campbell_point_type), allocatable :: known(:)
+    real(dp), allocatable :: wanted(:)
 
     call check_speeds(speeds, error)
     if (.not. allocated(error)) call check_campbell_order(order, error)
     if (allocated(error)) return
     work%family => family
     work%order = order
-    work%speeds = speeds
-    allocate(work%points(size(speeds)))
-    call spread_over(work, size(speeds), error, executor)
-    if (allocated(error)) return
-    allocate(campbell%points(0), campbell%free(0))
-    do i = 1, size(speeds)
-      point = work%points(i)
-      call count_in(point, campbell)
-      if (point%solved .and. last%solved) then
-        call connect(family, order, last, point, most_halvings, campbell, error)
-        if (allocated(error)) return
-      end if
-      campbell%points = [campbell%points, point]
-      if (point%solved) call remember(point, last)
+    wanted = speeds
+    allocate(known(0))
+    ! All halvings that are wanted are solved at once, then those that these want.
+    do while (size(wanted) > 0)
+      work%speeds = wanted
+      if (allocated(work%points)) deallocate(work%points)
+      allocate(work%points(size(wanted)))
+      call spread_over(work, size(wanted), error, executor)
+      if (allocated(error)) return
+      known = [known, work%points]
+      call follow_modes(known, size(speeds), campbell, wanted)
     end do
     call number_modes(campbell)
   end subroutine solve_campbell
@@ -127,6 +124,35 @@ contains
     self%points(k) = transfer(words, self%points(k))
   end subroutine exchange
 
+  !> Error: an order or an accuracy out of range.
+  pure subroutine check_campbell_order(order, error)
+    type(campbell_order_type), intent(in) :: order
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_orders(order%orders, error)
+    if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
+  end subroutine check_campbell_order
+
+  !> Follows the modes over the first `ordered` points that are `known`, by others that are known between them where need be.
+  !> `wanted`: the speeds of those that are needed and not known.
+  pure subroutine follow_modes(known, ordered, campbell, wanted)
+    type(campbell_point_type), intent(in) :: known(:)
+    integer, intent(in) :: ordered
+    type(campbell_type), intent(out) :: campbell
+    real(dp), allocatable, intent(out) :: wanted(:)
+    type(campbell_point_type) :: point, last
+    integer :: i
+
+    allocate(wanted(0), campbell%points(0), campbell%free(0))
+    do i = 1, ordered
+      point = known(i)
+      call count_in(point, campbell)
+      if (point%solved .and. last%solved) call connect(known, last, point, most_halvings, campbell, wanted)
+      campbell%points = [campbell%points, point]
+      if (point%solved) call remember(point, last)
+    end do
+  end subroutine follow_modes
+
   !> Counts a solution, which tells the freedoms too.
   pure subroutine count_in(point, campbell)
     type(campbell_point_type), intent(in) :: point
@@ -137,15 +163,6 @@ contains
     campbell%free = point%free(:point%freedoms)
     campbell%solutions = campbell%solutions + 1
   end subroutine count_in
-
-  !> Error: an order or an accuracy out of range.
-  pure subroutine check_campbell_order(order, error)
-    type(campbell_order_type), intent(in) :: order
-    type(error_type), allocatable, intent(out) :: error
-
-    call check_orders(order%orders, error)
-    if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
-  end subroutine check_campbell_order
 
   !> Of a mode that is not told at the point what was known last stays.
   pure subroutine remember(point, last)
@@ -162,32 +179,35 @@ contains
   end subroutine remember
 
   !> Puts the modes of `point` into the order of those of `last`, by points between them where need be.
-  recursive subroutine connect(family, order, last, point, halvings, campbell, error)
-    class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
-    type(campbell_point_type), intent(in) :: last
+  pure recursive subroutine connect(known, last, point, halvings, campbell, wanted)
+    type(campbell_point_type), intent(in) :: known(:), last
     type(campbell_point_type), intent(inout) :: point
     integer, intent(in) :: halvings
     type(campbell_type), intent(inout) :: campbell
-    type(error_type), allocatable, intent(out) :: error
-    type(campbell_point_type) :: middle, known
+    real(dp), allocatable, intent(inout) :: wanted(:)
+    type(campbell_point_type) :: middle, nearer
+    real(dp) :: speed
     logical :: like
-    integer :: f
+    integer :: f, i
 
     f = campbell%modes
     call track(last%modes(:f), point%mass(:f, :f), crank_speed(point%speed), point%modes(:f), like, point%sure)
     if (like .or. halvings == 0) return
-    call solve_point(family, (last%speed + point%speed) / 2, order, middle, error)
-    if (allocated(error)) return
+    speed = (last%speed + point%speed) / 2
+    i = findloc(abs(known%speed - speed) > 0, .false., dim=1)
+    if (i == 0) then
+      wanted = [wanted, speed]
+      return
+    end if
+    middle = known(i)
     call count_in(middle, campbell)
     if (.not. middle%solved) return
     middle%ordered = .false.
-    call connect(family, order, last, middle, halvings - 1, campbell, error)
-    if (allocated(error)) return
+    call connect(known, last, middle, halvings - 1, campbell, wanted)
     campbell%points = [campbell%points, middle]
-    known = last
-    call remember(middle, known)
-    call connect(family, order, known, point, halvings - 1, campbell, error)
+    nearer = last
+    call remember(middle, nearer)
+    call connect(known, nearer, point, halvings - 1, campbell, wanted)
   end subroutine connect
 
   !> The modes at one speed, in ascending order of their frequencies. Error: the family has no sound machine, or not frames.
