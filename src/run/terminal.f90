@@ -23,7 +23,8 @@ module gestell_run_terminal
   !> Points done of many, with their rate.
   type, extends(progress_type), public :: terminal_type
     private
-    logical :: shown = .false.
+    !> Whether there is a terminal; whether a line of points stands there.
+    logical :: shown = .false., stands = .false.
     integer(int64) :: all = 0, done = 0
     !> Seconds: of the start, and of the last line.
     real(dp) :: begin = 0, last = 0
@@ -59,6 +60,7 @@ contains
     integer(int64), intent(in) :: all
 
     self%done = 0
+    self%stands = .false.
     self%shown = c_isatty(standard_error) /= 0
     self%all = all
     self%begin = now()
@@ -75,6 +77,7 @@ contains
     time = now()
     if (.not. self%shown .or. time < self%last + pause) return
     self%last = time
+    self%stands = .true.
     rate = real(self%done, dp) / (time - self%begin)
     call show(bar_of(real(self%done, dp) / real(self%all, dp)) // " " // text(int(100 * self%done / self%all)) // " %, " &
       & // concise(rate, 3) // " points/s, " // duration(real(self%all - self%done, dp) / rate) // " left")
@@ -84,7 +87,7 @@ contains
   subroutine clear(self)
     class(terminal_type), intent(inout) :: self
 
-    if (self%shown) call show("")
+    if (self%stands) call show("")
   end subroutine clear
 
   !> Puts `words` in place of the line.

@@ -8,18 +8,21 @@ import subprocess
 import time
 from pathlib import Path
 
-from borders import SIEVE
+from borders import DATA, SIEVE
 from broken_inputs import REST, SOUND
 from critical import NEEDLE
 from harness import Folder, Run, check, equal, files
 
 SPEEDS = "&sweep parameter='drive.speed_rpm', from={}, to={}, count={} /\n"
 OVER_SPEED = "'campbell', 'critical', 'resonance'"
+YOKE = (DATA.parent / "validation" / "exudyn" / "scotch_yoke.nml").read_text().replace("&case ", "&case tasks='boundary', ")
 CASES = {
     "campbell, critical, resonance": NEEDLE.replace("'critical'", OVER_SPEED) + SPEEDS.format(500, 5000, 40),
     # with modes that are locked to orders
     "campbell and critical": SOUND.replace("'stability', 'response'", "'campbell', 'critical'") + REST + SPEEDS.format(150, 900, 20),
     "borders on a line": SIEVE + SPEEDS.format(120, 300, 10),
+    # round turning points, of two vibrations
+    "borders on branches": YOKE + SPEEDS.format(643, 650, 2),
     "borders on a line, about rest": SIEVE + REST + SPEEDS.format(60, 300, 20),
     "borders in a plane": SIEVE + REST + SPEEDS.format(200, 250, 5) + "&sweep parameter='foundation.damping(3)', from=0.2, to=10,"
                           " count=4 /\n",

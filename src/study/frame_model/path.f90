@@ -11,9 +11,11 @@
 module gestell_study_frame_model_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_math_sorting, only: ascending
   use gestell_math_trigonometric, only: series_through, series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_solution, only: floquet_type
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: floquet_type, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_study_frame_model_newton, only: loosened, next_motion, next_type, values_of
@@ -21,7 +23,7 @@ module gestell_study_frame_model_path
   implicit none (type, external)
   private
 
-  public :: advance, between, cubic, first_point, middle_of, motion_of, size_of, units_of
+  public :: advance, between, cubic, first_point, middle_of, motion_of, next_iterate, size_of, units_of
 
   !> A family of frames varied about motions; motions at equidistant phases, shape (samples, 3), over `units` (m, m, rad).
   type, abstract, public :: path_family_type
@@ -34,14 +36,23 @@ module gestell_study_frame_model_path
     real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
     !> A motion whose correction is less than this part of it is close enough; a greatest lambda that there are members for.
     real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
-    !> Whether multipliers are told on the way, of the linear system that was solved last.
+    !> Whether multipliers are wanted on the way; of the linear system that was solved last, as of an iterate_type.
     logical :: multipliers = .false.
-    type(floquet_type) :: floquet
+    real(dp), allocatable :: angles(:, :)
     !> Linear systems that may still be solved: a search has to end.
     integer :: left = 200
   contains
     procedure(member_at), deferred :: member
+    procedure :: solve_both
   end type path_family_type
+
+  !> The next iterate of Newton's method about a motion; whether it was solved quickly.
+  type, public :: iterate_type
+    real(dp), allocatable :: q(:, :)
+    logical :: quickly = .true.
+    !> Arguments, ascending, and decays of the multipliers in the upper half plane, where they are wanted; shape (n, 2).
+    real(dp), allocatable :: angles(:, :)
+  end type iterate_type
 
   abstract interface
     !> The member at lambda, varied about no motion yet. Error: there is none.
@@ -191,6 +202,7 @@ contains
     real(dp), intent(in) :: q(:, :), lambda
     real(dp), allocatable, intent(out) :: q_a(:, :), q_b(:, :)
     type(error_type), allocatable, intent(out) :: error
+    type(iterate_type) :: next(2)
     real(dp) :: ends(2)
 
     family%left = family%left - 2
@@ -202,41 +214,74 @@ contains
     if (ends(2) > family%last_lambda) ends(2) = lambda - family%difference
     if (family%from_rest) ends = [0.0_dp, 1.0_dp]
     if (family%from_rest .and. .not. any(abs(q) > 0)) then
-      q_a = q                                                      ! without excitation it rests
+      next(1)%q = q                                                ! without excitation it rests
+      call next_iterate(family, q, ends(2), size(q, 1), next(2), error)
     else
-      call next_of(ends(1), size(q, 1), q_a)
+      call family%solve_both(q, ends, next, error)
     end if
-    if (.not. allocated(error)) call next_of(ends(2), size(q_a, 1), q_b)
+    if (.not. family%multipliers) family%left = family%left - slow * count(.not. next%quickly)
     if (allocated(error)) return
-    q_a = resampled(q_a, size(q_b, 1))
-    q_b = (q_b - q_a) / (ends(2) - ends(1))
+    if (allocated(next(2)%angles)) family%angles = next(2)%angles
+    q_a = resampled(next(1)%q, size(next(2)%q, 1))
+    q_b = (next(2)%q - q_a) / (ends(2) - ends(1))
     q_a = q_a - ends(1) * q_b
-
-  contains
-
-    subroutine next_of(at, samples, next)
-      real(dp), intent(in) :: at
-      integer, intent(in) :: samples
-      real(dp), allocatable, intent(out) :: next(:, :)
-      type(varied_frame_type) :: about
-      type(next_type) :: found
-
-      call family%member(at, about, error)
-      if (allocated(error)) return
-      call about%move_to(motion_of(family, q))
-      found%of_step = of_iterate
-      if (family%multipliers) then
-        call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error, floquet=family%floquet)
-      else
-        call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error)
-        if (.not. found%quickly) family%left = family%left - slow
-      end if
-      if (allocated(error)) return
-      next = found%q / spread(family%units, 1, size(found%q, 1))
-      if (size(next, 1) > most_samples) call fatal_error(error, "the motion on the path is too rough", failed_computation)
-    end subroutine next_of
-
   end subroutine linearise
+
+  !> The next iterates about q at both lambdas `ends`, the second of no fewer samples than the first. Error: as of `next_iterate`.
+  subroutine solve_both(self, q, ends, next, error)
+    class(path_family_type), intent(in) :: self
+    real(dp), intent(in) :: q(:, :), ends(2)
+    type(iterate_type), intent(inout) :: next(2)
+    type(error_type), allocatable, intent(out) :: error
+
+    call next_iterate(self, q, ends(1), size(q, 1), next(1), error)
+    if (.not. allocated(error)) call next_iterate(self, q, ends(2), size(next(1)%q, 1), next(2), error)
+  end subroutine solve_both
+
+  !> The next iterate about q at `lambda`, of as many samples at least. Error: too many samples; as of `next_motion`.
+  subroutine next_iterate(family, q, lambda, samples, next, error)
+    class(path_family_type), intent(in) :: family
+    real(dp), intent(in) :: q(:, :), lambda
+    integer, intent(in) :: samples
+    type(iterate_type), intent(out) :: next
+    type(error_type), allocatable, intent(out) :: error
+    type(varied_frame_type) :: about
+    type(next_type) :: found
+    type(floquet_type) :: floquet
+
+    call family%member(lambda, about, error)
+    if (allocated(error)) return
+    call about%move_to(motion_of(family, q))
+    found%of_step = of_iterate
+    if (family%multipliers) then
+      call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error, floquet=floquet)
+    else
+      call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error)
+    end if
+    next%quickly = found%quickly
+    if (allocated(error)) return
+    next%q = found%q / spread(family%units, 1, size(found%q, 1))
+    if (size(next%q, 1) > most_samples) call fatal_error(error, "the motion on the path is too rough", failed_computation)
+    if (family%multipliers) next%angles = angles_of(floquet)
+  end subroutine next_iterate
+
+  !> As of an iterate_type; none where there are no multipliers.
+  function angles_of(floquet) result(angles)
+    type(floquet_type), intent(in) :: floquet
+    real(dp), allocatable :: angles(:, :)
+    type(multipliers_type) :: multipliers
+    type(error_type), allocatable :: error
+
+    call solve_multipliers(floquet, .false., multipliers, error)
+    allocate(angles(0, 2))
+    if (allocated(error)) return
+    associate (upper => multipliers%arg > 0)
+      associate (order => ascending(pack(multipliers%arg, upper)))
+        angles = reshape([pack(multipliers%arg, upper), pack(abs(multipliers%log_abs), upper)], [size(order), 2])
+        angles = angles(order, :)
+      end associate
+    end associate
+  end function angles_of
 
   !> The motion at the part `part` of the way between two points, of the samples of the second.
   function middle_of(at, next, part) result(q)

@@ -14,7 +14,8 @@ module gestell_task_boundary_branches
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
   use gestell_task_boundary_line_search, only: merged, range_nodes, search_line, search_type
   use gestell_task_boundary_order, only: border_order_type
-  use gestell_task_boundary_vibrations, only: bare_frame, branch_type, line_path_type, trace_branches
+  use gestell_task_boundary_vibration_path, only: bare_frame, line_path_type
+  use gestell_task_boundary_vibrations, only: branch_type, trace_branches
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_frame_model_newton, only: iterate, values_of
@@ -65,7 +66,7 @@ contains
     integer :: i, side, number
 
     allocate(borders(0), rest%places(0))
-    call trace_branches(bare, axis, order%accuracy, range_nodes(axis%count), branches)
+    call trace_branches(bare, axis, order, range_nodes(axis%count), branches)
     followed = size(branches) > 0
     if (.not. followed) return
     call add_gaps(axis, branches, rest)

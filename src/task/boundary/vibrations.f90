@@ -2,32 +2,20 @@
 module gestell_task_boundary_vibrations
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_math_trigonometric, only: series_type
-  use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_solution, only: solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_task_boundary_line, only: parameter_at
-  use gestell_study_family, only: family_type, take_member
+  use gestell_task_boundary_order, only: border_order_type
+  use gestell_task_boundary_vibration_path, only: bare_frame, line_path_type
+  use gestell_study_family, only: family_type
   use gestell_study_frame_model, only: settle
   use gestell_study_grid, only: axis_type
   use gestell_study_frame_model_newton, only: first_samples, values_of
-  use gestell_study_frame_model_path, only: advance, first_point, furthest_turn, path_family_type, point_type, units_of
-  use gestell_system_periodic, only: periodic_system
+  use gestell_study_frame_model_path, only: advance, first_point, furthest_turn, point_type, units_of
   implicit none (type, external)
   private
 
-  public :: bare_frame, trace_branches
-
-  !> Machines of one parameter, lambda is u of its axis (gestell_task_boundary_line).
-  type, extends(path_family_type), public :: line_path_type
-    !> Gives frames that are not settled by any model.
-    class(family_type), pointer :: bare => null()
-    type(axis_type) :: axis
-  contains
-    procedure :: member
-  end type line_path_type
+  public :: trace_branches
 
   !> A part of a path on which lambda does not turn back.
   type, public :: branch_type
@@ -55,6 +43,9 @@ module gestell_task_boundary_vibrations
   real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, least_arc = 1.0e-9_dp
   integer, parameter :: most_points = 3000, most_systems = 20000
 
+  !> What the progress line says.
+  character(len=*), parameter :: following = "following vibrations"
+
 contains
 
   pure function ends(self)
@@ -64,44 +55,12 @@ contains
     ends = self%points([1, size(self%points)])%lambda
   end function ends
 
-  subroutine member(self, lambda, varied, error)
-    class(line_path_type), intent(in) :: self
-    real(dp), intent(in) :: lambda
-    type(varied_frame_type), intent(out) :: varied
-    type(error_type), allocatable, intent(out) :: error
-    class(frame_type), allocatable :: frame
-    type(series_type) :: rest
-
-    call bare_frame(self%bare, [parameter_at(self%axis, lambda)], frame, error)
-    if (allocated(error)) return
-    allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
-    varied = varied_frame(frame, rest)
-  end subroutine member
-
-  !> The frame at these parameters. Error: it is none, or impossible.
-  subroutine bare_frame(bare, parameters, frame, error)
-    class(family_type), intent(in) :: bare
-    real(dp), intent(in) :: parameters(:)
-    class(frame_type), allocatable, intent(out) :: frame
-    type(error_type), allocatable, intent(out) :: error
-    class(periodic_system), allocatable :: system
-
-    call take_member(bare, parameters, system, error)
-    if (allocated(error)) return
-    select type (system)
-    class is (frame_type)
-      allocate(frame, source=system)
-    class default
-      call fatal_error(error, "vibrations are followed of frames only", failed_computation)
-    end select
-  end subroutine bare_frame
-
   !> Branches over the range of `axis`: from each of `starts`, ascending, that no branch passes yet, the vibration that is found
   !> there is followed both ways, round turning points, until the path leaves the range or is lost.
-  subroutine trace_branches(bare, axis, accuracy, starts, branches)
+  subroutine trace_branches(bare, axis, order, starts, branches)
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
-    type(accuracy_type), intent(in) :: accuracy
+    type(border_order_type), intent(in) :: order
     real(dp), intent(in) :: starts(:)
     type(branch_type), allocatable, intent(out) :: branches(:)
     type(line_path_type) :: family
@@ -114,7 +73,8 @@ contains
     allocate(branches(0))
     family%bare => bare
     family%axis = axis
-    family%accuracy = accuracy
+    family%accuracy = order%accuracy
+    family%executor => order%executor
     family%difference = 1.0e-5_dp
     family%precise = 1.0e-11_dp
     family%multipliers = .true.
@@ -123,7 +83,7 @@ contains
     do i = 1, size(starts)
       if (passed(branches, starts(i))) cycle
       call bare_frame(bare, [parameter_at(axis, starts(i))], frame, error)
-      if (.not. allocated(error)) call settle(frame, "exact", accuracy, settled, error)
+      if (.not. allocated(error)) call settle(frame, "exact", order%accuracy, settled, error)
       if (allocated(error)) cycle
       family%units = units_of(frame)
       family%left = most_systems
@@ -137,6 +97,7 @@ contains
       call walk(family, q, starts(i), 1, up)
       call split(family, down, up, branches)
     end do
+    if (associated(order%executor)) call order%executor%show(following, 1.0_dp)
   end subroutine trace_branches
 
   pure logical function passed(branches, t)
@@ -168,9 +129,10 @@ contains
     call first_point(family, q, start, way, at, error)
     if (allocated(error)) return
     call trail%add(at, 0.0_dp, 0.0_dp)
-    call take_angles(family, angles)
+    angles = family%angles
     arc = short_arc
     do k = 1, most_points
+      if (associated(family%executor)) call family%executor%show(following, at%lambda)
       target = merge(1.0_dp, 0.0_dp, at%rise > 0)
       if (abs(target - at%lambda) <= short_arc) then
         call finish(family, at, target, trail)
@@ -187,7 +149,7 @@ contains
         cycle
       end if
       call move_alloc(angles, before)
-      call take_angles(family, angles)
+      angles = family%angles
       allowed = resonance_arc(before, angles, arc)
       rest = arc
       if (at%rise * next%rise < 0) call add_turn(family, at, next, rest, trail)
@@ -197,30 +159,6 @@ contains
       if (maxval(abs(at%q(:, 3))) * family%units(3) > furthest_turn) return
     end do
   end subroutine walk
-
-  !> Arguments, ascending, and decays of the multipliers in the upper half plane, shape (n, 2).
-  subroutine take_angles(family, angles)
-    type(line_path_type), intent(in) :: family
-    real(dp), allocatable, intent(out) :: angles(:, :)
-    type(multipliers_type) :: multipliers
-    type(error_type), allocatable :: error
-    real(dp) :: other(2)
-    integer :: i, k
-
-    call solve_multipliers(family%floquet, .false., multipliers, error)
-    allocate(angles(0, 2))
-    if (allocated(error)) return
-    angles = reshape([pack(multipliers%arg, multipliers%arg > 0), pack(abs(multipliers%log_abs), multipliers%arg > 0)], &
-      & [count(multipliers%arg > 0), 2])
-    do i = 2, size(angles, 1)
-      do k = i, 2, -1
-        if (angles(k - 1, 1) <= angles(k, 1)) exit
-        other = angles(k, :)
-        angles(k, :) = angles(k - 1, :)
-        angles(k - 1, :) = other
-      end do
-    end do
-  end subroutine take_angles
 
   !> The next arc: a resonance, where an argument passes zero, may not be passed in one step, so each argument may change by half of
   !> itself, or of the decay, if that is more, when it goes on as on the last arc.

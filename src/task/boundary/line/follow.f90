@@ -4,7 +4,7 @@ module gestell_task_boundary_line_follow
   use gestell_base_kinds, only: dp
   use gestell_task_boundary_line_exponents, only: connect, node_type, solve_node, stretch_type
   use gestell_task_boundary_line, only: line_type
-  use gestell_task_executor, only: work_type
+  use gestell_task_executor, only: spread_over, work_type
   use gestell_task_record, only: record_type
   implicit none (type, external)
   private
@@ -97,7 +97,7 @@ contains
     work%t = t
     if (allocated(work%nodes)) deallocate(work%nodes)
     allocate(work%nodes(size(t)))
-    call work%line%work_on(work, size(t), error)
+    call spread_over(work, size(t), error, work%line%executor)
   end subroutine solve_nodes
 
   recursive subroutine compute(self, k, error)

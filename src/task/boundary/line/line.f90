@@ -14,7 +14,7 @@ module gestell_task_boundary_line
   use gestell_study_member, only: impossible_member, member_type
   use gestell_study_point, only: verdict_number
   use gestell_study_tile_results, only: failed, impossible, unstable
-  use gestell_task_executor, only: executor_type, spread_over, work_type
+  use gestell_task_executor, only: executor_type
   use gestell_task_record, only: record_type
   implicit none (type, external)
   private
@@ -35,7 +35,6 @@ module gestell_task_boundary_line
     class(executor_type), pointer :: executor => null()
   contains
     procedure :: step
-    procedure :: work_on
   end type line_type
 
   !> The system at a point of a line.
@@ -64,20 +63,6 @@ contains
 
     step = self%tolerance / norm2(self%way)
   end function step
-
-  !> Computes pieces 1 ... `count` of `work`. Error: that of the first piece that failed.
-  subroutine work_on(self, work, count, error)
-    class(line_type), intent(in) :: self
-    class(work_type), intent(inout) :: work
-    integer, intent(in) :: count
-    type(error_type), allocatable, intent(out) :: error
-
-    if (associated(self%executor)) then
-      call spread_over(work, count, error, self%executor)
-    else
-      call spread_over(work, count, error)
-    end if
-  end subroutine work_on
 
   !> Whether there is no system here, or none that could be solved.
   elemental logical function missing(self)

@@ -10,7 +10,7 @@ module gestell_task_boundary_line_search
   use gestell_task_boundary_line_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
   use gestell_task_boundary_line_pair, only: pair_name_type
   use gestell_task_boundary_line_places, only: fastest_within, find_meetings, place_type, places_type
-  use gestell_task_executor, only: work_type
+  use gestell_task_executor, only: spread_over, work_type
   use gestell_task_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -107,7 +107,7 @@ contains
       work%way => way
       work%places = pack(places%list(:places%count), .not. abs(places%list(:places%count)%rate) > fastest)
       allocate(work%found(size(work%places)))
-      call line%work_on(work, size(work%places), error)
+      call spread_over(work, size(work%places), error, line%executor)
       if (allocated(error)) return
       do i = 1, size(work%found)
         call take(search, work%found(i))
@@ -314,7 +314,7 @@ contains
     work%marks => search%marks
     work%gaps = pack([(i, i = 1, size(search%marks) - 1)], [(is_open(search, i), i = 1, size(search%marks) - 1)])
     allocate(work%found(size(work%gaps)))
-    call line%work_on(work, size(work%gaps), error)
+    call spread_over(work, size(work%gaps), error, line%executor)
     if (allocated(error)) return
     do i = 1, size(work%found)
       if (.not. allocated(work%found(i)%list)) cycle
