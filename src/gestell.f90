@@ -11,14 +11,14 @@ module gestell
   use gestell_floquet_integrator_methods, only: method_names, new_method
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_part, only: ways
+  use gestell_floquet_part, only: solution_methods
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
     & solve_periodic
   use gestell_model_linkage_bodies, only: link_type
   use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type
   use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque
-  use gestell_model_frame, only: frame_type, freedom_names, new_frame
+  use gestell_model_frame, only: frame_type, dof_names, new_frame
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_guide, only: guide_type

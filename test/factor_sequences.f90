@@ -5,7 +5,8 @@ module factor_sequences
   use gestell_base_kinds, only: dp
   use gestell_floquet_factors_periodic_bounds, only: periodic_bounds
   use gestell_floquet_factors_periodic_eigenvectors, only: eigenvectors_type, periodic_eigenvectors
-  use gestell_floquet_factors_periodic_schur, only: periodic_multipliers, periodic_schur, schur_residuals
+  use gestell_floquet_factors_periodic_schur, only: periodic_multipliers, periodic_schur
+  use gestell_floquet_factors_rotations, only: norm
   use reference_random, only: random_type
   use testdrive, only: check, error_type
   implicit none (type, external)
@@ -58,6 +59,34 @@ contains
       call periodic_bounds(factors, o%log_abs, o%arg, o%vectors, claims, o%bound, o%most, o%condition)
     end associate
   end subroutine solve
+
+  !> The greatest |Q_{k+1}^H A_k Q_k - R_k| / |A_k| and the greatest |Q_k^H Q_k - E|, Frobenius' norms.
+  pure subroutine schur_residuals(factors, q, r, residual, departure)
+    complex(dp), intent(in) :: factors(:, :, :), q(:, :, :), r(:, :, :)
+    real(dp), intent(out) :: residual, departure
+    complex(dp) :: difference(size(r, 1), size(r, 1))
+    integer :: i, k, next
+
+    residual = 0
+    departure = 0
+    do k = 1, size(r, 3)
+      next = modulo(k, size(r, 3)) + 1
+      difference = matmul(adjoint(q(:, :, next)), matmul(factors(:, :, k), q(:, :, k))) - r(:, :, k)
+      residual = max(residual, norm(difference) / max(norm(factors(:, :, k)), tiny(1.0_dp)))
+      difference = matmul(adjoint(q(:, :, k)), q(:, :, k))
+      do i = 1, size(r, 1)
+        difference(i, i) = difference(i, i) - 1
+      end do
+      departure = max(departure, norm(difference))
+    end do
+  end subroutine schur_residuals
+
+  pure function adjoint(a)
+    complex(dp), intent(in) :: a(:, :)
+    complex(dp) :: adjoint(size(a, 2), size(a, 1))
+
+    adjoint = conjg(transpose(a))
+  end function adjoint
 
   !> |rho_i / mu - 1| with rho_i = exp(log_abs(i) + i arg(i)), for all i and j: least over j.
   function distances(log_abs, arg, log_mu, arg_mu) result(least)

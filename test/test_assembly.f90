@@ -25,7 +25,7 @@ contains
       & new_unittest("assembly lost between all samples", test_narrow_gap), &
       & new_unittest("a change point is a dead point", test_change_point), &
       & new_unittest("close to a dead point, but free", test_nearly_dead), &
-      & new_unittest("the feature is the way to the nearest dead point", test_features), &
+      & new_unittest("the angle scale is the distance to the nearest dead point", test_angle_scales), &
       & new_unittest("a second dyad that locks is named", test_second_dyad), &
       & new_unittest("a link whose joints meet", test_meeting), &
       & new_unittest("dead points of all joints are found", test_dead_points), &
@@ -83,7 +83,7 @@ contains
       & "ends are 0.2 m apart, lengths of 0.4 m and 0.2 m reach from 0.2 m to 0.6 m")
   end subroutine test_change_point
 
-  !> 1e-6 of the length short of a change point it still turns, and the feature tells how fine its motion is there.
+  !> 1e-6 of the length short of a change point it still turns, and the angle scale says how fine its motion is there.
   subroutine test_nearly_dead(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
@@ -92,9 +92,9 @@ contains
     call check_success(error, failure)
   end subroutine test_nearly_dead
 
-  !> The feature of the whole turn is the way to the nearest dead point, real or complex. No bound: its size is what
+  !> The angle scale of the whole turn is the distance to the nearest dead point, real or complex. No bound: its size is what
   !> counts for the number of steps, a factor of two is allowed.
-  subroutine test_features(error)
+  subroutine test_angle_scales(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: r = 0.2_dp, l = 0.35_dp, d = 0.4_dp, gaps(3) = [1.0e-2_dp, 1.0e-4_dp, 1.0e-6_dp]
     type(linkage_type) :: linkage
@@ -161,11 +161,11 @@ contains
         call test_failed(error, what // ": " // failure%message)
         return
       end if
-      call check_that(error, linkage%feature, ">", distance / 2, what)
-      call check_that(error, linkage%feature, "<", 2 * distance, what)
+      call check_that(error, linkage%angle_scale, ">", distance / 2, what)
+      call check_that(error, linkage%angle_scale, "<", 2 * distance, what)
     end subroutine compare
 
-  end subroutine test_features
+  end subroutine test_angle_scales
 
   !> A dyad on the paper's rocker that cannot follow it.
   subroutine test_second_dyad(error)
@@ -262,13 +262,13 @@ contains
       if (allocated(error)) return
     end do
 
-    ! Steps resolve the mechanism's feature; beyond reason it is refused.
+    ! Steps resolve the mechanism's angle scale; beyond reason it is refused.
     call linkage%prepare(failure)
-    linkage%feature = 0.01_dp
+    linkage%angle_scale = 0.01_dp
     call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
     call check(error, frame%least_steps, 629)
     if (allocated(error)) return
-    linkage%feature = 1.0e-8_dp
+    linkage%angle_scale = 1.0e-8_dp
     call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)
     call check_failure(error, failure, what="too close to a dead point")
     if (allocated(error)) return

@@ -121,7 +121,7 @@ contains
     end do
   end subroutine compare
 
-  !> Found at the first of their places, also after the room has been doubled many times.
+  !> Found at the first of their positions, also after the room has been doubled many times.
   subroutine test_dictionary(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: many = 2000
@@ -129,7 +129,7 @@ contains
     character(len=12) :: word
     integer :: i
 
-    call check(error, dictionary%place("nothing"), 0, more="empty")
+    call check(error, dictionary%position("nothing"), 0, more="empty")
     if (allocated(error)) return
     do i = 1, many
       write (word, "('joint ', i0)") modulo(7 * i, many)
@@ -141,14 +141,14 @@ contains
     copy = dictionary
     do i = 1, many
       write (word, "('joint ', i0)") modulo(7 * i, many)
-      call check(error, copy%place(word), i, more=word)
+      call check(error, copy%position(word), i, more=word)
       if (allocated(error)) return
     end do
-    call check(error, copy%place(repeat("long", 1000)), many + 2, more="long")
+    call check(error, copy%position(repeat("long", 1000)), many + 2, more="long")
     if (allocated(error)) return
-    call check(error, copy%place("  "), many + 3, more="blank")
+    call check(error, copy%position("  "), many + 3, more="blank")
     if (allocated(error)) return
-    call check(error, copy%place("joint") + copy%place("joint 07") + copy%place(repeat("long", 999)), 0, more="not there")
+    call check(error, copy%position("joint") + copy%position("joint 07") + copy%position(repeat("long", 999)), 0, more="not there")
   end subroutine test_dictionary
 
   !> The paper's four-bar with so many points more, all fixed to its coupler.

@@ -138,7 +138,7 @@ contains
   end function lift_at
 
   !> A four-bar O-A-B-P: the rocker is the cam, the coupler carries the guide. The derivatives are those of the places by central
-  !> differences, Delta of fourth order; the angles are those of the closed form of `place`, by atan2.
+  !> differences, Delta of fourth order; the angles are those of the closed form of `locate`, by atan2.
   subroutine test_carried(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -240,7 +240,7 @@ contains
     if (allocated(error)) return
     call check_that(error, real(linkage%intervals, dp), "<", 20.0_dp, "intervals of the proof")
     if (allocated(error)) return
-    call check_that(error, abs(20 * linkage%feature - 1), "<", 1.0e-12_dp, "order 20 is the finest")
+    call check_that(error, abs(20 * linkage%angle_scale - 1), "<", 1.0e-12_dp, "order 20 is the finest")
     if (allocated(error)) return
     call refused([1.0_dp, 2.0_dp], [1, 2], &
       & "joint 'T': its lift is a mean and then pairs of cosine and sine: an odd number of values")

@@ -93,10 +93,10 @@ contains
     claim = joint%reach(moved(0.0_dp), norm2(velocities, dim=1), spread(0.0_dp, 1, earlier), half_width)
     if (.not. claim%assembled) return
     proved = proved + 1
-    call check_that(error, claim%feature, ">", 0.0_dp, "feature")
+    call check_that(error, claim%angle_scale, ">", 0.0_dp, "angle scale")
     if (allocated(error)) return
     do k = -samples, samples
-      call joint%place(0.0_dp, moved(half_width * k / samples), here)
+      call joint%locate(0.0_dp, moved(half_width * k / samples), here)
       speed = hypot(here%x%d, here%y%d)
       call check_that(error, hypot(here%x%dd, here%y%dd), "<=", claim%acceleration * (1 + 1.0e-9_dp) + 1.0e-9_dp, "acceleration")
       if (allocated(error)) return

@@ -66,7 +66,7 @@ contains
     wave(2) = 1
     wave(80) = 1.0e-5_dp
     call new_harmonic_mechanism(mechanism, 1.0_dp, 0.1_dp, wave, [0.0_dp], [2.0_dp], [0.0_dp], failure)
-    mechanism%feature = 1
+    mechanism%angle_scale = 1
     if (.not. allocated(failure)) call new_frame(frame, mechanism, 18.0_dp, 0.8_dp, [0.0_dp, 0.0_dp], &
       & diagonal([4.0e5_dp, 4.0e5_dp, 4.0e4_dp]), diagonal([1.0e3_dp, 1.0e3_dp, 1.0e2_dp]), 10.0_dp, failure, [1, 3])
     if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=1), &

@@ -60,7 +60,7 @@ contains
     evaluations = 0
     counting%mass = plain%mechanism%mass
     counting%inertia = plain%mechanism%inertia
-    counting%feature = plain%mechanism%feature
+    counting%angle_scale = plain%mechanism%angle_scale
     counting%count => evaluations
     allocate(counting%linkage, source=plain%mechanism)
     frame = plain
@@ -119,7 +119,7 @@ contains
     class(counting_type), intent(inout) :: self
     type(gestell_error), allocatable, intent(out) :: error
 
-    self%feature = 0.02_dp
+    self%angle_scale = 0.02_dp
     if (.not. allocated(self%linkage)) call fatal_error(error, "no linkage", 2)
   end subroutine prepare
 
@@ -170,9 +170,9 @@ contains
 
     call four_bar(plain, error)
     if (allocated(error)) return
-    plain%mechanism%feature = 0.01_dp
+    plain%mechanism%angle_scale = 0.01_dp
     call new_tabulated(tabulated, plain%mechanism)
-    call check_that(error, abs(tabulated%feature - 0.01_dp), "<=", 0.0_dp, "new")
+    call check_that(error, abs(tabulated%angle_scale - 0.01_dp), "<=", 0.0_dp, "new")
     call check_that(error, abs(tabulated%mass - plain%mechanism%mass), "<=", 0.0_dp, "new")
     call check_that(error, abs(tabulated%inertia - plain%mechanism%inertia), "<=", 0.0_dp, "new")
     if (allocated(error)) return

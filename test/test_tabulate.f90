@@ -33,7 +33,7 @@ contains
       & new_slow("paths of random linkages' joints against jets and the reference", test_paths), &
       & new_slow("tables of random linkages against jets and the reference", test_tables), &
       & new_unittest("an angle's row does not depend on the others", test_remainders), &
-      & new_unittest("beside dead points: what the feature promises", test_dead_points), &
+      & new_unittest("beside dead points: what the angle scale promises", test_dead_points), &
       & new_unittest("a balanced crank does not shake, the least unbalance does", test_balanced), &
       & new_unittest("a force-balanced four-bar", test_balanced_four_bar), &
       & new_unittest("a user's joint without a path of its own", test_user_joint), &
@@ -174,7 +174,7 @@ contains
 
   end subroutine test_remainders
 
-  !> Four-bars close to both change points and a slider-crank whose rod almost stands across the guide. Where the feature
+  !> Four-bars close to both change points and a slider-crank whose rod almost stands across the guide. Where the angle scale
   !> is about the sine of the transmission angle, lengths lose twice its digits.
   subroutine test_dead_points(error)
     type(error_type), allocatable, intent(out) :: error
@@ -206,7 +206,7 @@ contains
       call linkage_of_machine(machine, linkage, failure)
       call check_success(error, failure)
       if (allocated(error)) return
-      angles = [(worst + linkage%feature * (k - batch / 2) / 4, k = 1, batch)]
+      angles = [(worst + linkage%angle_scale * (k - batch / 2) / 4, k = 1, batch)]
       call linkage%tabulate(angles, table)
       do k = 1, batch
         known(k, :) = reference_row(machine, angles(k))
@@ -214,7 +214,7 @@ contains
       do k = 1, table_columns
         ! Three powers of the sine in the second derivatives, each with the roundings of some lengths.
         call check_that(error, real(maxval(abs(table(:, k) - known(:, k))) / maxval(abs(known(:, k))), dp), "<", 8 &
-          & * epsilon(1.0_dp) / linkage%feature**2, "column of the table")
+          & * epsilon(1.0_dp) / linkage%angle_scale**2, "column of the table")
         if (allocated(error)) return
       end do
     end do

@@ -5,7 +5,7 @@ module test_user_joint
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type
-  use gestell_model_linkage_skeleton, only: skeleton_type, trace_skeleton
+  use gestell_model_linkage_diagram, only: diagram_type, trace_diagram
   use machines, only: new_crank
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use user_mechanisms, only: midpoint_joint, tappet_joint
@@ -77,7 +77,7 @@ contains
   subroutine test_drawing(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
-    type(skeleton_type) :: skeleton
+    type(diagram_type) :: diagram
     type(gestell_error), allocatable :: failure
     integer :: i
 
@@ -86,21 +86,21 @@ contains
     call linkage%add_joint("F", midpoint_joint([1, 4]), failure)
     call linkage%add_joint("M", midpoint_joint([1, 2]), failure)
     call linkage%prepare(failure)
-    call trace_skeleton(linkage, [(i * pi / 8, i = 0, 15)], skeleton)
-    call check(error, all(skeleton%grounded .eqv. [.true., .false., .false., .true., .true., .false.]), "what stands on the frame")
+    call trace_diagram(linkage, [(i * pi / 8, i = 0, 15)], diagram)
+    call check(error, all(diagram%grounded .eqv. [.true., .false., .false., .true., .true., .false.]), "what stands on the frame")
     if (allocated(error)) return
-    call check(error, size(skeleton%bars), 3)
+    call check(error, size(diagram%bars), 3)
     if (allocated(error)) return
-    call check(error, all(skeleton%bars(1)%joints == [1, 2]) .and. all(skeleton%bars(2)%joints == [1, 6]) &
-      & .and. all(skeleton%bars(3)%joints == [2, 6]), "bars")
+    call check(error, all(diagram%bars(1)%joints == [1, 2]) .and. all(diagram%bars(2)%joints == [1, 6]) &
+      & .and. all(diagram%bars(3)%joints == [2, 6]), "bars")
     if (allocated(error)) return
-    call check(error, all(skeleton%bars%link == 1), "the crank's bars")
+    call check(error, all(diagram%bars%link == 1), "the crank's bars")
     if (allocated(error)) return
-    call check(error, size(skeleton%sliders), 1)
+    call check(error, size(diagram%sliders), 1)
     if (allocated(error)) return
-    call check(error, skeleton%sliders(1)%joint, 3)
-    if (.not. allocated(error)) call check(error, skeleton%sliders(1)%travel(1), 1.0_dp, thr=1.0e-12_dp)
-    if (.not. allocated(error)) call check(error, skeleton%sliders(1)%travel(2), 3.0_dp, thr=1.0e-12_dp)
+    call check(error, diagram%sliders(1)%joint, 3)
+    if (.not. allocated(error)) call check(error, diagram%sliders(1)%travel(1), 1.0_dp, thr=1.0e-12_dp)
+    if (.not. allocated(error)) call check(error, diagram%sliders(1)%travel(2), 3.0_dp, thr=1.0e-12_dp)
   end subroutine test_drawing
 
   subroutine test_refused(error)

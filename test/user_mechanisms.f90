@@ -14,7 +14,7 @@ module user_mechanisms
     real(dp) :: radius = 0
   contains
     procedure :: describe
-    procedure :: place
+    procedure :: locate
     procedure :: reach
   end type handle_joint
 
@@ -23,7 +23,7 @@ module user_mechanisms
     real(dp) :: sure = 0
   contains
     procedure :: describe => describe_timid
-    procedure :: place => place_timid
+    procedure :: locate => locate_timid
     procedure :: reach => reach_timid
   end type timid_joint
 
@@ -32,7 +32,7 @@ module user_mechanisms
     integer :: ends(2) = 0
   contains
     procedure :: describe => describe_midpoint
-    procedure :: place => place_midpoint
+    procedure :: locate => locate_midpoint
     procedure :: reach => reach_midpoint
   end type midpoint_joint
 
@@ -43,7 +43,7 @@ module user_mechanisms
   contains
     procedure :: describe => describe_tappet
     procedure :: check => check_tappet
-    procedure :: place => place_tappet
+    procedure :: locate => locate_tappet
     procedure :: reach => reach_tappet
   end type tappet_joint
 
@@ -72,7 +72,7 @@ contains
     form = form_type("timid", "stands still", links=0, pairs=0)
   end subroutine describe_timid
 
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(handle_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -80,7 +80,7 @@ contains
 
     here%x = points(self%pivot)%x + self%radius * cos(jet(crank_angle, 1.0_dp, 0.0_dp))
     here%y = points(self%pivot)%y + self%radius * sin(jet(crank_angle, 1.0_dp, 0.0_dp))
-  end subroutine place
+  end subroutine locate
 
   pure function reach(self, points, speeds, accelerations, half_width)
     class(handle_joint), intent(in) :: self
@@ -94,7 +94,7 @@ contains
     reach%acceleration = accelerations(self%pivot) + self%radius
   end function reach
 
-  pure subroutine place_timid(self, crank_angle, points, here)
+  pure subroutine locate_timid(self, crank_angle, points, here)
     class(timid_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -103,7 +103,7 @@ contains
     associate (unused => self, unused_angle => crank_angle, unused_points => points)
       here = point_type()
     end associate
-  end subroutine place_timid
+  end subroutine locate_timid
 
   pure function reach_timid(self, points, speeds, accelerations, half_width) result(reach)
     class(timid_joint), intent(in) :: self
@@ -124,7 +124,7 @@ contains
       & bars=[self%ends(1), itself, self%ends(2), itself])
   end subroutine describe_midpoint
 
-  pure subroutine place_midpoint(self, crank_angle, points, here)
+  pure subroutine locate_midpoint(self, crank_angle, points, here)
     class(midpoint_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -134,7 +134,7 @@ contains
       here%x = 0.5_dp * (one%x + two%x)
       here%y = 0.5_dp * (one%y + two%y)
     end associate
-  end subroutine place_midpoint
+  end subroutine locate_midpoint
 
   pure function reach_midpoint(self, points, speeds, accelerations, half_width) result(reach)
     class(midpoint_joint), intent(in) :: self
@@ -163,7 +163,7 @@ contains
     call self%guide%check(reason)
   end subroutine check_tappet
 
-  pure subroutine place_tappet(self, crank_angle, points, here)
+  pure subroutine locate_tappet(self, crank_angle, points, here)
     class(tappet_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -175,7 +175,7 @@ contains
     lift = self%stroke * cos(jet(crank_angle, 1.0_dp, 0.0_dp)) + 2.0_dp
     here%x = origin%x + lift * along%x
     here%y = origin%y + lift * along%y
-  end subroutine place_tappet
+  end subroutine locate_tappet
 
   pure function reach_tappet(self, points, speeds, accelerations, half_width) result(reach)
     class(tappet_joint), intent(in) :: self

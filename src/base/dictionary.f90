@@ -1,4 +1,4 @@
-!> Words and their places in a list, found in a time that does not depend on how many there are.
+!> Words and their positions in a list, found in a time that does not depend on how many there are.
 module gestell_base_dictionary
   use gestell_base_hash, only: hash_start, mix_text
   use, intrinsic :: iso_fortran_env, only: int64
@@ -12,11 +12,11 @@ module gestell_base_dictionary
     !> All words in a row, and where each begins, less one, and the last one ends: both with room for more.
     character(len=:), allocatable :: text
     integer, allocatable :: ends(:)
-    !> Places in the list, or 0: each word stands where its hash points to, or in the next free slot. At least half are free.
+    !> Positions in the list, or 0: each word stands where its hash points to, or in the next free slot. At least half are free.
     integer, allocatable :: slots(:)
   contains
     procedure :: add
-    procedure :: place
+    procedure :: position
   end type dictionary_type
 
 contains
@@ -37,22 +37,22 @@ contains
     self%slots(i) = self%count
   end subroutine add
 
-  !> The first place of a word in the list, 0 where it is not there.
-  pure integer function place(self, word)
+  !> The first position of a word in the list, 0 where it is not there.
+  pure integer function position(self, word)
     class(dictionary_type), intent(in) :: self
     character(len=*), intent(in) :: word
     integer :: i
 
-    place = 0
+    position = 0
     if (self%count == 0) return
     i = first_slot(self%slots, word)
     do while (self%slots(i) > 0)
-      place = self%slots(i)
-      if (self%text(self%ends(place) + 1:self%ends(place + 1)) == word) return
+      position = self%slots(i)
+      if (self%text(self%ends(position) + 1:self%ends(position + 1)) == word) return
       i = next_slot(self%slots, i)
     end do
-    place = 0
-  end function place
+    position = 0
+  end function position
 
   !> Room for one more word of that length: twice as much as before where it is short. The words keep their order, so the first
   !> of equal ones is still found first.

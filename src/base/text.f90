@@ -12,10 +12,6 @@ module gestell_base_text
     module procedure :: concise_6, concise_digits
   end interface
 
-  interface text
-    module procedure :: integer_text
-  end interface
-
   !> Longer than any number as text.
   integer, parameter :: longest = 360
 
@@ -29,7 +25,6 @@ contains
   end function exact_line
 
   pure character(len=longest) function concise_line(value, digits) result(line)
-    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
     character(len=40) :: buffer, layout
@@ -118,11 +113,11 @@ contains
     string = fixed_line(value, decimals)
   end function fixed
 
-  pure function integer_text(value) result(string)
+  pure function text(value) result(string)
     integer, intent(in) :: value
     character(len=len_trim(integer_line(value))) :: string
 
     string = integer_line(value)
-  end function integer_text
+  end function text
 
 end module gestell_base_text

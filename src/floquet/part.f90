@@ -19,7 +19,7 @@ module gestell_floquet_part
   implicit none (type, external)
   private
 
-  public :: solve_part, ways
+  public :: solve_part, solution_methods
 
   !> Reduction is tried where the fastest vibration turns by more radians than this within the period.
   real(dp), parameter :: large_advance = 700
@@ -31,11 +31,11 @@ module gestell_floquet_part
 contains
 
   !> All names that `accuracy%method` may have: those of the integration methods, and the reduction.
-  pure function ways() result(names)
+  pure function solution_methods() result(names)
     character(len=name_length), allocatable :: names(:)
 
     allocate(names, source=[character(len=name_length) :: method_names(), "reduced"])
-  end function ways
+  end function solution_methods
 
   !> Solves a system that does not fall into parts; see gestell_floquet_solution.
   subroutine solve_part(system, accuracy, forced, solution, error)

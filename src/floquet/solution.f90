@@ -35,8 +35,7 @@ module gestell_floquet_solution
     procedure follow_monodromy, follow_floquet
   end interface follow
 
-  !> A part of the system: the places of its states in those of the system, the part as a system, unallocated where it is the whole,
-  !> and its solution.
+  !> A part of the system: the indices of its states, the part as a system, unallocated where it is the whole, and its solution.
   type, public :: part_type
     integer, allocatable :: states(:)
     class(periodic_system), allocatable :: system

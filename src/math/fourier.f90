@@ -89,7 +89,7 @@ contains
     end do
   end function value
 
-  !> Root of the mean square, by Parseval's theorem.
+  !> Root mean square (rms), by Parseval's theorem.
   pure real(dp) function rms(self)
     class(fourier_type), intent(in) :: self
 

@@ -8,18 +8,18 @@ module gestell_math_sorting
 
 contains
 
-  !> The places of the values from the least to the greatest, of equal ones as they come; quick where they nearly ascend.
-  pure function ascending(values) result(places)
+  !> The positions of the values from the least to the greatest, of equal ones as they come; quick where they nearly ascend.
+  pure function ascending(values) result(positions)
     real(dp), intent(in) :: values(:)
-    integer :: places(size(values))
+    integer :: positions(size(values))
     integer :: k, i
 
     do k = 1, size(values)
       do i = k, 2, -1
-        if (values(places(i - 1)) <= values(k)) exit
-        places(i) = places(i - 1)
+        if (values(positions(i - 1)) <= values(k)) exit
+        positions(i) = positions(i - 1)
       end do
-      places(i) = k
+      positions(i) = k
     end do
   end function ascending
 

@@ -55,11 +55,8 @@ contains
     real(dp), dimension(size(phases), size(self%motion%cosine, 2)) :: q, v, a
     integer :: j, k
 
-    if (.not. present(h)) then
-      call self%inner%sample_second_order(phases, m, b, c)
-      return
-    end if
     call self%inner%sample_second_order(phases, m, b, c, h)
+    if (.not. present(h)) return
     call self%motion%values(phases, q, v, a)
     v = v * (2 * pi / self%period)
     a = a * (2 * pi / self%period)**2

@@ -36,16 +36,16 @@ contains
     class(periodic_system), intent(in) :: system
     type(error_type), allocatable, intent(out) :: error
     logical, allocatable :: coupled(:, :)
-    integer :: places(2)
+    integer :: wanted(2)
 
     allocate(coupled, source=system%coupled())
-    places = system%states
+    wanted = system%states
     select type (system)
     class is (second_order_system)
       ! What is all coupled may say so of the states.
-      if (.not. (all(coupled) .and. size(coupled, 1) == system%states)) places = system%states / 2
+      if (.not. (all(coupled) .and. size(coupled, 1) == system%states)) wanted = system%states / 2
     end select
-    if (any(shape(coupled) /= places)) call fatal_error(error, "the table coupled has a row and a column for each state, of a " &
+    if (any(shape(coupled) /= wanted)) call fatal_error(error, "the table coupled has a row and a column for each state, of a " &
       & // "second-order system for each degree of freedom", invalid_input)
   end subroutine check_coupled
 
@@ -127,15 +127,11 @@ contains
     real(dp), intent(out), optional :: f(:, :)
     real(dp), allocatable :: full_p(:, :, :), full_f(:, :)
 
-    associate (n => self%whole%states)
-      allocate(full_p(n, n, size(phases)), full_f(n, size(phases)))
-    end associate
-    if (present(f)) then
-      call self%whole%sample(phases, full_p, full_f)
-      f = full_f(self%chosen, :)
-    else
-      call self%whole%sample(phases, full_p)
-    end if
+    allocate(full_p(self%whole%states, self%whole%states, size(phases)))
+    ! What is not allocated is absent where it is an argument.
+    if (present(f)) allocate(full_f(self%whole%states, size(phases)))
+    call self%whole%sample(phases, full_p, full_f)
+    if (present(f)) f = full_f(self%chosen, :)
     p = full_p(self%chosen, self%chosen, :)
   end subroutine sample
 
@@ -170,14 +166,11 @@ contains
     real(dp), allocatable :: full_h(:, :)
 
     associate (n => self%whole%states / 2)
-      allocate(full_m(size(phases), n, n), full_b(size(phases), n, n), full_c(size(phases), n, n), full_h(size(phases), n))
+      allocate(full_m(size(phases), n, n), full_b(size(phases), n, n), full_c(size(phases), n, n))
+      if (present(h)) allocate(full_h(size(phases), n))
     end associate
-    if (present(h)) then
-      call self%whole%sample_second_order(phases, full_m, full_b, full_c, full_h)
-      h = full_h(:, self%chosen)
-    else
-      call self%whole%sample_second_order(phases, full_m, full_b, full_c)
-    end if
+    call self%whole%sample_second_order(phases, full_m, full_b, full_c, full_h)
+    if (present(h)) h = full_h(:, self%chosen)
     m = full_m(:, self%chosen, self%chosen)
     b = full_b(:, self%chosen, self%chosen)
     c = full_c(:, self%chosen, self%chosen)

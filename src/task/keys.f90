@@ -2,7 +2,7 @@
 module gestell_task_keys
   use gestell_base_key, only: integer_key, joined, key_type, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
-  use gestell_floquet_part, only: ways
+  use gestell_floquet_part, only: solution_methods
   use gestell_input_machine_groups, only: machine_schema
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_study_frame_model, only: frame_models
@@ -70,7 +70,7 @@ contains
     type(key_type) :: keys(size(fixed_accuracy_keys))
 
     keys = fixed_accuracy_keys
-    keys(2)%words = joined(ways())
+    keys(2)%words = joined(solution_methods())
   end function accuracy_keys
 
 end module gestell_task_keys

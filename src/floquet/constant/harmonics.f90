@@ -5,6 +5,7 @@
 module gestell_floquet_constant_harmonics
   use gestell_base_error, only: error_type, failed_computation, fatal_error, resonance
   use gestell_base_kinds, only: dp, pi
+  use gestell_math_dft, only: dft
   use gestell_math_lapack, only: inverse
   use gestell_base_text, only: concise
   use gestell_system_averaged, only: averaged_system
@@ -118,27 +119,22 @@ contains
     real(dp), allocatable, intent(out) :: rounding(:)
     real(dp), allocatable :: samples(:, :)
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
-    complex(dp), allocatable :: turn(:)
-    integer, allocatable :: at(:), places(:)
-    integer :: f, k, i
+    complex(dp) :: y(points)
+    integer :: f, i
 
     f = size(scale)
-    allocate(samples(points, f), turn(0:points - 1))
+    allocate(samples(points, f), h(f, 0:points / 2 - 1))
     allocate(m(points, f, f), b(points, f, f), c(points, f, f))
     call system%sample_second_order([(real(i, dp) / points, i = 0, points - 1)], m, b, c, samples)
-    samples = transpose(samples * spread(scale, 1, points))
-    turn = [(exp(cmplx(0, -2 * pi * i / points, dp)), i = 0, points - 1)]
-    allocate(h(f, 0:points / 2 - 1))
-    places = [(i, i = 0, points - 1)]
-    allocate(at(points), source=0)
-    do k = 0, ubound(h, 2)
-      h(:, k) = 2 * matmul(samples, turn(at)) / points
-      at = modulo(at + places, points)
+    do i = 1, f
+      samples(:, i) = samples(:, i) * scale(i)
+      y = dft(cmplx(samples(:, i), 0, dp))
+      h(i, :) = 2 * y(:size(h, 2)) / points
     end do
     h(:, 0) = h(:, 0) / 2
     ! As much is claimed of every order: of what cancels in the load the orders together have no more.
     allocate(rounding(f), source=2 * max(system%rounding + 4 * epsilon(1.0_dp), system%load_rounding / 4) &
-      & * maxval(norm2(samples, dim=1)))
+      & * maxval(norm2(samples, dim=2)))
   end subroutine load_harmonics
 
   !> All harmonics; `bound`: of the errors by those of the coefficients and by the `rounding` of h, all orders together.

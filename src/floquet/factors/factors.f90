@@ -9,7 +9,7 @@ module gestell_floquet_factors
   use gestell_math_lapack, only: inverse, log_abs_determinant
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_floquet_period_convergence, only: begin_type, most_steps, next_steps, remaining, safety, &
-    & too_many_steps, watch_rounding
+    & too_many_steps, detect_rounding
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_period_monodromy, only: accuracy_type, choose_method
@@ -109,13 +109,13 @@ contains
         left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, order)
         if (all(sum(safety * left, dim=1) + sum(floor) <= accuracy%tolerance .or. &
           & sum(d23, dim=1) <= sum(floor) + [0.0_dp, system%load_rounding])) exit
-        call watch_rounding(sum(d23, dim=1), fine%steps, max(accuracy%tolerance, sum(floor)), begin, rounding)
+        call detect_rounding(sum(d23, dim=1), fine%steps, max(accuracy%tolerance, sum(floor)), begin, rounding)
         if (rounding) then
           left(:, 2) = max(left(:, 2), d12(:, 2), d23(:, 2))
           exit
         end if
-        call move_level(middle, coarse)
-        call move_level(fine, middle)
+        coarse = middle
+        middle = fine
         d12 = d23
       end do
     end associate
@@ -217,18 +217,6 @@ contains
     level%size_a = [(norm2(level%a(:, :, k)), k = 1, count)]
     factors%evaluations = factors%evaluations + level%steps * factors%method%stages
   end subroutine solve_level
-
-  pure subroutine move_level(from, to)
-    type(level_type), intent(inout) :: from
-    type(level_type), intent(out) :: to
-
-    call move_alloc(from%nodes, to%nodes)
-    call move_alloc(from%a, to%a)
-    call move_alloc(from%b, to%b)
-    call move_alloc(from%size_a, to%size_a)
-    call move_alloc(from%size_b, to%size_b)
-    to%steps = from%steps
-  end subroutine move_level
 
   !> Differences of the A and of the b, relative to the `other`, shape (K, 2).
   pure function distances(one, other, forced) result(d)

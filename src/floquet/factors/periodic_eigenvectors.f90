@@ -19,7 +19,7 @@ module gestell_floquet_factors_periodic_eigenvectors
 contains
 
   !> The eigenvectors from the periodic Schur form of the factors, q and r, shapes (n, n, K).
-  !> Multiplier i is swapped to the first place of the form, where its Schur vectors are x, and to the last, where they
+  !> Multiplier i is swapped to the first position of the form, where its Schur vectors are x, and to the last, where they
   !> are conjg(y). Where multipliers are the same and share an eigenvector, X_k is singular: Y_k is then large, and
   !> Y_k X_k = E holds on the diagonal only.
   pure subroutine periodic_eigenvectors(q, r, vectors)
@@ -52,24 +52,24 @@ contains
     end do
   end subroutine periodic_eigenvectors
 
-  !> The form with the multiplier at place `from` moved to place `to`, the others in order.
+  !> The form with the multiplier at position `from` moved to position `to`, the others in order.
   pure subroutine moved(from, to, q, r, q_moved, r_moved)
     integer, intent(in) :: from, to
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)
     complex(dp), allocatable, intent(out) :: q_moved(:, :, :), r_moved(:, :, :)
     complex(dp) :: v(2, size(r, 3))
     real(dp) :: gap
-    integer :: place, i
+    integer :: position, i
 
     allocate(q_moved, source=q)
     allocate(r_moved, source=r)
-    place = from
-    do while (place /= to)
-      i = merge(place, place - 1, place < to)
+    position = from
+    do while (position /= to)
+      i = merge(position, position - 1, position < to)
       call swapping(r_moved, i, v, gap)
       call rotate(r_moved, q_moved, i, v, left=i, bottom=i + 1)
       r_moved(i + 1, i, size(r, 3)) = 0
-      place = merge(place + 1, place - 1, place < to)
+      position = merge(position + 1, position - 1, position < to)
     end do
   end subroutine moved
 

@@ -2,12 +2,12 @@
 module gestell_floquet_factors_periodic_schur
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_floquet_factors_rotations, only: cascade, norm, normalise, rotate, rotate_columns, rotate_rows, swapping, unit
+  use gestell_floquet_factors_rotations, only: cascade, normalise, rotate, rotate_columns, rotate_rows, swapping, unit
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: periodic_schur, periodic_multipliers, schur_residuals
+  public :: periodic_schur, periodic_multipliers
 
 contains
 
@@ -65,34 +65,6 @@ contains
       arg(i) = atan2(aimag(rho(1)), real(rho(1)))
     end do
   end subroutine periodic_multipliers
-
-  !> The greatest |Q_{k+1}^H A_k Q_k - R_k| / |A_k| and the greatest |Q_k^H Q_k - E|, Frobenius' norms.
-  pure subroutine schur_residuals(factors, q, r, residual, departure)
-    complex(dp), intent(in) :: factors(:, :, :), q(:, :, :), r(:, :, :)
-    real(dp), intent(out) :: residual, departure
-    complex(dp) :: difference(size(r, 1), size(r, 1))
-    integer :: i, k, next
-
-    residual = 0
-    departure = 0
-    do k = 1, size(r, 3)
-      next = modulo(k, size(r, 3)) + 1
-      difference = matmul(adjoint(q(:, :, next)), matmul(factors(:, :, k), q(:, :, k))) - r(:, :, k)
-      residual = max(residual, norm(difference) / max(norm(factors(:, :, k)), tiny(1.0_dp)))
-      difference = matmul(adjoint(q(:, :, k)), q(:, :, k))
-      do i = 1, size(r, 1)
-        difference(i, i) = difference(i, i) - 1
-      end do
-      departure = max(departure, norm(difference))
-    end do
-  end subroutine schur_residuals
-
-  pure function adjoint(a)
-    complex(dp), intent(in) :: a(:, :)
-    complex(dp) :: adjoint(size(a, 2), size(a, 1))
-
-    adjoint = conjg(transpose(a))
-  end function adjoint
 
   !> R_1, ..., R_{K-1} triangular and R_K upper Hessenberg, in place of the factors.
   pure subroutine reduce(r, q)

@@ -114,23 +114,16 @@ contains
       at%f = system%states / 2
       at%positions = at%f
       allocate(at%m(points, at%f, at%f), at%b(points, at%f, at%f), at%c(points, at%f, at%f))
-      if (forced) then
-        allocate(at%g(points, at%f))
-        call sample_in_units(system, phases, at%m, at%b, at%c, units(:at%f), at%g)
-      else
-        call sample_in_units(system, phases, at%m, at%b, at%c, units(:at%f))
-      end if
+      ! What is not allocated is absent where it is an argument.
+      if (forced) allocate(at%g(points, at%f))
+      call sample_in_units(system, phases, at%m, at%b, at%c, units(:at%f), at%g)
       units(at%f + 1:) = units(:at%f)
     class default
       at%f = system%states
       allocate(at%b(points, at%f, at%f), p(at%f, at%f, points))
-      if (forced) then
-        allocate(f(at%f, points))
-        call system%sample(phases, p, f)
-        at%g = transpose(f)
-      else
-        call system%sample(phases, p)
-      end if
+      if (forced) allocate(f(at%f, points))
+      call system%sample(phases, p, f)
+      if (forced) at%g = transpose(f)
       do j = 1, at%f
         do i = 1, at%f
           at%b(:, i, j) = -p(i, j, :)

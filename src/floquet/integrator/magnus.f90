@@ -74,14 +74,10 @@ contains
     n = system%states
     s = self%stages
     phases = [((from(k) + self%c(i) * (to(k) - from(k)), i = 1, s), k = 1, size(from))]
-    allocate(p(n, n, size(phases)), f(n, size(phases)))
-    if (present(b)) then
-      call system%sample(phases, p, f)
-    else
-      call system%sample(phases, p)
-      f = 0
-    end if
-
+    allocate(p(n, n, size(phases)))
+    ! What is not allocated is absent where it is an argument.
+    if (present(b)) allocate(f(n, size(phases)))
+    call system%sample(phases, p, f)
     if (.not. all(ieee_is_finite(p))) then
       call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
       return
@@ -89,7 +85,8 @@ contains
 
     d = balancing(maxval(abs(p), dim=3))
     similarity = spread(d, 1, n) / spread(d, 2, n)
-    size_of_f = max(maxval(abs(f) / spread(d, 2, size(f, 2))), tiny(1.0_dp)) * system%period
+    size_of_f = 1
+    if (present(b)) size_of_f = max(maxval(abs(f) / spread(d, 2, size(f, 2))), tiny(1.0_dp)) * system%period
     associate (m => merge(n + 1, n, present(b)))
       allocate(augmented(m, m, s), step(m, m))
     end associate

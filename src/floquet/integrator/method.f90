@@ -32,7 +32,7 @@ module gestell_floquet_integrator_method
     logical :: exact_if_constant = .false.
   contains
     procedure :: prepare => nothing_to_prepare
-    procedure :: phases => not_told
+    procedure :: phases => no_phases
     procedure :: steps_at_once => one_step
     procedure(step_maps), deferred :: maps
     procedure(step_work), deferred :: work
@@ -67,7 +67,7 @@ module gestell_floquet_integrator_method
 
 contains
 
-  !> Computes the coefficients of the method: what is told of it above needs none.
+  !> Computes the coefficients of the method: the constants above need none.
   pure subroutine nothing_to_prepare(self)
     class(method_type), intent(inout) :: self
 
@@ -76,8 +76,8 @@ contains
   end subroutine nothing_to_prepare
 
   !> The phases at which `maps` samples the coefficients of these steps, in its order: what a model may prepare. None where
-  !> a method does not tell.
-  pure function not_told(self, from, to) result(phases)
+  !> a method does not say.
+  pure function no_phases(self, from, to) result(phases)
     class(method_type), intent(in) :: self
     real(dp), intent(in) :: from(:), to(:)
     real(dp), allocatable :: phases(:)
@@ -85,7 +85,7 @@ contains
     associate (unused_method => self, unused_start => from, unused_end => to)
     end associate
     allocate(phases(0))
-  end function not_told
+  end function no_phases
 
   !> How many steps are done side by side: fewer cost as much.
   pure integer function one_step(self, states, second_order)

@@ -13,7 +13,7 @@ module gestell_floquet_integrator_step_nodes
 
 contains
 
-  !> P and, where asked for, f at the places `c` of every step, `c` ascending from 0 to 1: those of place i in step k are
+  !> P and, where asked for, f at the positions `c` of every step, `c` ascending from 0 to 1: those of position i in step k are
   !> p(:, :, at(i, k)) and f(:, at(i, k)). The end that two steps share is evaluated once, unless the coefficients
   !> jump there.
   subroutine sample_steps(system, from, to, c, at, p, f)

@@ -20,8 +20,8 @@ module gestell_floquet_multipliers
     real(dp), allocatable :: arg(:)
     !> Characteristic exponents ln(rho) / T, imaginary parts up to multiples of 2 pi / T.
     complex(dp), allocatable :: exponent(:)
-    !> Bound on the error of rho relative to |rho|; from 1 on rho is lost: no digit of it is sure. At most 1e300; `nothing_known`
-    !> where there is no bound at all.
+    !> Bound on the error of rho relative to |rho|; from 1 on rho is lost: no digit of it is significant. At most 1e300;
+    !> `nothing_known` where there is no bound at all.
     real(dp), allocatable :: error(:)
     !> Condition of the eigenvalue in balanced units: 1 at best.
     real(dp), allocatable :: condition(:)
@@ -226,7 +226,7 @@ contains
     end if
   end function multiplier
 
-  !> Places of the values, largest modulus first; conjugate pairs adjacent, that above the real axis first, also where several are
+  !> Indices of the values, largest modulus first; conjugate pairs adjacent, that above the real axis first, also where several are
   !> equal.
   pure function by_modulus(log_abs, arg) result(order)
     real(dp), intent(in) :: log_abs(:), arg(:)
@@ -278,7 +278,7 @@ contains
     unit = unit / norm2(abs(unit))
   end function normalised
 
-  !> Which multipliers have no digit that is sure: the bound is as great as the number.
+  !> Which multipliers have no significant digit: the bound is as great as the number.
   pure function lost(self)
     class(multipliers_type), intent(in) :: self
     logical :: lost(size(self%error))

@@ -6,7 +6,7 @@ module gestell_floquet_period_convergence
   implicit none (type, external)
   private
 
-  public :: next_steps, promised, remaining, too_many_steps, watch_rounding
+  public :: next_steps, promised, remaining, too_many_steps, detect_rounding
 
   !> The number of steps with which Phi(T) was known, 0: not yet, and by how much x_p(T) changed there.
   type, public :: begin_type
@@ -48,7 +48,7 @@ contains
   !> Whether `change`, that of Phi(T) and x_p(T) by the last number of `steps`, shows that x_p is as exact as rounding lets it
   !> be, as where the forces cancel: Phi(T) was known to within `allowed` with a 64th of the steps, and x_p came nearer by less
   !> than their number since. `begin`: where Phi(T) was known first.
-  pure subroutine watch_rounding(change, steps, allowed, begin, rounding)
+  pure subroutine detect_rounding(change, steps, allowed, begin, rounding)
     real(dp), intent(in) :: change(2), allowed
     integer, intent(in) :: steps
     type(begin_type), intent(inout) :: begin
@@ -59,7 +59,7 @@ contains
     rounding = .false.
     if (begin%steps == 0 .or. steps < max(long * begin%steps, many)) return
     rounding = change(2) * steps > begin%change * begin%steps
-  end subroutine watch_rounding
+  end subroutine detect_rounding
 
   !> The error left in the finest of three solutions:
   !> d12 and d23 are the differences between solutions with n1 < n2 < n3 steps; they give the order p that the convergence

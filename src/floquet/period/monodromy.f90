@@ -6,7 +6,7 @@ module gestell_floquet_period_monodromy
   use gestell_math_matrix, only: balanced
   use gestell_base_text, only: text
   use gestell_floquet_period_convergence, only: begin_type, most_steps, next_steps, promised, remaining, safety, &
-    & too_many_steps, watch_rounding
+    & too_many_steps, detect_rounding
   use gestell_floquet_period_period_map, only: period_map
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
@@ -149,7 +149,7 @@ contains
     end if
   end subroutine choose_method
 
-  !> With N steps, measured by N/2 and 2 N. The method has not begun to converge, and nothing is told of the error, unless the
+  !> With N steps, measured by N/2 and 2 N. The method has not begun to converge, and nothing is known of the error, unless the
   !> differences fall or are small already, and the bound that they give is below Phi(T) (below the greatest x_p(t)) itself:
   !> differences of that size fall by chance, as those above a hundredth do where the fastest motion turns by more radians in a
   !> step than the method has orders.
@@ -220,13 +220,13 @@ contains
       d23 = distance(middle, fine, monodromy%scale)
       left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, monodromy%method%order)
       if (all(safety * left + floor <= tolerance .or. d23 <= floor + [0.0_dp, system%load_rounding])) exit
-      call watch_rounding(d23, fine%steps, max(tolerance, floor), begin, rounding)
+      call detect_rounding(d23, fine%steps, max(tolerance, floor), begin, rounding)
       if (rounding) then
         left(2) = max(left(2), d12(2), d23(2))
         exit
       end if
-      call move_level(middle, coarse)
-      call move_level(fine, middle)
+      coarse = middle
+      middle = fine
       d12 = d23
     end do
     call estimate_changes(monodromy, fine, middle, safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), coarse, &
@@ -275,19 +275,6 @@ contains
     level%norm = scaled_norm(level%phi, monodromy%scale)
     monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
   end subroutine solve_level
-
-  pure subroutine move_level(from, to)
-    type(level_type), intent(inout) :: from
-    type(level_type), intent(out) :: to
-
-    call move_alloc(from%nodes, to%nodes)
-    call move_alloc(from%phi, to%phi)
-    call move_alloc(from%xp, to%xp)
-    to%norm = from%norm
-    to%xp_peak = from%xp_peak
-    to%transient_growth = from%transient_growth
-    to%steps = from%steps
-  end subroutine move_level
 
   !> Differences of Phi(T) and of x_p(T) between two solutions, relative to the `other`. Where all free vibrations die
   !> out below the smallest number, Phi(T) is zero to within that.

@@ -40,7 +40,7 @@ module gestell_floquet_period_turn_errors
   !> At the phases l(t), shape (n, phases), Phi(t, t_k), shape (n, n, phases), and the segment; A_k, shape (n, n, K), the defects
   !> d_k, shape (n, K), and the greatest |x|, in balanced units, within each segment, shape (K).
   type, public :: comparison_type
-    real(dp), allocatable :: local(:, :), way(:, :, :), map(:, :, :), defect(:, :), size(:)
+    real(dp), allocatable :: local(:, :), transition(:, :, :), map(:, :, :), defect(:, :), size(:)
     integer, allocatable :: segment(:)
     !> Steps of the motion that was followed.
     integer :: steps = 0
@@ -86,7 +86,7 @@ contains
     half = merged(merged(nodes, phases), ends)
     comparison%steps = size(half) - 1
     half = merged(half, (half(:size(half) - 1) + half(2:)) / 2)
-    allocate(comparison%local(n, size(phases)), comparison%way(n, n, size(phases)), comparison%map(n, n, count))
+    allocate(comparison%local(n, size(phases)), comparison%transition(n, n, size(phases)), comparison%map(n, n, count))
     allocate(comparison%defect(n, count), comparison%size(count), source=0.0_dp)
     allocate(comparison%segment(size(phases)))
     allocate(a(n, n, block_length), b(n, block_length))
@@ -114,7 +114,7 @@ contains
         end do
       end associate
     end do
-    if (all(ieee_is_finite(comparison%local)) .and. all(ieee_is_finite(comparison%way))) return
+    if (all(ieee_is_finite(comparison%local)) .and. all(ieee_is_finite(comparison%transition))) return
     call fatal_error(error, "the motion leaves the range of the numbers", failed_computation)
 
   contains
@@ -132,7 +132,7 @@ contains
       do while (next <= size(phases))
         if (phases(next) > phase) return
         comparison%local(:, next) = now(:, n + 1) - x(:, next)
-        comparison%way(:, :, next) = now(:, :n)
+        comparison%transition(:, :, next) = now(:, :n)
         comparison%segment(next) = segment
         next = next + 1
       end do
@@ -174,9 +174,10 @@ contains
     allocate(errors%rounding(size(scale)), source=0.0_dp)
     do k = 1, phases
       associate (segment => comparison%segment(k))
-        errors%differences(:, k) = safety * (comparison%local(:, k) + matmul(comparison%way(:, :, k), z(:, segment)))
-        errors%differences(:, phases + k) = safety * matmul(comparison%way(:, :, k), due(:, segment))
-        errors%rounding = max(errors%rounding, matmul(abs(comparison%way(:, :, k)), (at_starts(:, segment) + own(segment)) * scale))
+        errors%differences(:, k) = safety * (comparison%local(:, k) + matmul(comparison%transition(:, :, k), z(:, segment)))
+        errors%differences(:, phases + k) = safety * matmul(comparison%transition(:, :, k), due(:, segment))
+        errors%rounding = max(errors%rounding, matmul(abs(comparison%transition(:, :, k)), &
+          & (at_starts(:, segment) + own(segment)) * scale))
       end associate
     end do
   end subroutine take_differences

@@ -1,5 +1,5 @@
-!> The groups of modes that stay apart along the whole period, and their bases, from the eigenvectors at every phase: slow,
-!> but it gets through where the modes change much.
+!> The groups of modes that stay apart along the whole period, and their bases, from the eigenvectors at every phase (slow, but it
+!> gets through where the modes change much), or at phase 0 alone.
 module gestell_floquet_reduction_continued_modes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -17,8 +17,8 @@ module gestell_floquet_reduction_continued_modes
 
 contains
 
-  !> Groups the eigenvalues of `a`, shape (N, n, n), given at N equidistant phases: the finest groups that keep a
-  !> distance of `gap` from each other, and from zero but for group 0, at every phase; with each group goes its
+  !> Groups the eigenvalues of `a`, shape (N, n, n), given at N equidistant phases or at phase 0 alone: the finest groups that
+  !> keep a distance of `gap` from each other, and from zero but for group 0, at every phase; with each group goes its
   !> conjugate. Bases are continued from phase to phase by their directions and made smooth and periodic by
   !>
   !>     L_g T_g = E,   L = T^-1 at phase 0.

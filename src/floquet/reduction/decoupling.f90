@@ -175,10 +175,11 @@ contains
     end do
   end subroutine normalise_mode
 
-  !> Greatest sum over a row of the entries between groups, at each phase.
-  pure function uncoupled_sizes(d, modes) result(sizes)
+  !> Greatest sum over a row of the entries between groups, at each phase; with `departure` also of that within the groups.
+  pure function uncoupled_sizes(d, modes, departure) result(sizes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes
+    real(dp), contiguous, intent(in), optional :: departure(:, :, :)
     real(dp), dimension(size(d, 1)) :: sizes, row, re, im
     integer :: k, l
 
@@ -187,8 +188,13 @@ contains
       if (k > modes%conjugate(k)) cycle
       row = 0
       do l = 1, size(d, 2)
-        if (modes%group(k) == modes%group(l)) cycle
-        call entry(d, modes%conjugate, k, l, re, im)
+        if (modes%group(k) /= modes%group(l)) then
+          call entry(d, modes%conjugate, k, l, re, im)
+        else if (present(departure)) then
+          call entry(departure, modes%conjugate, k, l, re, im)
+        else
+          cycle
+        end if
         row = row + sqrt(re**2 + im**2)
       end do
       sizes = max(sizes, row)

@@ -9,8 +9,8 @@ module gestell_floquet_reduction_equations
 
   public :: means
 
-  !> For n unknowns. Before they are filled in they are told by which numbers re + i im they are to be divided, which are about
-  !> those on their diagonal: elimination does without a choice of pivots then.
+  !> For n unknowns. All rows are divided by re + i im, set before they are filled in, about the numbers on their diagonal:
+  !> elimination does without a choice of pivots then.
   type, public :: equations_type
     integer :: n = 0
     !> Shape (phases).

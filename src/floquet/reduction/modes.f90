@@ -1,13 +1,10 @@
-!> The eigenvectors of a periodic matrix, in groups whose eigenvalues stay apart from those of all others.
+!> Groups of eigenvectors whose eigenvalues stay apart from those of all others, and their bases.
 module gestell_floquet_reduction_modes
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_lapack, only: eigensystem
-  use gestell_floquet_reduction_conjugates, only: real_columns
   implicit none (type, external)
   private
 
-  public :: columns_of, find_clash, first_basis, first_modes, orthonormal, unite
+  public :: columns_of, find_clash, first_basis, orthonormal, unite
 
   type, public :: modes_type
     !> Group of every column, shape (n); 0: the slow group, whose eigenvalues come near zero.
@@ -20,34 +17,6 @@ module gestell_floquet_reduction_modes
   end type modes_type
 
 contains
-
-  !> Groups the eigenvalues of `a` at phase 0, shape (n, n): the finest groups that keep a distance of `gap` from each
-  !> other, and from zero but for group 0; with each group goes its conjugate.
-  subroutine first_modes(a, gap, modes, error)
-    real(dp), intent(in) :: a(:, :), gap
-    type(modes_type), intent(out) :: modes
-    type(error_type), allocatable, intent(out) :: error
-    complex(dp), allocatable :: values(:), right(:, :), left(:, :)
-    integer :: clash(2), n, k
-
-    n = size(a, 1)
-    call eigensystem(a, values, right, left, error)
-    if (allocated(error)) return
-    allocate(modes%group, source=[(k, k = 1, n)])
-    allocate(modes%conjugate, source=[(k, k = 1, n)])
-    do k = 1, n
-      if (aimag(values(k)) > 0) modes%conjugate(k:k + 1) = [k + 1, k]
-    end do
-    do
-      call find_clash(values, modes%group, gap, clash)
-      if (clash(1) == clash(2)) exit
-      call unite(modes, clash)
-    end do
-    right = first_basis(right, modes)
-    modes%conjugate = [(merge(k, modes%conjugate(k), modes%group(k) == modes%group(modes%conjugate(k))), k = 1, n)]
-    allocate(modes%basis(1, n, n))
-    modes%basis(1, :, :) = real_columns(right, modes%conjugate)
-  end subroutine first_modes
 
   !> The columns of a group, ascending.
   pure function columns_of(group, number) result(columns)

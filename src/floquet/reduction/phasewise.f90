@@ -88,7 +88,7 @@ contains
     call columns_times(size(a, 1), size(a, 2), size(b, 2), a, b, c)
   end subroutine times
 
-  !> What `operator`, shape (places, phases), makes of each of the entries along the phases; shape (places, n, n).
+  !> What `operator`, shape (points, phases), makes of each of the entries along the phases; shape (points, n, n).
   pure subroutine along_phases(operator, values, results)
     real(dp), contiguous, intent(in) :: operator(:, :), values(:, :, :)
     real(dp), contiguous, intent(out) :: results(:, :, :)

@@ -20,7 +20,7 @@ module gestell_floquet_reduction
   use gestell_floquet_reduction_continued_modes, only: follow_modes
   use gestell_floquet_reduction_decoupling, only: balance, decouple, examine, motion_type
   use gestell_floquet_reduction_fast_response, only: decouple_forcing
-  use gestell_floquet_reduction_modes, only: first_modes, modes_type
+  use gestell_floquet_reduction_modes, only: modes_type
   use gestell_floquet_reduction_phasewise, only: along_phases, multiply, times
   use gestell_floquet_reduction_residuals, only: measure, measure_forcing, residuals_type
   use gestell_floquet_reduction_resolution, only: phases_needed
@@ -191,7 +191,7 @@ contains
     real(dp), parameter :: little = 1.0e-3_dp
 
     if (.not. decoupled%settled) then
-      call first_modes(nodes%a(1, :, :), gap, decoupled%modes, error)
+      call follow_modes(nodes%a(:1, :, :), gap, decoupled%modes, error)
       if (.not. allocated(error)) call refuse_slow(decoupled%modes, error)
       if (allocated(error)) return
     end if

@@ -2,7 +2,7 @@
 module gestell_floquet_reduction_residuals
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_reduction_conjugates, only: entry, weights
+  use gestell_floquet_reduction_conjugates, only: weights
   use gestell_floquet_reduction_decoupling, only: motion_type, transform, uncoupled_sizes
   use gestell_floquet_reduction_fast_response, only: fast_sizes
   use gestell_floquet_reduction_modes, only: modes_type
@@ -49,7 +49,7 @@ contains
     call transform(a, middle, slope, between, error)
     if (allocated(error)) return
     residuals%condition = max(1.0_dp, condition(middle, between%inverted, modes, start, start_inverse))
-    sizes = uncoupled_sizes(d, modes) + unlike_sizes(between%d, interpolated, modes)
+    sizes = uncoupled_sizes(d, modes) + uncoupled_sizes(between%d, modes, between%d - interpolated)
     rounding = size(d, 2) * epsilon(1.0_dp) * maxval(abs(d))
     residuals%residual = mean(sizes) + rounding
     residuals%residual_peak = maxval(sizes) + rounding
@@ -90,31 +90,6 @@ contains
     call multiply(start, f, slope)
     residuals%effort = maxval(norm2(slope, dim=2) + size_a * norm2(rate, dim=2))
   end subroutine measure_forcing
-
-  !> Greatest sum over a row of what D has between groups, and of how far it is from the `interpolated` within.
-  pure function unlike_sizes(d, interpolated, modes) result(sizes)
-    real(dp), contiguous, intent(in) :: d(:, :, :), interpolated(:, :, :)
-    type(modes_type), intent(in) :: modes
-    real(dp), dimension(size(d, 1)) :: sizes, row, re, im
-    real(dp), dimension(size(d, 1), size(d, 2), size(d, 3)) :: difference
-    integer :: k, l
-
-    difference = d - interpolated
-    sizes = 0
-    do k = 1, size(d, 2)
-      if (k > modes%conjugate(k)) cycle
-      row = 0
-      do l = 1, size(d, 2)
-        if (modes%group(k) == modes%group(l)) then
-          call entry(difference, modes%conjugate, k, l, re, im)
-        else
-          call entry(d, modes%conjugate, k, l, re, im)
-        end if
-        row = row + sqrt(re**2 + im**2)
-      end do
-      sizes = max(sizes, row)
-    end do
-  end function unlike_sizes
 
   !> Greatest |S| |S^-1|, Frobenius' norm.
   pure real(dp) function condition(s, inverted, modes, start, start_inverse)

@@ -10,7 +10,7 @@ module gestell_input_machine_frame
   use gestell_input_machine_mechanism, only: name_line
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_schema_units, only: units_type
-  use gestell_model_frame, only: frame_type, freedom_names, new_frame
+  use gestell_model_frame, only: frame_type, dof_names, new_frame
   use gestell_model_mechanism_held, only: held_subject, holders
   use gestell_model_mechanism, only: mechanism_type
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
@@ -249,7 +249,7 @@ contains
 
     call read(group, frame_keys, "dof", names, error)
     if (allocated(error)) return
-    free = pack([1, 2, 3], [(any(names == freedom_names(i)), i = 1, 3)])
+    free = pack([1, 2, 3], [(any(names == dof_names(i)), i = 1, 3)])
     if (size(free) /= size(names)) call input_error(group, "dof", "names a degree of freedom twice", error)
   end subroutine read_freedoms
 

@@ -166,7 +166,7 @@ contains
       if (any([(words(n) == words(:n - 1), n = 1, size(words))])) then
         call input_error(joints(i), name, "needs 2 different joints", error)
       else
-        call data%add(name, joints=[(names%place(words(n)), n = 1, size(words))])
+        call data%add(name, joints=[(names%position(words(n)), n = 1, size(words))])
       end if
     end if
   end subroutine read_datum
@@ -208,7 +208,7 @@ contains
     integer :: i, place
 
     do i = 1, size(wanted)
-      place = names%place(wanted(i))
+      place = names%position(wanted(i))
       if (place == 0) then
         call input_error(group, key, "there is no joint '" // trim(wanted(i)) // "'" // &
           & suggestion(trim(wanted(i)), group_names(joints(:known))), error)

@@ -168,7 +168,7 @@ contains
       name = name_of(groups(i))
       if (name == "") then
         call input_error(groups(i), "name", "must not be empty", error)
-      else if (names%place(name) > 0) then
+      else if (names%position(name) > 0) then
         call input_error(groups(i), "name", "is taken already", error)
       end if
       if (allocated(error)) return

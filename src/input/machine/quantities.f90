@@ -7,7 +7,7 @@ module gestell_input_machine_quantities
   use gestell_input_schema_read, only: read
   use gestell_input_namelist_message, only: input_error, label
   use gestell_input_schema_units, only: units_type
-  use gestell_model_frame, only: frame_type, freedom_names
+  use gestell_model_frame, only: frame_type, dof_names
   use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
   use gestell_study_measure, only: band_measure, has_band, measure_names, measure_type, new_measure, peak_measure
   implicit none (type, external)
@@ -95,7 +95,7 @@ contains
       if (allocated(error)) return
       names = given
     else if (coordinates) then
-      names = [character(len=80) :: freedom_names(frame%free), "f"]
+      names = [character(len=80) :: dof_names(frame%free), "f"]
     else
       allocate(names(1 + count(probes%limit > 0)))
       names(1) = "f"

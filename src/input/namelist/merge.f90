@@ -22,11 +22,11 @@ contains
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
     type(entry_type) :: merged(count_keys(schema, group%name))
-    integer :: place_of(size(schema%keys)), rule_of(size(merged))
+    integer :: index_of(size(schema%keys)), rule_of(size(merged))
     integer :: i, n, rule
 
     n = 0
-    place_of = 0
+    index_of = 0
     do i = 1, size(group%entries)
       associate (entry => group%entries(i))
         rule = find_key_rule(schema, group%name, entry%key)
@@ -34,12 +34,12 @@ contains
           call refuse_key(group, entry, schema, error)
           return
         end if
-        if (place_of(rule) == 0) then
+        if (index_of(rule) == 0) then
           n = n + 1
-          place_of(rule) = n
+          index_of(rule) = n
           rule_of(n) = rule
         end if
-        call merge_entry(group, entry, schema%keys(rule), merged(place_of(rule)), error)
+        call merge_entry(group, entry, schema%keys(rule), merged(index_of(rule)), error)
         if (allocated(error)) return
       end associate
     end do

@@ -20,10 +20,10 @@ module gestell_model_frame
   public :: new_frame
 
   !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices.
-  character(len=3), parameter, public :: freedom_names(3) = [character(len=3) :: "xi", "eta", "psi"]
+  character(len=3), parameter, public :: dof_names(3) = [character(len=3) :: "xi", "eta", "psi"]
 
   !> A mechanism whose motion changes within less of the crank angle (rad) is refused.
-  real(dp), parameter :: shortest_feature = 1.0e-4_dp
+  real(dp), parameter :: least_angle_scale = 1.0e-4_dp
 
   !> The frame as a periodic system; states (q, q') in m, rad, m/s, rad/s, time in s from crank angle 0.
   type, extends(second_order_system), public :: frame_type
@@ -40,7 +40,7 @@ module gestell_model_frame
     real(dp) :: flywheel_inertia = 0
     !> The motor's torque, the mean, where the frame feels that alone (N m); of the exact frame, about rest there is none.
     real(dp) :: motor_torque = 0
-    !> The degrees of freedom that are free, as places in `freedom_names`.
+    !> The degrees of freedom that are free, as indices into `dof_names`.
     integer, allocatable :: free(:)
     class(mechanism_type), allocatable :: mechanism
     !> As `new_frame` found them.
@@ -109,9 +109,9 @@ contains
       & .and. frame%mechanism%mass >= 0 .and. frame%mechanism%inertia >= 0)) then
       call fatal_error(error, "mass and inertia of the mechanism must be finite and not negative", invalid_input)
       return
-    else if (.not. frame%mechanism%feature >= shortest_feature) then
+    else if (.not. frame%mechanism%angle_scale >= least_angle_scale) then
       call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
-        & // concise(frame%mechanism%feature * 180 / pi, 2) // " deg of the crank: nothing reliable can be computed", &
+        & // concise(frame%mechanism%angle_scale * 180 / pi, 2) // " deg of the crank: nothing reliable can be computed", &
         & impossible_mechanism)
       return
     end if
@@ -133,11 +133,11 @@ contains
       if (allocated(error)) return
       frame%held_by = held_by
     end if
-    ! Near a dead point lengths lose twice the digits of the feature, about the sine of the transmission angle there.
-    frame%rounding = epsilon(1.0_dp) / frame%mechanism%feature**2
+    ! Near a dead point lengths lose twice the digits of the angle scale, about the sine of the transmission angle there.
+    frame%rounding = epsilon(1.0_dp) / frame%mechanism%angle_scale**2
     frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia, &
       & frame%even_in_space()))
-    frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%feature))
+    frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%angle_scale))
     if (present(gravity)) call new_weights(frame%weights, gravity, frame%mechanism, mass, origin, frame%stiffness, &
       & frame%supports, frame%free, error)
   end subroutine new_frame

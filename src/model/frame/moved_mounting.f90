@@ -13,8 +13,8 @@
 !>
 !>     e = conj(E) d = p + w,   e' = conj(E) u' - i psi' w,   f = K e + B e' + G,
 !>
-!> and the force -E f on the frame acts along a line through the place p at rest: M = Im(conj(w) f). There the static force G on the
-!> ground turns with the axes, and what it exerts at rest is carried already, so that G and Im(conj(p) G) are added.
+!> and the force -E f on the frame acts along a line through the position p at rest: M = Im(conj(w) f). There the static force G on
+!> the ground turns with the axes, and what it exerts at rest is carried already, so that G and Im(conj(p) G) are added.
 module gestell_model_frame_moved_mounting
   use gestell_base_kinds, only: dp
   use gestell_model_frame_mounting, only: support_type
@@ -33,7 +33,7 @@ module gestell_model_frame_moved_mounting
     procedure :: times
   end type pair_type
 
-  !> Sums over such pairs at places p: of the means times 1, p and |p|^2, of the differences times 1, conj(p) and conj(p)^2.
+  !> Sums over such pairs at positions p: of the means times 1, p and |p|^2, of the differences times 1, conj(p) and conj(p)^2.
   type :: sums_type
     real(dp) :: mean = 0, mean_pp = 0
     complex(dp) :: difference = 0, mean_p = 0, difference_p = 0, difference_pp = 0
@@ -99,7 +99,7 @@ contains
     real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
     complex(dp), parameter :: along(2) = [(1.0_dp, 0.0_dp), i]
     type(pair_type) :: spring, damper
-    complex(dp), dimension(size(q, 1)) :: e, e_dot, w, f, moved, by_place, by_speed
+    complex(dp), dimension(size(q, 1)) :: e, e_dot, w, f, moved, by_position, by_speed
     complex(dp) :: static
     integer :: k
 
@@ -114,20 +114,20 @@ contains
     r(:, 3) = r(:, 3) - cross(w, f) - cross(complex_of(support%position), static)
     do k = 1, 2
       moved = conjg(turn) * along(k)                                           ! dw
-      by_place = spring%times(moved) - damper%times(i * v(:, 3) * moved)       ! df/du
+      by_position = spring%times(moved) - damper%times(i * v(:, 3) * moved)       ! df/du
       by_speed = damper%times(moved)                                           ! df/du'
-      c(:, 1, k) = c(:, 1, k) + real(turn * by_place)
-      c(:, 2, k) = c(:, 2, k) + aimag(turn * by_place)
-      c(:, 3, k) = c(:, 3, k) - cross(w, by_place) - cross(moved, f)
+      c(:, 1, k) = c(:, 1, k) + real(turn * by_position)
+      c(:, 2, k) = c(:, 2, k) + aimag(turn * by_position)
+      c(:, 3, k) = c(:, 3, k) - cross(w, by_position) - cross(moved, f)
       b(:, 1, k) = b(:, 1, k) + real(turn * by_speed)
       b(:, 2, k) = b(:, 2, k) + aimag(turn * by_speed)
       b(:, 3, k) = b(:, 3, k) - cross(w, by_speed)
     end do
-    by_place = -spring%times(i * w) - damper%times(i * e_dot)                  ! df/dpsi
+    by_position = -spring%times(i * w) - damper%times(i * e_dot)                  ! df/dpsi
     by_speed = -damper%times(i * w)                                            ! df/dpsi'
-    c(:, 1, 3) = c(:, 1, 3) + real(turn * (by_place + i * f))
-    c(:, 2, 3) = c(:, 2, 3) + aimag(turn * (by_place + i * f))
-    c(:, 3, 3) = c(:, 3, 3) - cross(w, by_place) + cross(i * w, f)
+    c(:, 1, 3) = c(:, 1, 3) + real(turn * (by_position + i * f))
+    c(:, 2, 3) = c(:, 2, 3) + aimag(turn * (by_position + i * f))
+    c(:, 3, 3) = c(:, 3, 3) - cross(w, by_position) + cross(i * w, f)
     b(:, 1, 3) = b(:, 1, 3) + real(turn * by_speed)
     b(:, 2, 3) = b(:, 2, 3) + aimag(turn * by_speed)
     b(:, 3, 3) = b(:, 3, 3) - cross(w, by_speed)
@@ -163,7 +163,7 @@ contains
     type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: q(:, :), v(:, :)
     real(dp) :: load(size(q, 1), 3)
-    complex(dp), dimension(size(q, 1)) :: d, d_dot, force, place
+    complex(dp), dimension(size(q, 1)) :: d, d_dot, force, arm
     type(pair_type) :: spring, damper
     integer :: j
 
@@ -173,15 +173,15 @@ contains
       spring = pair_of(supports(j)%stiffness, supports(j)%angle)
       damper = pair_of(supports(j)%damping, supports(j)%angle)
       force = spring%times(d) + damper%times(d_dot)
-      place = complex_of(supports(j)%position)
+      arm = complex_of(supports(j)%position)
       if (supports(j)%turning) then
         force = exp(i * q(:, 3)) * force + (exp(i * q(:, 3)) - 1) * complex_of(supports(j)%static)
       else
-        place = place + d
+        arm = arm + d
       end if
       load(:, 1) = load(:, 1) + real(force)
       load(:, 2) = load(:, 2) + aimag(force)
-      load(:, 3) = load(:, 3) + cross(place, force)
+      load(:, 3) = load(:, 3) + cross(arm, force)
     end do
   end function ground_load
 

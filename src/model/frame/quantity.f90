@@ -25,8 +25,8 @@ module gestell_model_frame_quantity
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12, &
     & sine = 13, cosine = 14, moment_excess = 19
 
-  !> A point of the frame that is watched, in the frame's system (m); the greatest vibration velocity (m/s, root of the mean
-  !> square in the band of frequencies, Hz, in any direction) that is allowed, 0: no limit.
+  !> A measuring point on the frame, in its system (m); the greatest vibration velocity (m/s, rms in the band of frequencies, Hz,
+  !> in any direction) that is allowed, 0: no limit.
   type, public :: probe_type
     character(len=64) :: name = ""
     real(dp) :: position(2) = 0, limit = 0, band(2) = [10.0_dp, 1000.0_dp]
@@ -144,25 +144,25 @@ contains
     call fatal_error(error, words, invalid_input)
   end subroutine explain
 
-  !> The forces that `place` (support(2), foundation, guide) exerts on the ground and bounds on their roundings; `number`: of the
-  !> support, 0 for the others, -1: there is no such place.
-  pure subroutine part_forces(frame, place, number, forces, rounding)
+  !> The forces that `part` (support(2), foundation, guide) exerts on the ground and bounds on their roundings; `number`: of the
+  !> support, 0 for the others, -1: there is no such part.
+  pure subroutine part_forces(frame, part, number, forces, rounding)
     class(frame_type), intent(in) :: frame
-    character(len=*), intent(in) :: place
+    character(len=*), intent(in) :: part
     integer, intent(out) :: number
     real(dp), dimension(:, :), intent(out) :: forces, rounding
 
     forces = 0
     rounding = 0
     number = 0
-    if (place == "foundation") then
+    if (part == "foundation") then
       call foundation_forces(frame, forces)
       rounding = mounting_forces(frame, matrix_rounding(frame%stiffness), matrix_rounding(frame%damping))
-    else if (place == "guide") then
+    else if (part == "guide") then
       call add_guides(frame, forces)
     else
       do number = 1, size(frame%supports)
-        if (place == "support(" // text(number) // ")") exit
+        if (part == "support(" // text(number) // ")") exit
       end do
       if (number > size(frame%supports)) then
         number = -1

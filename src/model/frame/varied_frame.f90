@@ -91,7 +91,7 @@ contains
     class(varied_frame_type), intent(inout) :: self
     type(series_type), intent(in) :: motion
     real(dp), allocatable :: q(:, :), v(:, :), a(:, :)
-    real(dp) :: place(3), rate(3)
+    real(dp) :: displacement(3), rate(3)
     integer :: k, points
 
     self%motion = motion
@@ -102,9 +102,9 @@ contains
     allocate(q(points, 3), v(points, 3), a(points, 3))
     call motion%values([(real(k, dp) / points, k = 1, points)], q, v, a)
     do k = 1, points
-      place = q(k, :)
+      displacement = q(k, :)
       rate = v(k, :) * (2 * pi / self%period)
-      self%motor_torque = self%motor_torque + self%dissipation(place, rate) / (points * self%speed)
+      self%motor_torque = self%motor_torque + self%dissipation(displacement, rate) / (points * self%speed)
     end do
   end subroutine move_to
 

@@ -42,7 +42,7 @@ module gestell_model_frame_weights
 contains
 
   !> Weights by `gravity` (m/s^2) of a frame of `mass` (kg) with its `mechanism`, whose pivot is at `origin` (m), on a mounting with
-  !> the `stiffness` c_ij, among it that of `supports`, whose static forces are set; `free`: places of the free ones of xi, eta,
+  !> the `stiffness` c_ij, among it that of `supports`, whose static forces are set; `free`: indices of the free ones of xi, eta,
   !> psi. Errors: no spring carries the weights along one of them; they overflow.
   !> Nine arguments: what weighs, what carries it.
   subroutine new_weights(weights, gravity, mechanism, mass, origin, stiffness, supports, free, error)
@@ -53,15 +53,15 @@ contains
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: greatest, sizes(3)
-    complex(dp) :: place
+    complex(dp) :: first_moment
     integer :: j
 
     weights%act = any(abs(gravity) > 0)
     if (.not. weights%act) return
     weights%gravity = cmplx(gravity(1), gravity(2), dp)
     call average_masses(mechanism, weights%mean, greatest)
-    place = mechanism%mass * cmplx(origin(1), origin(2), dp) + weights%mean
-    weights%rest = conjg(place) * weights%gravity
+    first_moment = mechanism%mass * cmplx(origin(1), origin(2), dp) + weights%mean
+    weights%rest = conjg(first_moment) * weights%gravity
     weights%load = [(mass + mechanism%mass) * gravity, aimag(weights%rest)]
     sizes(:2) = (mass + mechanism%mass) * norm2(gravity)
     sizes(3) = (mechanism%mass * norm2(origin) + greatest) * norm2(gravity)
@@ -93,7 +93,7 @@ contains
     real(dp) :: shift, change, last
     integer :: k, points
 
-    points = max(16, 2 * ceiling(2 * pi / mechanism%feature))
+    points = max(16, 2 * ceiling(2 * pi / mechanism%angle_scale))
     shift = 0
     mean = 0
     greatest = 0

@@ -10,7 +10,7 @@ module gestell_model_joints_data
   !> Lengths of links (m) within which squares and their quotients neither vanish nor overflow.
   real(dp), parameter :: shortest = 1.0e-100_dp, longest = 1.0e100_dp
 
-  !> What one key is given: numbers in SI and rad, or joints by their places in the list.
+  !> What one key is given: numbers in SI and rad, or joints by their indices.
   type :: datum_type
     character(len=16) :: key
     real(dp), allocatable :: numbers(:)
@@ -44,7 +44,7 @@ contains
     if (present(joints)) self%given(self%count)%joints = joints
   end subroutine add
 
-  pure integer function place_of(self, key) result(i)
+  pure integer function index_of(self, key) result(i)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
 
@@ -52,13 +52,13 @@ contains
       if (self%given(i)%key == key) return
     end do
     i = 0
-  end function place_of
+  end function index_of
 
   pure logical function has(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
 
-    has = place_of(self, key) > 0
+    has = index_of(self, key) > 0
   end function has
 
   !> The numbers of a key that is there.
@@ -67,7 +67,7 @@ contains
     character(len=*), intent(in) :: key
     real(dp), allocatable :: numbers(:)
 
-    allocate(numbers, source=self%given(place_of(self, key))%numbers)
+    allocate(numbers, source=self%given(index_of(self, key))%numbers)
   end function numbers
 
   !> The one number of a key that is there.
@@ -75,7 +75,7 @@ contains
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
 
-    number = self%given(place_of(self, key))%numbers(1)
+    number = self%given(index_of(self, key))%numbers(1)
   end function number
 
   !> The joints of a key that is there.
@@ -84,7 +84,7 @@ contains
     character(len=*), intent(in) :: key
     integer, allocatable :: joints(:)
 
-    allocate(joints, source=self%given(place_of(self, key))%joints)
+    allocate(joints, source=self%given(index_of(self, key))%joints)
   end function joints
 
   !> `reason`, where it says nothing yet: not all of the numbers are finite.

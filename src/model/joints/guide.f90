@@ -5,13 +5,13 @@ module gestell_model_joints_guide
   use gestell_base_kinds, only: dp
   use gestell_model_joints_data, only: check_coordinates, check_finite, joint_data_type
   use gestell_model_joints_path, only: batch, carry, cross, direction, find_direction, keep, path_type, point_type, slack, turn, &
-    & turning_feature
+    & turning_scale
   implicit none (type, external)
   private
 
   public :: crossing, meet, parallel
 
-  !> The line through `point` (m) at `angle` (rad), in x-y or, with `carriers` P and Q (places of joints), in the system
+  !> The line through `point` (m) at `angle` (rad), in x-y or, with `carriers` P and Q (indices of joints), in the system
   !> with its origin at P and its first axis toward Q.
   type, public :: guide_type
     integer :: carriers(2) = 0
@@ -48,7 +48,7 @@ module gestell_model_joints_guide
     !> On the point's acceleration (m) and on the change of its turning, both per radian squared.
     real(dp) :: acceleration = 0, turning_change = 0
     !> Crank angle over which its direction changes in earnest (rad).
-    real(dp) :: feature = 1
+    real(dp) :: angle_scale = 1
   end type guide_motion_type
 
 contains
@@ -134,7 +134,7 @@ contains
       motion%sound = apart > 0
       if (.not. motion%sound) return
       motion%turning = v / apart
-      motion%feature = turning_feature(one, two)
+      motion%angle_scale = turning_scale(one, two)
       motion%speed = speeds(self%carriers(1)) + norm2(self%point) * motion%turning
       motion%turning_change = (sum(accelerations(self%carriers)) + 2 * motion%turning * v) / apart
       motion%acceleration = accelerations(self%carriers(1)) &

@@ -22,19 +22,19 @@ module gestell_model_joints_joint
     !> Bounds on the joint's speed |dr / dphi| and acceleration |d2r / dphi2| in the interval (m).
     real(dp) :: speed = 0, acceleration = 0
     !> Crank angle over which the motion changes in earnest here (rad).
-    real(dp) :: feature = 1
+    real(dp) :: angle_scale = 1
   end type reach_type
 
   !> How well a joint is placed at one crank angle, with derivatives with respect to it.
-  type, public :: fitness_type
+  type, public :: transmission_type
     !> Sine of the transmission angle: 1 at best, 0 at a dead point.
-    type(jet) :: transmission = jet(v=1.0_dp)
+    type(jet) :: sine = jet(v=1.0_dp)
     !> Change of one of the joint's lengths that would bring it to a dead point (m); huge where no length can.
     type(jet) :: margin = jet(v=huge(1.0_dp))
     !> Whether the joint slides on a guide, and how far from the guide's point (m).
     logical :: slides = .false.
     type(jet) :: travel
-  end type fitness_type
+  end type transmission_type
 
   !> What a joint is: the name of its type in an input and a sentence that says where such a joint lies; the links and the pairs of
   !> one degree of freedom that it adds to Gruebler's count, and pairs of two (as cams have); the keys of an input, those that are
@@ -47,6 +47,8 @@ module gestell_model_joints_joint
     type(key_type), allocatable :: keys(:)
     integer, allocatable :: bars(:)
     type(guide_type), allocatable :: guides(:)
+    !> Why it cannot be assembled where it cannot, for a message.
+    character(len=80) :: obstacle = "it has no place there"
   end type form_type
 
   !> Stands for the joint itself in its bars.
@@ -64,14 +66,14 @@ module gestell_model_joints_joint
   type(key_type), parameter, public :: branch_key = key_type("joint", "branch", integer_key, &
     & "which of the two ways to assemble the dyad", required=.true., range=one_or_minus_one)
 
-  !> Joints refer to earlier ones by their place in the list.
+  !> Joints refer to earlier ones by their index in the list.
   type, abstract, public :: joint_type
   contains
     procedure(describe_joint), deferred :: describe
-    procedure(place_joint), deferred :: place
+    procedure(locate_joint), deferred :: locate
     procedure(reach_joint), deferred :: reach
     procedure :: trace
-    procedure :: fitness
+    procedure :: transmission
     procedure :: explain
     procedure :: define
     procedure :: check
@@ -93,14 +95,14 @@ module gestell_model_joints_joint
     end subroutine describe_joint
 
     !> The joint's point at a crank angle (rad), from the points of the earlier joints. It must be assembled there.
-    pure subroutine place_joint(self, crank_angle, points, here)
+    pure subroutine locate_joint(self, crank_angle, points, here)
       import :: joint_type, point_type, dp
       implicit none (type, external)
       class(joint_type), intent(in) :: self
       real(dp), intent(in) :: crank_angle
       type(point_type), intent(in) :: points(:)
       type(point_type), intent(out) :: here
-    end subroutine place_joint
+    end subroutine locate_joint
 
     !> What holds while the crank turns by at most `half_width` (rad) to either side, given the earlier joints' points
     !> in the middle and bounds on their speeds and accelerations.
@@ -141,10 +143,10 @@ contains
     change = (sum(accelerations) + 2 * turning * sum(speeds)) / (apart - slack * sum(speeds) * half_width)
     reach%speed = speeds(base) + arm * turning
     reach%acceleration = accelerations(base) + arm * (change + turning**2)
-    if (sum(speeds) > 0) reach%feature = apart / sum(speeds)
+    if (sum(speeds) > 0) reach%angle_scale = apart / sum(speeds)
   end function reach_body
 
-  !> The joint's path over a batch of crank angles (rad), from those of the earlier joints: `place` at each of them.
+  !> The joint's path over a batch of crank angles (rad), from those of the earlier joints: `locate` at each of them.
   !> Override it by straight loops over the batch where speed matters.
   pure subroutine trace(self, angles, points, here)
     class(joint_type), intent(in) :: self
@@ -160,7 +162,7 @@ contains
           at(i) = point_type(jet(p%x(k), p%vx(k), p%ax(k)), jet(p%y(k), p%vy(k), p%ay(k)))
         end associate
       end do
-      call self%place(angles(k), at, point)
+      call self%locate(angles(k), at, point)
       here%x(k) = point%x%v
       here%y(k) = point%y%v
       here%vx(k) = point%x%d
@@ -171,26 +173,28 @@ contains
   end subroutine trace
 
   !> Fitness of the joint among all joints at `points`, itself among them at `here`.
-  pure function fitness(self, points, here)
+  pure function transmission(self, points, here)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
-    type(fitness_type) :: fitness
+    type(transmission_type) :: transmission
 
     associate (unused_self => self, unused_points => points, unused_here => here)
     end associate
-    fitness = fitness_type()
-  end function fitness
+    transmission = transmission_type()
+  end function transmission
 
-  !> Why the joint cannot be assembled with the earlier ones at these points, for a message. (No function: gfortran keeps
-  !> the length of a text that a function allocates in static memory, which threads share.)
+  !> Why the joint cannot be assembled with the earlier ones at these points, for a message: its form's `obstacle`. (No function:
+  !> gfortran keeps the length of a text that a function allocates in static memory, which threads share.)
   pure subroutine explain(self, points, text)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)
     character(len=:), allocatable, intent(out) :: text
+    type(form_type) :: form
 
-    associate (unused_self => self, unused_points => points)
+    associate (unused_points => points)
     end associate
-    text = "it has no place there"
+    call self%describe(form)
+    text = trim(form%obstacle)
   end subroutine explain
 
   !> Takes what an input gives for the keys of the joint's form; they are all there that it requires. `reason`, empty before: why

@@ -6,7 +6,7 @@ module gestell_model_joints_path
   implicit none (type, external)
   private
 
-  public :: carry, cross, direction, dot, find_direction, keep, take_batch, turn, turning_feature
+  public :: carry, cross, direction, dot, find_direction, keep, take_batch, turn, turning_scale
 
   !> A point of the mechanism's x-y plane with its derivatives with respect to the crank angle (m).
   type, public :: point_type
@@ -39,15 +39,15 @@ contains
 
   !> Crank angle over which the direction from one point to another changes in earnest (rad): where they come close to
   !> each other it turns fast.
-  pure real(dp) function turning_feature(from, to) result(feature)
+  pure real(dp) function turning_scale(from, to) result(angle_scale)
     type(point_type), intent(in) :: from, to
     real(dp) :: apart, rate
 
     apart = hypot(to%x%v - from%x%v, to%y%v - from%y%v)
     rate = hypot(to%x%d - from%x%d, to%y%d - from%y%d)
-    feature = 1
-    if (rate > apart) feature = apart / rate
-  end function turning_feature
+    angle_scale = 1
+    if (rate > apart) angle_scale = apart / rate
+  end function turning_scale
 
   pure type(jet) function dot(a, b)
     type(point_type), intent(in) :: a, b
@@ -73,13 +73,13 @@ contains
     some(last - first + 2:) = angles(last)
   end subroutine take_batch
 
-  !> What stays at one place.
-  pure subroutine keep(place, here)
-    real(dp), intent(in) :: place(2)
+  !> What stays at one position.
+  pure subroutine keep(position, here)
+    real(dp), intent(in) :: position(2)
     type(path_type), intent(out) :: here
 
-    here%x = place(1)
-    here%y = place(2)
+    here%x = position(1)
+    here%y = position(2)
     here%vx = 0
     here%vy = 0
     here%ax = 0

@@ -4,7 +4,7 @@ module gestell_model_linkage_assembly
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed, text
   use gestell_model_linkage_bodies, only: link_type
-  use gestell_model_joints_path, only: turning_feature
+  use gestell_model_joints_path, only: turning_scale
   use gestell_model_joints_joint, only: named_joint_type, point_type, reach_type, slack
   implicit none (type, external)
   private
@@ -20,20 +20,20 @@ module gestell_model_linkage_assembly
 contains
 
   !> Marches over the whole turn in intervals that are each proved from their middle: bounds on the joints' speeds pass
-  !> from joint to joint and limit how far each can move within the interval. `feature`: the crank angle (rad) over which
+  !> from joint to joint and limit how far each can move within the interval. `angle_scale`: the crank angle (rad) over which
   !> the motion changes in earnest; `intervals`: how many were tried.
   !> Errors: a joint that cannot be assembled or reaches a dead point; a link whose two joints meet; too many intervals. They
   !> are named with the angle.
-  subroutine prove_assembly(joints, links, feature, intervals, error)
+  subroutine prove_assembly(joints, links, angle_scale, intervals, error)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
-    real(dp), intent(out) :: feature
+    real(dp), intent(out) :: angle_scale
     integer, intent(out) :: intervals
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: angle, width, local
     integer :: bad_joint, bad_link
 
-    feature = 1
+    angle_scale = 1
     intervals = 0
     angle = 0
     width = pi / 4
@@ -52,25 +52,25 @@ contains
           return
         end if
       end do
-      feature = min(feature, local)
+      angle_scale = min(angle_scale, local)
       angle = angle + max(width, spacing(angle))
     end do
   end subroutine prove_assembly
 
-  !> Tries to prove that all joints and links are sound within `half_width` of the crank angle `middle`. The place of
+  !> Tries to prove that all joints and links are sound within `half_width` of the crank angle `middle`. The index of
   !> the first joint or link for which that fails, else 0.
-  subroutine secure(joints, links, middle, half_width, feature, bad_joint, bad_link)
+  subroutine secure(joints, links, middle, half_width, angle_scale, bad_joint, bad_link)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
     real(dp), intent(in) :: middle, half_width
-    real(dp), intent(out) :: feature
+    real(dp), intent(out) :: angle_scale
     integer, intent(out) :: bad_joint, bad_link
     type(point_type) :: at(size(joints))
     type(reach_type) :: reach
     real(dp) :: speeds(size(joints)), accelerations(size(joints))
     integer :: i
 
-    feature = huge(1.0_dp)
+    angle_scale = huge(1.0_dp)
     bad_joint = 0
     bad_link = 0
     do i = 1, size(joints)
@@ -80,8 +80,8 @@ contains
         return
       end if
       accelerations(i) = reach%acceleration
-      feature = min(feature, reach%feature)
-      call joints(i)%joint%place(middle, at(:i - 1), at(i))
+      angle_scale = min(angle_scale, reach%angle_scale)
+      call joints(i)%joint%locate(middle, at(:i - 1), at(i))
       ! The speed in the middle is known, so in short intervals bounds do not pile up along a chain.
       speeds(i) = min(reach%speed, hypot(at(i)%x%d, at(i)%y%d) + slack * reach%acceleration * half_width)
     end do
@@ -93,7 +93,7 @@ contains
           bad_link = i
           return
         end if
-        feature = min(feature, turning_feature(at(link%from), at(link%to)))
+        angle_scale = min(angle_scale, turning_scale(at(link%from), at(link%to)))
       end associate
     end do
   end subroutine secure
@@ -123,22 +123,22 @@ contains
     integer, intent(in) :: bad_joint, bad_link
     type(error_type), allocatable, intent(out) :: error
     type(point_type) :: at(size(joints))
-    character(len=:), allocatable :: place, subject, reason
+    character(len=:), allocatable :: there, subject, reason
     integer :: i
 
-    place = " at a crank angle of " // fixed(angle * 180 / pi, 3) // " deg"
+    there = " at a crank angle of " // fixed(angle * 180 / pi, 3) // " deg"
     if (bad_link > 0) then
       subject = "link '" // links(bad_link)%name // "'"
-      call fatal_error(error, subject // ": its joints meet" // place, impossible_mechanism, subject)
+      call fatal_error(error, subject // ": its joints meet" // there, impossible_mechanism, subject)
       return
     end if
     do i = 1, bad_joint - 1
-      call joints(i)%joint%place(angle, at(:i - 1), at(i))
+      call joints(i)%joint%locate(angle, at(:i - 1), at(i))
     end do
     associate (bad => joints(bad_joint))
       subject = "joint '" // bad%name // "'"
       call bad%joint%explain(at(:bad_joint - 1), reason)
-      call fatal_error(error, subject // " cannot be assembled or stands at a dead point" // place // ": " // reason, &
+      call fatal_error(error, subject // " cannot be assembled or stands at a dead point" // there // ": " // reason, &
         & impossible_mechanism, subject)
     end associate
   end subroutine report

@@ -6,7 +6,7 @@ module gestell_model_linkage_diagnosis
   use gestell_model_linkage_bodies, only: link_type
   use gestell_model_linkage_extremes, only: extremes_type
   use gestell_model_joints_path, only: direction
-  use gestell_model_joints_joint, only: fitness_type, form_type, named_joint_type, point_type
+  use gestell_model_joints_joint, only: form_type, named_joint_type, point_type, transmission_type
   use gestell_model_joints_types_crank, only: crank_joint
   use gestell_model_joints_types_ground, only: ground_joint
   use gestell_model_joints_types_rrr, only: rrr_joint
@@ -48,8 +48,8 @@ module gestell_model_linkage_diagnosis
   !> What is followed of a joint and of a link, as it was at the last crank angle, with its extremes so far.
   type :: joint_track_type
     type(point_type) :: here
-    type(fitness_type) :: fitness
-    type(extremes_type) :: x, y, travel, rate, second_rate, transmission, margin
+    type(transmission_type) :: transmission
+    type(extremes_type) :: x, y, travel, rate, second_rate, sine, margin
     !> The direction in which it slides, and how often that has changed.
     real(dp) :: direction = 0
     integer :: reversals = 0
@@ -86,7 +86,7 @@ contains
   end subroutine diagnose_joints
 
   !> Follows all joints and `links` through one turn, from angle to angle: in steps of half a degree, or as many as the
-  !> mechanism's feature asks for.
+  !> mechanism's angle scale asks for.
   subroutine turn_once(linkage, links, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(link_type), intent(in) :: links(:)
@@ -98,7 +98,7 @@ contains
     real(dp) :: step
     integer :: steps, k
 
-    steps = max(least, ceiling(min(real(most, dp), 32 * pi / linkage%feature)))
+    steps = max(least, ceiling(min(real(most, dp), 32 * pi / linkage%angle_scale)))
     step = 2 * pi / steps
     do k = 0, steps
       call linkage%points(k * step, at)
@@ -118,22 +118,22 @@ contains
     real(dp), intent(in) :: angle, step
     logical, intent(in) :: first
     type(joint_track_type), intent(inout) :: tracks(:)
-    type(fitness_type) :: fitness
+    type(transmission_type) :: transmission
     integer :: i
 
     do i = 1, size(joints)
-      fitness = joints(i)%joint%fitness(at, at(i))
+      transmission = joints(i)%joint%transmission(at, at(i))
       associate (track => tracks(i), from => angle - step)
         if (.not. first) then
           call track%x%take(track%here%x, at(i)%x, from, step)
           call track%y%take(track%here%y, at(i)%y, from, step)
-          call track%travel%take(track%fitness%travel, fitness%travel, from, step)
-          call follow_rates(track, fitness%travel, from, step)
-          call track%transmission%take(track%fitness%transmission, fitness%transmission, from, step)
-          call track%margin%take(track%fitness%margin, fitness%margin, from, step)
+          call track%travel%take(track%transmission%travel, transmission%travel, from, step)
+          call follow_rates(track, transmission%travel, from, step)
+          call track%sine%take(track%transmission%sine, transmission%sine, from, step)
+          call track%margin%take(track%transmission%margin, transmission%margin, from, step)
         end if
         track%here = at(i)
-        track%fitness = fitness
+        track%transmission = transmission
       end associate
     end do
   end subroutine follow_joints
@@ -145,7 +145,7 @@ contains
     real(dp), intent(in) :: from, step
     real(dp) :: fourth
 
-    associate (before => track%fitness%travel)
+    associate (before => track%transmission%travel)
       fourth = (travel%ddd - before%ddd) / step
       call track%rate%take(jet(before%d, before%dd, before%ddd), jet(travel%d, travel%dd, travel%ddd), from, step)
       call track%second_rate%take(jet(before%dd, before%ddd, fourth), jet(travel%dd, travel%ddd, fourth), from, step)
@@ -185,14 +185,14 @@ contains
 
     report%x = [track%x%least, track%x%greatest]
     report%y = [track%y%least, track%y%greatest]
-    report%slides = track%fitness%slides
+    report%slides = track%transmission%slides
     if (report%slides) report%travel = [track%travel%least, track%travel%greatest]
     report%rate = max(track%rate%greatest, -track%rate%least, 0.0_dp)
     report%second_rate = max(track%second_rate%greatest, -track%second_rate%least, 0.0_dp)
     if (report%slides .and. any(track%reversals == [1, 2])) report%forward = modulo(track%travel%greatest_at &
       & - track%travel%least_at, 2 * pi)
-    report%transmission = asin(min(1.0_dp, track%transmission%least))
-    report%transmission_at = modulo(track%transmission%least_at, 2 * pi)
+    report%transmission = asin(min(1.0_dp, track%sine%least))
+    report%transmission_at = modulo(track%sine%least_at, 2 * pi)
     report%margin = track%margin%least
   end function joint_report
 

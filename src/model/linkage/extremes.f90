@@ -35,13 +35,13 @@ contains
     call keep(self, c(0) + t * (c(1) + t * (c(2) + t * (c(3) + t * (c(4) + t * c(5))))), from + t * step)
   end subroutine take
 
-  pure subroutine keep(self, value, place)
+  pure subroutine keep(self, value, angle)
     class(extremes_type), intent(inout) :: self
-    real(dp), intent(in) :: value, place
+    real(dp), intent(in) :: value, angle
 
-    if (value > self%greatest) self%greatest_at = place
+    if (value > self%greatest) self%greatest_at = angle
     self%greatest = max(self%greatest, value)
-    if (value < self%least) self%least_at = place
+    if (value < self%least) self%least_at = angle
     self%least = min(self%least, value)
   end subroutine keep
 
@@ -67,7 +67,7 @@ contains
   !> Where the derivative is zero: it has different signs at 0 and 1.
   pure real(dp) function turning_point(c) result(t)
     real(dp), intent(in) :: c(0:5)
-    !> An extreme is flat: half the digits of its place give all of its value.
+    !> An extreme is flat: half the digits of its angle give all of its value.
     integer, parameter :: halvings = 30
     real(dp) :: left, right
     integer :: i

@@ -70,10 +70,10 @@ contains
     character(len=*), intent(in) :: name, pivot
     real(dp), intent(in) :: radius, phase
     type(error_type), allocatable, intent(out) :: error
-    integer :: place
+    integer :: joint
 
-    call self%find(pivot, place, error)
-    if (.not. allocated(error)) call self%add_joint(name, crank_joint(place, radius, phase), error)
+    call self%find(pivot, joint, error)
+    if (.not. allocated(error)) call self%add_joint(name, crank_joint(joint, radius, phase), error)
   end subroutine add_crank
 
   !> A dyad's joint at `lengths` (m) from the joints `ends`, left (`branch` = 1) or right (-1) of the way between them.
@@ -83,10 +83,10 @@ contains
     real(dp), intent(in) :: lengths(2)
     integer, intent(in) :: branch
     type(error_type), allocatable, intent(out) :: error
-    integer :: places(2)
+    integer :: joints(2)
 
-    call find_both(self, "joint '" // name // "'", ends, places, error)
-    if (.not. allocated(error)) call self%add_joint(name, rrr_joint(places, lengths, branch), error)
+    call find_both(self, "joint '" // name // "'", ends, joints, error)
+    if (.not. allocated(error)) call self%add_joint(name, rrr_joint(joints, lengths, branch), error)
   end subroutine add_rrr
 
   !> A slider on a guide, at `length` (m) from the joint `end`; of two solutions the one farther along the guide
@@ -98,10 +98,10 @@ contains
     type(guide_type), intent(in) :: guide
     integer, intent(in) :: branch
     type(error_type), allocatable, intent(out) :: error
-    integer :: place
+    integer :: joint
 
-    call self%find(end, place, error)
-    if (.not. allocated(error)) call self%add_joint(name, rrp_joint(place, length, guide, branch), error)
+    call self%find(end, joint, error)
+    if (.not. allocated(error)) call self%add_joint(name, rrp_joint(joint, length, guide, branch), error)
   end subroutine add_rrp
 
   !> A point of the lever that turns about `ends(2)` and whose slot passes through `ends(1)`: at `length` (m) from
@@ -112,10 +112,10 @@ contains
     real(dp), intent(in) :: length
     integer, intent(in) :: branch
     type(error_type), allocatable, intent(out) :: error
-    integer :: places(2)
+    integer :: joints(2)
 
-    call find_both(self, "joint '" // name // "'", ends, places, error)
-    if (.not. allocated(error)) call self%add_joint(name, rpr_joint(places, length, branch), error)
+    call find_both(self, "joint '" // name // "'", ends, joints, error)
+    if (.not. allocated(error)) call self%add_joint(name, rpr_joint(joints, length, branch), error)
   end subroutine add_rpr
 
   !> A point of the body that carries the joints `ends`: `offset` (m) from `ends(1)`, toward `ends(2)` and to the left.
@@ -124,10 +124,10 @@ contains
     character(len=*), intent(in) :: name, ends(:)
     real(dp), intent(in) :: offset(2)
     type(error_type), allocatable, intent(out) :: error
-    integer :: places(2)
+    integer :: joints(2)
 
-    call find_both(self, "joint '" // name // "'", ends, places, error)
-    if (.not. allocated(error)) call self%add_joint(name, rigid_joint(places, offset), error)
+    call find_both(self, "joint '" // name // "'", ends, joints, error)
+    if (.not. allocated(error)) call self%add_joint(name, rigid_joint(joints, offset), error)
   end subroutine add_rigid
 
   !> The joint of two sliders, where their guides cross.
@@ -147,10 +147,10 @@ contains
     type(guide_type), intent(in) :: guide
     real(dp), intent(in) :: slot_angle
     type(error_type), allocatable, intent(out) :: error
-    integer :: place
+    integer :: joint
 
-    call self%find(end, place, error)
-    if (.not. allocated(error)) call self%add_joint(name, rpp_joint(place, guide, slot_angle), error)
+    call self%find(end, joint, error)
+    if (.not. allocated(error)) call self%add_joint(name, rpp_joint(joint, guide, slot_angle), error)
   end subroutine add_rpp
 
   !> A guide that the body between two joints carries, its point (m) and angle (rad) in the system with its origin at
@@ -172,27 +172,27 @@ contains
     if (reason /= "") call fatal_error(error, reason, invalid_input)
   end subroutine moving_guide
 
-  !> The places of two different joints.
-  subroutine find_both(self, name, names, places, error)
+  !> The indices of two different joints.
+  subroutine find_both(self, name, names, joints, error)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name, names(:)
-    integer, intent(out) :: places(2)
+    integer, intent(out) :: joints(2)
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
-    places = 0
+    joints = 0
     if (size(names) /= 2) then
       call fatal_error(error, name // " needs two joints", invalid_input)
       return
     end if
     do i = 1, 2
-      call self%find(names(i), places(i), error)
+      call self%find(names(i), joints(i), error)
       if (allocated(error)) return
     end do
-    if (places(1) == places(2)) call fatal_error(error, name // " needs two different joints", invalid_input)
+    if (joints(1) == joints(2)) call fatal_error(error, name // " needs two different joints", invalid_input)
   end subroutine find_both
 
-  !> Any joint, given by an object whose references are places in the list of joints. Errors: its name is empty or taken; numbers
+  !> Any joint, given by an object whose references are indices into the list of joints. Errors: its name is empty or taken; numbers
   !> that make no sense; it is built on joints that are not there.
   subroutine add_joint(self, name, joint, error)
     class(linkage_type), intent(inout) :: self
@@ -210,7 +210,7 @@ contains
     end if
     count = 0
     if (allocated(self%joints)) count = size(self%joints)
-    if (self%names%place(name) > 0) then
+    if (self%names%position(name) > 0) then
       call fatal_error(error, "joint '" // name // "' is there already", invalid_input)
       return
     end if
@@ -284,15 +284,15 @@ contains
     call move_alloc(longer, self%links)
   end subroutine append_link
 
-  !> The place of the joint of that name. Error: there is none.
-  subroutine find(self, name, place, error)
+  !> The index of the joint of that name. Error: there is none.
+  subroutine find(self, name, joint, error)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name
-    integer, intent(out) :: place
+    integer, intent(out) :: joint
     type(error_type), allocatable, intent(out) :: error
 
-    place = self%names%place(name)
-    if (place > 0) return
+    joint = self%names%position(name)
+    if (joint > 0) return
     call fatal_error(error, "no joint '" // trim(name) // "' stands before it", invalid_input)
   end subroutine find
 
@@ -304,11 +304,11 @@ contains
     integer :: i
 
     do i = 1, size(self%joints)
-      call self%joints(i)%joint%place(crank_angle, at(:i - 1), at(i))
+      call self%joints(i)%joint%locate(crank_angle, at(:i - 1), at(i))
     end do
   end subroutine points
 
-  !> Turns the linkage once and finds its `feature`.
+  !> Turns the linkage once and finds its `angle_scale`.
   !> Errors: no crank, or more than one; no link; it cannot be assembled somewhere (see `prove_assembly`).
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
@@ -331,7 +331,7 @@ contains
       call fatal_error(error, "a mechanism needs at least one link", invalid_input)
     end if
     if (allocated(error)) return
-    call prove_assembly(self%joints, self%links, self%feature, self%intervals, error)
+    call prove_assembly(self%joints, self%links, self%angle_scale, self%intervals, error)
     self%prepared = .not. allocated(error)
     if (self%prepared) self%terms = greatest_terms(self%joints, self%links)
   end subroutine prepare

@@ -47,7 +47,7 @@ contains
     terms = 0
     do k = 1, angles
       do i = 1, size(joints)
-        call joints(i)%joint%place(2 * pi * k / angles, at(:i - 1), at(i))
+        call joints(i)%joint%locate(2 * pi * k / angles, at(:i - 1), at(i))
       end do
       call sum_masses(links, at, a, here)
       terms = max(terms, here)

@@ -61,7 +61,7 @@ contains
     allocate(mechanism%moment, source=moment)
     call check_masses(mechanism, error)
     if (allocated(error)) return
-    mechanism%feature = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
+    mechanism%angle_scale = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
   end subroutine new_harmonic_mechanism
 
   !> Error: `new_harmonic_mechanism` has not made it.

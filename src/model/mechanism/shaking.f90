@@ -14,7 +14,7 @@ module gestell_model_mechanism_shaking
   type, public :: shaking_type
     !> The forces along x and y (N) and the moment about O (N m).
     type(fourier_type) :: series(3)
-    !> Greatest size over the turn and root of the mean square of these, and of the whole force.
+    !> Greatest size over the turn and rms of these, and of the whole force.
     real(dp), dimension(4) :: peak = 0, rms = 0
     !> The first order of the force as two vectors fx + i fy that turn, with the crank and against it, over Omega^2 (kg m); their
     !> arguments hold at the crank angle zero. A mass m at the radius r on the crank has m r and nothing.
@@ -43,14 +43,14 @@ contains
 
     call mechanism%check(error)
     if (allocated(error)) return
-    if (.not. (ieee_is_finite(speed) .and. mechanism%feature > 0)) then
-      call fatal_error(error, "the speed must be finite, and the mechanism's feature positive", invalid_input)
+    if (.not. (ieee_is_finite(speed) .and. mechanism%angle_scale > 0)) then
+      call fatal_error(error, "the speed must be finite, and the mechanism's angle_scale positive", invalid_input)
       return
     end if
     corrected = .false.
     if (present(even_in_space)) corrected = even_in_space
-    ! Fewer samples than the mechanism's feature asks for could take a high order for a low one.
-    n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%feature)))
+    ! Fewer samples than the mechanism's angle scale asks for could take a high order for a low one.
+    n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%angle_scale)))
     do
       if (allocated(samples)) deallocate(samples)
       allocate(samples(n, 3))

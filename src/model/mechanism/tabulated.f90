@@ -83,7 +83,7 @@ contains
     real(dp), contiguous, intent(out) :: table(:, :)
     integer :: i
 
-    i = place_of(self, angles)
+    i = index_of(self, angles)
     if (i > 0) then
       table = self%tables(i)%values
     else
@@ -91,8 +91,8 @@ contains
     end if
   end subroutine tabulate
 
-  !> The place of the table with these angles, 0: there is none.
-  pure integer function place_of(self, angles) result(i)
+  !> The index of the table with these angles, 0: there is none.
+  pure integer function index_of(self, angles) result(i)
     class(tabulated_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)
 
@@ -101,7 +101,7 @@ contains
       if (all(abs(self%tables(i)%angles - angles) <= 0)) return
     end do
     i = 0
-  end function place_of
+  end function index_of
 
   subroutine prepare(self, error)
     class(tabulated_type), intent(inout) :: self
@@ -116,7 +116,7 @@ contains
 
     self%mass = self%source%mass
     self%inertia = self%source%inertia
-    self%feature = self%source%feature
+    self%angle_scale = self%source%angle_scale
     self%terms = self%source%terms
   end subroutine take_over
 
@@ -127,7 +127,7 @@ contains
     logical, intent(out) :: known
     integer :: i
 
-    i = place_of(self, angles)
+    i = index_of(self, angles)
     known = .false.
     if (i > 0) known = allocated(self%tables(i)%drive)
     if (known) then

@@ -6,7 +6,7 @@ module gestell_task_drawing
   use gestell_input_namelist_message, only: input_error
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_linkage_skeleton, only: skeleton_type, trace_skeleton
+  use gestell_model_linkage_diagram, only: diagram_type, trace_diagram
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: degree, metre
@@ -58,28 +58,28 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    type(skeleton_type) :: skeleton
+    type(diagram_type) :: diagram
     integer :: i, k
 
     associate (frame => context%configuration%frame, unused => self)
       select type (mechanism => frame%mechanism)
       class is (linkage_type)
-        call trace_skeleton(mechanism, [(sign(2 * pi, frame%speed) * k / rows, k = 0, rows)], skeleton)
+        call trace_diagram(mechanism, [(sign(2 * pi, frame%speed) * k / rows, k = 0, rows)], diagram)
         do i = 1, 2
-          skeleton%joints(i, :, :) = skeleton%joints(i, :, :) + frame%origin(i)
-          skeleton%centers(i, :, :) = skeleton%centers(i, :, :) + frame%origin(i)
+          diagram%joints(i, :, :) = diagram%joints(i, :, :) + frame%origin(i)
+          diagram%centers(i, :, :) = diagram%centers(i, :, :) + frame%origin(i)
         end do
-        call result%add(table_of(frame, mechanism, skeleton), plot_mechanism(frame, mechanism, skeleton, &
+        call result%add(table_of(frame, mechanism, diagram), plot_mechanism(frame, mechanism, diagram, &
           & context%configuration%probes))
       end select
     end associate
   end subroutine run
 
   !> mechanism.csv: the places of all joints and centres of mass, in the frame's system.
-  pure type(table_type) function table_of(frame, linkage, skeleton) result(table)
+  pure type(table_type) function table_of(frame, linkage, diagram) result(table)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    type(skeleton_type), intent(in) :: skeleton
+    type(diagram_type), intent(in) :: diagram
     character(len=*), parameter :: axes(2) = ["x", "y"]
     integer :: i, k
 
@@ -88,13 +88,13 @@ contains
       & k = 0, rows)])
     do i = 1, size(linkage%joints)
       do k = 1, 2
-        call table%add("joint(" // linkage%joints(i)%name // ")." // axes(k), metre, "place of the joint", skeleton%joints(k, i, :))
+        call table%add("joint(" // linkage%joints(i)%name // ")." // axes(k), metre, "place of the joint", diagram%joints(k, i, :))
       end do
     end do
     do i = 1, size(linkage%links)
       do k = 1, 2
         call table%add("link(" // linkage%links(i)%name // ")." // axes(k), metre, "place of the centre of mass", &
-          & skeleton%centers(k, i, :))
+          & diagram%centers(k, i, :))
       end do
     end do
   end function table_of

@@ -3,7 +3,7 @@ module gestell_task_drawing_guides
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_model_joints_guide, only: guide_type
-  use gestell_model_linkage_skeleton, only: skeleton_type
+  use gestell_model_linkage_diagram, only: diagram_type
   implicit none (type, external)
   private
 
@@ -33,17 +33,17 @@ contains
   end function body_functions
 
   !> Guides as far as their sliders go, and somewhat farther.
-  pure function guides(skeleton, origin, extent) result(words)
-    type(skeleton_type), intent(in) :: skeleton
+  pure function guides(diagram, origin, extent) result(words)
+    type(diagram_type), intent(in) :: diagram
     real(dp), intent(in) :: origin(2), extent
     character(len=:), allocatable :: words
     real(dp) :: travel(2)
     integer :: i
 
     words = ""
-    do i = 1, size(skeleton%sliders)
-      travel = skeleton%sliders(i)%travel + [-0.05_dp, 0.05_dp] * extent
-      associate (guide => skeleton%sliders(i)%guide)
+    do i = 1, size(diagram%sliders)
+      travel = diagram%sliders(i)%travel + [-0.05_dp, 0.05_dp] * extent
+      associate (guide => diagram%sliders(i)%guide)
         words = words // element("::row::row", place_on(guide, origin, travel(1)) // ":" // step_along(guide, travel(2) &
           & - travel(1)), "vectors nohead lt 1 dt 1 lw 7 lc rgb '#B5BFC8' notitle")
       end associate
@@ -51,15 +51,15 @@ contains
   end function guides
 
   !> Blocks on the guides.
-  pure function sliders(skeleton, extent) result(words)
-    type(skeleton_type), intent(in) :: skeleton
+  pure function sliders(diagram, extent) result(words)
+    type(diagram_type), intent(in) :: diagram
     real(dp), intent(in) :: extent
     character(len=:), allocatable :: words, half
     integer :: i, colon
 
     words = ""
-    do i = 1, size(skeleton%sliders)
-      associate (slider => skeleton%sliders(i))
+    do i = 1, size(diagram%sliders)
+      associate (slider => diagram%sliders(i))
         half = step_along(slider%guide, 0.025_dp * extent)
         colon = index(half, ":")
         words = words // element("::row::row", "($" // text(2 * slider%joint) // " - " // half(2:colon - 1) // ":($" &

@@ -8,7 +8,7 @@ module gestell_task_drawing_plot
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_frame_quantity, only: probe_type
-  use gestell_model_linkage_skeleton, only: skeleton_type
+  use gestell_model_linkage_diagram, only: diagram_type
   implicit none (type, external)
   private
 
@@ -25,28 +25,28 @@ module gestell_task_drawing_plot
 
 contains
 
-  !> mechanism.gp, from the columns of mechanism.csv; `skeleton` is in the frame's system.
-  function plot_mechanism(frame, linkage, skeleton, probes) result(figure)
+  !> mechanism.gp, from the columns of mechanism.csv; `diagram` is in the frame's system.
+  function plot_mechanism(frame, linkage, diagram, probes) result(figure)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    type(skeleton_type), intent(in) :: skeleton
+    type(diagram_type), intent(in) :: diagram
     type(probe_type), intent(in) :: probes(:)
     type(figure_type) :: figure
     type(drawing_type) :: mounts, stiff
     character(len=:), allocatable :: lines, across, upward
     real(dp), allocatable :: hull(:, :)
     real(dp) :: low(2), high(2), extent, pixels
-    logical :: at_origin(size(skeleton%grounded))
+    logical :: at_origin(size(diagram%grounded))
     integer :: i
 
-    call extremes(skeleton, frame, probes, low, high)
+    call extremes(diagram, frame, probes, low, high)
     ! the size of symbols: of a long machine less than its length
     extent = min(maxval(high - low), max(2 * minval(high - low), 0.3_dp * maxval(high - low)))
     if (.not. extent > 0) extent = 1
     do i = 1, size(at_origin)
-      at_origin(i) = skeleton%grounded(i) .and. norm2(skeleton%joints(:, i, 1) - frame%origin) < 1.0e-6_dp * extent
+      at_origin(i) = diagram%grounded(i) .and. norm2(diagram%joints(:, i, 1) - frame%origin) < 1.0e-6_dp * extent
     end do
-    hull = outline(carried(frame, skeleton, probes), 0.025_dp * extent)
+    hull = outline(carried(frame, diagram, probes), 0.025_dp * extent)
     allocate(mounts%points(2, 0), mounts%ends(0), stiff%points(2, 0), stiff%ends(0))
     do i = 1, size(frame%supports)
       call draw_mount(mounts, stiff, frame%supports(i), (low + high) / 2, 0.12_dp * extent)
@@ -59,7 +59,7 @@ contains
     upward = span([low(2), high(2) + 0.05_dp * extent])
     lines = "set title heading noenhanced" // newline &
       & // "row = " // text(bold) // newline &
-      & // "step = " // text(merge(wide_step, usual_step, size(skeleton%bars) > many_bars)) // newline &
+      & // "step = " // text(merge(wide_step, usual_step, size(diagram%bars) > many_bars)) // newline &
       & // "last = 360 - step" // newline &
       & // "set size ratio -1" // newline // "set xrange " // across // newline // "set yrange " // upward // newline &
       & // "set xlabel 'ξ (m)'" // newline // "set ylabel 'η (m)'" // newline &
@@ -67,10 +67,10 @@ contains
       & // body_functions() // frame_lines(frame, at_origin, hull, extent)
     lines = lines // "$mounts << END" // newline // "x,y" // newline // mounts%data_lines() // "END" // newline &
       & // "$stiff << END" // newline // "x,y" // newline // stiff%data_lines() // "END" // newline
-    lines = lines // "plot NaN notitle" // guides(skeleton, frame%origin, extent) // bars(linkage, skeleton, .false.) &
-      & // traces(skeleton) // mounts_line("$mounts", mounts, "1") // mounts_line("$stiff", stiff, "2.5") &
-      & // bars(linkage, skeleton, .true.) // sliders(skeleton, extent) // centers(skeleton) // pins(skeleton) &
-      & // names(linkage, skeleton, at_origin) // marks(probes, (low(1) + high(1)) / 2) // key(linkage, skeleton) &
+    lines = lines // "plot NaN notitle" // guides(diagram, frame%origin, extent) // bars(linkage, diagram, .false.) &
+      & // traces(diagram) // mounts_line("$mounts", mounts, "1") // mounts_line("$stiff", stiff, "2.5") &
+      & // bars(linkage, diagram, .true.) // sliders(diagram, extent) // centers(diagram) // pins(diagram) &
+      & // names(linkage, diagram, at_origin) // marks(probes, (low(1) + high(1)) / 2) // key(linkage, diagram) &
       & // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
     figure = new_figure("mechanism", "The mechanism through a turn, bold at a crank angle of " // text(nint(sign(1.0_dp, &
@@ -78,8 +78,8 @@ contains
   end function plot_mechanism
 
   !> The box around all that moves, F, the supports and the probes.
-  pure subroutine extremes(skeleton, frame, probes, low, high)
-    type(skeleton_type), intent(in) :: skeleton
+  pure subroutine extremes(diagram, frame, probes, low, high)
+    type(diagram_type), intent(in) :: diagram
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     real(dp), intent(out) :: low(2), high(2)
@@ -88,8 +88,8 @@ contains
     low = 0
     high = 0
     do i = 1, 2
-      low(i) = min(low(i), minval(skeleton%joints(i, :, :)), minval(skeleton%centers(i, :, :)))
-      high(i) = max(high(i), maxval(skeleton%joints(i, :, :)), maxval(skeleton%centers(i, :, :)))
+      low(i) = min(low(i), minval(diagram%joints(i, :, :)), minval(diagram%centers(i, :, :)))
+      high(i) = max(high(i), maxval(diagram%joints(i, :, :)), maxval(diagram%centers(i, :, :)))
       do k = 1, size(frame%supports)
         low(i) = min(low(i), frame%supports(k)%position(i))
         high(i) = max(high(i), frame%supports(k)%position(i))
@@ -102,9 +102,9 @@ contains
   end subroutine extremes
 
   !> Points of the frame, shape (2, points): F, supports, probes, ground joints, ends of the guides that it carries.
-  pure function carried(frame, skeleton, probes) result(points)
+  pure function carried(frame, diagram, probes) result(points)
     class(frame_type), intent(in) :: frame
-    type(skeleton_type), intent(in) :: skeleton
+    type(diagram_type), intent(in) :: diagram
     type(probe_type), intent(in) :: probes(:)
     real(dp), allocatable :: points(:, :)
     type(drawing_type) :: all
@@ -117,11 +117,11 @@ contains
     do i = 1, size(probes)
       call append(all, reshape(probes(i)%position, [2, 1]))
     end do
-    do i = 1, size(skeleton%grounded)
-      if (skeleton%grounded(i)) call append(all, skeleton%joints(:, i, 1:1))
+    do i = 1, size(diagram%grounded)
+      if (diagram%grounded(i)) call append(all, diagram%joints(:, i, 1:1))
     end do
-    do i = 1, size(skeleton%sliders)
-      associate (guide => skeleton%sliders(i)%guide, travel => skeleton%sliders(i)%travel)
+    do i = 1, size(diagram%sliders)
+      associate (guide => diagram%sliders(i)%guide, travel => diagram%sliders(i)%travel)
         if (any(guide%carriers > 0)) cycle
         do k = 1, 2
           call append(all, reshape(frame%origin + guide%point + travel(k) * [cos(guide%angle), sin(guide%angle)], [2, 1]))
@@ -179,17 +179,17 @@ contains
       & // " " // trim(merge("left offset 0.5,-0.2", "center offset 0,0.6 ", name == "F")) // " font ',11' front" // newline
   end function axes
 
-  pure function bars(linkage, skeleton, in_full) result(words)
+  pure function bars(linkage, diagram, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
-    type(skeleton_type), intent(in) :: skeleton
+    type(diagram_type), intent(in) :: diagram
     logical, intent(in) :: in_full
     character(len=:), allocatable :: words, style, at
     integer :: i
 
     words = ""
     if (in_full) words = arms(linkage)
-    do i = 1, size(skeleton%bars)
-      associate (bar => skeleton%bars(i))
+    do i = 1, size(diagram%bars)
+      associate (bar => diagram%bars(i))
         style = "vectors nohead lt 1 lc rgb "
         if (in_full) then
           style = style // "'#" // colour(bar%link) // "' " // merge("dt (6,4) lw 1.5", "dt 1 lw 4.5    ", bar%slides) &
@@ -235,29 +235,29 @@ contains
   end function way
 
   !> The ways of joints and of centres of mass that move.
-  pure function traces(skeleton) result(words)
-    type(skeleton_type), intent(in) :: skeleton
+  pure function traces(diagram) result(words)
+    type(diagram_type), intent(in) :: diagram
     character(len=:), allocatable :: words
     integer :: i
 
     words = ""
-    do i = 1, size(skeleton%grounded)
-      if (.not. skeleton%grounded(i)) words = words // element("1", text(2 * i) // ":" // text(2 * i + 1), &
+    do i = 1, size(diagram%grounded)
+      if (.not. diagram%grounded(i)) words = words // element("1", text(2 * i) // ":" // text(2 * i + 1), &
         & "lines lt 7 dt 1 lw 0.7 lc rgb '#777777' notitle")
     end do
-    do i = 1, size(skeleton%centers, 2)
-      words = words // element("1", center_columns(skeleton, i), "lines lt 7 dt (3,3) lw 1 lc rgb '#" // colour(i) &
+    do i = 1, size(diagram%centers, 2)
+      words = words // element("1", center_columns(diagram, i), "lines lt 7 dt (3,3) lw 1 lc rgb '#" // colour(i) &
         & // "' notitle")
     end do
   end function traces
 
-  pure function center_columns(skeleton, i) result(words)
-    type(skeleton_type), intent(in) :: skeleton
+  pure function center_columns(diagram, i) result(words)
+    type(diagram_type), intent(in) :: diagram
     integer, intent(in) :: i
     character(len=:), allocatable :: words
     integer :: first
 
-    first = 2 * (size(skeleton%grounded) + i)
+    first = 2 * (size(diagram%grounded) + i)
     words = text(first) // ":" // text(first + 1)
   end function center_columns
 
@@ -292,51 +292,51 @@ contains
   end function marks
 
   !> Marks of the centres of mass.
-  pure function centers(skeleton) result(words)
-    type(skeleton_type), intent(in) :: skeleton
+  pure function centers(diagram) result(words)
+    type(diagram_type), intent(in) :: diagram
     character(len=:), allocatable :: words
     integer :: i
 
     words = ""
-    do i = 1, size(skeleton%centers, 2)
-      words = words // element("::row::row", center_columns(skeleton, i), "points lt 1 pt 7 ps 1.1 lc rgb '#FFFFFF' notitle") &
-        & // element("::row::row", center_columns(skeleton, i), "points lt 1 pt 6 ps 1.1 lw 1 lc rgb '#" // colour(i) &
+    do i = 1, size(diagram%centers, 2)
+      words = words // element("::row::row", center_columns(diagram, i), "points lt 1 pt 7 ps 1.1 lc rgb '#FFFFFF' notitle") &
+        & // element("::row::row", center_columns(diagram, i), "points lt 1 pt 6 ps 1.1 lw 1 lc rgb '#" // colour(i) &
         & // "' notitle") &
-        & // element("::row::row", center_columns(skeleton, i), "points lt 1 pt 1 ps 1.1 lw 1 lc rgb '#" // colour(i) &
+        & // element("::row::row", center_columns(diagram, i), "points lt 1 pt 1 ps 1.1 lw 1 lc rgb '#" // colour(i) &
         & // "' notitle")
     end do
   end function centers
 
   !> Joints: those of the frame are filled.
-  pure function pins(skeleton) result(words)
-    type(skeleton_type), intent(in) :: skeleton
+  pure function pins(diagram) result(words)
+    type(diagram_type), intent(in) :: diagram
     character(len=:), allocatable :: words, columns
     integer :: i
 
     words = ""
-    do i = 1, size(skeleton%grounded)
+    do i = 1, size(diagram%grounded)
       columns = text(2 * i) // ":" // text(2 * i + 1)
       words = words // element("::row::row", columns, "points lt 1 pt 7 ps 0.9 lc rgb '#" &
-        & // merge("000000", "FFFFFF", skeleton%grounded(i)) // "' notitle") &
+        & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") &
         & // element("::row::row", columns, "points lt 1 pt 6 ps 0.9 lw 1.5 lc rgb '#000000' notitle")
     end do
   end function pins
 
   !> The joints' names, on the side away from the others.
-  pure function names(linkage, skeleton, at_origin) result(words)
+  pure function names(linkage, diagram, at_origin) result(words)
     class(linkage_type), intent(in) :: linkage
-    type(skeleton_type), intent(in) :: skeleton
+    type(diagram_type), intent(in) :: diagram
     logical, intent(in) :: at_origin(:)
     character(len=:), allocatable :: words, name
     real(dp) :: middle(2), aside(2)
     integer :: i, n
 
     n = size(linkage%joints)
-    middle = sum(skeleton%joints(:, :, bold + 1), dim=2) / n
+    middle = sum(diagram%joints(:, :, bold + 1), dim=2) / n
     words = ""
     do i = 1, n
-      if (n > too_many_joints .and. .not. skeleton%grounded(i)) cycle
-      aside = skeleton%joints(:, i, bold + 1) - middle
+      if (n > too_many_joints .and. .not. diagram%grounded(i)) cycle
+      aside = diagram%joints(:, i, bold + 1) - middle
       name = linkage%joints(i)%name
       if (at_origin(i)) name = trim(name) // merge(" = O", "    ", name /= "O")
       words = words // element("::row::row", text(2 * i) // ":" // text(2 * i + 1) // ":(" // quoted(trim(name)) // ")", &
@@ -347,9 +347,9 @@ contains
   end function names
 
   !> The links' names with their colours.
-  pure function key(linkage, skeleton) result(words)
+  pure function key(linkage, diagram) result(words)
     class(linkage_type), intent(in) :: linkage
-    type(skeleton_type), intent(in) :: skeleton
+    type(diagram_type), intent(in) :: diagram
     character(len=:), allocatable :: words
     integer :: i
 
@@ -357,7 +357,7 @@ contains
     if (size(linkage%links) > longest_key) return
     do i = 1, size(linkage%links)
       words = words // ", \" // newline // "  keyentry with linespoints lt 1 dt 1 lw " &
-        & // merge("4.5", "1.0", any(skeleton%bars%link == i)) // " pt 6 ps 1.1 lc rgb '#" // colour(i) // "' title " &
+        & // merge("4.5", "1.0", any(diagram%bars%link == i)) // " pt 6 ps 1.1 lc rgb '#" // colour(i) // "' title " &
         & // quoted(linkage%links(i)%name) // " noenhanced"
     end do
   end function key

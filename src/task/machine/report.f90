@@ -15,7 +15,7 @@ module gestell_task_machine_report
   use gestell_task_power_report, only: holder_line
   use gestell_task_machine_model, only: model_line
   use gestell_task_stability_report, only: out_of_range, told
-  use gestell_model_frame, only: frame_type, freedom_names
+  use gestell_model_frame, only: frame_type, dof_names
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analysis_type
   use gestell_study_vibration_resonance, only: describe_resonance, resonance_type
@@ -68,7 +68,7 @@ contains
       end select
       report = report // "  frame      " // concise(frame%mass) // " kg, " // concise(frame%inertia) // " kg m^2, free in"
       do i = 1, size(frame%free)
-        report = report // " " // trim(freedom_names(frame%free(i)))
+        report = report // " " // trim(dof_names(frame%free(i)))
       end do
       if (.not. any(abs(frame%stiffness(frame%free, frame%free)) > 0)) report = report // newline // "  mounting   none: " // &
         & "no &support and no stiffness of the &foundation holds the frame"

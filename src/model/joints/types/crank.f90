@@ -23,7 +23,7 @@ module gestell_model_joints_types_crank
     procedure :: describe
     procedure :: define
     procedure :: check
-    procedure :: place
+    procedure :: locate
     procedure :: trace
     procedure :: reach
   end type crank_joint
@@ -59,7 +59,7 @@ contains
     call check_lengths([self%radius], 1, reason)
   end subroutine check
 
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(crank_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -69,7 +69,7 @@ contains
     angle = jet(crank_angle + self%phase, 1.0_dp, 0.0_dp)
     here%x = points(self%pivot)%x + self%radius * cos(angle)
     here%y = points(self%pivot)%y + self%radius * sin(angle)
-  end subroutine place
+  end subroutine locate
 
   pure subroutine trace(self, angles, points, here)
     class(crank_joint), intent(in) :: self

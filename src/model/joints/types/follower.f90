@@ -1,12 +1,12 @@
-!> The follower of a cam: a slider whose way along its guide a cam determines.
+!> The follower of a cam: a slider whose position on its guide a cam determines.
 module gestell_model_joints_types_follower
   use gestell_base_key, only: key_type, of_angle, of_length, real_key, text_key
   use gestell_base_kinds, only: dp
+  use gestell_math_dft, only: dft
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
-  use gestell_math_trigonometric, only: series_through, series_type
   use gestell_model_joints_data, only: check_coordinates, check_finite, joint_data_type
   use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: fitness_type, form_type, itself, joint_type, point_type, reach_type
+  use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type, transmission_type
   use gestell_model_joints_path, only: batch, cross, dot, path_type
   implicit none (type, external)
   private
@@ -39,11 +39,10 @@ module gestell_model_joints_types_follower
     procedure :: carriers
     procedure :: define
     procedure :: check
-    procedure :: place
+    procedure :: locate
     procedure :: trace
     procedure :: reach
-    procedure :: fitness
-    procedure :: explain
+    procedure :: transmission
   end type follower_joint
 
 contains
@@ -55,7 +54,8 @@ contains
     form = form_type("follower", "of a cam: lies on the guide, by the lift from the guide's point along its direction. The " // &
       & "cam's angle goes from the guide's direction to the way from `cam(1)` to `cam(2)`, counter-clockwise, plus " // &
       & "`lift_phase`; either `lift` or `lift_table` is given", links=1, pairs=1, higher_pairs=1, keys=[keys, guide_keys], &
-      & bars=[self%cam(1), itself], guides=[self%guide])
+      & bars=[self%cam(1), itself], guides=[self%guide], &
+      & obstacle="the two joints of its cam meet, or those that carry its guide")
   end subroutine describe
 
   pure subroutine carriers(self, joints)
@@ -93,26 +93,17 @@ contains
   pure function lift_through(table) result(lift)
     real(dp), intent(in) :: table(:)
     real(dp), allocatable :: lift(:)
-    type(series_type) :: series
-    integer :: i, k, n
+    complex(dp) :: y(size(table))
+    integer :: k, n
 
     n = size(table)
-    if (modulo(n, 2) == 0) then
-      ! What alternates from value to value, and what is left of them without it.
-      lift = [(table(i) * (-1)**(i - 1), i = 1, n)]
-      associate (last => sum(lift) / n)
-        lift = spread(0.0_dp, 1, n + 1)
-        lift(n) = last
-        series = series_through(reshape([(table(i) - last * (-1)**(i - 1), i = 1, n)], [n, 1]))
-      end associate
-    else
-      lift = spread(0.0_dp, 1, n)
-      series = series_through(reshape(table, [n, 1]))
-    end if
-    lift(1) = series%cosine(0, 1)
-    do k = 1, ubound(series%cosine, 1)
-      lift(2 * k:2 * k + 1) = [series%cosine(k, 1), series%sine(k, 1)]
+    y = dft(cmplx(table, 0, dp)) / n
+    allocate(lift(1 + 2 * (n / 2)))
+    lift(1) = real(y(1))
+    do k = 1, n / 2
+      lift(2 * k:2 * k + 1) = [2 * real(y(k + 1)), -2 * aimag(y(k + 1))]
     end do
+    if (modulo(n, 2) == 0) lift(n:) = [real(y(n / 2 + 1)), 0.0_dp]
     do k = size(lift) / 2, 1, -1
       if (norm2(lift(2 * k:2 * k + 1)) > 16 * epsilon(lift) * maxval(abs(table))) exit
     end do
@@ -188,7 +179,7 @@ contains
     end associate
   end subroutine lift_here
 
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(follower_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -200,7 +191,7 @@ contains
     end associate
     call lift_here(self, points, g, u, lift, slope)
     here = point_type(g%x + lift * u%x, g%y + lift * u%y)
-  end subroutine place
+  end subroutine locate
 
   !> r' = g' + L u' + L' u,  r'' = g'' + L u'' + 2 L' u' + L'' u.
   pure subroutine trace(self, angles, points, here)
@@ -267,40 +258,30 @@ contains
     reach%speed = guide%speed + bound(0) * guide%turning + bound(1) * turning
     reach%acceleration = guide%acceleration + bound(0) * (guide%turning_change + guide%turning**2) &
       & + 2 * bound(1) * turning * guide%turning + bound(2) * turning**2 + bound(1) * change
-    reach%feature = min(guide%feature, body%feature)
+    reach%angle_scale = min(guide%angle_scale, body%angle_scale)
     call self%guide%line(points, center, u)
     call cam%line(points, center, e)
     rate = abs(e%x%v * e%y%d - e%y%v * e%x%d - (u%x%v * u%y%d - u%y%v * u%x%d))
-    if (orders * rate > 1) reach%feature = min(reach%feature, 1 / (orders * rate))
+    if (orders * rate > 1) reach%angle_scale = min(reach%angle_scale, 1 / (orders * rate))
   end function reach
 
   !> The sine of the transmission angle is the cosine of the pressure angle, between the guide and the normal of cam and point,
   !> which passes the instantaneous centre of their relative motion: with cam(1) as the centre of the turning it lies by dL/dtheta
   !> beside it, across the guide.
-  pure function fitness(self, points, here)
+  pure function transmission(self, points, here)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
-    type(fitness_type) :: fitness
+    type(transmission_type) :: transmission
     type(point_type) :: g, u, normal
     type(jet) :: lift, slope, square
 
     call lift_here(self, points, g, u, lift, slope)
     normal = point_type(here%x - points(self%cam(1))%x - slope * u%y, here%y - points(self%cam(1))%y + slope * u%x)
-    fitness = fitness_type(transmission=jet(), slides=.true., travel=lift)
+    transmission = transmission_type(sine=jet(), slides=.true., travel=lift)
     square = dot(normal, normal)
     if (.not. square%v > 0) return
-    fitness%transmission = dot(normal, u) / sqrt(square)
-    fitness%transmission = sign(1.0_dp, fitness%transmission%v) * fitness%transmission
-  end function fitness
-
-  pure subroutine explain(self, points, text)
-    class(follower_joint), intent(in) :: self
-    type(point_type), intent(in) :: points(:)
-    character(len=:), allocatable, intent(out) :: text
-
-    associate (unused_self => self, unused_points => points)
-    end associate
-    text = "the two joints of its cam meet, or those that carry its guide"
-  end subroutine explain
+    transmission%sine = dot(normal, u) / sqrt(square)
+    transmission%sine = sign(1.0_dp, transmission%sine%v) * transmission%sine
+  end function transmission
 
 end module gestell_model_joints_types_follower

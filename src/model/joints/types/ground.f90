@@ -19,7 +19,7 @@ module gestell_model_joints_types_ground
     procedure :: describe
     procedure :: define
     procedure :: check
-    procedure :: place
+    procedure :: locate
     procedure :: trace
     procedure :: reach
   end type ground_joint
@@ -52,7 +52,7 @@ contains
     call check_coordinates(self%position, reason)
   end subroutine check
 
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(ground_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -61,7 +61,7 @@ contains
     associate (unused_angle => crank_angle, unused_points => points)
     end associate
     here = point_type(jet(self%position(1)), jet(self%position(2)))
-  end subroutine place
+  end subroutine locate
 
   pure subroutine trace(self, angles, points, here)
     class(ground_joint), intent(in) :: self

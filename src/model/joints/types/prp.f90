@@ -5,7 +5,7 @@ module gestell_model_joints_types_prp
   use gestell_model_joints_data, only: joint_data_type
   use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, meet, &
     & parallel, second_guide_keys
-  use gestell_model_joints_joint, only: fitness_type, form_type, greatest_change, joint_type, point_type, reach_type, steady
+  use gestell_model_joints_joint, only: form_type, greatest_change, joint_type, point_type, reach_type, steady, transmission_type
   use gestell_model_joints_path, only: batch, cross, dot, path_type
   implicit none (type, external)
   private
@@ -17,11 +17,10 @@ module gestell_model_joints_types_prp
     procedure :: describe
     procedure :: define
     procedure :: check
-    procedure :: place
+    procedure :: locate
     procedure :: trace
     procedure :: reach
-    procedure :: fitness
-    procedure :: explain
+    procedure :: transmission
   end type prp_joint
 
 contains
@@ -31,7 +30,8 @@ contains
     type(form_type), intent(out) :: form
 
     form = form_type("PRP", "two sliders that turn against each other: lies where the guides cross", links=2, pairs=3, &
-      & keys=[guide_keys, second_guide_keys], guides=self%guides)
+      & keys=[guide_keys, second_guide_keys], guides=self%guides, &
+      & obstacle="its guides become parallel, or the joints that carry one of them meet")
   end subroutine describe
 
   pure subroutine define(self, data, key, reason)
@@ -55,7 +55,7 @@ contains
     call self%guides(2)%check(reason)
   end subroutine check
 
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(prp_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -67,7 +67,7 @@ contains
     call self%guides(1)%line(points, g1, u1)
     call self%guides(2)%line(points, g2, u2)
     here = crossing(g1, u1, g2, u2)
-  end subroutine place
+  end subroutine locate
 
   pure subroutine trace(self, angles, points, here)
     class(prp_joint), intent(in) :: self
@@ -130,14 +130,14 @@ contains
         & + 2 * motion%turning * (reach%speed + motion%speed + motion%turning * distance)
     end do
     reach%acceleration = across / left
-    if (turning > 0) reach%feature = abs(sine%v) / turning
+    if (turning > 0) reach%angle_scale = abs(sine%v) / turning
   end function reach
 
   !> The transmission angle is the one between the guides; the travel that on the first.
-  pure function fitness(self, points, here)
+  pure function transmission(self, points, here)
     class(prp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
-    type(fitness_type) :: fitness
+    type(transmission_type) :: transmission
     type(point_type) :: g1, u1, g2, u2
     type(jet) :: sine, s
 
@@ -145,17 +145,7 @@ contains
     call self%guides(2)%line(points, g2, u2)
     sine = cross(u1, u2)
     s = dot(point_type(here%x - g1%x, here%y - g1%y), u1)
-    fitness = fitness_type(transmission=sign(1.0_dp, sine%v) * sine, slides=.true., travel=s)
-  end function fitness
-
-  pure subroutine explain(self, points, text)
-    class(prp_joint), intent(in) :: self
-    type(point_type), intent(in) :: points(:)
-    character(len=:), allocatable, intent(out) :: text
-
-    associate (unused_self => self, unused_points => points)
-    end associate
-    text = "its guides become parallel, or the joints that carry one of them meet"
-  end subroutine explain
+    transmission = transmission_type(sine=sign(1.0_dp, sine%v) * sine, slides=.true., travel=s)
+  end function transmission
 
 end module gestell_model_joints_types_prp

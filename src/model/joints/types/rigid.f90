@@ -21,10 +21,9 @@ module gestell_model_joints_types_rigid
     procedure :: describe
     procedure :: define
     procedure :: check
-    procedure :: place
+    procedure :: locate
     procedure :: trace
     procedure :: reach
-    procedure :: explain
   end type rigid_joint
 
 contains
@@ -35,7 +34,8 @@ contains
 
     form = form_type("rigid", "is fixed on the body that carries both `ends`: from `ends(1)` by `offset(1)` toward `ends(2)`, " // &
       & "and by `offset(2)` across, to the left", links=0, pairs=0, keys=[two_ends, offset_key], &
-      & bars=[self%ends(1), itself, self%ends(2), itself])
+      & bars=[self%ends(1), itself, self%ends(2), itself], &
+      & obstacle="the two joints of its body meet")
   end subroutine describe
 
   pure subroutine define(self, data, key, reason)
@@ -56,7 +56,7 @@ contains
     call check_coordinates(self%offset, reason)
   end subroutine check
 
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(rigid_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -68,7 +68,7 @@ contains
     e = direction(points(self%ends(1)), points(self%ends(2)))
     here%x = points(self%ends(1))%x + self%offset(1) * e%x - self%offset(2) * e%y
     here%y = points(self%ends(1))%y + self%offset(1) * e%y + self%offset(2) * e%x
-  end subroutine place
+  end subroutine locate
 
   pure subroutine trace(self, angles, points, here)
     class(rigid_joint), intent(in) :: self
@@ -91,15 +91,5 @@ contains
 
     reach = reach_body(points(self%ends), speeds(self%ends), accelerations(self%ends), half_width, 1, norm2(self%offset))
   end function reach
-
-  pure subroutine explain(self, points, text)
-    class(rigid_joint), intent(in) :: self
-    type(point_type), intent(in) :: points(:)
-    character(len=:), allocatable, intent(out) :: text
-
-    associate (unused_self => self, unused_points => points)
-    end associate
-    text = "the two joints of its body meet"
-  end subroutine explain
 
 end module gestell_model_joints_types_rigid

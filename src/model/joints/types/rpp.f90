@@ -7,7 +7,7 @@ module gestell_model_joints_types_rpp
   use gestell_model_joints_data, only: check_finite, joint_data_type
   use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, meet, &
     & parallel
-  use gestell_model_joints_joint, only: fitness_type, form_type, itself, joint_type, one_end, point_type, reach_type
+  use gestell_model_joints_joint, only: form_type, itself, joint_type, one_end, point_type, reach_type, transmission_type
   use gestell_model_joints_path, only: batch, dot, path_type, turn
   implicit none (type, external)
   private
@@ -25,10 +25,10 @@ module gestell_model_joints_types_rpp
     procedure :: describe
     procedure :: define
     procedure :: check
-    procedure :: place
+    procedure :: locate
     procedure :: trace
     procedure :: reach
-    procedure :: fitness
+    procedure :: transmission
     procedure :: explain
   end type rpp_joint
 
@@ -65,7 +65,7 @@ contains
   end subroutine check
 
   !> The slot is a line through `end` at a fixed angle to the guide.
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(rpp_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -79,7 +79,7 @@ contains
       w = point_type(c * u%x - s * u%y, c * u%y + s * u%x)
     end associate
     here = crossing(g, u, points(self%end), w)
-  end subroutine place
+  end subroutine locate
 
   pure subroutine trace(self, angles, points, here)
     class(rpp_joint), intent(in) :: self
@@ -120,21 +120,21 @@ contains
     in_slot = speeds(self%end) + reach%speed + motion%turning * apart / sine
     reach%acceleration = dragged + (accelerations(self%end) + dragged + 2 * in_slot * motion%turning &
       & + apart / sine * motion%turning_change) / sine
-    reach%feature = motion%feature
+    reach%angle_scale = motion%angle_scale
   end function reach
 
   !> The transmission angle is that of the slot.
-  pure function fitness(self, points, here)
+  pure function transmission(self, points, here)
     class(rpp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
-    type(fitness_type) :: fitness
+    type(transmission_type) :: transmission
     type(point_type) :: g, u
     type(jet) :: s
 
     call self%guide%line(points, g, u)
     s = dot(point_type(here%x - g%x, here%y - g%y), u)
-    fitness = fitness_type(transmission=jet(v=abs(sin(self%slot_angle))), slides=.true., travel=s)
-  end function fitness
+    transmission = transmission_type(sine=jet(v=abs(sin(self%slot_angle))), slides=.true., travel=s)
+  end function transmission
 
   pure subroutine explain(self, points, text)
     class(rpp_joint), intent(in) :: self

@@ -3,8 +3,8 @@ module gestell_model_joints_types_rpr
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_model_joints_data, only: check_lengths, joint_data_type
-  use gestell_model_joints_joint, only: branch_key, fitness_type, form_type, itself, joint_type, one_length, point_type, &
-    & reach_body, reach_type, two_ends
+  use gestell_model_joints_joint, only: branch_key, form_type, itself, joint_type, one_length, point_type, reach_body, &
+    & reach_type, transmission_type, two_ends
   use gestell_model_joints_path, only: batch, carry, direction, find_direction, path_type
   implicit none (type, external)
   private
@@ -19,11 +19,10 @@ module gestell_model_joints_types_rpr
     procedure :: describe
     procedure :: define
     procedure :: check
-    procedure :: place
+    procedure :: locate
     procedure :: trace
     procedure :: reach
-    procedure :: fitness
-    procedure :: explain
+    procedure :: transmission
   end type rpr_joint
 
 contains
@@ -34,7 +33,8 @@ contains
 
     form = form_type("RPR", "slotted lever: it turns about `ends(2)`, its slot passes through `ends(1)`; the joint lies on it " // &
       & "at `lengths(1)` from `ends(2)`, toward `ends(1)` (`branch = 1`) or away (`-1`)", links=2, pairs=3, &
-      & keys=[two_ends, one_length, branch_key], bars=[self%ends(2), itself, self%ends(2), self%ends(1)])
+      & keys=[two_ends, one_length, branch_key], bars=[self%ends(2), itself, self%ends(2), self%ends(1)], &
+      & obstacle="the joint in the slot meets the lever's pivot")
   end subroutine describe
 
   pure subroutine define(self, data, key, reason)
@@ -56,7 +56,7 @@ contains
     call check_lengths([self%length], self%branch, reason)
   end subroutine check
 
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(rpr_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -68,7 +68,7 @@ contains
     e = direction(points(self%ends(2)), points(self%ends(1)))
     here%x = points(self%ends(2))%x + self%branch * self%length * e%x
     here%y = points(self%ends(2))%y + self%branch * self%length * e%y
-  end subroutine place
+  end subroutine locate
 
   pure subroutine trace(self, angles, points, here)
     class(rpr_joint), intent(in) :: self
@@ -93,27 +93,17 @@ contains
   end function reach
 
   !> A dead point is where the joint in the slot meets the lever's pivot.
-  pure function fitness(self, points, here)
+  pure function transmission(self, points, here)
     class(rpr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
-    type(fitness_type) :: fitness
+    type(transmission_type) :: transmission
     type(jet) :: ex, ey
 
     associate (unused => here, one => points(self%ends(1)), two => points(self%ends(2)))
       ex = two%x - one%x
       ey = two%y - one%y
-      fitness%margin = sqrt(ex * ex + ey * ey)
+      transmission%margin = sqrt(ex * ex + ey * ey)
     end associate
-  end function fitness
-
-  pure subroutine explain(self, points, text)
-    class(rpr_joint), intent(in) :: self
-    type(point_type), intent(in) :: points(:)
-    character(len=:), allocatable, intent(out) :: text
-
-    associate (unused_self => self, unused_points => points)
-    end associate
-    text = "the joint in the slot meets the lever's pivot"
-  end subroutine explain
+  end function transmission
 
 end module gestell_model_joints_types_rpr

@@ -5,8 +5,8 @@ module gestell_model_joints_types_rrp
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_model_joints_data, only: check_lengths, joint_data_type
   use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: branch_key, fitness_type, form_type, greatest_change, itself, joint_type, one_end, &
-    & one_length, point_type, reach_type, steady
+  use gestell_model_joints_joint, only: branch_key, form_type, greatest_change, itself, joint_type, one_end, one_length, &
+    & point_type, reach_type, steady, transmission_type
   use gestell_model_joints_path, only: batch, cross, dot, path_type
   implicit none (type, external)
   private
@@ -22,10 +22,10 @@ module gestell_model_joints_types_rrp
     procedure :: describe
     procedure :: define
     procedure :: check
-    procedure :: place
+    procedure :: locate
     procedure :: trace
     procedure :: reach
-    procedure :: fitness
+    procedure :: transmission
     procedure :: explain
   end type rrp_joint
 
@@ -62,7 +62,7 @@ contains
   end subroutine check
 
   !> With the guide g + s u and r = end - g: s = r . u +- sqrt(l^2 - (r x u)^2).
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(rrp_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -77,7 +77,7 @@ contains
     off = cross(r, u)
     s = dot(r, u) + real(self%branch, dp) * sqrt((-1.0_dp) * (off + (-self%length)) * (off + self%length))
     here = point_type(g%x + s * u%x, g%y + s * u%y)
-  end subroutine place
+  end subroutine locate
 
   pure subroutine trace(self, angles, points, here)
     class(rrp_joint), intent(in) :: self
@@ -92,7 +92,7 @@ contains
     call hold_on_guide(points(self%end), self%length, g, u, self%branch, here)
   end subroutine trace
 
-  !> The position as in `place`. The joint moves along the guide, and the rod b = r - r_end keeps its length:
+  !> The position as in `locate`. The joint moves along the guide, and the rod b = r - r_end keeps its length:
   !>
   !>     r' = g' + s u' + s' u,                 b . (r' - r_end') = 0,
   !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   b . (r'' - r_end'') = -|r' - r_end'|^2,
@@ -159,7 +159,7 @@ contains
     reach%assembled = farthest < self%length
     if (.not. reach%assembled) return
     cosine = cosine_at(farthest)
-    ! Closer to a dead point `place` has lost half its digits.
+    ! Closer to a dead point `locate` has lost half its digits.
     reach%assembled = cosine > max(1.0e-6_dp, steady * cosine_at(abs(off%v)))
     if (.not. reach%assembled) return
     carried = motion%speed + motion%turning * (apart + self%length)
@@ -169,8 +169,8 @@ contains
       & + (apart + self%length) * (motion%turning_change + motion%turning**2)
     reach%acceleration = dragged + (accelerations(self%end) + dragged &
       & + (reach%speed + speeds(self%end))**2 / self%length) / cosine
-    reach%feature = motion%feature
-    if (rate > 0) reach%feature = min(motion%feature, cosine_at(abs(off%v)) * sqrt(self%length / rate))
+    reach%angle_scale = motion%angle_scale
+    if (rate > 0) reach%angle_scale = min(motion%angle_scale, cosine_at(abs(off%v)) * sqrt(self%length / rate))
 
   contains
 
@@ -183,10 +183,10 @@ contains
   end function reach
 
   !> A dead point is where the rod stands across the guide.
-  pure function fitness(self, points, here)
+  pure function transmission(self, points, here)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
-    type(fitness_type) :: fitness
+    type(transmission_type) :: transmission
     type(point_type) :: g, u, r
     type(jet) :: off, s
 
@@ -194,8 +194,8 @@ contains
     r = point_type(points(self%end)%x - g%x, points(self%end)%y - g%y)
     off = cross(r, u)
     s = dot(point_type(here%x - g%x, here%y - g%y), u)
-    fitness = fitness_type(transmission=cosine_of(off, self%length), margin=toward(off, self%length), slides=.true., travel=s)
-  end function fitness
+    transmission = transmission_type(sine=cosine_of(off, self%length), margin=toward(off, self%length), slides=.true., travel=s)
+  end function transmission
 
   !> l - |off|.
   pure type(jet) function toward(off, length)

@@ -4,8 +4,8 @@ module gestell_model_joints_types_rrr
   use gestell_base_text, only: concise
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   use gestell_model_joints_data, only: check_lengths, joint_data_type
-  use gestell_model_joints_joint, only: branch_key, fitness_type, form_type, greatest_change, itself, joint_type, point_type, &
-    & reach_type, slack, steady, two_ends, two_lengths
+  use gestell_model_joints_joint, only: branch_key, form_type, greatest_change, itself, joint_type, point_type, reach_type, &
+    & slack, steady, transmission_type, two_ends, two_lengths
   use gestell_model_joints_path, only: batch, path_type
   implicit none (type, external)
   private
@@ -20,10 +20,10 @@ module gestell_model_joints_types_rrr
     procedure :: describe
     procedure :: define
     procedure :: check
-    procedure :: place
+    procedure :: locate
     procedure :: trace
     procedure :: reach
-    procedure :: fitness
+    procedure :: transmission
     procedure :: explain
   end type rrr_joint
 
@@ -61,7 +61,7 @@ contains
   !>
   !>     cos mu = (l1^2 + l2^2 - d^2) / (2 l1 l2),
   !>     r = r1 + [(l1^2 - l2^2 + d^2) / 2 e + branch l1 l2 sin mu e_perp] / d^2.
-  pure subroutine place(self, crank_angle, points, here)
+  pure subroutine locate(self, crank_angle, points, here)
     class(rrr_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
@@ -80,7 +80,7 @@ contains
       here%x = one%x + along * ex - across * ey
       here%y = one%y + along * ey + across * ex
     end associate
-  end subroutine place
+  end subroutine locate
 
   pure subroutine trace(self, angles, points, here)
     class(rrr_joint), intent(in) :: self
@@ -93,7 +93,7 @@ contains
     call close_dyad(points(self%ends(1)), points(self%ends(2)), self%lengths(1), self%lengths(2), self%branch, here)
   end subroutine trace
 
-  !> The position as in `place`. With the links p = r - r1 and q = r - r2 that turn by w and z,
+  !> The position as in `locate`. With the links p = r - r1 and q = r - r2 that turn by w and z,
   !>
   !>     r' = r1' + w p_perp = r2' + z q_perp:          w = (r2' - r1') . q / (p x q),  z = (r2' - r1') . p / (p x q),
   !>     r'' = r1'' + w' p_perp - w^2 p = r2'' + ...:   w' = [(r2'' - r1'') . q + w^2 p . q - z^2 q . q] / (p x q),
@@ -170,7 +170,7 @@ contains
       reach%assembled = d%v - change > abs(l1 - l2) .and. d%v + change < l1 + l2
       if (.not. reach%assembled) return
       sine = sqrt(min(sine2(d%v - change), sine2(d%v + change)))
-      ! Closer to a dead point `place` has lost half its digits.
+      ! Closer to a dead point `locate` has lost half its digits.
       reach%assembled = sine > max(1.0e-6_dp, steady * sqrt(sine2(d%v)))
       if (.not. reach%assembled) return
       reach%speed = v / sine
@@ -181,7 +181,7 @@ contains
       if (.not. reach%assembled) return
       ! cos mu changes at most at this rate; near an extreme it takes sin mu / sqrt(rate) to the complex dead point.
       rate = d%v * v / (l1 * l2)
-      if (rate > 0) reach%feature = sqrt(sine2(d%v)) / sqrt(rate)
+      if (rate > 0) reach%angle_scale = sqrt(sine2(d%v)) / sqrt(rate)
     end associate
 
   contains
@@ -226,19 +226,19 @@ contains
   end function sine_of
 
   !> A dead point is where the links stretch or fold: d = l1 + l2 or d = |l1 - l2|.
-  pure function fitness(self, points, here)
+  pure function transmission(self, points, here)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
-    type(fitness_type) :: fitness
+    type(transmission_type) :: transmission
     type(jet) :: d
 
     associate (unused => here, l => self%lengths)
       d = distance_of(points(self%ends(1)), points(self%ends(2)))
-      fitness%transmission = sine_of(l, d)
-      fitness%margin = (-1.0_dp) * d + (l(1) + l(2))
-      if (d%v - abs(l(1) - l(2)) < fitness%margin%v) fitness%margin = d - abs(l(1) - l(2))
+      transmission%sine = sine_of(l, d)
+      transmission%margin = (-1.0_dp) * d + (l(1) + l(2))
+      if (d%v - abs(l(1) - l(2)) < transmission%margin%v) transmission%margin = d - abs(l(1) - l(2))
     end associate
-  end function fitness
+  end function transmission
 
   pure subroutine explain(self, points, text)
     class(rrr_joint), intent(in) :: self

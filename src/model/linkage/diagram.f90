@@ -1,5 +1,5 @@
-!> What of a linkage can be drawn: bars between joints, guides with the ways of their sliders, and where all of it goes.
-module gestell_model_linkage_skeleton
+!> A linkage as a kinematic diagram: bars between joints, guides with the travel of their sliders, and the paths of all of it.
+module gestell_model_linkage_diagram
   use gestell_base_kinds, only: dp
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: form_type, itself, point_type
@@ -7,9 +7,9 @@ module gestell_model_linkage_skeleton
   implicit none (type, external)
   private
 
-  public :: trace_skeleton
+  public :: trace_diagram
 
-  !> A straight line between two joints, as places in the list.
+  !> A straight line between two joints, as indices into the list of joints.
   type, public :: bar_type
     integer :: joints(2) = 0
     !> The link it belongs to, 0 where none has its mass.
@@ -25,66 +25,66 @@ module gestell_model_linkage_skeleton
     real(dp) :: travel(2) = 0
   end type slider_type
 
-  type, public :: skeleton_type
+  type, public :: diagram_type
     type(bar_type), allocatable :: bars(:)
     type(slider_type), allocatable :: sliders(:)
     !> Which joints are fixed to the frame.
     logical, allocatable :: grounded(:)
     !> Joints and centres of mass of the links in x-y (m), shapes (2, joints, angles) and (2, links, angles).
     real(dp), allocatable :: joints(:, :, :), centers(:, :, :)
-  end type skeleton_type
+  end type diagram_type
 
 contains
 
-  !> The skeleton of a linkage that turns, at these crank angles (rad).
-  subroutine trace_skeleton(linkage, angles, skeleton)
+  !> The diagram of a linkage that turns, at these crank angles (rad).
+  subroutine trace_diagram(linkage, angles, diagram)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: angles(:)
-    type(skeleton_type), intent(out) :: skeleton
+    type(diagram_type), intent(out) :: diagram
     type(point_type) :: at(size(linkage%joints))
     real(dp) :: lengths(size(angles))
     integer :: i, k
 
-    call find_parts(linkage, skeleton)
-    allocate(skeleton%joints(2, size(linkage%joints), size(angles)), skeleton%centers(2, size(linkage%links), size(angles)))
+    call find_parts(linkage, diagram)
+    allocate(diagram%joints(2, size(linkage%joints), size(angles)), diagram%centers(2, size(linkage%links), size(angles)))
     do k = 1, size(angles)
       call linkage%points(angles(k), at)
       do i = 1, size(at)
-        skeleton%joints(:, i, k) = [at(i)%x%v, at(i)%y%v]
+        diagram%joints(:, i, k) = [at(i)%x%v, at(i)%y%v]
       end do
-      do i = 1, size(skeleton%sliders)
-        call extend_travel(skeleton%sliders(i), at, k == 1)
+      do i = 1, size(diagram%sliders)
+        call extend_travel(diagram%sliders(i), at, k == 1)
       end do
       do i = 1, size(linkage%links)
-        skeleton%centers(:, i, k) = center_of(linkage, i, skeleton%joints(:, :, k))
+        diagram%centers(:, i, k) = center_of(linkage, i, diagram%joints(:, :, k))
       end do
     end do
-    do i = 1, size(skeleton%bars)
-      associate (bar => skeleton%bars(i))
-        lengths = norm2(skeleton%joints(:, bar%joints(2), :) - skeleton%joints(:, bar%joints(1), :), dim=1)
+    do i = 1, size(diagram%bars)
+      associate (bar => diagram%bars(i))
+        lengths = norm2(diagram%joints(:, bar%joints(2), :) - diagram%joints(:, bar%joints(1), :), dim=1)
         bar%slides = maxval(lengths) - minval(lengths) > 1.0e-6_dp * maxval(lengths)
       end associate
     end do
-  end subroutine trace_skeleton
+  end subroutine trace_diagram
 
   !> The bars that joints and links say there are, and the sliders. A joint that brings no link is a point of a body that is there:
   !> the bars to it are this body's, and it is fixed to the frame where all that it is built on is.
-  subroutine find_parts(linkage, skeleton)
+  subroutine find_parts(linkage, diagram)
     class(linkage_type), intent(in) :: linkage
-    type(skeleton_type), intent(inout) :: skeleton
+    type(diagram_type), intent(inout) :: diagram
     type(form_type) :: form
     integer, allocatable :: carriers(:)
     integer :: i, k, link
 
-    allocate(skeleton%bars(0), skeleton%sliders(0))
-    allocate(skeleton%grounded(size(linkage%joints)), source=.false.)
+    allocate(diagram%bars(0), diagram%sliders(0))
+    allocate(diagram%grounded(size(linkage%joints)), source=.false.)
     do i = 1, size(linkage%joints)
       call linkage%joints(i)%joint%describe(form)
       call linkage%joints(i)%joint%carriers(carriers)
-      skeleton%grounded(i) = form%links == 0 .and. all(skeleton%grounded(carriers))
+      diagram%grounded(i) = form%links == 0 .and. all(diagram%grounded(carriers))
     end do
     do i = 1, size(linkage%links)
-      if (linkage%links(i)%to > 0) call add_bar(skeleton, [linkage%links(i)%from, linkage%links(i)%to], i)
+      if (linkage%links(i)%to > 0) call add_bar(diagram, [linkage%links(i)%from, linkage%links(i)%to], i)
     end do
     do i = 1, size(linkage%joints)
       call linkage%joints(i)%joint%describe(form)
@@ -93,51 +93,51 @@ contains
         where (form%bars == itself) form%bars = i
         do k = 1, size(form%bars), 2
           link = 0
-          if (form%links == 0 .and. size(carriers) == 2) link = body_of(skeleton, carriers)
-          call add_bar(skeleton, form%bars(k:k + 1), link)
+          if (form%links == 0 .and. size(carriers) == 2) link = body_of(diagram, carriers)
+          call add_bar(diagram, form%bars(k:k + 1), link)
         end do
       end if
       if (.not. allocated(form%guides)) cycle
       do k = 1, size(form%guides)
-        skeleton%sliders = [skeleton%sliders, slider_type(i, form%guides(k))]
+        diagram%sliders = [diagram%sliders, slider_type(i, form%guides(k))]
       end do
     end do
   end subroutine find_parts
 
   !> Adds a bar unless it is there, or lies on the frame.
-  subroutine add_bar(skeleton, joints, link)
-    type(skeleton_type), intent(inout) :: skeleton
+  subroutine add_bar(diagram, joints, link)
+    type(diagram_type), intent(inout) :: diagram
     integer, intent(in) :: joints(2), link
 
-    if (place_of_bar(skeleton, joints) > 0 .or. all(skeleton%grounded(joints))) return
-    skeleton%bars = [skeleton%bars, bar_type(joints, link)]
+    if (index_of_bar(diagram, joints) > 0 .or. all(diagram%grounded(joints))) return
+    diagram%bars = [diagram%bars, bar_type(joints, link)]
   end subroutine add_bar
 
   !> The bar between two joints, 0 where there is none.
-  pure integer function place_of_bar(skeleton, joints) result(place)
-    type(skeleton_type), intent(in) :: skeleton
+  pure integer function index_of_bar(diagram, joints) result(i)
+    type(diagram_type), intent(in) :: diagram
     integer, intent(in) :: joints(2)
 
-    do place = 1, size(skeleton%bars)
-      associate (have => skeleton%bars(place)%joints)
+    do i = 1, size(diagram%bars)
+      associate (have => diagram%bars(i)%joints)
         if (all(have == joints) .or. all(have == joints(2:1:-1))) return
       end associate
     end do
-    place = 0
-  end function place_of_bar
+    i = 0
+  end function index_of_bar
 
   !> The link that carries two joints, 0 where none is known to.
-  pure integer function body_of(skeleton, joints) result(link)
-    type(skeleton_type), intent(in) :: skeleton
+  pure integer function body_of(diagram, joints) result(link)
+    type(diagram_type), intent(in) :: diagram
     integer, intent(in) :: joints(2)
-    integer :: place
+    integer :: i
 
     link = 0
-    place = place_of_bar(skeleton, joints)
-    if (place > 0) link = skeleton%bars(place)%link
+    i = index_of_bar(diagram, joints)
+    if (i > 0) link = diagram%bars(i)%link
   end function body_of
 
-  !> Takes the place of a slider into its travel.
+  !> Extends the travel of a slider to where it is.
   pure subroutine extend_travel(slider, at, first)
     type(slider_type), intent(inout) :: slider
     type(point_type), intent(in) :: at(:)
@@ -168,4 +168,4 @@ contains
     end associate
   end function center_of
 
-end module gestell_model_linkage_skeleton
+end module gestell_model_linkage_diagram
