@@ -7,8 +7,9 @@ module gestell_floquet_period_integrated
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_survey, only: survey_type
   use gestell_floquet_period_period_map, only: trajectory
-  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic, errors_of_monodromy => take_errors
-  use gestell_floquet_period_turn_errors, only: turn_errors_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance, solve_periodic
+  use gestell_floquet_period_turn_errors, only: close_turn, compare, comparison_type, relative_rounding, rounding_errors, &
+    & take_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -70,6 +71,7 @@ contains
     call trajectory(system, self%monodromy%method, self%monodromy%nodes, x0, phases, x, error)
   end subroutine take_motion
 
+  !> Error: resonance within the roundings, or overflow.
   subroutine take_errors(self, system, phases, x, errors, error, disturbance)
     class(integrated_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -77,8 +79,36 @@ contains
     type(turn_errors_type), intent(out) :: errors
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: disturbance
+    integer, parameter :: most_segments = 8
+    real(dp), parameter :: ends(2) = [0.0_dp, 1.0_dp]
+    type(comparison_type) :: comparison, turn
+    real(dp), allocatable :: z(:, :), due(:, :), inverted(:, :), own(:)
+    integer, allocatable :: first(:)
+    real(dp) :: rounding, lost
+    integer :: count, k
 
-    call errors_of_monodromy(system, self%monodromy, phases, x, errors, error, disturbance)
+    count = min(most_segments, size(phases) - 1)
+    allocate(first, source=[(1 + (k * (size(phases) - 1)) / count, k = 0, count)])
+    associate (monodromy => self%monodromy)
+      call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, phases(first), x(:, first(:count)), phases, x, &
+        & comparison, error)
+      if (allocated(error)) return
+      call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, ends, x(:, :1), ends, x(:, [1, 1]), turn, error)
+      if (allocated(error)) return
+      allocate(z(size(x, 1), count), due(size(x, 1), count))
+      call close_turn(turn, comparison, monodromy%scale, z, due, inverted, error)
+      if (allocated(error)) return
+      rounding = relative_rounding(system, comparison%steps, monodromy%phase_advance)
+      lost = norm2(inverted) * rounding * monodromy%norm
+      if (.not. lost < 1) then
+        call raise_resonance(error)
+        return
+      end if
+      own = (rounding + system%load_rounding) / (1 - lost) * comparison%size / count
+      if (present(disturbance)) own = own + disturbance / minval(monodromy%scale) / count
+      call take_differences(comparison, monodromy%scale, z, due, rounding_errors(comparison, monodromy%scale, inverted, own), &
+        & own, errors)
+    end associate
   end subroutine take_errors
 
   pure subroutine take_report(self, found)

@@ -6,13 +6,11 @@ module gestell_floquet_period_periodic_solution
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_floquet_period_period_map, only: trajectory
   use gestell_floquet_period_monodromy, only: monodromy_type
-  use gestell_floquet_period_turn_errors, only: close_turn, compare, comparison_type, relative_rounding, rounding_errors, &
-    & take_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
-  public :: follow, raise_resonance, solve_periodic, take_errors
+  public :: follow, raise_resonance, solve_periodic
 
   !> Where the periodic motion starts, with the evidence.
   type, public :: periodic_solution_type
@@ -117,45 +115,5 @@ contains
     allocate(x(system%states, size(phases)))
     call trajectory(system, monodromy%method, monodromy%nodes, solution%x0, phases, x, error)
   end subroutine follow
-
-  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1, or with them among
-  !> more.
-  !> `disturbance`: what is unknown of the load, integrated over the period. Errors: overflow; resonance within the roundings.
-  subroutine take_errors(system, monodromy, phases, x, errors, error, disturbance)
-    class(periodic_system), intent(in) :: system
-    type(monodromy_type), intent(in) :: monodromy
-    real(dp), intent(in) :: phases(:), x(:, :)
-    type(turn_errors_type), intent(out) :: errors
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(in), optional :: disturbance
-    integer, parameter :: most_segments = 8
-    real(dp), parameter :: ends(2) = [0.0_dp, 1.0_dp]
-    type(comparison_type) :: comparison, turn
-    real(dp), allocatable :: z(:, :), due(:, :), inverted(:, :), own(:)
-    integer, allocatable :: first(:)
-    real(dp) :: rounding, lost
-    integer :: count, k
-
-    count = min(most_segments, size(phases) - 1)
-    allocate(first, source=[(1 + (k * (size(phases) - 1)) / count, k = 0, count)])
-    call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, phases(first), x(:, first(:count)), phases, x, &
-      & comparison, error)
-    if (allocated(error)) return
-    call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, ends, x(:, :1), ends, x(:, [1, 1]), turn, error)
-    if (allocated(error)) return
-    allocate(z(size(x, 1), count), due(size(x, 1), count))
-    call close_turn(turn, comparison, monodromy%scale, z, due, inverted, error)
-    if (allocated(error)) return
-    rounding = relative_rounding(system, comparison%steps, monodromy%phase_advance)
-    lost = norm2(inverted) * rounding * monodromy%norm
-    if (.not. lost < 1) then
-      call raise_resonance(error)
-      return
-    end if
-    own = (rounding + system%load_rounding) / (1 - lost) * comparison%size / count
-    if (present(disturbance)) own = own + disturbance / minval(monodromy%scale) / count
-    call take_differences(comparison, monodromy%scale, z, due, rounding_errors(comparison, monodromy%scale, inverted, own), own, &
-      & errors)
-  end subroutine take_errors
 
 end module gestell_floquet_period_periodic_solution

@@ -23,7 +23,7 @@ contains
   !>
   !>     L_g T_g = E,   L = T^-1 at phase 0.
   !>
-  !> Error: a subspace turns so far that this fails.
+  !> Errors: a subspace turns so far that this fails; all modes are slow, so that none can be taken apart.
   subroutine follow_modes(a, gap, modes, error)
     real(dp), intent(in) :: a(:, :, :), gap
     type(modes_type), intent(out) :: modes
@@ -54,6 +54,10 @@ contains
       end if
       call unite(modes, clash)
     end do
+    if (all(modes%group == 0)) then
+      call fatal_error(error, "the free vibrations are too slow against the crank", failed_computation)
+      return
+    end if
     modes%conjugate = [(merge(k, modes%conjugate(k), modes%group(k) == modes%group(modes%conjugate(k))), k = 1, n)]
     allocate(modes%basis(size(a, 1), n, n))
     do k = 1, size(a, 1)

@@ -192,7 +192,6 @@ contains
 
     if (.not. decoupled%settled) then
       call follow_modes(nodes%a(:1, :, :), gap, decoupled%modes, error)
-      if (.not. allocated(error)) call refuse_slow(decoupled%modes, error)
       if (allocated(error)) return
     end if
     call decouple_from_modes(nodes, enough, decoupled, error)
@@ -202,17 +201,8 @@ contains
     decoupled%settled = decoupled%settled .and. decoupled%distance >= gap
     if (decoupled%settled) return
     call follow_modes(nodes%a, gap, decoupled%modes, error)
-    if (.not. allocated(error)) call refuse_slow(decoupled%modes, error)
     if (.not. allocated(error)) call decouple_from_modes(nodes, enough, decoupled, error)
   end subroutine decouple_groups
-
-  pure subroutine refuse_slow(modes, error)
-    type(modes_type), intent(in) :: modes
-    type(error_type), allocatable, intent(out) :: error
-
-    if (any(modes%group /= 0)) return
-    call fatal_error(error, "the free vibrations are too slow against the crank", failed_computation)
-  end subroutine refuse_slow
 
   !> Decouples `decoupled%modes`, beginning with their bases, or where it is settled with what it holds.
   subroutine decouple_from_modes(nodes, enough, decoupled, error)

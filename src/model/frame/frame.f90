@@ -4,7 +4,7 @@ module gestell_model_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: symmetric_pencil
   use gestell_base_text, only: concise
-  use gestell_model_mechanism_held, only: check_held, tabulate_felt, tabulate_held
+  use gestell_model_mechanism_held, only: check_held, tabulate_felt
   use gestell_model_frame_inertia, only: mass_matrix, set_matrices
   use gestell_model_frame_load, only: cancellation, set_load
   use gestell_model_mechanism, only: a1_v, a2_v, a3_v, mass_functions_type, mechanism_type, table_columns
@@ -193,24 +193,15 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    real(dp), dimension(size(phases), table_columns) :: felt, load
-    real(dp) :: slope(size(phases))
+    real(dp) :: felt(size(phases), table_columns), load(size(phases), 3), slope(size(phases))
     integer :: psi
 
-    if (self%even_in_space()) then
-      call tabulate_held(self%mechanism, self%origin, self%crank_angles(phases), load, felt, slope)
-    else
-      call self%mechanism%tabulate(self%crank_angles(phases), felt)
-    end if
+    call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), self%crank_angles(phases), felt, load, slope)
     call set_matrices(self%free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type()), &
       & self%damping, self%stiffness + load_matrix(self%supports), self%speed, self%origin, felt, m, b, c)
-    if (self%even_in_space()) then
-      psi = findloc(self%free, 3, dim=1)
-      if (psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
-      if (present(h)) call set_load(self%free, self%speed, self%origin, load, h)
-    else if (present(h)) then
-      call set_load(self%free, self%speed, self%origin, felt, h)
-    end if
+    psi = findloc(self%free, 3, dim=1)
+    if (self%even_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
+    if (present(h)) call set_load(self%free, self%speed, self%origin, load, h)
     if (self%weights%act) call self%weights%add(self%free, felt, self%even_in_space(), c, h)
   end subroutine sample_second_order
 
@@ -260,7 +251,7 @@ contains
 
     all = abs(self%stiffness + load_matrix(self%supports)) > 0 .or. abs(self%damping) > 0
     do k = 1, 4 * self%least_steps
-      call tabulate_felt(self%mechanism, self%even_in_space(), [2 * pi * k / (4 * self%least_steps)], table)
+      call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), [2 * pi * k / (4 * self%least_steps)], table)
       all(:2, 3) = all(:2, 3) .or. abs(self%mechanism%mass * self%origin([2, 1]) + table(1, [a2_v, a1_v])) > 0
       if (all(1, 3) .and. all(2, 3)) exit
     end do
@@ -310,7 +301,7 @@ contains
     if (allocated(error)) return
     allocate(angles(4 * self%least_steps), table(4 * self%least_steps, table_columns))
     angles = [(2 * pi * k / size(angles), k = 1, size(angles))]
-    call tabulate_felt(self%mechanism, self%even_in_space(), angles, table)
+    call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), angles, table)
     mean%a1%v = sum(table(:, a1_v)) / size(angles)
     mean%a2%v = sum(table(:, a2_v)) / size(angles)
     mean%a3%v = sum(table(:, a3_v)) / size(angles)

@@ -1,8 +1,8 @@
 !> The load h of (12) that a mechanism exerts on its frame.
 module gestell_model_frame_load
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_mechanism_held, only: tabulate_held
-  use gestell_model_mechanism, only: a1_dd, a2_dd, a4_v, mechanism_type, table_columns
+  use gestell_model_mechanism_held, only: tabulate_felt
+  use gestell_model_mechanism, only: mechanism_type, table_columns
   implicit none (type, external)
   private
 
@@ -10,12 +10,12 @@ module gestell_model_frame_load
 
 contains
 
-  !> h of (12), shape (angles, degrees of freedom), of the `free` ones of xi, eta, psi, from a table of the mass functions at crank
-  !> angles; the crank's `speed` (rad/s) and its pivot, the `origin`, in the frame (m).
-  pure subroutine set_load(free, speed, origin, table, h)
+  !> h of (12), shape (angles, degrees of freedom), of the `free` ones of xi, eta, psi, from the `load` at crank angles, shape
+  !> (angles, 3), as `tabulate_felt` has it; the crank's `speed` (rad/s) and its pivot, the `origin`, in the frame (m).
+  pure subroutine set_load(free, speed, origin, load, h)
     integer, intent(in) :: free(:)
     real(dp), intent(in) :: speed, origin(2)
-    real(dp), contiguous, intent(in) :: table(:, :)
+    real(dp), contiguous, intent(in) :: load(:, :)
     real(dp), contiguous, intent(inout) :: h(:, :)
     integer :: i
 
@@ -23,11 +23,11 @@ contains
       do i = 1, size(free)
         select case (free(i))
         case (1)
-          h(:, i) = -omega**2 * table(:, a1_dd)
+          h(:, i) = -omega**2 * load(:, 1)
         case (2)
-          h(:, i) = -omega**2 * table(:, a2_dd)
+          h(:, i) = -omega**2 * load(:, 2)
         case (3)
-          h(:, i) = -omega**2 * (xi0 * table(:, a2_dd) - eta0 * table(:, a1_dd) + table(:, a4_v))
+          h(:, i) = -omega**2 * (xi0 * load(:, 2) - eta0 * load(:, 1) + load(:, 3))
         case default
           h(:, i) = 0
         end select
@@ -43,24 +43,19 @@ contains
     real(dp), intent(in) :: origin(2), mass, inertia
     logical, intent(in) :: even_in_space
     integer, parameter :: angles = 16
-    real(dp), dimension(angles, table_columns) :: table, felt
-    real(dp) :: h(angles, size(free)), slope(angles), terms(3), weights(3), load
+    real(dp) :: felt(angles, table_columns), load(angles, 3), h(angles, size(free)), terms(3), weights(3), greatest
     integer :: i
 
     cancellation = 0
     if (.not. any(mechanism%terms > 0)) return
-    if (even_in_space) then
-      call tabulate_held(mechanism, origin, [(2 * pi * i / angles, i = 1, angles)], table, felt, slope)
-    else
-      call mechanism%tabulate([(2 * pi * i / angles, i = 1, angles)], table)
-    end if
-    call set_load(free, 1.0_dp, origin, table, h)
+    call tabulate_felt(mechanism, origin, even_in_space, [(2 * pi * i / angles, i = 1, angles)], felt, load)
+    call set_load(free, 1.0_dp, origin, load, h)
     terms = mechanism%terms
     terms(3) = abs(origin(1)) * terms(2) + abs(origin(2)) * terms(1) + terms(3)
     weights = 1 / sqrt(max(tiny(1.0_dp), inertia + mechanism%inertia))
     weights(:2) = 1 / sqrt(max(tiny(1.0_dp), mass + mechanism%mass))
-    load = maxval(maxval(abs(h), dim=1) * weights(free))
-    if (load > 0) cancellation = max(0.0_dp, maxval(terms(free) * weights(free)) / load - 1)
+    greatest = maxval(maxval(abs(h), dim=1) * weights(free))
+    if (greatest > 0) cancellation = max(0.0_dp, maxval(terms(free) * weights(free)) / greatest - 1)
   end function cancellation
 
 end module gestell_model_frame_load

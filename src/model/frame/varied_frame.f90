@@ -67,20 +67,7 @@ contains
     type(series_type), intent(in) :: motion
     type(varied_frame_type) :: varied
 
-    varied%states = frame%states
-    call varied%inherit(frame)
-    varied%mass = frame%mass
-    varied%inertia = frame%inertia
-    varied%origin = frame%origin
-    varied%stiffness = frame%stiffness
-    varied%damping = frame%damping
-    varied%supports = frame%supports
-    varied%weights = frame%weights
-    varied%speed = frame%speed
-    varied%held_by = frame%held_by
-    varied%flywheel_inertia = frame%flywheel_inertia
-    varied%free = frame%free
-    allocate(varied%mechanism, source=frame%mechanism)
+    varied%frame_type = frame
     varied%foundation_stiffness = frame%stiffness - stiffness_matrix(frame%supports)
     varied%foundation_damping = frame%damping - damping_matrix(frame%supports)
     call varied%move_to(motion)

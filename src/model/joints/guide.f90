@@ -1,11 +1,11 @@
 !> A directed line that a slider follows: fixed to the frame, or carried by the body between two joints.
 module gestell_model_joints_guide
-  use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
+  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/)
   use gestell_base_key, only: key_type, of_angle, of_length, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_model_joints_data, only: check_coordinates, check_finite, joint_data_type
-  use gestell_model_joints_path, only: batch, carry, cross, direction, find_direction, keep, path_type, point_type, slack, turn, &
-    & turning_scale
+  use gestell_model_joints_path, only: batch, carried, carry, cross, direction, find_direction, keep, path_type, point_type, &
+    & slack, turn, turning_scale
   implicit none (type, external)
   private
 
@@ -47,7 +47,7 @@ module gestell_model_joints_guide
     real(dp) :: speed = 0, turning = 0
     !> On the point's acceleration (m) and on the change of its turning, both per radian squared.
     real(dp) :: acceleration = 0, turning_change = 0
-    !> Crank angle over which its direction changes in earnest (rad).
+    !> Crank angle over which its direction changes noticeably (rad).
     real(dp) :: angle_scale = 1
   end type guide_motion_type
 
@@ -97,10 +97,8 @@ contains
       return
     end if
     e = direction(points(self%carriers(1)), points(self%carriers(2)))
-    origin%x = points(self%carriers(1))%x + self%point(1) * e%x - self%point(2) * e%y
-    origin%y = points(self%carriers(1))%y + self%point(1) * e%y + self%point(2) * e%x
-    along%x = cos(self%angle) * e%x - sin(self%angle) * e%y
-    along%y = cos(self%angle) * e%y + sin(self%angle) * e%x
+    origin = carried(points(self%carriers(1)), e, self%point(1), self%point(2))
+    along = carried(point_type(), e, cos(self%angle), sin(self%angle))
   end subroutine line
 
   !> The same along the paths of the joints.

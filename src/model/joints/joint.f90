@@ -21,7 +21,7 @@ module gestell_model_joints_joint
     logical :: assembled = .true.
     !> Bounds on the joint's speed |dr / dphi| and acceleration |d2r / dphi2| in the interval (m).
     real(dp) :: speed = 0, acceleration = 0
-    !> Crank angle over which the motion changes in earnest here (rad).
+    !> Crank angle over which the motion changes noticeably here (rad).
     real(dp) :: angle_scale = 1
   end type reach_type
 

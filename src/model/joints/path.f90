@@ -6,7 +6,7 @@ module gestell_model_joints_path
   implicit none (type, external)
   private
 
-  public :: carry, cross, direction, dot, find_direction, keep, take_batch, turn, turning_scale
+  public :: carried, carry, cross, direction, dot, find_direction, keep, take_batch, turn, turning_scale
 
   !> A point of the mechanism's x-y plane with its derivatives with respect to the crank angle (m).
   type, public :: point_type
@@ -37,7 +37,7 @@ contains
     direction = point_type(direction%x / length, direction%y / length)
   end function direction
 
-  !> Crank angle over which the direction from one point to another changes in earnest (rad): where they come close to
+  !> Crank angle over which the direction from one point to another changes noticeably (rad): where they come close to
   !> each other it turns fast.
   pure real(dp) function turning_scale(from, to) result(angle_scale)
     type(point_type), intent(in) :: from, to
@@ -48,6 +48,14 @@ contains
     angle_scale = 1
     if (rate > apart) angle_scale = apart / rate
   end function turning_scale
+
+  !> The point at `along` (m) from `base` in the direction u and `across` to its left.
+  pure type(point_type) function carried(base, u, along, across)
+    type(point_type), intent(in) :: base, u
+    real(dp), intent(in) :: along, across
+
+    carried = point_type(base%x + along * u%x - across * u%y, base%y + along * u%y + across * u%x)
+  end function carried
 
   pure type(jet) function dot(a, b)
     type(point_type), intent(in) :: a, b
@@ -116,7 +124,7 @@ contains
     end do
   end subroutine find_direction
 
-  !> The point at `along` (m) from `base` in the direction u and `across` to its left.
+  !> `carried` along the paths.
   pure subroutine carry(base, u, along, across, here)
     type(path_type), intent(in) :: base, u
     real(dp), intent(in) :: along, across

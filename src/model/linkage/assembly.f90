@@ -21,7 +21,7 @@ contains
 
   !> Marches over the whole turn in intervals that are each proved from their middle: bounds on the joints' speeds pass
   !> from joint to joint and limit how far each can move within the interval. `angle_scale`: the crank angle (rad) over which
-  !> the motion changes in earnest; `intervals`: how many were tried.
+  !> the motion changes noticeably; `intervals`: how many were tried.
   !> Errors: a joint that cannot be assembled or reaches a dead point; a link whose two joints meet; too many intervals. They
   !> are named with the angle.
   subroutine prove_assembly(joints, links, angle_scale, intervals, error)

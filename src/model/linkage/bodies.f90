@@ -3,7 +3,7 @@ module gestell_model_linkage_bodies
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-)
   use gestell_base_kinds, only: dp
   use gestell_model_joints_joint, only: point_type
-  use gestell_model_joints_path, only: batch, direction, find_direction, keep, path_type
+  use gestell_model_joints_path, only: batch, carried, direction, find_direction, keep, path_type
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, &
     & a1_ddd, a2_ddd, energy_d, energy_dd, energy_v, mass_functions_type, spin_dd, spin_v, table_columns
   implicit none (type, external)
@@ -115,8 +115,7 @@ contains
       return
     end if
     u = direction(at(link%from), at(link%to))
-    center%x = at(link%from)%x + link%center(1) * u%x - link%center(2) * u%y
-    center%y = at(link%from)%y + link%center(1) * u%y + link%center(2) * u%x
+    center = carried(at(link%from), u, link%center(1), link%center(2))
     ! u = (cos phi, sin phi): phi' = u x u', phi'' = u x u''.
     rate = u%x%v * u%y%d - u%y%v * u%x%d
     turn = u%x%v * u%y%dd - u%y%v * u%x%dd

@@ -38,21 +38,19 @@ contains
     real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: energy(:)
+    real(dp), allocatable :: k(:)
 
+    k = [0.0_dp]
+    if (present(energy)) k = energy
     if (.not. (mass >= 0 .and. inertia >= 0)) then
       call fatal_error(error, "mass and inertia of the mechanism must not be negative", invalid_input)
-    else if (.not. all(ieee_is_finite([mass, inertia, a1, a2, a3, moment]))) then
+    else if (.not. all(ieee_is_finite([mass, inertia, a1, a2, a3, moment, k]))) then
       call fatal_error(error, "the mechanism's data are not finite", invalid_input)
-    else if (any(modulo([size(a1), size(a2), size(a3), size(moment)], 2) == 0)) then
+    else if (any(modulo([size(a1), size(a2), size(a3), size(moment), size(k)], 2) == 0)) then
       call fatal_error(error, "harmonics are a mean and then pairs of cosine and sine: an odd number of values", invalid_input)
     end if
-    if (present(energy)) then
-      if (modulo(size(energy), 2) == 0) call fatal_error(error, "harmonics are a mean and then pairs of cosine and sine: " &
-        & // "an odd number of values", invalid_input)
-      if (.not. all(ieee_is_finite(energy))) call fatal_error(error, "the mechanism's data are not finite", invalid_input)
-      mechanism%energy = energy
-    end if
     if (allocated(error)) return
+    if (present(energy)) mechanism%energy = energy
     mechanism%mass = mass
     mechanism%inertia = inertia
     allocate(mechanism%a1, source=a1)

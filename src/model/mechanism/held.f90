@@ -22,7 +22,7 @@ module gestell_model_mechanism_held
   implicit none (type, external)
   private
 
-  public :: check_held, tabulate_felt, tabulate_held
+  public :: check_held, tabulate_felt
 
   character(len=8), parameter, public :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]
   !> Subject of the error that a mechanism does not tell what a holder needs.
@@ -37,8 +37,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: angles = 64
     real(dp), parameter :: rounding = 1.0e-6_dp
-    real(dp), dimension(angles, table_columns) :: load, felt
-    real(dp) :: drive(1, drive_columns), slope(angles)
+    real(dp), dimension(angles, table_columns) :: masses, felt
+    real(dp) :: drive(1, drive_columns)
     logical :: known
     integer :: k
 
@@ -51,55 +51,52 @@ contains
           & // "&mass_functions", invalid_input, held_subject)
         return
       end if
-      call tabulate_held(mechanism, [0.0_dp, 0.0_dp], [(2 * pi * k / angles, k = 1, angles)], load, felt, slope)
+      call mechanism%tabulate([(2 * pi * k / angles, k = 1, angles)], masses)
+      call tabulate_felt(mechanism, [0.0_dp, 0.0_dp], .true., [(2 * pi * k / angles, k = 1, angles)], felt)
       if (any(mechanism%mass * (mechanism%inertia + felt(:, a3_v)) < (1 - rounding) * (felt(:, a1_v)**2 + felt(:, a2_v)**2) &
-        & - rounding * mechanism%mass * (mechanism%inertia + load(:, a3_v)))) call fatal_error(error, &
+        & - rounding * mechanism%mass * (mechanism%inertia + masses(:, a3_v)))) call fatal_error(error, &
         & "no masses can have this energy with these a1, a2, a3 and moment", invalid_input, held_subject)
     end if
   end subroutine check_held
 
-  !> At crank angles (rad) of a crank that turns evenly in space: tables of the mass functions that make the load, its moment in a4,
-  !> and of those that the frame feels, shapes (angles, table_columns), a4 unused; the derivative of the load's moment about F, of
-  !> the mechanism at `origin` (m), over -Omega^2, shape (angles).
-  subroutine tabulate_held(mechanism, origin, angles, load, felt, slope)
+  !> At crank angles (rad) of a crank that turns `even_in_space`, or else against the frame: the mass functions that the frame
+  !> feels, shape (angles, table_columns), without a4; over -Omega^2 the load, its forces and its moment about the crank's pivot,
+  !> shape (angles, 3), and how its moment about F changes with psi, of the mechanism at `origin` (m), shape (angles).
+  subroutine tabulate_felt(mechanism, origin, even_in_space, angles, felt, load, slope)
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: origin(2)
-    real(dp), contiguous, intent(in) :: angles(:)
-    real(dp), contiguous, intent(out) :: load(:, :), felt(:, :)
-    real(dp), intent(out) :: slope(:)
-    real(dp) :: drive(size(angles), drive_columns)
-    logical :: known
-
-    call mechanism%tabulate(angles, load)
-    call mechanism%tabulate_drive(angles, drive, known)
-    felt(:, a1_v) = total(load(:, a1_v), -load(:, a2_d))
-    felt(:, a1_d) = total(load(:, a1_d), -load(:, a2_dd))
-    felt(:, a1_dd) = total(load(:, a1_dd), -drive(:, a2_ddd))
-    felt(:, a2_v) = total(load(:, a2_v), load(:, a1_d))
-    felt(:, a2_d) = total(load(:, a2_d), load(:, a1_dd))
-    felt(:, a2_dd) = total(load(:, a2_dd), drive(:, a1_ddd))
-    felt(:, a3_v) = load(:, a3_v) - 2 * drive(:, spin_v) + drive(:, energy_v)
-    felt(:, a3_d) = load(:, a3_d) - 2 * load(:, a4_v) + drive(:, energy_d)
-    felt(:, a3_dd) = load(:, a3_dd) - 2 * drive(:, spin_dd) + drive(:, energy_dd)
-    felt(:, a4_v) = 0
-    load(:, a4_v) = load(:, a4_v) - drive(:, energy_d) / 2
-    slope = drive(:, spin_dd) - drive(:, energy_dd) / 2 + origin(1) * drive(:, a2_ddd) - origin(2) * drive(:, a1_ddd)
-  end subroutine tabulate_held
-
-  !> The mass functions that the frame feels at crank angles (rad) of a crank that turns `even_in_space` or against the frame, shape
-  !> (angles, table_columns).
-  subroutine tabulate_felt(mechanism, even_in_space, angles, felt)
-    class(mechanism_type), intent(in) :: mechanism
     logical, intent(in) :: even_in_space
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp), contiguous, intent(out) :: felt(:, :)
-    real(dp) :: load(size(angles), table_columns), slope(size(angles))
+    real(dp), contiguous, intent(out), optional :: load(:, :), slope(:)
+    real(dp), allocatable :: masses(:, :), drive(:, :)
+    logical :: known
 
-    if (even_in_space) then
-      call tabulate_held(mechanism, [0.0_dp, 0.0_dp], angles, load, felt, slope)
-    else
+    if (.not. even_in_space) then
       call mechanism%tabulate(angles, felt)
+      if (present(load)) load = felt(:, [a1_dd, a2_dd, a4_v])
+      if (present(slope)) slope = 0
+      return
     end if
+    allocate(masses(size(angles), table_columns), drive(size(angles), drive_columns))
+    call mechanism%tabulate(angles, masses)
+    call mechanism%tabulate_drive(angles, drive, known)
+    felt(:, a1_v) = total(masses(:, a1_v), -masses(:, a2_d))
+    felt(:, a1_d) = total(masses(:, a1_d), -masses(:, a2_dd))
+    felt(:, a1_dd) = total(masses(:, a1_dd), -drive(:, a2_ddd))
+    felt(:, a2_v) = total(masses(:, a2_v), masses(:, a1_d))
+    felt(:, a2_d) = total(masses(:, a2_d), masses(:, a1_dd))
+    felt(:, a2_dd) = total(masses(:, a2_dd), drive(:, a1_ddd))
+    felt(:, a3_v) = masses(:, a3_v) - 2 * drive(:, spin_v) + drive(:, energy_v)
+    felt(:, a3_d) = masses(:, a3_d) - 2 * masses(:, a4_v) + drive(:, energy_d)
+    felt(:, a3_dd) = masses(:, a3_dd) - 2 * drive(:, spin_dd) + drive(:, energy_dd)
+    felt(:, a4_v) = 0
+    if (present(load)) then
+      load = masses(:, [a1_dd, a2_dd, a4_v])
+      load(:, 3) = load(:, 3) - drive(:, energy_d) / 2
+    end if
+    if (present(slope)) slope = drive(:, spin_dd) - drive(:, energy_dd) / 2 + origin(1) * drive(:, a2_ddd) &
+      & - origin(2) * drive(:, a1_ddd)
   end subroutine tabulate_felt
 
   !> a + b, zero where only rounding is left: an unbalance that turns evenly in space is no mass that the frame turns.

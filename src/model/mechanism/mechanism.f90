@@ -28,7 +28,7 @@ module gestell_model_mechanism
   type, abstract, public :: mechanism_type
     !> Total mass m_G (kg) and sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
     real(dp) :: mass = 0, inertia = 0
-    !> Crank angle over which the mass functions change in earnest (rad): equal steps should not be much longer.
+    !> Crank angle over which the mass functions change noticeably (rad): equal steps should not be much longer.
     real(dp) :: angle_scale = 1
     !> The greatest sums over the links of the absolute terms of a1'' and a2'' (kg m) and of a4 (kg m^2): what they cancel to is
     !> known to their roundings only. Zero: nothing cancels.

@@ -2,8 +2,8 @@
 module gestell_model_mechanism_moving_masses
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_model_mechanism_held, only: tabulate_held
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, table_columns
+  use gestell_model_mechanism_held, only: tabulate_felt
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, table_columns
   implicit none (type, external)
   private
 
@@ -30,19 +30,14 @@ contains
     real(dp), contiguous, intent(in) :: angles(:)
     type(masses_type), intent(out) :: at
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
-    real(dp), dimension(size(angles), table_columns) :: load, felt
-    real(dp) :: slope(size(angles))
+    real(dp) :: felt(size(angles), table_columns), load(size(angles), 3), slope(size(angles))
     complex(dp) :: origin
 
-    if (frame%even_in_space()) then
-      call tabulate_held(frame%mechanism, frame%origin, angles, load, felt, slope)
-      call excite(load)
-    else
-      call frame%mechanism%tabulate(angles, felt)
-      call excite(felt)
-    end if
+    call tabulate_felt(frame%mechanism, frame%origin, frame%even_in_space(), angles, felt, load, slope)
     origin = frame%mechanism%mass * cmplx(frame%origin(1), frame%origin(2), dp)
     associate (omega => frame%speed, xi0 => frame%origin(1), eta0 => frame%origin(2), m_g => frame%mechanism%mass)
+      at%s_tt = omega**2 * cmplx(load(:, 1), load(:, 2), dp)
+      at%moment = omega**2 * (xi0 * load(:, 2) - eta0 * load(:, 1) + load(:, 3))
       at%sums_1 = cmplx(felt(:, a1_v), felt(:, a2_v), dp)
       at%s_1 = origin + at%sums_1
       at%s_1_t = omega * cmplx(felt(:, a1_d), felt(:, a2_d), dp)
@@ -71,14 +66,6 @@ contains
     end associate
 
   contains
-
-    !> The load by a table of its mass functions.
-    subroutine excite(table)
-      real(dp), intent(in) :: table(:, :)
-
-      at%s_tt = frame%speed**2 * cmplx(table(:, a1_dd), table(:, a2_dd), dp)
-      at%moment = frame%speed**2 * (frame%origin(1) * table(:, a2_dd) - frame%origin(2) * table(:, a1_dd) + table(:, a4_v))
-    end subroutine excite
 
     !> The moment of inertia about F less its constant part, or a derivative of it.
     pure function turned(a1, a2, a3)

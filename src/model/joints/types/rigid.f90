@@ -2,10 +2,9 @@
 module gestell_model_joints_types_rigid
   use gestell_base_key, only: key_type, of_length, real_key
   use gestell_base_kinds, only: dp
-  use gestell_math_jet, only: operator(*), operator(+), operator(-)
   use gestell_model_joints_data, only: check_coordinates, joint_data_type
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_body, reach_type, two_ends
-  use gestell_model_joints_path, only: batch, carry, direction, find_direction, path_type
+  use gestell_model_joints_path, only: batch, carried, carry, direction, find_direction, path_type
   implicit none (type, external)
   private
 
@@ -66,8 +65,7 @@ contains
     associate (unused => crank_angle)
     end associate
     e = direction(points(self%ends(1)), points(self%ends(2)))
-    here%x = points(self%ends(1))%x + self%offset(1) * e%x - self%offset(2) * e%y
-    here%y = points(self%ends(1))%y + self%offset(1) * e%y + self%offset(2) * e%x
+    here = carried(points(self%ends(1)), e, self%offset(1), self%offset(2))
   end subroutine locate
 
   pure subroutine trace(self, angles, points, here)

@@ -3,12 +3,12 @@ module gestell_model_joints_types_rpp
   use gestell_base_key, only: key_type, of_angle, real_key
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
-  use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), sin
+  use gestell_math_jet, only: jet, operator(-)
   use gestell_model_joints_data, only: check_finite, joint_data_type
   use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, meet, &
     & parallel
   use gestell_model_joints_joint, only: form_type, itself, joint_type, one_end, point_type, reach_type, transmission_type
-  use gestell_model_joints_path, only: batch, dot, path_type, turn
+  use gestell_model_joints_path, only: batch, carried, dot, path_type, turn
   implicit none (type, external)
   private
 
@@ -70,15 +70,12 @@ contains
     real(dp), intent(in) :: crank_angle
     type(point_type), intent(in) :: points(:)
     type(point_type), intent(out) :: here
-    type(point_type) :: g, u, w
+    type(point_type) :: g, u
 
     associate (unused => crank_angle)
     end associate
     call self%guide%line(points, g, u)
-    associate (c => cos(self%slot_angle), s => sin(self%slot_angle))
-      w = point_type(c * u%x - s * u%y, c * u%y + s * u%x)
-    end associate
-    here = crossing(g, u, points(self%end), w)
+    here = crossing(g, u, points(self%end), carried(point_type(), u, cos(self%slot_angle), sin(self%slot_angle)))
   end subroutine locate
 
   pure subroutine trace(self, angles, points, here)

@@ -5,7 +5,7 @@ module gestell_model_joints_types_rpr
   use gestell_model_joints_data, only: check_lengths, joint_data_type
   use gestell_model_joints_joint, only: branch_key, form_type, itself, joint_type, one_length, point_type, reach_body, &
     & reach_type, transmission_type, two_ends
-  use gestell_model_joints_path, only: batch, carry, direction, find_direction, path_type
+  use gestell_model_joints_path, only: batch, carried, carry, direction, find_direction, path_type
   implicit none (type, external)
   private
 
@@ -66,8 +66,7 @@ contains
     associate (unused => crank_angle)
     end associate
     e = direction(points(self%ends(2)), points(self%ends(1)))
-    here%x = points(self%ends(2))%x + self%branch * self%length * e%x
-    here%y = points(self%ends(2))%y + self%branch * self%length * e%y
+    here = carried(points(self%ends(2)), e, self%branch * self%length, 0.0_dp)
   end subroutine locate
 
   pure subroutine trace(self, angles, points, here)
