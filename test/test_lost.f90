@@ -122,7 +122,7 @@ contains
     if (allocated(error)) return
     call check(error, analysis%multipliers%verdict(), "undecided")
     if (allocated(error)) return
-    call check_that(error, analysis%multipliers%untold(), "==", .true., "all lost")
+    call check_that(error, analysis%multipliers%unknown(), "==", .true., "all lost")
     if (allocated(error)) return
     call check(error, all(analysis%multipliers%lost()), more="all lost")
   end subroutine test_too_few

@@ -30,7 +30,7 @@ module gestell_floquet_multipliers
   contains
     procedure :: verdict
     procedure :: lost
-    procedure :: untold
+    procedure :: unknown
   end type multipliers_type
 
   !> The error of a multiplier of which nothing is known: above every bound.
@@ -287,11 +287,11 @@ contains
   end function lost
 
   !> Whether nothing at all is known of them, as with too few given steps.
-  pure logical function untold(self)
+  pure logical function unknown(self)
     class(multipliers_type), intent(in) :: self
 
-    untold = any(self%error >= nothing_known)
-  end function untold
+    unknown = any(self%error >= nothing_known)
+  end function unknown
 
   !> 'stable': all |rho| below 1 by more than their error; 'unstable': some |rho| above 1 by more than its error;
   !> 'undecided': neither. By logarithms: |rho| may over- or underflow.

@@ -262,14 +262,10 @@ contains
     level%nodes = mesh(system, steps)
     level%steps = size(level%nodes) - 1
     allocate(level%phi(system%states, system%states))
-    if (forced) then
-      allocate(level%xp(system%states))
-      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, level%xp, level%xp_peak, &
-        & level%transient_growth)
-    else
-      call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, &
-        & transient_growth=level%transient_growth)
-    end if
+    ! What is not allocated is absent where it is an argument.
+    if (forced) allocate(level%xp(system%states))
+    call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, level%xp, level%xp_peak, &
+      & level%transient_growth)
     monodromy%broken = allocated(error)
     if (allocated(error)) return
     level%norm = scaled_norm(level%phi, monodromy%scale)

@@ -186,7 +186,7 @@ contains
         end do
       end associate
     end do
-    call check_finite(x, error)
+    if (.not. all(ieee_is_finite(x))) call overflow(error)
 
   contains
 
@@ -236,13 +236,6 @@ contains
     end do
     if (.not. all(ieee_is_finite(maps))) call overflow(error)
   end subroutine motions
-
-  pure subroutine check_finite(values, error)
-    real(dp), intent(in) :: values(:, :)
-    type(error_type), allocatable, intent(out) :: error
-
-    if (.not. all(ieee_is_finite(values))) call overflow(error)
-  end subroutine check_finite
 
   pure subroutine overflow(error)
     type(error_type), allocatable, intent(out) :: error

@@ -32,13 +32,13 @@ contains
     character(len=*), parameter :: models(2) = [character(len=11) :: "exact", "first_order"]
     integer :: i
 
-    if (multipliers%untold() .or. multipliers%error(1) >= 1) return
+    if (multipliers%unknown() .or. multipliers%error(1) >= 1) return
     do i = 1, size(models)
       call settle(frame, trim(models(i)), accuracy, varied, error)
       if (.not. allocated(error)) call solve_floquet(varied, accuracy, .false., floquet, error)
       if (.not. allocated(error)) call solve_multipliers(floquet, .false., found, error)
       if (allocated(error)) cycle
-      if (found%untold() .or. found%error(1) >= 1 .or. found%verdict() == "undecided") cycle
+      if (found%unknown() .or. found%error(1) >= 1 .or. found%verdict() == "undecided") cycle
       if (found%verdict() /= multipliers%verdict() .or. abs(found%log_abs(1) - multipliers%log_abs(1)) &
         & > negligible * abs(multipliers%log_abs(1)) + found%error(1) + multipliers%error(1)) better = found
       return

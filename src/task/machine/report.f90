@@ -121,7 +121,7 @@ contains
 
     words = trim(multipliers%verdict()) // ": "
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
-    if (multipliers%untold()) then
+    if (multipliers%unknown()) then
       words = words // "nothing is known of the multipliers, the steps ordered are too few"
     else if (words == "stable: " .and. multipliers%error(1) >= 1) then
       words = words // "free vibrations decay within a turn, the multipliers are lost in rounding" // others
@@ -145,7 +145,7 @@ contains
 
     word = trim(multipliers%verdict())
     lines = ""
-    if (multipliers%untold()) then
+    if (multipliers%unknown()) then
       lines = "  with half and with twice these steps they differ: order more, or none and the tolerance decides" // newline
       return
     end if
