@@ -33,8 +33,7 @@ module gestell
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, nearest_type, &
     & open_border_type
-  use gestell_task_boundary_map, only: border_line_type, border_lines, border_map_type, border_vertex_type, search_border_line, &
-    & trace_borders
+  use gestell_task_boundary_map, only: border_map_type, border_vertex_type, trace_borders
   use gestell_task_campbell, only: campbell_order_type, campbell_point_type, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_critical, only: critical_type, find_critical

@@ -44,7 +44,7 @@ contains
     integer, allocatable :: found(:)
 
     found = pack(ids, abs(vertices%list(ids)%u(k) - value) <= 0)
-    found = found(ascending(vertices%list(found)%u(3 - k)))
+    found = found(ascending((vertices%list(found)%u(3 - k))))
   end function along
 
   !> Those on the lower side, half way, and on the upper side, each ascending; shape (n, 3), n = 0 if they do not correspond.

@@ -10,11 +10,12 @@ module gestell_task_boundary
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_tile_results, only: verdict_names
+  use gestell_task_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: borders_on, find_borders, find_nearest, line_along, nearest_stable, rest_of, search_borders
+  public :: borders_on, find_borders, find_nearest, line_along, nearest_stable, rest_of
 
   !> Of Phi(T) where borders are sought.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
@@ -61,9 +62,10 @@ module gestell_task_boundary
 contains
 
   !> All borders in the range of `axis`, in its direction (gestell_task_boundary_line_search); its `count` values are where the
-  !> search begins. `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis). `rest`: what is not
-  !> sure. Errors: as of `check_search`; the parameters make no sense.
-  subroutine find_borders(family, axis, accuracy, tolerance, borders, error, rest)
+  !> search begins. `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis). `rest`: what the
+  !> search leaves open. With an `executor` several threads may ask for members of the family. Errors: as of `check_search`; the
+  !> parameters make no sense.
+  subroutine find_borders(family, axis, accuracy, tolerance, borders, error, rest, executor)
     class(family_type), intent(in), target :: family
     type(axis_type), intent(in) :: axis
     type(accuracy_type), intent(in) :: accuracy
@@ -71,32 +73,22 @@ contains
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
     type(border_rest_type), intent(out), optional :: rest
-    type(border_rest_type) :: found
-
-    call search_borders(family, axis, border_order_type(accuracy, tolerance), borders, error, found)
-    if (present(rest)) rest = found
-  end subroutine find_borders
-
-  !> The same, by the executor of `order` if there is one.
-  subroutine search_borders(family, axis, order, borders, error, rest)
-    class(family_type), intent(in), target :: family
-    type(axis_type), intent(in) :: axis
-    type(border_order_type), intent(in) :: order
-    type(border_type), allocatable, intent(out) :: borders(:)
-    type(error_type), allocatable, intent(out) :: error
-    type(border_rest_type), intent(out) :: rest
+    class(executor_type), intent(inout), optional, target :: executor
+    type(border_order_type) :: order
     type(line_type) :: line
     type(search_type) :: search
 
     allocate(borders(0))
-    call check_search([axis], order%accuracy, order%tolerance, error)
+    call check_search([axis], accuracy, tolerance, error)
     if (allocated(error)) return
+    order = border_order_type(accuracy, tolerance)
+    if (present(executor)) order%executor => executor
     call line_along(family, [axis], 1, [axis%from], order, line)
     call search_line(line, range_nodes(axis%count), search, error)
     if (allocated(error)) return
     borders = borders_on(axis, line, search, 1)
-    rest = rest_of(axis, line, search)
-  end subroutine search_borders
+    if (present(rest)) rest = rest_of(axis, line, search)
+  end subroutine find_borders
 
   !> The borders that were found along `line`, of the vibration `number`.
   pure function borders_on(axis, line, search, number) result(borders)

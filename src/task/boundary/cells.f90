@@ -5,13 +5,119 @@ module gestell_task_boundary_cells
   use gestell_task_boundary_bands, only: box_type, link_through, opposite_sides, pass_straight
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_task_boundary_line_search, only: search_line, search_type, short_nodes
-  use gestell_task_boundary_vertex, only: plane_type, vertices_type
+  use gestell_task_boundary_vertex, only: plane_type, vertex_type, vertices_type
+  use gestell_task_executor, only: spread_over, work_type
+  use gestell_task_record, only: record_type
   implicit none (type, external)
   private
 
-  public :: connect_cell
+  public :: connect_cells
+
+  !> A cell of the search grid: the vertices on its sides, by their numbers among all, and these with those that were found in it.
+  type :: cell_type
+    type(box_type) :: box
+    integer, allocatable :: sides(:)
+    type(vertices_type) :: vertices
+  end type cell_type
+
+  !> A piece is a cell.
+  type, extends(work_type) :: cells_type
+    type(plane_type) :: plane
+    integer :: count = 0
+    type(cell_type), allocatable :: cells(:)
+  contains
+    procedure :: add
+    procedure :: compute
+    procedure :: exchange
+  end type cells_type
 
 contains
+
+  !> Links the vertices on the lines of the search grid, at u1 and u2, from side to side of its cells. `first1`, `first2`: the
+  !> number of the first vertex of each line, and one more. Error: the parameters make no sense.
+  subroutine connect_cells(plane, u1, u2, first1, first2, vertices, error)
+    type(plane_type), intent(in) :: plane
+    real(dp), intent(in) :: u1(:), u2(:)
+    integer, intent(in) :: first1(:), first2(:)
+    type(vertices_type), intent(inout) :: vertices
+    type(error_type), allocatable, intent(out) :: error
+    type(cells_type) :: work
+    integer :: i, j, k
+
+    work%plane = plane
+    allocate(work%cells(size(u1) * size(u2)))
+    do i = 1, size(u1) - 1
+      do j = 1, size(u2) - 1
+        call work%add(box_type([u1(i), u2(j)], [u1(i + 1), u2(j + 1)]), &
+          & [(k, k = first1(i), first1(i + 2) - 1), (k, k = first2(j), first2(j + 2) - 1)], vertices)
+      end do
+    end do
+    call spread_over(work, work%count, error, plane%executor)
+    if (allocated(error)) return
+    do k = 1, work%count
+      call take(work%cells(k), vertices)
+    end do
+  end subroutine connect_cells
+
+  !> Adds a cell, unless none of the vertices `pool` lies on its sides.
+  pure subroutine add(self, box, pool, vertices)
+    class(cells_type), intent(inout) :: self
+    type(box_type), intent(in) :: box
+    integer, intent(in) :: pool(:)
+    type(vertices_type), intent(in) :: vertices
+    integer, allocatable :: sides(:)
+    logical, allocatable :: enter(:)
+
+    call around(box, pool, vertices, sides, enter)
+    if (size(sides) == 0) return
+    self%count = self%count + 1
+    associate (cell => self%cells(self%count))
+      cell%box = box
+      cell%sides = sides
+      cell%vertices%count = size(sides)
+      cell%vertices%list = vertices%list(sides)
+    end associate
+  end subroutine add
+
+  recursive subroutine compute(self, k, error)
+    class(cells_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    associate (cell => self%cells(k))
+      call connect_cell(self%plane, cell%box, [(i, i = 1, size(cell%sides))], cell%vertices, error)
+    end associate
+  end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(cells_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call self%cells(k)%vertices%exchange(record)
+  end subroutine exchange
+
+  !> Adds what was found in a cell to all vertices.
+  pure subroutine take(cell, vertices)
+    type(cell_type), intent(in) :: cell
+    type(vertices_type), intent(inout) :: vertices
+    type(vertex_type) :: vertex
+    integer, allocatable :: numbers(:)
+    integer :: i, n
+
+    n = size(cell%sides)
+    numbers = [cell%sides, (vertices%count + i, i = 1, cell%vertices%count - n)]
+    do i = 1, size(numbers)
+      vertex = cell%vertices%list(i)
+      if (vertex%next > 0) vertex%next = numbers(vertex%next)
+      if (i > n) call vertices%add(vertex)
+      if (vertex%next > 0) vertices%list(numbers(i))%next = vertex%next
+    end do
+    if (allocated(cell%vertices%open)) vertices%open = [vertices%open, cell%vertices%open]
+    vertices%thin = vertices%thin + cell%vertices%thin
+    vertices%left_out = vertices%left_out + cell%vertices%left_out
+  end subroutine take
 
   !> Links those of the vertices `pool` that lie on the sides of `box`. In a turn about the box, counter-clockwise, unstable
   !> stretches begin at the vertices that `enter` them and end at those that leave. Two vertices are linked; of four the

@@ -3,21 +3,21 @@ module gestell_task_boundary_map
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_task_boundary_bands, only: box_type
-  use gestell_task_boundary_cells, only: connect_cell
+  use gestell_task_boundary_cells, only: connect_cells
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: line_type, parameter_at, sensitivity, skewed
   use gestell_task_boundary_order, only: check_search
-  use gestell_task_boundary_refine, only: refine
+  use gestell_task_boundary_refine, only: refine_stretches
   use gestell_task_boundary_line_search, only: range_nodes, search_line, search_type
   use gestell_task_boundary_vertex, only: plane_type, vertex_type, vertices_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
+  use gestell_task_executor, only: executor_type, spread_over, work_type
   use gestell_task_record, only: record_type
   implicit none (type, external)
   private
 
-  public :: border_lines, search_border_line, trace_borders
+  public :: trace_borders
 
   !> A vertex of a curve.
   type, public :: border_vertex_type
@@ -48,91 +48,104 @@ module gestell_task_boundary_map
     integer :: thin = 0, left_out = 0
   end type border_map_type
 
-  !> What was found on a line of the search grid.
-  type, public :: border_line_type
-    private
-    type(line_type) :: line
-    type(search_type) :: search
+  !> A piece is a line of the search grid.
+  type, extends(work_type) :: lines_type
+    type(grid_type) :: grid
+    type(line_type), allocatable :: lines(:)
+    type(search_type), allocatable :: found(:)
   contains
+    procedure :: compute
     procedure :: exchange
-  end type border_line_type
+  end type lines_type
 
 contains
 
   !> The borders within the ranges of the `grid`: on its lines as gestell_task_boundary_line_search finds them, connected cell by
-  !> cell. `deviation`: how far they may pass by the border, relative to the ranges (in the logarithm on logarithmic axes). `lines`:
-  !> those of the grid, all of them searched (`search_border_line`); without them they are searched one after the other. Errors: a
-  !> grid without two axes; as of `check_search`; the parameters make no sense.
-  subroutine trace_borders(family, grid, accuracy, deviation, map, error, lines)
+  !> cell, and refined. `deviation`: how far they may pass by the border, relative to the ranges (in the logarithm on logarithmic
+  !> axes). With an `executor` several threads may ask for members of the family. Errors: a grid without two axes; as of
+  !> `check_search`; the parameters make no sense.
+  subroutine trace_borders(family, grid, accuracy, deviation, map, error, executor)
     class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: deviation
     type(border_map_type), intent(out) :: map
     type(error_type), allocatable, intent(out) :: error
-    type(border_line_type), intent(in), optional :: lines(:)
-    type(border_line_type), allocatable :: own(:)
+    class(executor_type), intent(inout), optional, target :: executor
+    type(plane_type) :: plane
+    type(vertices_type) :: vertices
     integer :: k
 
     allocate(map%vertices(0), map%places(0))
     call check_plane(grid, accuracy, deviation, error)
     if (allocated(error)) return
-    if (present(lines)) then
-      call connect_lines(family, grid, accuracy, deviation, lines, map, error)
-      return
-    end if
-    allocate(own(border_lines(grid)))
-    do k = 1, size(own)
-      call search_border_line(family, grid, accuracy, deviation, k, own(k), error)
-      if (allocated(error)) return
-    end do
-    call connect_lines(family, grid, accuracy, deviation, own, map, error)
+    plane%family => family
+    plane%axes = grid%axes
+    plane%accuracy = accuracy
+    plane%deviation = deviation
+    if (present(executor)) plane%executor => executor
+    call search_grid(plane, grid, vertices, error)
+    if (.not. allocated(error)) call follow_curves(plane, vertices, map, error)
+    if (allocated(error)) return
+    map%thin = vertices%thin
+    map%left_out = vertices%left_out
+    map%places = [(open_place_type(parameter_at(plane%axes, vertices%open(k)%u), &
+      & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
   end subroutine trace_borders
 
-  !> The number of lines of the search grid.
-  pure integer function border_lines(grid)
+  !> Searches the lines of the grid, first those on which the second parameter is constant, and connects what is found within its
+  !> cells. Error: the parameters make no sense.
+  subroutine search_grid(plane, grid, vertices, error)
+    type(plane_type), intent(in) :: plane
     type(grid_type), intent(in) :: grid
+    type(vertices_type), intent(out) :: vertices
+    type(error_type), allocatable, intent(out) :: error
+    type(lines_type) :: work
+    real(dp), allocatable :: u1(:), u2(:)
+    !> Vertices on the lines: those of line k are first(k) ... first(k + 1) - 1.
+    integer, allocatable :: first(:)
+    integer :: k
 
-    border_lines = size(skewed(grid%axes(1)%count)) + size(skewed(grid%axes(2)%count))
-  end function border_lines
+    u1 = skewed(grid%axes(1)%count)
+    u2 = skewed(grid%axes(2)%count)
+    work%grid = grid
+    allocate(work%lines(size(u2) + size(u1)), work%found(size(u2) + size(u1)), first(size(u2) + size(u1) + 1))
+    do k = 1, size(u2)
+      call plane%line([0.0_dp, u2(k)], [1.0_dp, 0.0_dp], work%lines(k))
+    end do
+    do k = 1, size(u1)
+      call plane%line([u1(k), 0.0_dp], [0.0_dp, 1.0_dp], work%lines(size(u2) + k))
+    end do
+    call spread_over(work, size(work%lines), error, plane%executor)
+    if (allocated(error)) return
+    do k = 1, size(work%lines)
+      first(k) = vertices%count + 1
+      call vertices%add_search(work%lines(k), work%found(k))
+    end do
+    first(size(first)) = vertices%count + 1
+    call connect_cells(plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
+  end subroutine search_grid
 
-  !> Searches line `number` of the search grid: first those on which the second parameter is constant. Each may be searched by a
-  !> thread of its own. `grid` has two axes. Error: the parameters make no sense.
-  subroutine search_border_line(family, grid, accuracy, deviation, number, found, error)
-    class(family_type), intent(in), target :: family
-    type(grid_type), intent(in) :: grid
-    type(accuracy_type), intent(in) :: accuracy
-    real(dp), intent(in) :: deviation
-    integer, intent(in) :: number
-    type(border_line_type), intent(out) :: found
+  recursive subroutine compute(self, k, error)
+    class(lines_type), intent(inout) :: self
+    integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
     !> However many lines there are, the search of each adds nodes of its own.
     integer, parameter :: most_nodes = 20
-    type(plane_type) :: plane
+    integer :: along
 
-    plane = plane_of(family, grid, accuracy, deviation)
-    associate (u1 => skewed(grid%axes(1)%count), u2 => skewed(grid%axes(2)%count))
-      if (number <= size(u2)) then
-        call plane%line([0.0_dp, u2(number)], [1.0_dp, 0.0_dp], found%line)
-        call search_line(found%line, range_nodes(min(grid%axes(1)%count, most_nodes)), found%search, error)
-      else
-        call plane%line([u1(number - size(u2)), 0.0_dp], [0.0_dp, 1.0_dp], found%line)
-        call search_line(found%line, range_nodes(min(grid%axes(2)%count, most_nodes)), found%search, error)
-      end if
-    end associate
-    ! The systems on the way, and the family, are of no more use.
-    call found%search%forget_marks()
-    found%line%family => null()
-  end subroutine search_border_line
+    along = maxloc(self%lines(k)%way, dim=1)
+    call search_line(self%lines(k), range_nodes(min(self%grid%axes(along)%count, most_nodes)), self%found(k), error)
+    ! The systems on the way are of no more use.
+    call self%found(k)%forget_marks()
+  end subroutine compute
 
-  !> Passes what was found to a record, or takes it from there.
-  subroutine exchange(self, record)
-    class(border_line_type), intent(inout) :: self
+  subroutine exchange(self, k, record)
+    class(lines_type), intent(inout) :: self
+    integer, intent(in) :: k
     type(record_type), intent(inout) :: record
 
-    call record%pass(self%line%start)
-    call record%pass(self%line%way)
-    call self%search%exchange(record)
+    call self%found(k)%exchange(record)
   end subroutine exchange
 
   !> Errors: as of `trace_borders`.
@@ -151,69 +164,6 @@ contains
     call check_search(grid%axes, accuracy, deviation, error)
   end subroutine check_plane
 
-  function plane_of(family, grid, accuracy, deviation) result(plane)
-    class(family_type), intent(in), target :: family
-    type(grid_type), intent(in) :: grid
-    type(accuracy_type), intent(in) :: accuracy
-    real(dp), intent(in) :: deviation
-    type(plane_type) :: plane
-
-    plane%family => family
-    plane%axes = grid%axes
-    plane%accuracy = accuracy
-    plane%deviation = deviation
-    plane%spacing = 1.0_dp / (max(minval(grid%axes%count), 2) - 1)
-  end function plane_of
-
-  subroutine connect_lines(family, grid, accuracy, deviation, lines, map, error)
-    class(family_type), intent(in), target :: family
-    type(grid_type), intent(in) :: grid
-    type(accuracy_type), intent(in) :: accuracy
-    real(dp), intent(in) :: deviation
-    type(border_line_type), intent(in) :: lines(:)
-    type(border_map_type), intent(inout) :: map
-    type(error_type), allocatable, intent(out) :: error
-    type(plane_type) :: plane
-    type(vertices_type) :: vertices
-    real(dp), allocatable :: u1(:), u2(:)
-    !> Vertices on the lines: those of line k are first(k) ... first(k + 1) - 1.
-    integer, allocatable :: first(:)
-    integer :: k
-
-    allocate(first(size(lines) + 1))
-    plane = plane_of(family, grid, accuracy, deviation)
-    u1 = skewed(grid%axes(1)%count)
-    u2 = skewed(grid%axes(2)%count)
-    do k = 1, size(lines)
-      first(k) = vertices%count + 1
-      call vertices%add_search(lines(k)%line, lines(k)%search)
-    end do
-    first(size(first)) = vertices%count + 1
-    call connect_cells(plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
-    if (.not. allocated(error)) call follow_curves(plane, vertices, map, error)
-    map%thin = vertices%thin
-    map%left_out = vertices%left_out
-    map%places = [(open_place_type(parameter_at(plane%axes, vertices%open(k)%u), &
-      & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
-  end subroutine connect_lines
-
-  subroutine connect_cells(plane, u1, u2, first1, first2, vertices, error)
-    type(plane_type), intent(in) :: plane
-    real(dp), intent(in) :: u1(:), u2(:)
-    integer, intent(in) :: first1(:), first2(:)
-    type(vertices_type), intent(inout) :: vertices
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i, j, k
-
-    do i = 1, size(u1) - 1
-      do j = 1, size(u2) - 1
-        call connect_cell(plane, box_type([u1(i), u2(j)], [u1(i + 1), u2(j + 1)]), &
-          & [(k, k = first1(i), first1(i + 2) - 1), (k, k = first2(j), first2(j + 2) - 1)], vertices, error)
-        if (allocated(error)) return
-      end do
-    end do
-  end subroutine connect_cells
-
   !> The curves one after the other, refined: first those that begin and end somewhere, then the closed ones.
   subroutine follow_curves(plane, vertices, map, error)
     type(plane_type), intent(in) :: plane
@@ -223,10 +173,14 @@ contains
     !> Shorter curves are pieces of regions too narrow for the deviation.
     real(dp), parameter :: least = 2
     type(vertices_type) :: curves
+    type(vertices_type), allocatable :: between(:)
     integer, allocatable :: numbers(:)
     logical, allocatable :: done(:), reached(:)
     integer :: start, closed, i
 
+    call refine_stretches(plane, vertices, between, error)
+    if (allocated(error)) return
+    map%rough = sum(between%rough)
     allocate(done(vertices%count), reached(vertices%count), source=.false.)
     allocate(numbers(0))
     do start = 1, vertices%count
@@ -235,8 +189,7 @@ contains
     do closed = 0, 1
       do start = 1, vertices%count
         if (done(start) .or. vertices%list(start)%next == 0 .or. (closed == 0 .and. reached(start))) cycle
-        call follow_curve(plane, vertices, start, done, curves, map%rough, error)
-        if (allocated(error)) return
+        call follow_curve(vertices, between, start, done, curves)
         if (extent(curves, size(numbers) + 1) <= least * plane%deviation) then
           curves%count = size(numbers)
         else
@@ -287,28 +240,25 @@ contains
     end do
   end function extent
 
-  subroutine follow_curve(plane, vertices, start, done, curves, rough, error)
-    type(plane_type), intent(in) :: plane
-    type(vertices_type), intent(in) :: vertices
+  !> Adds the curve from vertex `start` on, with those `between` each vertex and its next.
+  pure subroutine follow_curve(vertices, between, start, done, curves)
+    type(vertices_type), intent(in) :: vertices, between(:)
     integer, intent(in) :: start
     logical, intent(inout) :: done(:)
     type(vertices_type), intent(inout) :: curves
-    integer, intent(inout) :: rough
-    type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: most_divisions = 12
-    integer :: here, next
+    integer :: here, i
 
     here = start
     call curves%add(vertices%list(here))
     do
       done(here) = .true.
-      next = vertices%list(here)%next
-      if (next == 0) return
-      call refine(plane, vertices%list(here), vertices%list(next), most_divisions, curves, rough, error)
-      if (allocated(error)) return
-      call curves%add(vertices%list(next))
-      if (done(next)) return
-      here = next
+      if (vertices%list(here)%next == 0) return
+      do i = 1, between(here)%count
+        call curves%add(between(here)%list(i))
+      end do
+      here = vertices%list(here)%next
+      call curves%add(vertices%list(here))
+      if (done(here)) return
     end do
   end subroutine follow_curve
 

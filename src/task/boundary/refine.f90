@@ -5,23 +5,76 @@ module gestell_task_boundary_refine
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_task_boundary_line_search, only: search_line, search_type, short_nodes
   use gestell_task_boundary_vertex, only: plane_type, vertex_of, vertex_type, vertices_type
+  use gestell_task_executor, only: spread_over, work_type
+  use gestell_task_record, only: record_type
   implicit none (type, external)
   private
 
-  public :: refine
+  public :: refine_stretches
+
+  !> A piece is a stretch of a curve, between two vertices.
+  type, extends(work_type) :: stretches_type
+    type(plane_type) :: plane
+    type(vertex_type), allocatable :: ends(:, :)
+    type(vertices_type), allocatable :: between(:)
+  contains
+    procedure :: compute
+    procedure :: exchange
+  end type stretches_type
 
 contains
 
+  !> The vertices that belong between each of `vertices` that has a next one and that. Error: the parameters make no sense.
+  subroutine refine_stretches(plane, vertices, between, error)
+    type(plane_type), intent(in) :: plane
+    type(vertices_type), intent(in) :: vertices
+    type(vertices_type), allocatable, intent(out) :: between(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(stretches_type) :: work
+    integer, allocatable :: first(:)
+    integer :: i
+
+    allocate(between(vertices%count))
+    if (vertices%count == 0) return
+    first = pack([(i, i = 1, vertices%count)], vertices%list(:vertices%count)%next > 0)
+    work%plane = plane
+    allocate(work%ends(2, size(first)), work%between(size(first)))
+    do i = 1, size(first)
+      work%ends(:, i) = vertices%list([first(i), vertices%list(first(i))%next])
+    end do
+    call spread_over(work, size(first), error, plane%executor)
+    if (allocated(error)) return
+    do i = 1, size(first)
+      between(first(i)) = work%between(i)
+    end do
+  end subroutine refine_stretches
+
+  recursive subroutine compute(self, k, error)
+    class(stretches_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: most_divisions = 12
+
+    call refine(self%plane, self%ends(1, k), self%ends(2, k), most_divisions, self%between(k), error)
+  end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(stretches_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call self%between(k)%exchange(record)
+  end subroutine exchange
+
   !> Adds to `curve` the vertices that belong between `p` and `q`, its next one: where the border is farther than the
   !> deviation allowed from the straight way, measured across it at 1/2, 1/4 and 3/4; and where the kind changes, until the
-  !> corner lies between vertices as near to each other as that. `rough` counts the stretches where no border was found.
-  !> Error: the parameters make no sense.
-  recursive subroutine refine(plane, p, q, divisions, curve, rough, error)
+  !> corner lies between vertices as near to each other as that. Stretches where no border was
+  !> found are rough. Error: the parameters make no sense.
+  recursive subroutine refine(plane, p, q, divisions, curve, error)
     type(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
     integer, intent(in) :: divisions
     type(vertices_type), intent(inout) :: curve
-    integer, intent(inout) :: rough
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: parts(3) = [0.5_dp, 0.25_dp, 0.75_dp]
     type(vertex_type) :: middle
@@ -37,13 +90,13 @@ contains
     end do
     if (near) return
     if (.not. found) then
-      rough = rough + 1
+      curve%rough = curve%rough + 1
       return
     end if
-    call refine(plane, p, middle, divisions - 1, curve, rough, error)
+    call refine(plane, p, middle, divisions - 1, curve, error)
     if (allocated(error)) return
     call curve%add(middle)
-    call refine(plane, middle, q, divisions - 1, curve, rough, error)
+    call refine(plane, middle, q, divisions - 1, curve, error)
   end subroutine refine
 
   !> The border across the way from `p` to `q` at the `part` of it, the nearest that has its unstable side on the left: that of

@@ -8,15 +8,13 @@ module gestell_task_boundary_task
   use gestell_output_table_unit, only: radian, unit_type
   use gestell_task, only: all_machines, longest_table, task_type
   use gestell_task_boundary, only: border_accuracy
+  use gestell_task_boundary_order, only: border_order_type
   use gestell_task_boundary_plot, only: plot_borders
   use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to_stable
-  use gestell_task_boundary_map, only: border_line_type, border_lines
-  use gestell_task_boundary_solution, only: border_results_type, search_line_of, solve_borders
+  use gestell_task_boundary_solution, only: border_results_type, solve_borders
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
-  use gestell_task_executor, only: work_type
   use gestell_task_locked_family, only: locked_family_type
-  use gestell_task_record, only: record_type
   use gestell_task_sweep_plan, only: read_borders, sweep_plan_type
   implicit none (type, external)
   private
@@ -28,16 +26,6 @@ module gestell_task_boundary_task
     procedure :: preview
     procedure :: run
   end type boundary_task
-
-  !> A piece is a line of the search over two parameters.
-  type, extends(work_type) :: lines_type
-    type(locked_family_type) :: family
-    type(sweep_plan_type) :: plan
-    type(border_line_type), allocatable :: lines(:)
-  contains
-    procedure :: compute
-    procedure :: exchange
-  end type lines_type
 
 contains
 
@@ -103,51 +91,26 @@ contains
     end associate
   end subroutine run
 
-  !> The borders; over two parameters the lines of the search are spread, over one what is searched on the line.
   subroutine solve(context, results, error)
     type(context_type), intent(inout), target :: context
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
-    type(lines_type), target :: work
+    type(locked_family_type), target :: family
     type(locked_family_type), allocatable, target :: bare
-    integer :: k
+    type(border_order_type) :: order
 
-    work%plan = context%configuration%plan
-    call context%members(work%plan%family, work%family)
-    work%family%accuracy%tolerance = min(work%family%accuracy%tolerance, border_accuracy)
-    if (size(work%plan%grid%axes) == 2) then
-      allocate(work%lines(border_lines(work%plan%grid)))
-      call context%executor%spread(work, [(k, k = 1, size(work%lines))], error)
-      if (allocated(error)) return
-    else if (work%family%model == "exact") then
-      allocate(bare, source=work%family)
-      bare%model = "rest"
-    end if
-    work%plan%borders%executor => context%executor
-    associate (plan => work%plan)
-      if (size(plan%base) > 0) then
-        call solve_borders(work%family, plan%grid, plan%borders, results, error, plan%base, work%lines, bare)
-      else
-        call solve_borders(work%family, plan%grid, plan%borders, results, error, lines=work%lines, bare=bare)
+    associate (plan => context%configuration%plan)
+      call context%members(plan%family, family)
+      family%accuracy%tolerance = min(family%accuracy%tolerance, border_accuracy)
+      if (size(plan%grid%axes) == 1 .and. family%model == "exact") then
+        allocate(bare, source=family)
+        bare%model = "rest"
       end if
+      order = plan%borders
+      order%executor => context%executor
+      call solve_borders(family, plan%grid, order, plan%base, results, error, bare)
     end associate
   end subroutine solve
-
-  recursive subroutine compute(self, k, error)
-    class(lines_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(error_type), allocatable, intent(out) :: error
-
-    call search_line_of(self%family, self%plan%grid, self%plan%borders, k, self%lines(k), error)
-  end subroutine compute
-
-  subroutine exchange(self, k, record)
-    class(lines_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(record_type), intent(inout) :: record
-
-    call self%lines(k)%exchange(record)
-  end subroutine exchange
 
   pure type(table_type) function empty_table() result(table)
     table = new_table("boundary", "Stability boundaries", "Where the largest multiplier crosses the unit circle.", "", &

@@ -8,6 +8,9 @@ module gestell_task_boundary_vertex
   use gestell_task_boundary_line_search, only: search_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
+  use gestell_task_executor, only: executor_type
+  use gestell_task_record, only: record_type
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -35,12 +38,13 @@ module gestell_task_boundary_vertex
     integer :: count = 0
     type(vertex_type), allocatable :: list(:)
     !> What the lines that were searched leave open; places without damping whose tongues are thinner than they resolve; meetings
-    !> of multipliers that were not looked at.
+    !> of multipliers that were not looked at; stretches between vertices that could not be refined.
     type(open_spot_type), allocatable :: open(:)
-    integer :: thin = 0, left_out = 0
+    integer :: thin = 0, left_out = 0, rough = 0
   contains
     procedure :: add
     procedure :: add_search
+    procedure :: exchange
   end type vertices_type
 
   !> What is sought, and where.
@@ -48,8 +52,10 @@ module gestell_task_boundary_vertex
     class(family_type), pointer :: family => null()
     type(axis_type) :: axes(2)
     type(accuracy_type) :: accuracy
-    !> How far curves may pass by the border, in u, and the search grid's distance.
-    real(dp) :: deviation = 1.0e-3_dp, spacing = 1
+    !> How far curves may pass by the border, in u.
+    real(dp) :: deviation = 1.0e-3_dp
+    !> Who searches lines, cells and stretches of curves, where members of the family may be asked for by several threads.
+    class(executor_type), pointer :: executor => null()
   contains
     procedure :: line
     procedure :: precision => precision_of_lines
@@ -64,7 +70,7 @@ contains
 
     if (.not. allocated(self%list)) allocate(self%list(64))
     if (self%count == size(self%list)) then
-      allocate(longer(2 * self%count))
+      allocate(longer(2 * self%count + 8))
       longer(:self%count) = self%list
       call move_alloc(longer, self%list)
     end if
@@ -88,6 +94,25 @@ contains
     self%thin = self%thin + search%thin
     self%left_out = self%left_out + search%left_out
   end subroutine add_search
+
+  !> Passes all of them to a record, or takes them from there.
+  subroutine exchange(self, record)
+    class(vertices_type), intent(inout) :: self
+    type(record_type), intent(inout) :: record
+    integer(int64), allocatable :: words(:)
+
+    if (allocated(self%list)) words = transfer(self%list(:self%count), [0_int64])
+    call record%pass_words(words)
+    if (record%reads) self%list = transfer(words, [vertex_type ::])
+    if (record%reads) self%count = size(self%list)
+    words = [integer(int64) ::]
+    if (allocated(self%open)) words = transfer(self%open, [0_int64])
+    call record%pass_words(words)
+    if (record%reads) self%open = transfer(words, [open_spot_type ::])
+    call record%pass(self%thin)
+    call record%pass(self%left_out)
+    call record%pass(self%rough)
+  end subroutine exchange
 
   pure type(vertex_type) function vertex_of(line, crossing) result(vertex)
     type(line_type), intent(in) :: line
