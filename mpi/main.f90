@@ -1,6 +1,6 @@
 !> Sweeps by many processes (ranks) of MPI, on one machine or many that share a file system.
 program main
-  use gestell_run_command_line, only: options_type, parse_command_line
+  use gestell_run_command_line, only: command_line, options_type, parse
   use gestell_run_console, only: tell
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_version, only: version
@@ -25,7 +25,7 @@ program main
   speaks = own_rank() == 0
   call check_stacks(error)
   call share_error(error)
-  if (.not. allocated(error)) call parse_command_line(options, error)
+  if (.not. allocated(error)) call parse(command_line(), options, error)
   call share_error(error)
   if (.not. allocated(error)) then
     if (options%help) then

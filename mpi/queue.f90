@@ -29,7 +29,7 @@ module queue
     procedure :: close => close_queue
   end type queue_type
 
-  integer(mpi_address_kind), parameter :: place = 0
+  integer(mpi_address_kind), parameter :: displacement = 0
   integer, parameter :: looks = 4
 
 contains
@@ -93,8 +93,8 @@ contains
       call mpi_iprobe(mpi_any_source, mpi_any_tag, mpi_comm_world, message, mpi_status_ignore)
     end do
     queue%step = numbers
-    call mpi_rget_accumulate(queue%step, 1, mpi_integer8, queue%before, 1, mpi_integer8, 0, place, 1, mpi_integer8, mpi_sum, &
-      & queue%window, queue%request)
+    call mpi_rget_accumulate(queue%step, 1, mpi_integer8, queue%before, 1, mpi_integer8, 0, displacement, 1, mpi_integer8, &
+      & mpi_sum, queue%window, queue%request)
   end subroutine take
 
   !> All ranks close it together.

@@ -17,7 +17,7 @@ module ranked_executor
     procedure, nopass :: share_error
     procedure, nopass :: share_marks
     procedure, nopass :: compare
-    procedure, nopass :: told
+    procedure, nopass :: workers
   end type ranked_executor_type
 
 contains
@@ -80,10 +80,10 @@ contains
     if (.not. same_everywhere(content)) call fatal_error(error, name // ": is not the same file for all ranks", invalid_input)
   end subroutine compare
 
-  function told() result(line)
+  function workers() result(line)
     character(len=:), allocatable :: line
 
     line = "  computed by " // counted(number_of_ranks(), "rank") // new_line("a")
-  end function told
+  end function workers
 
 end module ranked_executor

@@ -42,7 +42,7 @@ module gestell
   use gestell_study_frame_model, only: frame_models, newton_type, settle, settle_member
   use gestell_study_frame_model_settled_family, only: settled_family_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
-  use gestell_task_forces_ground, only: along_x, along_y, find_places, moment, place_type, static_force, whole_force
+  use gestell_task_forces_reactions, only: along_x, along_y, find_reactions, moment, reaction_type, static_force, whole_force
   use gestell_study_measure, only: band_measure, measure_type, new_measure, peak_measure, rms_measure, take_measures
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_type, only: mode_type
@@ -62,7 +62,7 @@ module gestell
     & verdict_unstable => unstable
   use gestell_task_trade, only: cheapest, measure_trade, trade_row_type, trade_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
-  use gestell_task_probes_watched, only: probe_part_names, probe_parts, watch, watched_type
+  use gestell_task_probes_response, only: probe_part_names, probe_parts, find_responses, probe_response_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)

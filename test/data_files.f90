@@ -8,7 +8,7 @@ module data_files
   use gestell_input_machine_frame, only: drive_keys, foundation_keys, frame_keys, support_keys
   use gestell_input_machine_groups, only: read_units
   use gestell_input_machine_mechanism, only: link_keys
-  use gestell_input_schema, only: keys_of
+  use gestell_input_machine_joints, only: joint_keys
   use gestell_input_schema_read, only: read
   use gestell_input_namelist, only: read_document
   use gestell_task_registry, only: input_schema
@@ -89,7 +89,7 @@ contains
     type(key_type), allocatable :: keys(:)
     integer :: k
 
-    allocate(keys, source=keys_of(input_schema(), "joint"))
+    allocate(keys, source=joint_keys())
     call read(group, keys, "type", kind, error)
     joint%kind = kind
     call read(group, keys, "position", joint%position, error, units, default=0.0_dp)

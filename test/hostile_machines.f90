@@ -2,11 +2,11 @@
 module hostile_machines
   use checks, only: check_that
   use gestell, only: accuracy_type, analyse, analysis_type, band_rms, diagnose, diagnosis_type, dp, drive_type, error_type, &
-    & find_drive, find_places, find_quantity, fourier_series, fourier_type, frame_type, guide_forces, guide_type, &
+    & find_drive, find_reactions, find_quantity, fourier_series, fourier_type, frame_type, guide_forces, guide_type, &
     & harmonic_mechanism_type, history_of, invalid_input, linkage_type, measure_trade, mesh, method_type, new_frame, &
-    & new_harmonic_mechanism, new_method, place_type, probe_type, quantity_type, remember_mechanism, shaking, shaking_type, &
+    & new_harmonic_mechanism, new_method, reaction_type, probe_type, quantity_type, remember_mechanism, shaking, shaking_type, &
     & solve_vibration, statistics_type, stiffness_matrix, support_type, take_statistics, tasks_type, trade_type, vibration_type, &
-    & watch, watched_type
+    & find_responses, probe_response_type
   use gestell, only: damping_matrix
   use hostile_systems, only: answers, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
@@ -302,8 +302,8 @@ contains
     type(quantity_type) :: quantity, unknown
     type(probe_type) :: probe
     type(statistics_type) :: statistics
-    type(place_type), allocatable :: places(:)
-    type(watched_type), allocatable :: watched(:)
+    type(reaction_type), allocatable :: reactions(:)
+    type(probe_response_type), allocatable :: responses(:)
     type(drive_type) :: drive
     type(error_type), allocatable :: failure
     real(dp), allocatable :: history(:)
@@ -327,13 +327,13 @@ contains
     call history_of(analysis%vibration, unknown, history, failure)
     call refuse(failure, invalid_input, "history of no quantity", complaints)
     probe%position = nan()
-    call watch(frame, analysis%vibration, [probe], watched, failure)
+    call find_responses(frame, analysis%vibration, [probe], responses, failure)
     call refuse(failure, invalid_input, "probe: position", complaints)
     probe = probe_type(band=[10.0_dp, 5.0_dp])
-    call watch(frame, analysis%vibration, [probe], watched, failure)
+    call find_responses(frame, analysis%vibration, [probe], responses, failure)
     call refuse(failure, invalid_input, "probe: band", complaints)
     probe = probe_type(limit=-1.0_dp)
-    call watch(frame, analysis%vibration, [probe], watched, failure)
+    call find_responses(frame, analysis%vibration, [probe], responses, failure)
     call refuse(failure, invalid_input, "probe: limit", complaints)
     call check(error, complaints, "")
 
@@ -347,9 +347,9 @@ contains
       call refuse(failure, invalid_input, "statistics: " // what, complaints)
       call history_of(vibration, quantity, history, failure)
       call refuse(failure, invalid_input, "history: " // what, complaints)
-      call find_places(frame, vibration, places, failure)
+      call find_reactions(frame, vibration, reactions, failure)
       call refuse(failure, invalid_input, "places: " // what, complaints)
-      call watch(frame, vibration, [probe], watched, failure)
+      call find_responses(frame, vibration, [probe], responses, failure)
       call refuse(failure, invalid_input, "probes: " // what, complaints)
       call find_drive(frame, vibration, drive, known, failure)
       call refuse(failure, invalid_input, "drive: " // what, complaints)

@@ -1,4 +1,4 @@
-!> What tests of forces, probes and drive share: frames of machines, their places, comparisons with a message.
+!> What tests of forces, probes and drive share: frames of machines, their reactions, comparisons with a message.
 module shaken_ground
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -7,7 +7,7 @@ module shaken_ground
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_quantity, only: guide_forces
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
-  use gestell_task_forces_ground, only: find_places, place_type
+  use gestell_task_forces_reactions, only: find_reactions, reaction_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
   use testdrive, only: error_type
@@ -19,12 +19,12 @@ module shaken_ground
 contains
 
   !> Places of a frame's vibration, the history at `points` + 1 times.
-  subroutine solve_places(frame, points, tolerance, analysis, places, error, averaged)
+  subroutine solve_places(frame, points, tolerance, analysis, reactions, error, averaged)
     type(frame_type), intent(in) :: frame
     integer, intent(in) :: points
     real(dp), intent(in) :: tolerance
     type(analysis_type), intent(out) :: analysis
-    type(place_type), allocatable, intent(out) :: places(:)
+    type(reaction_type), allocatable, intent(out) :: reactions(:)
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: averaged
     type(gestell_error), allocatable :: failure
@@ -35,7 +35,7 @@ contains
     call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    call find_places(frame, analysis%vibration, places, failure)
+    call find_reactions(frame, analysis%vibration, reactions, failure)
     call check_success(error, failure)
   end subroutine solve_places
 

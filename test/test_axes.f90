@@ -14,7 +14,7 @@ module test_axes
   use gestell_model_frame_quantity, only: guide_forces
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_power_drive, only: drive_type, find_drive
-  use gestell_task_forces_ground, only: along_x, along_y, find_places, moment, place_type
+  use gestell_task_forces_reactions, only: along_x, along_y, find_reactions, moment, reaction_type
   use gestell_system_averaged, only: averaged_system
   use reference_exact, only: inertia_of, mass_of, place
   use reference_linear, only: qp
@@ -144,7 +144,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: places(:)
+    type(reaction_type), allocatable :: reactions(:)
     type(gestell_error), allocatable :: failure
     real(dp) :: forces(points, 3), sums(points, 3), p(2)
     integer :: i
@@ -156,17 +156,17 @@ contains
     if (allocated(error)) return
     call analyse(frame, tasks_type(model="exact", points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-12_dp), &
       & analysis, failure)
-    if (.not. allocated(failure)) call find_places(analysis%frame, analysis%vibration, places, failure)
+    if (.not. allocated(failure)) call find_reactions(analysis%frame, analysis%vibration, reactions, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     forces = lost_momentum(machine, analysis%vibration%motion_history(:3, :points))
     sums = 0
     do i = 1, 4
-      p = places(i)%position
-      sums(:, :2) = sums(:, :2) + places(i)%history(:points, along_x:along_y)
-      sums(:, 3) = sums(:, 3) + p(1) * places(i)%history(:points, along_y) - p(2) * places(i)%history(:points, along_x)
+      p = reactions(i)%position
+      sums(:, :2) = sums(:, :2) + reactions(i)%history(:points, along_x:along_y)
+      sums(:, 3) = sums(:, 3) + p(1) * reactions(i)%history(:points, along_y) - p(2) * reactions(i)%history(:points, along_x)
     end do
-    associate (total => places(size(places))%history(:points, [along_x, along_y, moment]))
+    associate (total => reactions(size(reactions))%history(:points, [along_x, along_y, moment]))
       do i = 1, 3
         ! The motion is good to about 1e-11 of its size; two spectral derivatives add two or three digits.
         call near(error, total(:, i), forces(:, i), 1.0e-8_dp * maxval(abs(forces(:, i))), "momentum")

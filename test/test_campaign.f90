@@ -231,7 +231,7 @@ contains
     if (.not. allocated(failure)) call open_campaign(campaign, folder, plan, 7_int64, failure)
     if (.not. allocated(failure)) call check_that(error, count(campaign%done), "==", size(campaign%done), "tiles done")
     if (.not. allocated(failure)) call check_that(error, count(campaign%damaged), "==", 0, "damaged tiles")
-    if (.not. allocated(failure)) call campaign%finish(folder, [character(len=5) :: "title"], summary, failure)
+    if (.not. allocated(failure)) call campaign%finish(folder, "# title" // new_line("a"), summary, failure)
     if (.not. allocated(failure)) call campaign%clear()
     call check_success(error, failure)
     if (allocated(error)) return
@@ -354,7 +354,7 @@ contains
     call one%store(1, results_of(plan%grid%tile(1)), failure)
     call two%store(1, results_of(plan%grid%tile(1)), failure)
     call check_success(error, failure)
-    call one%finish(folder, [character(len=5) :: "title"], summary, failure)
+    call one%finish(folder, "# title" // new_line("a"), summary, failure)
     call check_success(error, failure)
     call one%clear()
     call two%store(1, results_of(plan%grid%tile(1)), failure)
@@ -382,7 +382,7 @@ contains
     call two%begin(failure)
     call two%store(1, results_of(plan%grid%tile(1)), failure)
     call check_success(error, failure)
-    call one%finish(folder, [character(len=5) :: "title"], summary, failure)
+    call one%finish(folder, "# title" // new_line("a"), summary, failure)
     call check_failure(error, failure)
     call check_that(error, int([file_size(folder // "/sweep.csv"), file_size(folder // "/sweep.csv.new")]), "<", 0, "size")
     call clear_folder

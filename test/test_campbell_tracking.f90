@@ -70,7 +70,7 @@ contains
       & campbell_order_type(), campbell, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    call check(error, any(.not. campbell%points%sure), more="sure")
+    call check(error, any(.not. campbell%points%unambiguous), more="sure")
     if (allocated(error)) return
     call check_that(error, size(campbell%points), "<", 100, "too much inserted")
     if (allocated(error)) return
@@ -82,7 +82,7 @@ contains
           if (allocated(error)) return
           ! Half of each vibration is the other's shape in the middle of the range in which they mix, 15 rpm wide.
           if (abs(point%speed - 707) < 15) cycle
-          call check(error, point%sure, more="not sure")
+          call check(error, point%unambiguous, more="not sure")
           if (allocated(error)) return
           call check_that(error, assurance(point%modes(k)%shape(), first%modes(k)%shape(), point%mass), ">", 0.9_dp, "shape")
           if (allocated(error)) return

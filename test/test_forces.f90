@@ -1,4 +1,4 @@
-!> Forces on the ground, place by place, against momentum, closed forms and limits.
+!> Forces on the ground, reaction by reaction, against momentum, closed forms and limits.
 module test_forces
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -8,7 +8,7 @@ module test_forces
   use gestell_model_frame_mounting, only: support_type
   use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
   use gestell_study_vibration_analysis, only: analysis_type
-  use gestell_task_forces_ground, only: along_x, along_y, moment, place_type, whole_force
+  use gestell_task_forces_reactions, only: along_x, along_y, moment, reaction_type, whole_force
   use reference_cases, only: random_linkage, random_machine
   use reference_machine, only: khang_machine, machine_data
   use reference_momentum, only: ground_forces
@@ -42,7 +42,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: places(:)
+    type(reaction_type), allocatable :: reactions(:)
     real(dp) :: forces(3, points), scale(3)
     integer :: i, k
 
@@ -52,10 +52,10 @@ contains
       machine%free = free(:, 1 + mod(i, 4))
       call make(machine, frame, error)
       if (allocated(error)) return
-      call solve(frame, points, 1.0e-12_dp, analysis, places, error)
+      call solve(frame, points, 1.0e-12_dp, analysis, reactions, error)
       if (allocated(error)) return
       forces = ground_forces(machine, analysis%vibration%motion_history(:3, :points))
-      associate (total => places(size(places)))
+      associate (total => reactions(size(reactions)))
         ! The motion is good to about 1e-11 of its size; two spectral derivatives of up to 100 orders that matter add two digits.
         scale = [maxval(norm2(forces(:2, :), dim=1)), maxval(norm2(forces(:2, :), dim=1)), maxval(abs(forces(3, :)))]
         call near(error, total%history(:points, along_x), forces(1, :), 1.0e-8_dp * scale(1), "x")
@@ -75,7 +75,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: places(:)
+    type(reaction_type), allocatable :: reactions(:)
     real(dp) :: sums(points + 1, 3), r(2), size_of_all
     integer :: i, k, n
 
@@ -86,29 +86,29 @@ contains
     machine%free(2) = .false.
     call make(machine, frame, error)
     if (allocated(error)) return
-    call solve(frame, points, 1.0e-12_dp, analysis, places, error)
+    call solve(frame, points, 1.0e-12_dp, analysis, reactions, error)
     if (allocated(error)) return
-    n = size(places)
+    n = size(reactions)
     call check(error, n, 7)
     if (allocated(error)) return
-    call check(error, trim(places(1)%name) // trim(places(4)%name) // trim(places(5)%name) // trim(places(6)%name) &
-      & // trim(places(7)%name), "14foundationguidetotal")
+    call check(error, trim(reactions(1)%name) // trim(reactions(4)%name) // trim(reactions(5)%name) // trim(reactions(6)%name) &
+      & // trim(reactions(7)%name), "14foundationguidetotal")
     if (allocated(error)) return
     sums = 0
     do i = 1, n - 1
-      r = places(i)%position
-      sums(:, 1:2) = sums(:, 1:2) + places(i)%history(:, along_x:along_y)
-      sums(:, 3) = sums(:, 3) + places(i)%history(:, moment) + r(1) * places(i)%history(:, along_y) &
-        & - r(2) * places(i)%history(:, along_x)
+      r = reactions(i)%position
+      sums(:, 1:2) = sums(:, 1:2) + reactions(i)%history(:, along_x:along_y)
+      sums(:, 3) = sums(:, 3) + reactions(i)%history(:, moment) + r(1) * reactions(i)%history(:, along_y) &
+        & - r(2) * reactions(i)%history(:, along_x)
     end do
-    size_of_all = maxval([(places(i)%statistics(whole_force)%peak, i = 1, n)])
+    size_of_all = maxval([(reactions(i)%statistics(whole_force)%peak, i = 1, n)])
     ! Sums of seven terms; lengths are below 1 m.
-    call near(error, places(n)%history(:, along_x), sums(:, 1), 1.0e-13_dp * size_of_all, "x")
-    call near(error, places(n)%history(:, along_y), sums(:, 2), 1.0e-13_dp * size_of_all, "y")
-    call near(error, places(n)%history(:, moment), sums(:, 3), 1.0e-13_dp * size_of_all, "moment")
+    call near(error, reactions(n)%history(:, along_x), sums(:, 1), 1.0e-13_dp * size_of_all, "x")
+    call near(error, reactions(n)%history(:, along_y), sums(:, 2), 1.0e-13_dp * size_of_all, "y")
+    call near(error, reactions(n)%history(:, moment), sums(:, 3), 1.0e-13_dp * size_of_all, "moment")
     do i = 1, n
       do k = along_x, moment
-        associate (s => places(i)%statistics(k), f => places(i)%history(:points, k))
+        associate (s => reactions(i)%statistics(k), f => reactions(i)%history(:points, k))
           ! Parseval: the sum over equidistant points is exact for orders below half of them.
           call near(error, [s%rms], [sqrt(sum(f**2) / points)], 1.0e-12_dp * size_of_all, "rms")
           ! Between points 0.35 deg apart a curve of orders below 20 loses (0.0031 * 20)^2 / 2 at most.
@@ -137,7 +137,7 @@ contains
     type(frame_type) :: frame
     type(support_type) :: supports(2)
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: places(:)
+    type(reaction_type), allocatable :: reactions(:)
     type(gestell_error), allocatable :: failure
     complex(dp) :: e, q(2), axis(2), n(2, 2), force(2)
     real(dp) :: zero(3, 3), t, at(2), speed, sense, v(2), a(2), expected(4, 0:points), h
@@ -156,9 +156,9 @@ contains
       call new_frame(frame, mechanism, m_f, 1.0_dp, origin, zero, zero, speed, failure, free=[1, 2], supports=supports)
       call check_success(error, failure)
       if (allocated(error)) return
-      call solve(frame, points, 1.0e-12_dp, analysis, places, error)
+      call solve(frame, points, 1.0e-12_dp, analysis, reactions, error)
       if (allocated(error)) return
-      call check(error, size(places), 4)
+      call check(error, size(reactions), 4)
       if (allocated(error)) return
       ! h = u Omega^2 (cos Omega t, sin Omega t) is the real part of u omega^2 (1, -i sense) exp(i omega t).
       do j = 1, 2
@@ -179,15 +179,15 @@ contains
           at = supports(s)%position
           expected(moment, i) = expected(moment, i) - (at(1) * real(force(2)) - at(2) * real(force(1)))
           ! The closed form and the tolerance 1e-12 of Phi, condition about 1; forces of some 30 N.
-          call near(error, places(s)%history(i + 1, along_x:along_y), real(force), 1.0e-9_dp, "support")
+          call near(error, reactions(s)%history(i + 1, along_x:along_y), real(force), 1.0e-9_dp, "support")
         end do
-        call near(error, places(3)%history(i + 1, along_x:whole_force), [0.0_dp, 0.0_dp, 0.0_dp], 1.0e-9_dp, "guide, force")
-        call near(error, places(3)%history(i + 1, moment:moment), expected(moment:moment, i), 1.0e-9_dp, "guide, moment")
+        call near(error, reactions(3)%history(i + 1, along_x:whole_force), [0.0_dp, 0.0_dp, 0.0_dp], 1.0e-9_dp, "guide, force")
+        call near(error, reactions(3)%history(i + 1, moment:moment), expected(moment:moment, i), 1.0e-9_dp, "guide, moment")
         if (allocated(error)) return
       end do
       do s = 1, 2
         force = matmul(n, [(cmplx(supports(s)%stiffness(j), omega * supports(s)%damping(j), dp) * axis(j), j = 1, 2)])
-        associate (x => places(s)%statistics(along_x), f => places(s)%statistics(whole_force))
+        associate (x => reactions(s)%statistics(along_x), f => reactions(s)%statistics(whole_force))
           call near(error, [x%series(1)%amplitude(1), x%series(1)%phase(1)], &
             & [abs(force(1)), atan2(aimag(force(1)), real(force(1)))], 1.0e-9_dp, "amplitude and phase")
           ! The force draws an ellipse: its half axes from f f and f f*.
@@ -201,14 +201,14 @@ contains
     end do
   end subroutine test_unbalance
 
-  !> At loose tolerances: what is claimed covers what is missed against a solution at 1e-13, for all peaks of all places.
+  !> At loose tolerances: what is claimed covers what is missed against a solution at 1e-13, for all peaks of all reactions.
   subroutine test_errors(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: tolerances(3) = [1.0e-2_dp, 1.0e-4_dp, 1.0e-7_dp]
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: exact(:), places(:)
+    type(reaction_type), allocatable :: exact(:), reactions(:)
     real(dp) :: miss, greatest
     integer :: number, i, j, k
 
@@ -220,14 +220,14 @@ contains
       if (.not. allocated(error)) call solve(frame, 64, 1.0e-13_dp, analysis, exact, error)
       if (allocated(error)) return
       do i = 1, size(tolerances)
-        call solve(frame, 64, tolerances(i), analysis, places, error)
+        call solve(frame, 64, tolerances(i), analysis, reactions, error)
         if (allocated(error)) return
-        do j = 1, size(places)
+        do j = 1, size(reactions)
           do k = along_x, moment
-            miss = abs(places(j)%statistics(k)%peak - exact(j)%statistics(k)%peak)
-            if (places(j)%statistics(k)%peak_error > 0) greatest = max(greatest, miss / places(j)%statistics(k)%peak_error)
-            call check_that(error, miss, "<=", places(j)%statistics(k)%peak_error + exact(j)%statistics(k)%peak_error, &
-              & trim(places(j)%name))
+            miss = abs(reactions(j)%statistics(k)%peak - exact(j)%statistics(k)%peak)
+            if (reactions(j)%statistics(k)%peak_error > 0) greatest = max(greatest, miss / reactions(j)%statistics(k)%peak_error)
+            call check_that(error, miss, "<=", reactions(j)%statistics(k)%peak_error + exact(j)%statistics(k)%peak_error, &
+              & trim(reactions(j)%name))
             if (allocated(error)) return
           end do
         end do
@@ -243,7 +243,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: few(:), many(:)
+    type(reaction_type), allocatable :: few(:), many(:)
     integer :: i
 
     machine = khang_machine(-300.0_dp)

@@ -6,7 +6,7 @@ module test_forces_limits
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_quantity, only: accelerations, find_quantity, probe_type, quantity_type
   use gestell_study_vibration_analysis, only: analysis_type
-  use gestell_task_forces_ground, only: along_x, along_y, moment, place_type, whole_force
+  use gestell_task_forces_reactions, only: along_x, along_y, moment, reaction_type, whole_force
   use gestell_study_vibration_statistics, only: band_rms, statistics_type, take_statistics
   use reference_cases, only: random_machine
   use reference_linear, only: qp
@@ -40,7 +40,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: places(:)
+    type(reaction_type), allocatable :: reactions(:)
     type(quantity_type) :: quantity
     type(statistics_type) :: statistics
     type(probe_type) :: none(0)
@@ -57,7 +57,7 @@ contains
     machine%free = [.false., .true., .false.]
     call make(machine, frame, error)
     if (allocated(error)) return
-    call solve(frame, 64, 1.0e-12_dp, analysis, places, error)
+    call solve(frame, 64, 1.0e-12_dp, analysis, reactions, error)
     if (allocated(error)) return
     call find_quantity(frame, none, "fx", quantity, failure)
     call check_success(error, failure, "fx")
@@ -101,7 +101,7 @@ contains
     type(mass_functions_type) :: a
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: places(:)
+    type(reaction_type), allocatable :: reactions(:)
     real(dp) :: rigid(0:points - 1, 3), miss(3, 3), omega
     integer :: i, k
 
@@ -114,7 +114,7 @@ contains
       end do
       call make(machine, frame, error)
       if (allocated(error)) return
-      call solve(frame, points, 1.0e-10_dp, analysis, places, error)
+      call solve(frame, points, 1.0e-10_dp, analysis, reactions, error)
       if (allocated(error)) return
       omega = frame%speed
       do k = 0, points - 1
@@ -122,7 +122,7 @@ contains
         rigid(k, :) = real(-omega**2 * [a%a1(2), a%a2(2), &
           & machine%origin(1) * a%a2(2) - machine%origin(2) * a%a1(2) + a%a4], dp)
       end do
-      associate (total => places(size(places))%history(:points, :))
+      associate (total => reactions(size(reactions))%history(:points, :))
         miss(:, i) = [maxval(abs(total(:, along_x) - rigid(:, 1))), maxval(abs(total(:, along_y) - rigid(:, 2))), &
           & maxval(abs(total(:, moment) - rigid(:, 3)))] / maxval(abs(rigid), dim=1)
       end associate
@@ -147,7 +147,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: guided(:), places(:)
+    type(reaction_type), allocatable :: guided(:), reactions(:)
     real(dp) :: miss(4, 2)
     integer :: i
 
@@ -162,12 +162,12 @@ contains
       machine%foundation_stiffness(2, 2) = stiffness(i)
       machine%foundation_damping(2) = 0.05_dp * sqrt(stiffness(i) * 19.35_dp)
       call make(machine, frame, error)
-      if (.not. allocated(error)) call solve(frame, points, 1.0e-11_dp, analysis, places, error)
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-11_dp, analysis, reactions, error)
       if (allocated(error)) return
-      associate (total => places(size(places))%history, held => guided(size(guided))%history)
+      associate (total => reactions(size(reactions))%history, held => guided(size(guided))%history)
         miss(:3, i) = maxval(abs(total(:, [1, 2, 4]) - held(:, [1, 2, 4])), dim=1) / maxval(abs(held(:, [1, 2, 4])), dim=1)
         ! The spring carries along y what the guide does, but for the supports' share, 4 * 196133 / stiffness.
-        miss(4, i) = maxval(abs(places(5)%history(:, along_y) - guided(6)%history(:, along_y))) / maxval(abs(held(:, along_y)))
+        miss(4, i) = maxval(abs(reactions(5)%history(:, along_y) - guided(6)%history(:, along_y))) / maxval(abs(held(:, along_y)))
       end associate
     end do
     call check_that(error, maxval(miss(:3, 2)), "<", 1.0e-6_dp, "limit")
@@ -187,21 +187,21 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: places(:), mirrored(:)
+    type(reaction_type), allocatable :: reactions(:), mirrored(:)
     integer :: i, number
 
     do number = 1, 4
       machine = random_machine(number, 1.0_dp, 20.0_dp)
       machine%free(1 + mod(number, 3)) = number == 1
       call make(machine, frame, error)
-      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, analysis, places, error)
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, analysis, reactions, error)
       if (allocated(error)) return
       machine = mirror(machine)
       call make(machine, frame, error)
       if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, analysis, mirrored, error)
       if (allocated(error)) return
-      do i = 1, size(places)
-        associate (s => places(size(places))%statistics, this => places(i)%history, other => mirrored(i)%history)
+      do i = 1, size(reactions)
+        associate (s => reactions(size(reactions))%statistics, this => reactions(i)%history, other => mirrored(i)%history)
           ! Both are good to 1e-12 times a condition of up to 100.
           call near(error, other(:, along_x), this(:, along_x), 1.0e-9_dp * s(whole_force)%peak, "x")
           call near(error, other(:, along_y), -this(:, along_y), 1.0e-9_dp * s(whole_force)%peak, "y")
@@ -244,14 +244,14 @@ contains
     type(mass_functions_type) :: a(0:points - 1)
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: places(:)
+    type(reaction_type), allocatable :: reactions(:)
     real(dp) :: mean(2), expected(points, 2)
     integer :: k
 
     machine = khang_machine(360.0_dp)
     machine%free = [.false., .false., .true.]
     call make(machine, frame, error)
-    if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, analysis, places, error, averaged=.true.)
+    if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, analysis, reactions, error, averaged=.true.)
     if (allocated(error)) return
     mean = 0
     do k = 0, points - 1
@@ -266,8 +266,8 @@ contains
       end do
     end associate
     ! Roundings of forces of about 30 N.
-    call near(error, places(size(places))%history(:points, along_x), expected(:, 1), 1.0e-11_dp, "x")
-    call near(error, places(size(places))%history(:points, along_y), expected(:, 2), 1.0e-11_dp, "y")
+    call near(error, reactions(size(reactions))%history(:points, along_x), expected(:, 1), 1.0e-11_dp, "x")
+    call near(error, reactions(size(reactions))%history(:points, along_y), expected(:, 2), 1.0e-11_dp, "y")
   end subroutine test_averaged_guides
 
 end module test_forces_limits

@@ -8,8 +8,8 @@ module test_probes
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_frame_quantity, only: accelerations, probe_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
-  use gestell_task_forces_ground, only: along_x, along_y, find_places, place_type
-  use gestell_task_probes_watched, only: probe_parts, velocity_part, watch, watched_type
+  use gestell_task_forces_reactions, only: along_x, along_y, find_reactions, reaction_type
+  use gestell_task_probes_response, only: probe_parts, velocity_part, find_responses, probe_response_type
   use reference_cases, only: random_linkage, random_machine
   use reference_machine, only: khang_machine, machine_data
   use reference_momentum, only: derivative
@@ -37,13 +37,13 @@ contains
       & new_unittest("claimed errors hold on very soft and very stiff mounts", test_extremes)]
   end subroutine collect_probes
 
-  subroutine solve(frame, points, tolerance, probes, analysis, watched, error, averaged)
+  subroutine solve(frame, points, tolerance, probes, analysis, responses, error, averaged)
     type(frame_type), intent(in) :: frame
     integer, intent(in) :: points
     real(dp), intent(in) :: tolerance
     type(probe_type), intent(in) :: probes(:)
     type(analysis_type), intent(out) :: analysis
-    type(watched_type), allocatable, intent(out) :: watched(:)
+    type(probe_response_type), allocatable, intent(out) :: responses(:)
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: averaged
     type(gestell_error), allocatable :: failure
@@ -54,7 +54,7 @@ contains
     call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    call watch(frame, analysis%vibration, probes, watched, failure)
+    call find_responses(frame, analysis%vibration, probes, responses, failure)
     call check_success(error, failure)
   end subroutine solve
 
@@ -65,7 +65,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(watched_type), allocatable :: few(:), many(:)
+    type(probe_response_type), allocatable :: few(:), many(:)
     integer :: number, k
 
     do number = 1, 6
@@ -92,7 +92,7 @@ contains
     type(harmonic_mechanism_type) :: mechanism
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(watched_type), allocatable :: watched(:)
+    type(probe_response_type), allocatable :: responses(:)
     type(gestell_error), allocatable :: failure
     real(dp) :: a1(1 + 2 * order)
     complex(dp) :: iw
@@ -105,10 +105,10 @@ contains
     call check_success(error, failure)
     ! As if nothing were known of the load.
     frame%least_steps = 8
-    if (.not. allocated(error)) call solve(frame, 8, 1.0e-10_dp, [probe_at(0.0_dp, 0.0_dp)], analysis, watched, error)
+    if (.not. allocated(error)) call solve(frame, 8, 1.0e-10_dp, [probe_at(0.0_dp, 0.0_dp)], analysis, responses, error)
     if (allocated(error)) return
     iw = cmplx(0.0_dp, order * omega, dp)
-    associate (s => watched(1)%statistics(7))
+    associate (s => responses(1)%statistics(7))
       call near(error, [s%peak], [abs(iw**4 * u / (spring + damping * iw + mass * iw**2))], 1.0e-8_dp * s%peak, "order 40")
       if (.not. allocated(error)) call check(error, s%strongest(), order)
     end associate
@@ -128,17 +128,17 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(watched_type), allocatable :: watched(:)
+    type(probe_response_type), allocatable :: responses(:)
     integer :: number, k
 
     do number = 1, 6
       machine = random_linkage(number, 1.0_dp, 20.0_dp)
       machine%free(1 + mod(number, 3)) = number < 3
       call make(machine, frame, error)
-      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, [probe_at(0.3_dp, -0.2_dp)], analysis, watched, error, &
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, [probe_at(0.3_dp, -0.2_dp)], analysis, responses, error, &
         & averaged=number == 6)
       if (allocated(error)) return
-      associate (h => watched(1)%history(:points, :), s => watched(1)%statistics)
+      associate (h => responses(1)%history(:points, :), s => responses(1)%statistics)
         do k = 1, probe_parts
           if (mod(k, 3) == 0) then
             call near(error, h(:, k), hypot(h(:, k - 2), h(:, k - 1)), 1.0e-15_dp * s(k)%peak, "size")
@@ -164,7 +164,7 @@ contains
     type(harmonic_mechanism_type) :: mechanism
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(watched_type), allocatable :: watched(:)
+    type(probe_response_type), allocatable :: responses(:)
     type(gestell_error), allocatable :: failure
     complex(dp) :: psi, e, iw
     integer :: turn, k, i
@@ -176,9 +176,9 @@ contains
       call new_frame(frame, mechanism, 10.0_dp, inertia - 0.5_dp, [0.0_dp, 0.0_dp], diagonal([1.0e4_dp, 1.0e4_dp, stiffness]), &
         & diagonal([1.0_dp, 1.0_dp, damping]), merge(omega, -omega, turn == 1), failure)
       call check_success(error, failure)
-      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, [probe_at(at(1), at(2))], analysis, watched, error)
+      if (.not. allocated(error)) call solve(frame, points, 1.0e-12_dp, [probe_at(at(1), at(2))], analysis, responses, error)
       if (allocated(error)) return
-      associate (h => watched(1)%history, s => watched(1)%statistics)
+      associate (h => responses(1)%history, s => responses(1)%statistics)
         do i = 0, points
           e = exp(iw * frame%period * i / points)
           do k = 0, 2
@@ -193,7 +193,7 @@ contains
             & * abs(iw**k * psi), 1.0e-10_dp * abs(iw**k * psi), "peak")
           call near(error, [s(3 * k + 2)%series(1)%phase(1)], [atan2(aimag(iw**k * psi), real(iw**k * psi))], 1.0e-10_dp, "phase")
         end do
-        call near(error, [watched(1)%band, watched(1)%greatest], [0.0_dp, 0.0_dp, 0.0_dp], 1.0e-13_dp, "9.5 Hz lies below")
+        call near(error, [responses(1)%band, responses(1)%greatest], [0.0_dp, 0.0_dp, 0.0_dp], 1.0e-13_dp, "9.5 Hz lies below")
         if (allocated(error)) return
       end associate
     end do
@@ -207,8 +207,8 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(watched_type), allocatable :: watched(:)
-    type(place_type), allocatable :: places(:)
+    type(probe_response_type), allocatable :: responses(:)
+    type(reaction_type), allocatable :: reactions(:)
     real(dp) :: along(points + 1), across(points + 1), turn
     integer :: number, i
 
@@ -221,12 +221,12 @@ contains
       end do
       call make(machine, frame, error)
       if (.not. allocated(error)) call solve(frame, points, 1.0e-10_dp, [(probe_at(machine%supports(i)%position(1), &
-        & machine%supports(i)%position(2)), i = 1, size(machine%supports))], analysis, watched, error)
+        & machine%supports(i)%position(2)), i = 1, size(machine%supports))], analysis, responses, error)
       if (allocated(error)) return
-      call find_places(frame, analysis%vibration, places, failure)
-      do i = 1, size(watched)
+      call find_reactions(frame, analysis%vibration, reactions, failure)
+      do i = 1, size(responses)
         turn = 25.0_dp * i * pi / 180
-        associate (h => watched(i)%history, k => machine%supports(i)%stiffness, f => places(i)%history)
+        associate (h => responses(i)%history, k => machine%supports(i)%stiffness, f => reactions(i)%history)
           along = k(1) * (cos(turn) * h(:, 1) + sin(turn) * h(:, 2))
           across = k(2) * (cos(turn) * h(:, 2) - sin(turn) * h(:, 1))
           ! Roundings of sums whose terms may cancel.
@@ -249,7 +249,7 @@ contains
     integer, parameter :: orders(2, 4) = reshape([2, 5, 3, 4, 1, 60, 5, 5], [2, 4])
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(watched_type), allocatable :: watched(:)
+    type(probe_response_type), allocatable :: responses(:)
     type(probe_type) :: probes(4)
     real(dp) :: part(points, 2), rms(2), greatest, turn
     integer :: i, k, j
@@ -262,11 +262,11 @@ contains
       probes(2)%band = [2 * (1 + beside), 5 * (1 - beside)] / frame%period
       probes(3)%band = [0.0_dp, 60 / frame%period]
       probes(4)%band = [4.5_dp, 5.5_dp] / frame%period
-      call solve(frame, points, 1.0e-12_dp, probes, analysis, watched, error)
+      call solve(frame, points, 1.0e-12_dp, probes, analysis, responses, error)
       if (allocated(error)) return
       do k = 1, size(probes)
         do j = 1, 2
-          part(:, j) = orders_of(watched(k)%history(:points, 3 + j), orders(1, k), orders(2, k))
+          part(:, j) = orders_of(responses(k)%history(:points, 3 + j), orders(1, k), orders(2, k))
         end do
         rms = sqrt(sum(part**2, dim=1) / points)
         greatest = 0
@@ -274,11 +274,11 @@ contains
           turn = pi * j / directions
           greatest = max(greatest, sqrt(sum((cos(turn) * part(:, 1) + sin(turn) * part(:, 2))**2) / points))
         end do
-        call near(error, watched(k)%band, rms, 1.0e-11_dp * norm2(rms), "along x and y")
+        call near(error, responses(k)%band, rms, 1.0e-11_dp * norm2(rms), "along x and y")
         ! A direction is at most 0.1 deg away: 1 - cos of it.
-        call near(error, [watched(k)%greatest], [greatest], 2.0e-6_dp * greatest, "greatest")
+        call near(error, [responses(k)%greatest], [greatest], 2.0e-6_dp * greatest, "greatest")
         if (allocated(error)) return
-        call check_that(error, watched(k)%greatest, ">=", greatest * (1 - 1.0e-12_dp), "no direction exceeds the greatest")
+        call check_that(error, responses(k)%greatest, ">=", greatest * (1 - 1.0e-12_dp), "no direction exceeds the greatest")
         if (allocated(error)) return
       end do
     end do
@@ -305,14 +305,14 @@ contains
     character(len=9), parameter :: verdicts(5) = [character(len=9) :: "within", "above", "undecided", "undecided", ""]
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(watched_type), allocatable :: watched(:)
+    type(probe_response_type), allocatable :: responses(:)
     real(dp) :: limits(5)
     integer :: k
 
     call make(khang_machine(240.0_dp), frame, error)
-    if (.not. allocated(error)) call solve(frame, 64, 1.0e-4_dp, [probe_at(0.2_dp, -0.15_dp)], analysis, watched, error)
+    if (.not. allocated(error)) call solve(frame, 64, 1.0e-4_dp, [probe_at(0.2_dp, -0.15_dp)], analysis, responses, error)
     if (allocated(error)) return
-    associate (w => watched(1))
+    associate (w => responses(1))
       call check_that(error, w%error, ">", 1.0e-9_dp * w%greatest, "an error that is of use")
       call check_that(error, w%error, "<", 0.1_dp * w%greatest, "an error that is of use")
       limits = [w%greatest + 2 * w%error, w%greatest - 2 * w%error, w%greatest + w%error / 2, w%greatest - w%error / 2, 0.0_dp]
@@ -329,7 +329,7 @@ contains
     real(dp), parameter :: tolerances(3) = [1.0e-2_dp, 1.0e-4_dp, 1.0e-7_dp]
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(watched_type), allocatable :: exact(:), watched(:)
+    type(probe_response_type), allocatable :: exact(:), responses(:)
     real(dp) :: miss, greatest
     integer :: number, i, k
 
@@ -339,18 +339,19 @@ contains
       if (.not. allocated(error)) call solve(frame, 64, 1.0e-13_dp, [probe_at(-0.3_dp, 0.4_dp)], analysis, exact, error)
       if (allocated(error)) return
       do i = 1, size(tolerances)
-        call solve(frame, 64, tolerances(i), [probe_at(-0.3_dp, 0.4_dp)], analysis, watched, error)
+        call solve(frame, 64, tolerances(i), [probe_at(-0.3_dp, 0.4_dp)], analysis, responses, error)
         if (allocated(error)) return
         do k = 1, probe_parts
-          miss = max(abs(watched(1)%statistics(k)%peak - exact(1)%statistics(k)%peak), &
-            & abs(watched(1)%statistics(k)%rms - exact(1)%statistics(k)%rms))
-          greatest = max(greatest, miss / watched(1)%statistics(k)%peak_error)
-          call check_that(error, miss, "<=", watched(1)%statistics(k)%peak_error + exact(1)%statistics(k)%peak_error, "peak or rms")
+          miss = max(abs(responses(1)%statistics(k)%peak - exact(1)%statistics(k)%peak), &
+            & abs(responses(1)%statistics(k)%rms - exact(1)%statistics(k)%rms))
+          greatest = max(greatest, miss / responses(1)%statistics(k)%peak_error)
+          call check_that(error, miss, "<=", responses(1)%statistics(k)%peak_error + exact(1)%statistics(k)%peak_error, &
+            & "peak or rms")
           if (allocated(error)) return
         end do
-        miss = maxval(abs([watched(1)%band - exact(1)%band, watched(1)%greatest - exact(1)%greatest]))
-        call check_that(error, miss, "<=", watched(1)%error + exact(1)%error, "band")
-        call check_that(error, abs(watched(1)%error - watched(1)%statistics(velocity_part)%error), "<=", 0.0_dp, "band")
+        miss = maxval(abs([responses(1)%band - exact(1)%band, responses(1)%greatest - exact(1)%greatest]))
+        call check_that(error, miss, "<=", responses(1)%error + exact(1)%error, "band")
+        call check_that(error, abs(responses(1)%error - responses(1)%statistics(velocity_part)%error), "<=", 0.0_dp, "band")
         if (allocated(error)) return
       end do
     end do
@@ -366,7 +367,7 @@ contains
     type(harmonic_mechanism_type) :: mechanism
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(watched_type), allocatable :: watched(:)
+    type(probe_response_type), allocatable :: responses(:)
     type(gestell_error), allocatable :: failure
     complex(dp) :: iw
     real(dp) :: x, damping
@@ -379,11 +380,11 @@ contains
       call new_frame(frame, mechanism, mass - 2, 1.0_dp, [0.0_dp, 0.0_dp], diagonal([springs(i), 1.0_dp, 1.0_dp]), &
         & diagonal([damping, 1.0_dp, 1.0_dp]), omega, failure, free=[1])
       call check_success(error, failure)
-      if (.not. allocated(error)) call solve(frame, 36, 1.0e-10_dp, [probe_at(0.0_dp, 0.0_dp)], analysis, watched, error)
+      if (.not. allocated(error)) call solve(frame, 36, 1.0e-10_dp, [probe_at(0.0_dp, 0.0_dp)], analysis, responses, error)
       if (allocated(error)) return
       do k = 0, 2
         x = abs(iw**k * u * omega**2 / (springs(i) + damping * iw + mass * iw**2))
-        associate (s => watched(1)%statistics(3 * k + 1))
+        associate (s => responses(1)%statistics(3 * k + 1))
           ! Beside the claim roundings of the closed form itself.
           call near(error, [s%peak], [x], s%peak_error + 1.0e-15_dp * x, "claim")
         end associate

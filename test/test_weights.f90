@@ -14,7 +14,7 @@ module test_weights
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_study_frame_model, only: settle
-  use gestell_task_forces_ground, only: find_places, place_type, static_force
+  use gestell_task_forces_reactions, only: find_reactions, reaction_type, static_force
   use gestell_system_averaged, only: averaged_system
   use machines, only: frame_of_machine
   use reference_cases, only: random_linkage
@@ -282,7 +282,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(analysis_type) :: analysis
-    type(place_type), allocatable :: places(:)
+    type(reaction_type), allocatable :: reactions(:)
     type(gestell_error), allocatable :: failure
     real(dp) :: down(2), least
     integer :: i, k
@@ -296,15 +296,15 @@ contains
     do k = 1, 2
       call analyse(frame, tasks_type(model=models(k), points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-10_dp), &
         & analysis, failure)
-      if (.not. allocated(failure)) call find_places(analysis%frame, analysis%vibration, places, failure)
+      if (.not. allocated(failure)) call find_reactions(analysis%frame, analysis%vibration, reactions, failure)
       call check_success(error, failure)
       if (allocated(error)) return
-      do i = 1, size(places)
-        least = dot_product(down, places(i)%static) + minval(matmul(places(i)%history(:, :2), down))
+      do i = 1, size(reactions)
+        least = dot_product(down, reactions(i)%static) + minval(matmul(reactions(i)%history(:, :2), down))
         ! Between two of so many times the force rises by less than this part of its span.
-        call near(error, [places(i)%least_compression], [least], 1.0e-4_dp * places(i)%statistics(3)%peak, "least")
+        call near(error, [reactions(i)%least_compression], [least], 1.0e-4_dp * reactions(i)%statistics(3)%peak, "least")
         if (allocated(error)) return
-        call check_that(error, places(i)%least_compression, "<=", least + places(i)%least_error, "not above the history")
+        call check_that(error, reactions(i)%least_compression, "<=", least + reactions(i)%least_error, "not above the history")
         if (allocated(error)) return
       end do
     end do

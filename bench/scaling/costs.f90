@@ -10,7 +10,7 @@
 !>
 !> Each is the least time of three, of tiles that are repeated at once.
 program costs
-  use gestell_run_command_line, only: options_type, parse_command_line
+  use gestell_run_command_line, only: command_line, options_type, parse
   use gestell_run_input, only: folder_name, read_input
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -41,7 +41,7 @@ program costs
   integer :: i, tiles, computed
 
   print "(a)", "what,number,points,seconds,inside,calls,bytes"
-  call parse_command_line(options, error)
+  call parse(command_line(), options, error)
   call stop_at(error)
   folder = folder_name(options)
   least = huge(least)

@@ -20,46 +20,43 @@ module gestell_output_head
 
 contains
 
-  !> The # lines of a table, without that sign. Ends of lines, as other control characters of ASCII, become blanks.
+  !> The # lines of a table, complete.
   pure function lines(self, table)
     class(head_type), intent(in) :: self
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: lines(:)
-    character(len=:), allocatable :: verdict, model
-    integer :: i, k, n, width, first, last
+    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: model
+    integer :: i, first, last
 
     model = self%model
     if (table%model /= "" .and. model /= "averaged") model = table%model
-    verdict = verdict_line(table%verdict)
-    width = max(len(self%title) + 7, len(self%input) + 7, len(self%settings) + 5, len(verdict), len(table%remarks), 40)
-    n = merge(4, 5, self%held_by == "motor")
-    allocate(character(len=width) :: lines(n + size(self%settings) + merge(0, 1, verdict == "") &
-      & + count([(table%remarks(i:i) == newline, i = 1, len(table%remarks))])))
-    lines(1) = "title: " // self%title
-    lines(2) = "version: gestell " // version
-    lines(3) = "input: " // self%input
-    lines(4) = "model: " // model
-    if (n == 5) lines(n) = "speed held by: " // self%held_by
+    lines = line("title: " // self%title) // line("version: gestell " // version) // line("input: " // self%input) &
+      & // line("model: " // model)
+    if (self%held_by /= "motor") lines = lines // line("speed held by: " // self%held_by)
     do i = 1, size(self%settings)
-      lines(n + i) = "set: " // self%settings(i)
+      lines = lines // line("set: " // self%settings(i))
     end do
-    do i = 1, n + size(self%settings)
-      do k = 1, width
-        if (lines(i)(k:k) < " ") lines(i)(k:k) = " "
-      end do
-      lines(i) = on_one_line(lines(i))
-    end do
-    n = n + size(self%settings)
-    if (verdict /= "") then
-      n = n + 1
-      lines(n) = verdict
-    end if
+    if (verdict_line(table%verdict) /= "") lines = lines // line(verdict_line(table%verdict))
     first = 1
-    do n = n + 1, size(lines)
-      last = first + index(table%remarks(first:), newline) - 2
-      lines(n) = table%remarks(first:last)
-      first = last + 2
+    do while (first <= len(table%remarks))
+      last = first + index(table%remarks(first:), newline) - 1
+      lines = lines // "# " // table%remarks(first:last)
+      first = last + 1
     end do
   end function lines
+
+  !> One of them. Ends of lines, as other control characters of ASCII, become blanks.
+  pure function line(words)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: line
+    character(len=len(words)) :: safe
+    integer :: k
+
+    safe = words
+    do k = 1, len(words)
+      if (safe(k:k) < " ") safe(k:k) = " "
+    end do
+    line = "# " // trim(on_one_line(safe)) // newline
+  end function line
 
 end module gestell_output_head

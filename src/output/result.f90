@@ -139,7 +139,7 @@ contains
     self%details = self%details // lines
   end subroutine detail
 
-  !> Here the headlines will stand when all are known; nothing behind this place is said before.
+  !> Here the headlines will stand when all are known; nothing behind them is said before.
   pure subroutine leave_room(self)
     class(result_type), intent(inout) :: self
 

@@ -6,16 +6,12 @@ module gestell_run_command_line
   implicit none (type, external)
   private
 
-  public :: command_line, help_text, parse, parse_command_line
+  public :: command_line, help_text, parse
 
   !> A word of the command line.
   type, public :: word_type
     character(len=:), allocatable :: text
   end type word_type
-
-  type, public :: setting_type
-    character(len=:), allocatable :: assignment
-  end type setting_type
 
   type, public :: options_type
     character(len=:), allocatable :: input
@@ -23,7 +19,8 @@ module gestell_run_command_line
     character(len=:), allocatable :: output
     !> The group or key that help is wanted on.
     character(len=:), allocatable :: topic
-    type(setting_type), allocatable :: settings(:)
+    !> PATH=VALUE of --set.
+    type(word_type), allocatable :: settings(:)
     logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false., &
       & merge = .false., one_line = .false., plot = .false., report = .false., json = .false., verbose = .false.
     !> The share of a sweep that is computed: part `part` of `parts`.
@@ -49,14 +46,6 @@ contains
       words(i)%text = argument(i)
     end do
   end function command_line
-
-  !> The options from the arguments of the program. Error: wrong usage.
-  subroutine parse_command_line(options, error)
-    type(options_type), intent(out) :: options
-    type(error_type), allocatable, intent(out) :: error
-
-    call parse(command_line(), options, error)
-  end subroutine parse_command_line
 
   !> The options from the words of a command line. Error: wrong usage.
   subroutine parse(words, options, error)
@@ -107,7 +96,7 @@ contains
       case ("--")
         only_names = .true.
       case ("-s", "--set")
-        options%settings = [options%settings, setting_type(value)]
+        options%settings = [options%settings, word_type(value)]
       case ("-o", "--output")
         options%output = value
         if (len(value) == 0) call fatal_error(error, "option '" // word // "' needs a folder's name", wrong_usage)

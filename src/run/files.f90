@@ -23,7 +23,7 @@ module gestell_run_files
 contains
 
   !> Writes what was found as the options ask for it: on one line, or as tables, pictures and page. `closing`: what is to be said
-  !> when the files have their places. `error` may come in with the first failure of the tasks.
+  !> when the files are published. `error` may come in with the first failure of the tasks.
   subroutine write_files(options, context, result, console, closing, error)
     type(options_type), intent(in) :: options
     type(context_type), intent(in) :: context
@@ -40,7 +40,7 @@ contains
     else if (options%in_parts .or. options%check .and. .not. options%plot) then
       return
     end if
-    call result%write(context%place, context%head, unwritten)
+    call result%write(context%staging, context%head, unwritten)
     if (allocated(unwritten)) then
       call move_alloc(unwritten, error)
       return
@@ -51,7 +51,7 @@ contains
     end if
     if (.not. options%check) closing = newline // "files in " // on_one_line(context%folder) // "/" // newline
     if (options%plot .or. options%report) then
-      call draw_pictures(context%place, context%folder, result%figures, drawn, undrawn)
+      call draw_pictures(context%staging, context%folder, result%figures, drawn, undrawn)
       call result%fail(undrawn)
       if (drawn == "") drawn = "none"
       closing = closing // "pictures in " // on_one_line(context%folder) // "/, .svg and .png: " // drawn // newline
@@ -77,7 +77,7 @@ contains
     if (options%quiet) then
       call open_standard_output(output)
     else
-      call open_output(output, context%place // "/results.json")
+      call open_output(output, context%staging // "/results.json")
     end if
     call append_json(result, context%head, failure, output)
     call output%complete(error)
@@ -95,7 +95,7 @@ contains
 
     table = new_table("", "", "", "")
     do i = 1, size(options%settings)
-      associate (setting => options%settings(i)%assignment)
+      associate (setting => options%settings(i)%text)
         equals = position_of_equals(setting)
         value = trim(adjustl(setting(equals + 1:)))
         call table%add(trim(adjustl(setting(:equals - 1))), "set from outside", [(value, k = 1, result%brief%rows)])

@@ -32,7 +32,7 @@ contains
     call read_document(options%input, doc, error)
     if (allocated(error)) return
     do i = 1, size(options%settings)
-      call set_value(doc, schema, options%settings(i)%assignment, error)
+      call set_value(doc, schema, options%settings(i)%text, error)
       if (allocated(error)) return
     end do
     call check_document(doc, schema, error)
@@ -117,11 +117,11 @@ contains
     head%held_by = trim(configuration%frame%held_by)
     longest = 1
     do i = 1, size(options%settings)
-      longest = max(longest, len(options%settings(i)%assignment))
+      longest = max(longest, len(options%settings(i)%text))
     end do
     allocate(character(len=longest) :: head%settings(size(options%settings)))
     do i = 1, size(options%settings)
-      head%settings(i) = options%settings(i)%assignment
+      head%settings(i) = options%settings(i)%text
     end do
   end function head_of
 

@@ -26,8 +26,8 @@ module gestell_run
 
 contains
 
-  !> Reads, computes, reports and writes what the options and the input ask for. `code` is 0 or `not_stable`. The files take
-  !> their places together, in the end; where the computation failed, those of what was computed before. `executor`: who does the
+  !> Reads, computes, reports and writes what the options and the input ask for. `code` is 0 or `not_stable`. The files are
+  !> published together, in the end; where the computation failed, those of what was computed before. `executor`: who does the
   !> work; of several processes all call this, and one of them tells and writes. Error: the same for all.
   subroutine run(options, code, error, executor)
     type(options_type), intent(in) :: options
@@ -62,7 +62,7 @@ contains
       if (leads) call open_staging(staging, context%folder, all_tables(), error)
       call context%executor%share_error(error)
       if (allocated(error)) return
-      if (leads) context%place = staging%place
+      if (leads) context%staging = staging%path
       if (leads) call keep_journal(context, result)
     end if
     console%aside = .not. leads
@@ -77,8 +77,8 @@ contains
     call say_rest(console, result)
     closing = ""
     if (leads) call write_files(options, context, result, console, closing, error)
-    if (allocated(staging%place)) call staging%retell(result%failure)
-    if (allocated(staging%place)) call settle(staging, tasks, error)
+    if (allocated(staging%path)) call staging%retell(result%failure)
+    if (allocated(staging%path)) call settle(staging, tasks, error)
     unwritten = .false.
     if (allocated(error)) unwritten = error%unwritten
     if (.not. unwritten) call console%say(closing)
@@ -103,7 +103,7 @@ contains
 
     context%head = head_of(options, context%configuration)
     context%folder = folder_name(options)
-    context%place = context%folder
+    context%staging = context%folder
     context%reports = .not. (options%quiet .or. options%one_line) .or. options%report .or. options%json
     context%one_line = options%one_line
     context%fails_if_unstable = options%fail_if_unstable
@@ -187,7 +187,7 @@ contains
     call console%say(result%rest())
   end subroutine say_rest
 
-  !> Gives the files their places, none where one could not be written.
+  !> Publishes the files, none where one could not be written.
   subroutine settle(staging, tasks, error)
     type(staging_type), intent(inout) :: staging
     type(any_task_type), intent(inout) :: tasks(:)

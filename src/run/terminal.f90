@@ -41,7 +41,7 @@ module gestell_run_terminal
 
 contains
 
-  !> Shows `part`, from 0 to 1, in place of what it showed before; at 1 the line disappears.
+  !> Shows `part`, from 0 to 1, instead of what it showed before; at 1 the line disappears.
   subroutine show_part(doing, part)
     character(len=*), intent(in) :: doing
     real(dp), intent(in) :: part
@@ -90,7 +90,7 @@ contains
     if (self%stands) call show("")
   end subroutine clear
 
-  !> Puts `words` in place of the line.
+  !> Replaces the line by `words`.
   subroutine show(words)
     character(len=*), intent(in) :: words
     logical :: done

@@ -18,7 +18,7 @@ module gestell_task_context
     !> What heads tables.
     type(head_type) :: head
     !> Where the files of the run will stand, and where they are written until then.
-    character(len=:), allocatable :: folder, place
+    character(len=:), allocatable :: folder, staging
     !> Whether people read a report; whether one line is all that is wanted.
     logical :: reports = .true., one_line = .false.
     !> Whether all rows of all tables are wanted when they are written.
@@ -58,7 +58,7 @@ contains
     type(result_type), intent(inout) :: result
 
     allocate(context%executor%journal)
-    call open_journal(context%executor%journal, context%place, context%configuration%content)
+    call open_journal(context%executor%journal, context%staging, context%configuration%content)
     if (context%executor%journal%damaged) call result%note(context%folder // ": what an interrupted run has left is damaged: " &
       & // "computed again as far as it is")
   end subroutine keep_journal

@@ -44,7 +44,7 @@ module gestell_task_executor
     procedure, nopass :: share_error
     procedure, nopass :: share_marks
     procedure, nopass :: compare
-    procedure, nopass :: told
+    procedure, nopass :: workers
   end type executor_type
 
   abstract interface
@@ -227,11 +227,11 @@ contains
   end subroutine compare
 
   !> Who works, as a line of the report; empty: this process alone.
-  function told() result(line)
+  function workers() result(line)
     character(len=:), allocatable :: line
 
     line = ""
-  end function told
+  end function workers
 
   !> What is being done, and which part of it is, from 0 to 1; at 1 the words disappear.
   subroutine show(self, doing, part)

@@ -1,5 +1,5 @@
-!> What a run has computed so far, piece by piece, in a file of its place: the run that comes after an interruption reads what is
-!> there in place of computing it.
+!> What a run has computed so far, piece by piece, in a file of its folder: the run that comes after an interruption reads what is
+!> there instead of computing it.
 module gestell_task_journal
   use gestell_base_files, only: close_file, create_file, file_size, remove_file, rename_file, write_whole
   use gestell_base_hash, only: mix_text
@@ -34,17 +34,17 @@ module gestell_task_journal
 
 contains
 
-  !> The journal of an input with the hash `content` in the folder `place`, which no other process uses. What another input or
+  !> The journal of an input with the hash `content` in `folder`, which no other process uses. What another input or
   !> version has left is forgotten.
-  subroutine open_journal(journal, place, content)
+  subroutine open_journal(journal, folder, content)
     type(journal_type), intent(out) :: journal
-    character(len=*), intent(in) :: place
+    character(len=*), intent(in) :: folder
     integer(int64), intent(in) :: content
     integer(int64) :: fingerprint
     integer :: record(2), first
     logical :: sound, torn
 
-    journal%name = place // "/" // journal_name
+    journal%name = folder // "/" // journal_name
     journal%fingerprint = content
     call mix_text(journal%fingerprint, version)
     allocate(journal%begins(0), journal%ends(0), journal%words(0))

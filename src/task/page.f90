@@ -2,11 +2,12 @@
 module gestell_task_page
   use gestell_base_base64, only: base64
   use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: pi
   use gestell_base_text, only: concise, text
   use gestell_base_version, only: version
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
+  use gestell_task_machine_report, only: frequency_list
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
   use gestell_input_wording, only: on_one_line
@@ -43,7 +44,7 @@ contains
     input = on_one_line(context%head%input(index(context%head%input, "/", back=.true.) + 1:))
     title = context%head%title
     if (len_trim(title) == 0) title = input
-    call open_output(page, context%place // "/report.html")
+    call open_output(page, context%staging // "/report.html")
     call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
       & // ", input " // escaped(input) // "</p>" // newline)
     do i = 1, size(result%headlines)
@@ -51,7 +52,7 @@ contains
     end do
     if (.not. allocated(context%configuration%impossible)) call page%append(key_figures(context))
     do i = 1, size(result%tables)
-      call page%append(section(context%place, result%tables(i)))
+      call page%append(section(context%staging, result%tables(i)))
     end do
     call page%append(input_table(context%configuration, context%head%settings))
     i = index(report, label) + len(label)
@@ -73,21 +74,11 @@ contains
   !> Speed, natural frequencies and the greatest force on the ground, as far as they are known.
   function key_figures(context) result(words)
     type(context_type), intent(in) :: context
-    character(len=:), allocatable :: words, list
-    real(dp), allocatable :: frequencies(:)
-    type(error_type), allocatable :: error
-    integer :: k
+    character(len=:), allocatable :: words
 
     associate (frame => context%configuration%frame)
       words = "<dl>" // figure("speed of the crank", concise(abs(frame%speed) * 30 / pi, 6) // " 1/min")
-      call frame%natural_frequencies(frequencies, error)
-      if (.not. allocated(error)) then
-        list = ""
-        do k = 1, size(frequencies)
-          list = list // trim(merge(",", " ", k > 1)) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
-        end do
-        words = words // figure("natural frequencies", list // " Hz")
-      end if
+      if (frequency_list(frame) /= "") words = words // figure("natural frequencies", frequency_list(frame))
       if (allocated(context%analysis%vibration)) then
         associate (peak => context%analysis%vibration%peak)
           if (any(frame%free < 3)) words = words // figure("peak force on the ground", "x " // concise(peak(7), 4) // " N, y " &

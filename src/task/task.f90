@@ -100,7 +100,7 @@ contains
     end associate
   end function no_preview
 
-  !> What is to be done when all files are in their places.
+  !> What is to be done when all files are published.
   subroutine settle_nothing(self)
     class(task_type), intent(inout) :: self
 

@@ -23,10 +23,10 @@ module gestell_input_machine_family
   public :: new_document_family, new_relative_family
 
   !> A number of the document that a parameter stands for.
-  type :: place_type
+  type :: location_type
     integer :: parameter = 0, group = 0, entry = 0, element = 0
     character(len=:), allocatable :: path
-  end type place_type
+  end type location_type
 
   !> Frames of a document, some of whose numbers are parameters. For one thread at a time, as all that reads documents.
   type, extends(family_type), public :: document_family_type
@@ -36,8 +36,8 @@ module gestell_input_machine_family
     type(units_type) :: units
     !> Of all types of joints.
     type(form_type), allocatable :: forms(:)
-    type(place_type), allocatable :: places(:)
-    !> Whether the parameters are changes of the numbers in their places, relative to what the document says.
+    type(location_type), allocatable :: locations(:)
+    !> Whether the parameters are changes of the numbers in their locations, relative to what the document says.
     logical :: relative = .false.
     !> Where no parameter touches the mechanism: it, turned once, and why it cannot turn.
     class(mechanism_type), allocatable :: mechanism
@@ -68,7 +68,7 @@ contains
       if (allocated(error)) return
     end do
     do k = 1, size(paths)
-      call add_places(family, schema, k, trim(paths(k)), error)
+      call add_locations(family, schema, k, trim(paths(k)), error)
       if (allocated(error)) return
     end do
   end subroutine new_document_family
@@ -88,7 +88,7 @@ contains
     call begin(family, doc, schema, units, paths, error)
     family%relative = .true.
     do k = 1, size(paths)
-      if (.not. allocated(error)) call add_places(family, schema, k, trim(paths(k)), error)
+      if (.not. allocated(error)) call add_locations(family, schema, k, trim(paths(k)), error)
     end do
   end subroutine new_relative_family
 
@@ -104,7 +104,7 @@ contains
     logical :: moves
 
     family%units = units
-    allocate(family%places(0))
+    allocate(family%locations(0))
     call joint_forms(family%forms)
     moves = any([(about(schema, lower(paths(k)(:scan(paths(k) // ".", "(.") - 1))) == mechanism_group, k = 1, size(paths))])
     if (.not. moves) then
@@ -154,8 +154,8 @@ contains
     end do
   end subroutine select_groups
 
-  !> The places of the numbers that path `k` names; they are all there.
-  pure subroutine add_places(family, schema, k, path, error)
+  !> The locations of the numbers that path `k` names; they are all there.
+  pure subroutine add_locations(family, schema, k, path, error)
     type(document_family_type), intent(inout) :: family
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: k
@@ -171,10 +171,10 @@ contains
       if (e == 0) cycle
       do v = 1, size(family%doc%groups(target%groups(i))%entries(e)%values)
         if (target%element > 0 .and. v /= target%element) cycle
-        family%places = [family%places, place_type(k, target%groups(i), e, v, path)]
+        family%locations = [family%locations, location_type(k, target%groups(i), e, v, path)]
       end do
     end do
-  end subroutine add_places
+  end subroutine add_locations
 
   subroutine member(self, parameters, system, error)
     class(document_family_type), intent(in) :: self
@@ -227,7 +227,7 @@ contains
     if (.not. allocated(error)) call read_drive_and_frame(doc, self%units, data, error)
   end subroutine read_all
 
-  !> The document with these numbers in their places.
+  !> The document with these numbers in their locations.
   subroutine set_numbers(self, parameters, doc)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -235,8 +235,8 @@ contains
     integer :: i
 
     doc = self%doc
-    do i = 1, size(self%places)
-      associate (p => self%places(i))
+    do i = 1, size(self%locations)
+      associate (p => self%locations(i))
         associate (number => doc%groups(p%group)%entries(p%entry)%values(p%element)%number)
           if (self%relative) then
             number = number * (1 + parameters(p%parameter))
@@ -258,8 +258,8 @@ contains
     integer :: i
 
     call set_numbers(self, parameters, doc)
-    do i = 1, size(self%places)
-      associate (p => self%places(i))
+    do i = 1, size(self%locations)
+      associate (p => self%locations(i))
         associate (value => doc%groups(p%group)%entries(p%entry)%values(p%element))
           value%text = concise(value%number)
           value%origin = p%path // " = " // value%text

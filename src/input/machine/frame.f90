@@ -117,7 +117,7 @@ contains
     if (.not. allocated(error)) call read(group, frame_keys, "inertia", data%inertia, error, units)
     if (.not. allocated(error)) call read(group, frame_keys, "origin", data%origin, error, units)
     if (allocated(error)) return
-    call read_freedoms(group, data%free, error)
+    call read_dof(group, data%free, error)
   end subroutine read_drive_and_frame
 
   !> The speed and who holds it.
@@ -239,8 +239,8 @@ contains
     gravity = acceleration * merge(gravity, 0.0_dp, abs(gravity) > rounding)
   end subroutine read_gravity
 
-  !> Key `dof`: places of the free degrees of freedom, each once, in the order of the matrices.
-  subroutine read_freedoms(group, free, error)
+  !> Key `dof`: numbers of the free degrees of freedom, each once, in the order of the matrices.
+  subroutine read_dof(group, free, error)
     type(group_type), intent(in) :: group
     integer, allocatable, intent(out) :: free(:)
     type(error_type), allocatable, intent(out) :: error
@@ -251,6 +251,6 @@ contains
     if (allocated(error)) return
     free = pack([1, 2, 3], [(any(names == dof_names(i)), i = 1, 3)])
     if (size(free) /= size(names)) call input_error(group, "dof", "names a degree of freedom twice", error)
-  end subroutine read_freedoms
+  end subroutine read_dof
 
 end module gestell_input_machine_frame

@@ -205,21 +205,21 @@ contains
     type(dictionary_type), intent(in) :: names
     integer, intent(in) :: known
     type(error_type), allocatable, intent(out) :: error
-    integer :: i, place
+    integer :: i, number
 
     do i = 1, size(wanted)
-      place = names%position(wanted(i))
-      if (place == 0) then
+      number = names%position(wanted(i))
+      if (number == 0) then
         call input_error(group, key, "there is no joint '" // trim(wanted(i)) // "'" // &
           & suggestion(trim(wanted(i)), group_names(joints(:known))), error)
-      else if (place == known + 1) then
+      else if (number == known + 1) then
         call input_error(group, key, "a joint cannot be built on itself", error)
-      else if (place > known .and. builds_on(joints, place, known + 1)) then
-        call input_error(group, key, "joint '" // trim(wanted(i)) // "' in line " // text(joints(place)%line) // " is built on '" &
+      else if (number > known .and. builds_on(joints, number, known + 1)) then
+        call input_error(group, key, "joint '" // trim(wanted(i)) // "' in line " // text(joints(number)%line) // " is built on '" &
           & // name_of(group) // "' in turn: joints that hold each other make a triad (Assur group of class III) or a larger " &
           & // "group, and only dyads are built in, two links at a time", error)
-      else if (place > known) then
-        call input_error(group, key, "joint '" // trim(wanted(i)) // "' stands only in line " // text(joints(place)%line) &
+      else if (number > known) then
+        call input_error(group, key, "joint '" // trim(wanted(i)) // "' stands only in line " // text(joints(number)%line) &
           & // ": list it before this one", error)
       end if
       if (allocated(error)) return

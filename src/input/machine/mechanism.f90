@@ -7,7 +7,7 @@ module gestell_input_machine_mechanism
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_machine_joints, only: check_known, read_joint, type_of_joint
-  use gestell_input_namelist_message, only: in_group, input_error, place
+  use gestell_input_namelist_message, only: in_group, input_error, location
   use gestell_input_schema_units, only: units_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_joint, only: form_type
@@ -236,7 +236,7 @@ contains
     do i = 1, size(doc%groups)
       associate (group => doc%groups(i))
         if (group%name // " '" // name_of(group) // "'" /= error%subject) cycle
-        error%message = place(group%file, group%line) // error%message
+        error%message = location(group%file, group%line) // error%message
         return
       end associate
     end do

@@ -2,7 +2,7 @@
 module gestell_input_namelist_entry
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
-  use gestell_input_namelist_message, only: label, place
+  use gestell_input_namelist_message, only: label, location
   use gestell_input_namelist_number, only: is_digits, read_integer
   use gestell_input_namelist_scanner, only: scanner_type, token_type, next_token, skip_blanks, next_character, &
     bare, mark, quoted, unclosed_quote
@@ -172,7 +172,7 @@ contains
     character(len=*), intent(in) :: message
     type(error_type), allocatable, intent(out) :: error
 
-    call fatal_error(error, place(group%file, line) // label(group) // ": " // message, invalid_input)
+    call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)
   end subroutine refuse
 
   !> Whether a text can be the name of a group or key: a letter, then letters, digits and underscores.

@@ -3,11 +3,11 @@ module gestell_input_namelist_merge
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
-  use gestell_input_namelist_message, only: refuse_entry, label, place
+  use gestell_input_namelist_message, only: refuse_entry, label, location
   use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, comma_hint, &
     unknown_key
   use gestell_base_key, only: key_type
-  use gestell_input_schema, only: schema_type, find_key_rule, count_keys
+  use gestell_input_schema, only: schema_type, find_key_rule
   use gestell_input_wording, only: decimal
   implicit none (type, external)
   private
@@ -21,7 +21,7 @@ contains
     type(group_type), intent(inout) :: group
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
-    type(entry_type) :: merged(count_keys(schema, group%name))
+    type(entry_type) :: merged(count(schema%keys%group == group%name))
     integer :: index_of(size(schema%keys)), rule_of(size(merged))
     integer :: i, n, rule
 
@@ -164,7 +164,7 @@ contains
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
 
-    call fatal_error(error, place(group%file, entry%line) // label(group) // ": " &
+    call fatal_error(error, location(group%file, entry%line) // label(group) // ": " &
       // unknown_key(entry%key, schema, group%name), invalid_input)
   end subroutine refuse_key
 

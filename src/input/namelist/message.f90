@@ -6,7 +6,7 @@ module gestell_input_namelist_message
   implicit none (type, external)
   private
 
-  public :: in_group, input_error, refuse_entry, place, label, typed
+  public :: in_group, input_error, refuse_entry, location, label, typed
 
 contains
 
@@ -23,9 +23,9 @@ contains
     if (i > 0) then
       call refuse_entry(group, group%entries(i), message, error, element)
     else if (key == "") then
-      call fatal_error(error, place(group%file, group%line) // label(group) // ": " // message, invalid_input)
+      call fatal_error(error, location(group%file, group%line) // label(group) // ": " // message, invalid_input)
     else
-      call fatal_error(error, place(group%file, group%line) // label(group) // ": " // key // ": " // message, &
+      call fatal_error(error, location(group%file, group%line) // label(group) // ": " // key // ": " // message, &
         invalid_input)
     end if
   end subroutine input_error
@@ -38,7 +38,7 @@ contains
 
     own = label(group) // ": "
     if (index("&" // error%message, own) == 1) error%message = error%message(len(own):)
-    error%message = place(group%file, group%line) // own // error%message
+    error%message = location(group%file, group%line) // own // error%message
   end subroutine in_group
 
   !> Refuses an entry of a group, in the same words.
@@ -53,13 +53,13 @@ contains
       if (allocated(value%origin)) then
         call fatal_error(error, value%origin // ": " // message, invalid_input)
       else
-        call fatal_error(error, place(group%file, value%line) // label(group) // ": " // typed(entry, element) &
+        call fatal_error(error, location(group%file, value%line) // label(group) // ": " // typed(entry, element) &
           // ": " // message, invalid_input)
       end if
     end associate
   end subroutine refuse_entry
 
-  !> The value that names the place of an entry: the asked element if it is given, else the first one given.
+  !> The value that tells where an entry stands: the asked element if it is given, else the first one given.
   pure integer function telling_value(entry, element) result(i)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
@@ -133,14 +133,14 @@ contains
   end function typed_value
 
   !> "file:line: "; without the line where it is zero.
-  pure function place(file, line) result(text)
+  pure function location(file, line) result(text)
     character(len=*), intent(in) :: file
     integer, intent(in) :: line
     character(len=:), allocatable :: text
 
     text = file // ": "
     if (line > 0) text = file // ":" // decimal(line) // ": "
-  end function place
+  end function location
 
   !> What messages call a group: "&joint 'B'", "&support 2", "&drive".
   pure function label(group) result(text)

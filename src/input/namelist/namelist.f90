@@ -3,7 +3,7 @@ module gestell_input_namelist
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_input_namelist_document, only: document_type, group_type, entry_type
   use gestell_input_namelist_entry, only: parse_entry, is_name
-  use gestell_input_namelist_message, only: label, place
+  use gestell_input_namelist_message, only: label, location
   use gestell_input_namelist_scanner, only: scanner_type, token_type, next_token, skip_blanks, bare, mark, end_of_text
   use gestell_input_namelist_source, only: read_text
   use gestell_input_wording, only: shown, lower, decimal
@@ -87,7 +87,7 @@ contains
       message = message // ": the / before it ended " // label(groups(size(groups)))
       if (scanner%position == behind) message = message // " (a fraction? write a decimal number)"
     end if
-    call fatal_error(error, place(file, token%line) // message, invalid_input)
+    call fatal_error(error, location(file, token%line) // message, invalid_input)
   end subroutine skip_outside
 
   !> Takes one group from its & to its /.
@@ -105,13 +105,13 @@ contains
     group%file = file
     call next_token(scanner, token)
     if (token%kind /= bare .or. .not. is_name(token%text)) then
-      call fatal_error(error, place(file, group%line) // "a group's name must follow the &", invalid_input)
+      call fatal_error(error, location(file, group%line) // "a group's name must follow the &", invalid_input)
       return
     end if
     group%name = lower(token%text)
     allocate(group%entries(0))
     if (group%name == "end") then
-      call fatal_error(error, place(file, group%line) // "&end without a group before it", invalid_input)
+      call fatal_error(error, location(file, group%line) // "&end without a group before it", invalid_input)
       return
     end if
 
@@ -161,7 +161,7 @@ contains
       message = "'" // shown(token%text) // "' where a key or the closing / is expected"
       line = token%line
     end if
-    call fatal_error(error, place(group%file, line) // label(group) // ": " // message, invalid_input)
+    call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)
   end subroutine refuse_end
 
   !> Refuses an empty text and one with control characters other than tabs and ends of lines.
@@ -182,10 +182,10 @@ contains
       case (13)
         if (i == len(text)) cycle
         if (text(i+1:i+1) == new_line("a")) cycle
-        call fatal_error(error, place(file, line) // "a carriage return within a line", invalid_input)
+        call fatal_error(error, location(file, line) // "a carriage return within a line", invalid_input)
         return
       case default
-        call fatal_error(error, place(file, line) // "not a text file (character code " // decimal(code) &
+        call fatal_error(error, location(file, line) // "not a text file (character code " // decimal(code) &
           // "); save it as UTF-8 text", invalid_input)
         return
       end select

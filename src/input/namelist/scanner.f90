@@ -6,7 +6,7 @@ module gestell_input_namelist_scanner
 
   public :: scanner_type, token_type, next_token, skip_blanks, next_character
 
-  !> A place in a text.
+  !> A position in a text.
   type :: scanner_type
     character(len=:), allocatable :: text
     integer :: position = 1
@@ -58,7 +58,7 @@ contains
     end if
   end subroutine next_token
 
-  !> The character at the scanner's place, a blank at the end of the text.
+  !> The character at the scanner's position, a blank at the end of the text.
   pure character(len=1) function next_character(scanner) result(c)
     type(scanner_type), intent(in) :: scanner
 

@@ -1,10 +1,10 @@
 !> A document against the schema.
 module gestell_input_schema_check
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_input_namelist_document, only: document_type, group_type, has
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has
   use gestell_input_namelist_merge, only: merge_entries
-  use gestell_input_namelist_message, only: input_error, place, label
-  use gestell_input_schema, only: schema_type, find_group_rule, allowed_groups
+  use gestell_input_namelist_message, only: input_error, location
+  use gestell_input_schema, only: schema_type, find_group_rule
   use gestell_input_namelist_suggest, only: nearest_of, listed
   use gestell_input_wording, only: shown, decimal
   implicit none (type, external)
@@ -25,7 +25,7 @@ contains
     call normalise(doc, schema, error)
     if (allocated(error)) return
     do i = 1, size(schema%groups)
-      if (schema%groups(i)%required .and. count_groups(doc, schema%groups(i)%name) == 0) then
+      if (schema%groups(i)%required .and. size(groups_named(doc, trim(schema%groups(i)%name))) == 0) then
         call fatal_error(error, doc%file // ": the group &" // trim(schema%groups(i)%name) // " is missing", &
           invalid_input)
         return
@@ -69,7 +69,7 @@ contains
       associate (group => doc%groups(i))
         rule = find_group_rule(schema, group%name)
         if (rule == 0) then
-          call fatal_error(error, place(doc%file, group%line) // unknown_group(group%name, schema), invalid_input)
+          call fatal_error(error, location(doc%file, group%line) // unknown_group(group%name, schema), invalid_input)
           return
         end if
         found(rule) = found(rule) + 1
@@ -95,11 +95,11 @@ contains
     integer :: i
 
     message = "unknown group &" // shown(name)
-    i = nearest_of(name, allowed_groups(schema))
+    i = nearest_of(name, (schema%groups%name))
     if (i > 0) then
       message = message // ": did you mean &" // trim(schema%groups(i)%name) // "?"
     else
-      message = message // ": allowed are " // listed(allowed_groups(schema), "&", "")
+      message = message // ": allowed are " // listed((schema%groups%name), "&", "")
     end if
   end function unknown_group
 
@@ -118,16 +118,5 @@ contains
       end associate
     end do
   end subroutine check_required
-
-  pure integer function count_groups(doc, name) result(n)
-    type(document_type), intent(in) :: doc
-    character(len=*), intent(in) :: name
-    integer :: i
-
-    n = 0
-    do i = 1, size(doc%groups)
-      if (doc%groups(i)%name == name) n = n + 1
-    end do
-  end function count_groups
 
 end module gestell_input_schema_check

@@ -5,7 +5,7 @@ module gestell_input_schema_help
   use gestell_base_text, only: concise
   use gestell_input_wording, only: decimal, lower, shown
   use gestell_input_namelist_suggest, only: listed, nearest_of
-  use gestell_input_schema, only: allowed_groups, find_group_rule, find_key_rule, option_group, schema_type, variant_type
+  use gestell_input_schema, only: find_group_rule, find_key_rule, option_group, schema_type, variant_type
   use gestell_input_schema_check, only: unknown_group
   use gestell_input_schema_rule, only: unknown_key
   use gestell_input_schema_units, only: unit_symbol, units_type
@@ -68,7 +68,7 @@ contains
     character(len=16), allocatable :: names(:)
     integer :: i
 
-    names = [character(len=16) :: "groups", allowed_groups(schema)]
+    names = [character(len=16) :: "groups", schema%groups%name]
     i = nearest_of(word, names)
     if (i == 0) then
       names = schema%keys%name
@@ -79,7 +79,7 @@ contains
     if (i > 0) then
       hint = "; did you mean '" // trim(names(i)) // "'?"
     else
-      hint = "; the groups are " // listed(allowed_groups(schema), "", "")
+      hint = "; the groups are " // listed((schema%groups%name), "", "")
     end if
   end function near
 
@@ -161,7 +161,7 @@ contains
   pure function paragraph(words, indent) result(text)
     character(len=*), intent(in) :: words
     integer, intent(in) :: indent
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: text, word
     integer :: first, last, column
 
     text = repeat(" ", indent)
@@ -169,15 +169,16 @@ contains
     first = 1
     do while (first <= len_trim(words))
       last = first + index(words(first:) // " ", " ") - 2
-      if (column > indent .and. column + 1 + shown_length(words(first:last)) > widest) then
+      word = without_marks(words(first:last))
+      if (column > indent .and. column + 1 + len(word) > widest) then
         text = text // newline // repeat(" ", indent)
         column = indent
       else if (column > indent) then
         text = text // " "
         column = column + 1
       end if
-      text = text // without_marks(words(first:last))
-      column = column + shown_length(words(first:last))
+      text = text // word
+      column = column + len(word)
       first = last + 2
     end do
     text = text // newline
@@ -193,13 +194,6 @@ contains
       if (words(i:i) /= "`") plain = plain // words(i:i)
     end do
   end function without_marks
-
-  pure integer function shown_length(words)
-    character(len=*), intent(in) :: words
-    integer :: i
-
-    shown_length = count([(words(i:i) /= "`", i = 1, len(words))])
-  end function shown_length
 
   !> The values that a key takes, in words and Markdown.
   pure function values_of(key) result(words)

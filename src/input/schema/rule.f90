@@ -6,7 +6,7 @@ module gestell_input_schema_rule
   use gestell_input_namelist_message, only: refuse_entry
   use gestell_input_namelist_number, only: read_real, read_integer, is_digits
   use gestell_base_key, only: integer_key, key_type, real_key, text_key
-  use gestell_input_schema, only: schema_type, allowed_keys, count_keys
+  use gestell_input_schema, only: schema_type, names_of_keys
   use gestell_input_namelist_suggest, only: nearest_of, listed
   use gestell_input_wording, only: decimal, has_control, shown
   implicit none (type, external)
@@ -152,11 +152,11 @@ contains
     character(len=*), intent(in) :: key, group
     type(schema_type), intent(in) :: schema
     character(len=:), allocatable :: message
-    character(len=16) :: names(count_keys(schema, group))
+    character(len=16), allocatable :: names(:)
     integer :: i
 
     message = "unknown key '" // shown(key) // "': "
-    names = allowed_keys(schema, group)
+    names = names_of_keys(schema, group)
     i = nearest_of(key, names)
     if (i > 0) then
       message = message // "did you mean '" // trim(names(i)) // "'?"

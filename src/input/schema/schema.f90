@@ -4,7 +4,7 @@ module gestell_input_schema
   implicit none (type, external)
   private
 
-  public :: allowed_groups, allowed_keys, count_keys, find_group_rule, find_key_rule, keys_of
+  public :: find_group_rule, find_key_rule, names_of_keys
 
   !> What a group is about: the task, the frame with its drive and mounts, the mechanism. Numbers of the last two can run.
   integer, parameter, public :: option_group = 0, frame_group = 1, mechanism_group = 2
@@ -66,38 +66,13 @@ contains
     i = 0
   end function find_key_rule
 
-  !> The names of all groups.
-  pure function allowed_groups(schema) result(names)
-    type(schema_type), intent(in) :: schema
-    character(len=16) :: names(size(schema%groups))
-
-    names = schema%groups%name
-  end function allowed_groups
-
-  !> The records of a group's keys.
-  pure function keys_of(schema, group) result(keys)
+  !> The names of a group's keys.
+  pure function names_of_keys(schema, group) result(names)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group
-    type(key_type), allocatable :: keys(:)
-
-    allocate(keys, source=pack(schema%keys, schema%keys%group == group))
-  end function keys_of
-
-  !> The keys of a group.
-  pure function allowed_keys(schema, group) result(names)
-    type(schema_type), intent(in) :: schema
-    character(len=*), intent(in) :: group
-    character(len=16) :: names(count_keys(schema, group))
+    character(len=16), allocatable :: names(:)
 
     names = pack((schema%keys%name), schema%keys%group == group)
-  end function allowed_keys
-
-  !> Number of keys that a group knows.
-  pure integer function count_keys(schema, group) result(n)
-    type(schema_type), intent(in) :: schema
-    character(len=*), intent(in) :: group
-
-    n = count(schema%keys%group == group)
-  end function count_keys
+  end function names_of_keys
 
 end module gestell_input_schema

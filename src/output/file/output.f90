@@ -1,4 +1,4 @@
-!> A file that takes its name when it is complete: it grows beside its place, every write and its end are checked, and then it
+!> A file that takes its name when it is complete: it grows under another name, every write and its end are checked, and then it
 !> replaces what was there at one stroke. Whatever fails, the old file stays as it was and nothing is left of the new one.
 module gestell_output_file_output
   use gestell_base_error, only: error_type, failed_computation, fatal_error
@@ -56,7 +56,7 @@ contains
     if (output%handle < 0) output%reason = last_reason()
   end subroutine open_output
 
-  !> Standard output in the place of a file.
+  !> Standard output instead of a file.
   subroutine open_standard_output(output)
     type(output_type), intent(out) :: output
     integer(c_int), parameter :: standard_output = 1

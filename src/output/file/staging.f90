@@ -1,5 +1,5 @@
 !> Where the files of a run stand until all are complete: a folder .gestell-1, .gestell-2, ... of its own within that of the
-!> results. They take their places together, when the run ends; a run that cannot write leaves what was there as it was. Runs
+!> results. They are published together, when the run ends; a run that cannot write leaves what was there as it was. Runs
 !> at the same time take folders of different numbers, and one that was left by a run that was killed is taken and emptied.
 module gestell_output_file_staging
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
@@ -17,10 +17,10 @@ module gestell_output_file_staging
 
   type, public :: staging_type
     !> Where the files are written.
-    character(len=:), allocatable :: place
+    character(len=:), allocatable :: path
     !> Where they will stand.
     character(len=:), allocatable, private :: folder
-    !> Holds `place` as long as the process lives.
+    !> Holds `path` as long as the process lives.
     integer(c_int), private :: handle = -1
     !> The tables that the run can leave.
     character(len=longest_table), allocatable, private :: tables(:)
@@ -32,18 +32,18 @@ module gestell_output_file_staging
     procedure :: retell
   end type staging_type
 
-  !> Within the place: what a run has computed that is not complete (gestell_task_journal). It outlives the run only where that is
+  !> Within it: what a run has computed that is not complete (gestell_task_journal). It outlives the run only where that is
   !> killed.
   character(len=*), parameter, public :: journal_name = "journal"
   !> Runs that can write to one folder at the same time.
   integer, parameter :: most = 1000
-  !> What the old file is called within `place` until all new ones have their names.
+  !> What the old file is called within `path` until all new ones have their names.
   character(len=*), parameter :: old = ".old"
 
 contains
 
-  !> Makes `folder` and within it the place for this run's files, those of `tables`, page and JSON. Error: it cannot be made, or
-  !> nothing can be written there.
+  !> Makes `folder` and within it a staging folder for this run's files, those of `tables`, page and JSON. Error: it cannot be
+  !> made, or nothing can be written there.
   subroutine open_staging(staging, folder, tables, error)
     type(staging_type), intent(out) :: staging
     character(len=*), intent(in) :: folder
@@ -60,8 +60,8 @@ contains
     call take_turn(folder, guard)
     mine = .false.
     do k = 1, most
-      staging%place = folder // "/.gestell-" // text(k)
-      call make_directory(staging%place, made, there)
+      staging%path = folder // "/.gestell-" // text(k)
+      call make_directory(staging%path, made, there)
       if (.not. there) exit
       call take(staging, made, mine)
       if (.not. mine) cycle
@@ -74,7 +74,7 @@ contains
     if (.not. mine) call remove_made(folder, staging%made)
   end subroutine open_staging
 
-  !> Waits until no other process makes or removes places in `folder`. Where there are no locks nothing is waited for.
+  !> Waits until no other process makes or removes staging folders in `folder`. Where there are no locks nothing is waited for.
   subroutine take_turn(folder, guard)
     character(len=*), intent(in) :: folder
     integer(c_int), intent(out) :: guard
@@ -84,7 +84,7 @@ contains
     if (guard >= 0) call try_lock(guard, .true., held, busy)
   end subroutine take_turn
 
-  !> Takes a place unless another process has it. Where there are no locks it must be new.
+  !> Takes a staging folder unless another process has it. Where there are no locks it must be new.
   subroutine take(staging, made, mine)
     type(staging_type), intent(inout) :: staging
     logical, intent(in) :: made
@@ -92,14 +92,14 @@ contains
     logical :: held, busy
 
     mine = made
-    call open_to_read(staging%place, staging%handle)
+    call open_to_read(staging%path, staging%handle)
     if (staging%handle < 0) return
     call try_lock(staging%handle, .false., held, busy)
     mine = held .or. made .and. .not. busy
     if (.not. mine) call unlock_file(staging%handle)
   end subroutine take
 
-  !> Gives all files their places, or none, and ends. Pictures that belong to older tables are removed.
+  !> Moves all files to their folder, or none, and ends. Pictures that belong to older tables are removed.
   !> Error: it cannot be done; what was there before is there again, or the message says that it is not.
   subroutine publish(self, error)
     class(staging_type), intent(inout) :: self
@@ -110,13 +110,13 @@ contains
     integer :: i
 
     names = result_files(self%tables)
-    names = pack(names, [(is_there(self%place // "/" // trim(names(i))), i = 1, size(names))])
+    names = pack(names, [(is_there(self%path // "/" // trim(names(i))), i = 1, size(names))])
     replaces = [(is_there(self%folder // "/" // trim(names(i))), i = 1, size(names))]
     do i = 1, size(names)
-      if (replaces(i)) call link_file(self%folder // "/" // trim(names(i)), self%place // "/" // trim(names(i)) // old, done)
+      if (replaces(i)) call link_file(self%folder // "/" // trim(names(i)), self%path // "/" // trim(names(i)) // old, done)
     end do
     do i = 1, size(names)
-      call rename_file(self%place // "/" // trim(names(i)), self%folder // "/" // trim(names(i)), done)
+      call rename_file(self%path // "/" // trim(names(i)), self%folder // "/" // trim(names(i)), done)
       if (done) cycle
       call fatal_error(error, self%folder // "/" // trim(names(i)) // ": cannot be written: " // last_reason(), failed_computation)
       error%unwritten = .true.
@@ -126,11 +126,11 @@ contains
     end do
     if (.not. allocated(error)) call remove_old_pictures(self, names)
     call leave(self, done)
-    if (.not. (done .or. allocated(error))) call fatal_error(error, self%place // ": cannot be removed: " // last_reason(), &
+    if (.not. (done .or. allocated(error))) call fatal_error(error, self%path // ": cannot be removed: " // last_reason(), &
       & failed_computation)
   end subroutine publish
 
-  !> Brings back what was there in place of these files; not `done` where the file system knows no second names.
+  !> Brings back what was there before these files; not `done` where the file system knows no second names.
   subroutine restore(staging, names, replaces, done)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: names(:)
@@ -142,7 +142,7 @@ contains
     done = .true.
     do i = 1, size(names)
       if (replaces(i)) then
-        call rename_file(staging%place // "/" // trim(names(i)) // old, staging%folder // "/" // trim(names(i)), back)
+        call rename_file(staging%path // "/" // trim(names(i)) // old, staging%folder // "/" // trim(names(i)), back)
         done = done .and. back
       else
         call remove_file(staging%folder // "/" // trim(names(i)))
@@ -166,7 +166,7 @@ contains
     end do
   end subroutine remove_old_pictures
 
-  !> Ends without giving any file its place.
+  !> Ends without moving any file.
   subroutine discard(self)
     class(staging_type), intent(inout) :: self
     logical :: done
@@ -174,7 +174,7 @@ contains
     call leave(self, done)
   end subroutine discard
 
-  !> Removes the place, and the folder where it was made for nothing.
+  !> Removes the staging folder, and that of the results where it was made for nothing.
   subroutine leave(staging, done)
     type(staging_type), intent(inout) :: staging
     logical, intent(out) :: done
@@ -182,9 +182,9 @@ contains
 
     call take_turn(staging%folder, guard)
     call empty(staging)
-    call remove_file(staging%place // "/" // journal_name)
-    call remove_file(staging%place // "/" // journal_name // growing)
-    call remove_folder(staging%place, done)
+    call remove_file(staging%path // "/" // journal_name)
+    call remove_file(staging%path // "/" // journal_name // growing)
+    call remove_folder(staging%path, done)
     call unlock_file(staging%handle)
     staging%handle = -1
     call unlock_file(guard)
@@ -199,9 +199,9 @@ contains
     associate (names => result_files(staging%tables))
       do i = 1, size(names)
         name = names(i)
-        call remove_file(staging%place // "/" // trim(name))
-        call remove_file(staging%place // "/" // trim(name) // growing)
-        call remove_file(staging%place // "/" // trim(name) // old)
+        call remove_file(staging%path // "/" // trim(name))
+        call remove_file(staging%path // "/" // trim(name) // growing)
+        call remove_file(staging%path // "/" // trim(name) // old)
       end do
     end associate
   end subroutine empty
@@ -212,9 +212,9 @@ contains
     type(error_type), allocatable, intent(inout) :: error
     integer :: i
 
-    if (.not. (allocated(error) .and. allocated(self%place))) return
-    i = index(error%message, self%place // "/")
-    if (i > 0) error%message = error%message(:i - 1) // self%folder // error%message(i + len(self%place):)
+    if (.not. (allocated(error) .and. allocated(self%path))) return
+    i = index(error%message, self%path // "/")
+    if (i > 0) error%message = error%message(:i - 1) // self%folder // error%message(i + len(self%path):)
   end subroutine retell
 
 end module gestell_output_file_staging

@@ -15,10 +15,10 @@ module gestell_output_picture_gnuplot
 
 contains
 
-  !> Draws these figures, whose scripts are in `place` until they get theirs in `folder`. `drawn` names the pictures, with commas.
+  !> Draws these figures, whose scripts are in `staging` until they get theirs in `folder`. `drawn` names the pictures, with commas.
   !> Error, the first one, the others are drawn: gnuplot is not there, or could not draw one.
-  subroutine draw_pictures(place, folder, figures, drawn, error)
-    character(len=*), intent(in) :: place, folder
+  subroutine draw_pictures(staging, folder, figures, drawn, error)
+    character(len=*), intent(in) :: staging, folder
     type(figure_type), intent(in) :: figures(:)
     character(len=:), allocatable, intent(out) :: drawn
     type(error_type), allocatable, intent(out) :: error
@@ -35,17 +35,17 @@ contains
     do i = 1, size(figures)
       name = figures(i)%name
       ! -d: without the user's own settings
-      if (shell_does("cd " // quoted(place) // " && gnuplot -d " // name // ".gp", code)) then
-        complete = has_end(place // "/" // name // ".svg", svg_end)
-        if (complete) complete = has_end(place // "/" // name // ".png", png_end)
+      if (shell_does("cd " // quoted(staging) // " && gnuplot -d " // name // ".gp", code)) then
+        complete = has_end(staging // "/" // name // ".svg", svg_end)
+        if (complete) complete = has_end(staging // "/" // name // ".png", png_end)
         if (complete) then
           if (drawn /= "") drawn = drawn // ", "
           drawn = drawn // name
           cycle
         end if
       end if
-      call remove_file(place // "/" // name // ".svg")
-      call remove_file(place // "/" // name // ".png")
+      call remove_file(staging // "/" // name // ".svg")
+      call remove_file(staging // "/" // name // ".png")
       if (.not. allocated(error)) call fatal_error(error, folder // "/" // name // ".gp: gnuplot cannot draw it (exit code " &
         & // text(code) // "); run gnuplot " // name // ".gp in that folder to see why", failed_computation)
     end do

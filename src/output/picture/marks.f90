@@ -29,7 +29,7 @@ module gestell_output_picture_marks
 contains
 
   !> The marks of a picture whose x axis goes from range(1) to range(2): the input's own value (none: size 0), and around those of
-  !> the places `at`, in their order, that are `unstable` the intervals half way to their neighbours. `unit`: of the input's value.
+  !> the points `at`, in their order, that are `unstable` the intervals half way to their neighbours. `unit`: of the input's value.
   pure type(marks_type) function chart_marks(range, input, unit, at, unstable) result(marks)
     real(dp), intent(in) :: range(2), input(:), at(:)
     character(len=*), intent(in) :: unit
@@ -65,16 +65,16 @@ contains
     marks = own_marks(coordinate(axis, [axis%from, axis%to]), value, coordinate(axis, value), unit, "front")
   end function input_marks
 
-  pure type(marks_type) function own_marks(range, value, place, unit, layer) result(marks)
-    real(dp), intent(in) :: range(2), value(:), place(:)
+  pure type(marks_type) function own_marks(range, value, position, unit, layer) result(marks)
+    real(dp), intent(in) :: range(2), value(:), position(:)
     character(len=*), intent(in) :: unit, layer
 
     marks%lines = ""
     marks%entries = ""
-    if (size(place) /= 1) return
-    if (.not. within(place(1), range)) return
-    marks%lines = "set arrow " // text(first_number) // " from first " // concise(place(1), 9) // ",graph 0 to first " &
-      & // concise(place(1), 9) // ",graph 1 nohead " // layer // " " // own_line // newline
+    if (size(position) /= 1) return
+    if (.not. within(position(1), range)) return
+    marks%lines = "set arrow " // text(first_number) // " from first " // concise(position(1), 9) // ",graph 0 to first " &
+      & // concise(position(1), 9) // ",graph 1 nohead " // layer // " " // own_line // newline
     marks%entries = ", keyentry with lines " // own_line // " title " &
       & // quoted(trim("input: " // concise(value(1), 6) // " " // unit)) // " noenhanced"
   end function own_marks
@@ -86,10 +86,10 @@ contains
     joined%entries = a%entries // b%entries
   end function joined
 
-  pure logical function within(place, range)
-    real(dp), intent(in) :: place, range(2)
+  pure logical function within(value, range)
+    real(dp), intent(in) :: value, range(2)
 
-    within = (place - range(1)) * (place - range(2)) <= 0
+    within = (value - range(1)) * (value - range(2)) <= 0
   end function within
 
   !> An interval of the x axis in which machines are unstable.
@@ -106,11 +106,11 @@ contains
   !> holds in a row of the file.
   pure function boxes_where(file, condition, x, half, low, high) result(words)
     character(len=*), intent(in) :: file, condition, x, half, low, high
-    character(len=:), allocatable :: words, place
+    character(len=:), allocatable :: words, at
 
-    place = "(" // condition // " ? " // x // " : 1e290)"
-    words = ", '" // file // "' using " // place // ":(" // low // "):(" // place // " - " // half &
-      & // "):(" // place // " + " // half // "):(" // low // "):(" // high // ") with boxxyerror " // unstable_fill // " notitle"
+    at = "(" // condition // " ? " // x // " : 1e290)"
+    words = ", '" // file // "' using " // at // ":(" // low // "):(" // at // " - " // half &
+      & // "):(" // at // " + " // half // "):(" // low // "):(" // high // ") with boxxyerror " // unstable_fill // " notitle"
   end function boxes_where
 
   !> A mark in a plane where the input's machine lies, by its `values` on both axes; nothing outside of the ranges.
@@ -118,12 +118,12 @@ contains
     type(axis_type), intent(in) :: axes(2)
     real(dp), intent(in) :: values(2)
     character(len=:), allocatable :: line, at
-    real(dp) :: place(2)
+    real(dp) :: position(2)
 
     line = ""
-    place = coordinate(axes, values)
+    position = coordinate(axes, values)
     if (.not. (within(values(1), [axes(1)%from, axes(1)%to]) .and. within(values(2), [axes(2)%from, axes(2)%to]))) return
-    at = concise(place(1), 9) // "," // concise(place(2), 9)
+    at = concise(position(1), 9) // "," // concise(position(2), 9)
     line = "set style textbox opaque noborder margins 0.3,0.3" // newline &
       & // "set object " // text(first_number) // " circle at " // at // " size graph 0.01 front fillcolor rgb '#FFFFFF' " &
       & // "fillstyle solid 1 border lc rgb '#8E24AA'" // newline &
@@ -131,11 +131,11 @@ contains
       & // "font ',12' boxed front" // newline
   end function input_point
 
-  !> Places of words as near to these positions as can be, at least `distance` from each other and within a range with room for
+  !> Positions of words as near to these `positions` as can be, at least `distance` from each other and within a range with room for
   !> all: the isotonic regression of the positions less the distances before them, by pooling neighbours that are too close.
-  pure function apart(positions, distance, range) result(places)
+  pure function apart(positions, distance, range) result(spaced)
     real(dp), intent(in) :: positions(:), distance, range(2)
-    real(dp) :: places(size(positions)), means(size(positions)), before(size(positions)), room(2)
+    real(dp) :: spaced(size(positions)), means(size(positions)), before(size(positions)), room(2)
     integer :: order(size(positions)), members(size(positions)), i, n
 
     order = ascending(positions)
@@ -153,7 +153,7 @@ contains
       end do
     end do
     room = [minval(range), maxval(range) - distance * (size(order) - 1)]
-    places(order) = [(spread(min(max(means(i), room(1)), max(room(2), room(1))), 1, members(i)), i = 1, n)] + before
+    spaced(order) = [(spread(min(max(means(i), room(1)), max(room(2), room(1))), 1, members(i)), i = 1, n)] + before
   end function apart
 
   !> The first of these positions, and of those behind it all that are not closer than `distance` to one that is chosen before.

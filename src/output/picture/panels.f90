@@ -90,17 +90,17 @@ contains
     if (shown) line = "set key on at graph 1,graph 1.01 bottom right horizontal samplen 2 width 1 font ',12'" // newline
   end function key_line
 
-  !> `factor` times the columns of `file` over its first, named by `names`, with the styles of these `places` where there is
+  !> `factor` times the columns of `file` over its first, named by `names`, with the styles of these `numbers` where there is
   !> not one for each.
-  pure function history_panel(file, label, factor, columns, names, places) result(lines)
+  pure function history_panel(file, label, factor, columns, names, numbers) result(lines)
     character(len=*), intent(in) :: file, label, factor, names(:)
     integer, intent(in) :: columns(:)
-    integer, intent(in), optional :: places(:)
+    integer, intent(in), optional :: numbers(:)
     character(len=:), allocatable :: lines
     integer :: styles(size(columns)), i
 
     styles = [(i, i = 1, size(columns))]
-    if (present(places)) styles = places
+    if (present(numbers)) styles = numbers
 
     lines = extent_lines(file, values_of(factor, columns)) // "set yrange [low - 0.07 * (high - low):high + 0.07 * (high - low)]" &
       & // newline // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot "

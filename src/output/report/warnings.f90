@@ -20,25 +20,25 @@ contains
     type(moved_type), intent(in) :: all(:)
     character(len=*), intent(in) :: model
     character(len=:), allocatable :: line
-    integer :: turn, way
+    integer :: turn, path
 
     line = ""
     if (size(all) == 0) return
     turn = maxloc(all%turn, dim=1)
-    way = maxloc(all%displacement, dim=1)
+    path = maxloc(all%displacement, dim=1)
     if (model == "exact") then
       if (.not. any(all%is_great())) return
       line = "  GREAT MOTIONS: psi reaches " // concise(all(turn)%turn, 3) // " rad"
-      if (all(way)%displacement > 0) line = line // ", F moves by " // concise(all(way)%displacement, 3) // " m"
+      if (all(path)%displacement > 0) line = line // ", F moves by " // concise(all(path)%displacement, 3) // " m"
       line = line // newline // "    springs and dampers are taken as linear that far: are they?" // newline
       return
     end if
     if (.not. any(.not. all%small())) return
     line = "  BEYOND SMALL MOTIONS:"
     if (all(turn)%turns_too_far()) line = line // " psi reaches " // concise(all(turn)%turn, 3) // " rad"
-    if (all(turn)%turns_too_far() .and. all(way)%goes_too_far()) line = line // ","
-    if (all(way)%goes_too_far()) line = line // " F moves by " // concise(all(way)%displacement, 3) // " m"
-    line = line // newline // "    the equations are linear: psi up to " // small_motion_limits(all(way)%size) // newline
+    if (all(turn)%turns_too_far() .and. all(path)%goes_too_far()) line = line // ","
+    if (all(path)%goes_too_far()) line = line // " F moves by " // concise(all(path)%displacement, 3) // " m"
+    line = line // newline // "    the equations are linear: psi up to " // small_motion_limits(all(path)%size) // newline
   end function beyond_small
 
   !> Up to where the equations are meant.
@@ -69,9 +69,9 @@ contains
     end if
   end function left_at
 
-  !> The intervals of `places`, in their order, where `chosen` holds: "218.1 to 245.3, 300"; or, not `joined`, one by one.
-  pure function stretches(places, chosen, joined) result(words)
-    real(dp), intent(in) :: places(:)
+  !> The intervals of `values`, in their order, where `chosen` holds: "218.1 to 245.3, 300"; or, not `joined`, one by one.
+  pure function stretches(values, chosen, joined) result(words)
+    real(dp), intent(in) :: values(:)
     logical, intent(in) :: chosen(:), joined
     character(len=:), allocatable :: words
     integer :: i, first, listed
@@ -79,16 +79,16 @@ contains
     words = ""
     listed = 0
     first = 0
-    do i = 1, size(places)
+    do i = 1, size(values)
       if (chosen(i) .and. first == 0) first = i
       if (first == 0) cycle
-      if (joined .and. i < size(places)) then
+      if (joined .and. i < size(values)) then
         if (chosen(i) .and. chosen(i + 1)) cycle
       end if
       listed = listed + 1
       if (listed > 1 .and. listed <= most_listed + 1) words = words // ", "
-      if (listed <= most_listed) words = words // concise(places(first), 6)
-      if (listed <= most_listed .and. i > first) words = words // " to " // concise(places(i), 6)
+      if (listed <= most_listed) words = words // concise(values(first), 6)
+      if (listed <= most_listed .and. i > first) words = words // " to " // concise(values(i), 6)
       if (listed == most_listed + 1) words = words // "..."
       first = 0
     end do

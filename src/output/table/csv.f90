@@ -16,18 +16,15 @@ module gestell_output_table_csv
 
 contains
 
-  !> Writes the table to its file in `folder`; `preamble` heads it. Error: it cannot be written.
+  !> Writes the table to its file in `folder`; `preamble`, complete lines, heads it. Error: it cannot be written.
   subroutine write_csv(folder, table, preamble, error)
-    character(len=*), intent(in) :: folder, preamble(:)
+    character(len=*), intent(in) :: folder, preamble
     type(table_type), intent(in) :: table
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: output
-    integer :: i
 
     call open_output(output, folder // "/" // table%name // ".csv")
-    do i = 1, size(preamble)
-      call output%append("# " // trim(preamble(i)) // newline)
-    end do
+    call output%append(preamble)
     call append_rows(table, output)
     call output%complete(error)
   end subroutine write_csv

@@ -34,12 +34,12 @@ contains
     character(len=number_width) :: word
     integer(int64) :: digits
     integer :: exponent, first
-    logical :: sure
+    logical :: decided
 
     ! the exponent, from its bits: nothing is compared, for NaN would raise an exception
-    sure = abs(iand(int(shiftr(transfer(value, digits), 52)), 2047) - 1023) < farthest
-    if (sure) call find_digits(abs(value), digits, exponent, sure)
-    if (.not. sure) then
+    decided = abs(iand(int(shiftr(transfer(value, digits), 52)), 2047) - 1023) < farthest
+    if (decided) call find_digits(abs(value), digits, exponent, decided)
+    if (.not. decided) then
       write (word, "(es24.16e3)") value
       first = verify(word, " ")
       line(n + 1:n + number_width + 1 - first) = word(first:)
@@ -62,13 +62,13 @@ contains
     n = n + 23
   end subroutine put_number
 
-  !> The 17 digits and the exponent of a positive number; not `sure` if the table of powers is too short to tell to which
+  !> The 17 digits and the exponent of a positive number; not `decided` if the table of powers is too short to tell to which
   !> side the last digit is rounded.
-  pure subroutine find_digits(value, digits, exponent, sure)
+  pure subroutine find_digits(value, digits, exponent, decided)
     real(dp), intent(in) :: value
     integer(int64), intent(out) :: digits
     integer, intent(out) :: exponent
-    logical, intent(out) :: sure
+    logical, intent(out) :: decided
     real(dp), parameter :: decades_of_two = 0.30102999566398120_dp
     integer(int64), parameter :: hidden_bit = 2_int64**52
     integer(wide) :: product, rest, half
@@ -92,7 +92,7 @@ contains
     rest = product - shiftl(int(digits, wide), places)
     half = shiftl(1_wide, places - 1)
     ! the power lacks less than one in its last place
-    sure = abs(rest - half) > bits
+    decided = abs(rest - half) > bits
     if (rest > half) digits = digits + 1
     if (digits < ten_17) return
     digits = ten_16

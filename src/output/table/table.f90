@@ -121,11 +121,11 @@ contains
     character(len=*), intent(in) :: name, meaning
     logical, intent(in) :: values(:)
     logical, intent(in), optional :: known(:)
-    type(column_type) :: column
+    integer :: flags(size(values))
 
-    column%integers = merge(1, 0, values)
-    if (present(known)) column%integers = merge(column%integers, nothing, known)
-    call append(self, column, name, unit_type(), meaning, size(values))
+    flags = merge(1, 0, values)
+    if (present(known)) flags = merge(flags, nothing, known)
+    call self%add(name, meaning, flags)
   end subroutine add_flags
 
   pure subroutine append(table, column, name, unit, meaning, rows)

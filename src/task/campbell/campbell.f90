@@ -35,16 +35,16 @@ module gestell_task_campbell
     !> Whether there is a machine at that speed that could be solved; if so, its modes, by their numbers.
     logical :: solved = .false.
     type(mode_type) :: modes(most_freedoms)
-    !> How many there are, 0 without a machine, and the freedoms that the components of their shapes stand for.
-    integer :: freedoms = 0, free(most_freedoms) = 0
-    !> Whether it is sure which mode is which; of the first point, and after a gap, it is.
-    logical :: sure = .true.
+    !> How many there are, 0 without a machine, and the degrees of freedom that the components of their shapes stand for.
+    integer :: dofs = 0, free(most_freedoms) = 0
+    !> Whether it is certain which mode is which; of the first point, and after a gap, it is.
+    logical :: unambiguous = .true.
     !> The mean mass matrix.
     real(dp) :: mass(most_freedoms, most_freedoms) = 0
   end type campbell_point_type
 
   type, public :: campbell_type
-    !> Modes, and the freedoms that the components of their shapes stand for.
+    !> Modes, and the degrees of freedom that the components of their shapes stand for.
     integer :: modes = 0
     integer, allocatable :: free(:)
     !> In the order of the speeds.
@@ -70,7 +70,7 @@ module gestell_task_campbell
 contains
 
   !> The modes at `speeds` (1/min, all of one sign, ascending or descending), which are the one parameter of `family`. They are
-  !> followed from speed to speed; where it is not sure which is which, by steps between. Modes are numbered by their
+  !> followed from speed to speed; where it is not certain which is which, by steps between. Modes are numbered by their
   !> frequencies at the lowest speed. With an `executor` several threads may ask for members of the family.
   !> Errors: speeds or an order that make no sense; the family has no sound machine (an impossible mechanism is none), or not
   !> frames.
@@ -153,14 +153,14 @@ contains
     end do
   end subroutine follow_modes
 
-  !> Counts a solution, which tells the freedoms too.
+  !> Counts a solution, which tells the degrees of freedom too.
   pure subroutine count_in(point, campbell)
     type(campbell_point_type), intent(in) :: point
     type(campbell_type), intent(inout) :: campbell
 
-    if (point%freedoms == 0) return
-    campbell%modes = point%freedoms
-    campbell%free = point%free(:point%freedoms)
+    if (point%dofs == 0) return
+    campbell%modes = point%dofs
+    campbell%free = point%free(:point%dofs)
     campbell%solutions = campbell%solutions + 1
   end subroutine count_in
 
@@ -191,7 +191,7 @@ contains
     integer :: f, i
 
     f = campbell%modes
-    call track(last%modes(:f), point%mass(:f, :f), crank_speed(point%speed), point%modes(:f), like, point%sure)
+    call track(last%modes(:f), point%mass(:f, :f), crank_speed(point%speed), point%modes(:f), like, point%unambiguous)
     if (like .or. halvings == 0) return
     speed = (last%speed + point%speed) / 2
     i = findloc(abs(known%speed - speed) > 0, .false., dim=1)
@@ -235,7 +235,7 @@ contains
       call solve_modes(system, order%accuracy, modes, mass, error)
     end select
     if (allocated(error)) return
-    point%freedoms = size(modes)
+    point%dofs = size(modes)
     point%free(:size(modes)) = frame%free
     point%modes(:size(modes)) = modes
     point%mass(:size(modes), :size(modes)) = mass
@@ -255,8 +255,8 @@ contains
 
     call solve_point(family, speed, order, point, error)
     if (allocated(error) .or. .not. point%solved) return
-    associate (f => point%freedoms)
-      call track(near%modes(:f), point%mass(:f, :f), crank_speed(speed), point%modes(:f), like, point%sure)
+    associate (f => point%dofs)
+      call track(near%modes(:f), point%mass(:f, :f), crank_speed(speed), point%modes(:f), like, point%unambiguous)
     end associate
   end subroutine solve_tracked
 

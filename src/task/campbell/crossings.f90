@@ -36,9 +36,9 @@ module gestell_task_campbell_crossings
     !> What it found; solutions that it took.
     type(crossing_type), allocatable :: crossings(:)
     integer :: solutions = 0
-    !> Whether a frequency turned out to jump between the points `place - 1` and `place`; the two sides of the jump.
+    !> Whether a frequency turned out to jump between the points `point - 1` and `point`; the two sides of the jump.
     logical :: jump = .false.
-    integer :: place = 0
+    integer :: point = 0
     type(campbell_point_type) :: sides(2)
   contains
     procedure :: point_at
@@ -103,7 +103,7 @@ contains
           crossings = [crossings, search%crossings]
           campbell%solutions = campbell%solutions + search%solutions
           ! With the sides of a jump among the points the search begins anew.
-          if (search%jump) call insert(search%sides, search%place, campbell)
+          if (search%jump) call insert(search%sides, search%point, campbell)
           if (search%jump) exit
         end associate
       end do
@@ -138,7 +138,7 @@ contains
       if (search%solutions == 0 .and. .not. record%reads) return
       call record%pass(search%solutions)
       call record%pass(search%jump)
-      call record%pass(search%place)
+      call record%pass(search%point)
       words = transfer(search%sides, [0_int64])
       call record%pass_words(words)
       search%sides = transfer(words, search%sides)
@@ -158,7 +158,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call solve_tracked(self%family, speed, self%order, near, point, error)
-    if (point%freedoms > 0) self%solutions = self%solutions + 1
+    if (point%dofs > 0) self%solutions = self%solutions + 1
   end subroutine point_at
 
   !> The crossing from point `first` on, if there is one before the next point; `first` moves on. A `jump` of the frequency across
@@ -199,7 +199,7 @@ contains
       if (allocated(error) .or. .not. within%solved) return
       search%jump = abs(value_of(within, mode, multiple, detuning)) > jumping * crank_speed(within%speed) &
         & .and. .not. is_locked(within, mode, multiple)
-      search%place = last
+      search%point = last
       if (search%jump) return
       if (.not. is_locked(within, mode, multiple)) then
         if (abs(multiple - anint(multiple)) > 0) return
@@ -223,19 +223,19 @@ contains
     search%crossings = [search%crossings, crossing]
   end subroutine next_crossing
 
-  !> Puts the points in before point `place`, unless they are there.
-  subroutine insert(sides, place, campbell)
+  !> Puts the points in before point `point`, unless they are there.
+  subroutine insert(sides, point, campbell)
     type(campbell_point_type), intent(in) :: sides(2)
-    integer, intent(in) :: place
+    integer, intent(in) :: point
     type(campbell_type), intent(inout) :: campbell
     type(campbell_point_type), allocatable :: points(:)
     logical :: new(2)
 
     points = campbell%points
-    new = abs(sides%speed - points(place - 1)%speed) > 0 .and. abs(sides%speed - points(place)%speed) > 0
-    campbell%points = [points(:place - 1), pack(sides, new), points(place:)]
-    campbell%points(place:place - 1 + count(new))%ordered = .false.
-    campbell%points(place:place - 1 + count(new))%sure = .false.
+    new = abs(sides%speed - points(point - 1)%speed) > 0 .and. abs(sides%speed - points(point)%speed) > 0
+    campbell%points = [points(:point - 1), pack(sides, new), points(point:)]
+    campbell%points(point:point - 1 + count(new))%ordered = .false.
+    campbell%points(point:point - 1 + count(new))%unambiguous = .false.
   end subroutine insert
 
   !> Whether two real multipliers are so far apart that at least half of the mode's damping is lost.

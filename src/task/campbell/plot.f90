@@ -37,19 +37,19 @@ contains
     character(len=:), allocatable :: lines, frequencies, dampings
     real(dp), allocatable :: damping(:), shown(:)
     real(dp) :: speeds(size(campbell%points)), top
-    logical :: told(campbell%modes)
+    logical :: identified(campbell%modes)
     integer :: i, k
 
     speeds = campbell%points%speed
     top = 0
-    told = .false.
+    identified = .false.
     allocate(damping(1), source=0.0_dp)
     do i = 1, size(campbell%points)
       if (.not. campbell%points(i)%solved) cycle
       do k = 1, campbell%modes
         associate (mode => campbell%points(i)%modes(k))
           if (.not. mode%told) cycle
-          told(k) = .true.
+          identified(k) = .true.
           top = max(top, mode%frequency() / (2 * pi))
           damping = [damping, 100 * mode%damping_ratio()]
         end associate
@@ -70,7 +70,7 @@ contains
       frequencies = frequencies // ", " // concise(shown(size(shown)), 4) // " * abs(x) / 60 with lines lt 8 dt 3 lw 0.8 notitle"
     end do
     do k = 1, campbell%modes
-      if (.not. told(k)) cycle
+      if (.not. identified(k)) cycle
       frequencies = frequencies // curve(k, campbell%modes, "column('frequency_Hz')", .true.)
       dampings = dampings // curve(k, campbell%modes, "100 * column('damping_ratio')", .false.)
     end do
@@ -162,22 +162,22 @@ contains
     real(dp), intent(in) :: speeds(:), top, orders(:)
     character(len=:), allocatable :: lines
     real(dp) :: last
-    real(dp), allocatable :: named(:), places(:)
+    real(dp), allocatable :: named(:), spaced(:)
     integer :: k
 
     last = speeds(size(speeds))
     lines = ""
     named = pack(orders, orders * abs(last) / 60 <= top)
     named = named(:min(size(named), most_named))
-    places = apart(named * abs(last) / 60, 0.05_dp * top, [0.0_dp, top])
+    spaced = apart(named * abs(last) / 60, 0.05_dp * top, [0.0_dp, top])
     do k = 1, size(named)
-      lines = lines // name(named(k), "graph 1,first " // concise(places(k), 7) // " left offset 0.5,0")
+      lines = lines // name(named(k), "graph 1,first " // concise(spaced(k), 7) // " left offset 0.5,0")
     end do
     named = pack(orders, orders * abs(last) / 60 > top .and. orders * minval(abs(speeds)) / 60 <= top)
     named = named(:min(size(named), most_named))
-    places = apart(sign(60 * top / named, last), beside * abs(last - speeds(1)), [speeds(1), last])
+    spaced = apart(sign(60 * top / named, last), beside * abs(last - speeds(1)), [speeds(1), last])
     do k = 1, size(named)
-      lines = lines // name(named(k), "first " // concise(places(k), 7) // ",graph 1 center offset 0,0.6")
+      lines = lines // name(named(k), "first " // concise(spaced(k), 7) // ",graph 1 center offset 0,0.6")
     end do
 
   contains
@@ -278,7 +278,7 @@ contains
     character(len=:), allocatable :: lines, drawn
     type(axis_unit_type) :: unit
     real(dp) :: heights(size(critical)), factor, lowest
-    real(dp), allocatable :: places(:)
+    real(dp), allocatable :: spaced(:)
     integer, allocatable :: shown(:), named(:)
     integer :: i
 
@@ -301,11 +301,11 @@ contains
       i = minloc(heights(named), dim=1)
       named = [named(:i - 1), named(i + 1:)]
     end do
-    places = apart([(critical(named(i))%speed(which), i = 1, size(named))], upright * abs(range(2) - range(1)), range)
+    spaced = apart([(critical(named(i))%speed(which), i = 1, size(named))], upright * abs(range(2) - range(1)), range)
     do i = 1, size(named)
       associate (one => critical(named(i)))
         lines = lines // "set label " // text(i) // " '" // text(one%crossing%mode) // ": " // concise(one%crossing%order, 4) &
-          & // "×' at " // concise(places(i), 9) // "," // concise(factor * one%height(which), 6) &
+          & // "×' at " // concise(spaced(i), 9) // "," // concise(factor * one%height(which), 6) &
           & // " rotate by 90 left offset 0,0.6 font ',11'" // newline
       end associate
     end do

@@ -4,12 +4,11 @@ module gestell_task_campbell_report
   use gestell_base_text, only: concise, fixed, text
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_warnings, only: beyond_small, left_at
+  use gestell_output_report_warnings, only: left_at
   use gestell_task_campbell, only: campbell_point_type, campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
   use gestell_task_critical, only: amplitude, critical_type, force, no_peak, peak, self_excited
   use gestell_study_mode_type, only: mode_type
-  use gestell_study_vibration_small_motion, only: moved_type
   implicit none (type, external)
   private
 
@@ -53,7 +52,7 @@ contains
     end associate
     if (.not. all(solved)) report = report // "  note: at " // counted(count(.not. solved), "speed") &
       & // " there is no machine or no mode can be identified" // newline
-    if (.not. all(campbell%points%sure)) report = report // "  note: about " // unsure(campbell%points) &
+    if (.not. all(campbell%points%unambiguous)) report = report // "  note: about " // ambiguous(campbell%points) &
       & // " rpm modes mix: which is which is not certain" // newline
     report = report // crossing_lines(crossings)
   end function report_campbell
@@ -80,7 +79,7 @@ contains
   end function ratio
 
   !> The first speeds at which modes cannot be told from each other.
-  pure function unsure(points) result(list)
+  pure function ambiguous(points) result(list)
     type(campbell_point_type), intent(in) :: points(:)
     character(len=:), allocatable :: list
     integer, parameter :: most = 5
@@ -91,15 +90,15 @@ contains
     named = 0
     before = .false.
     do i = 1, size(points)
-      if (.not. points(i)%sure .and. .not. before) then
+      if (.not. points(i)%unambiguous .and. .not. before) then
         named = named + 1
         if (named > 1 .and. named <= most) list = list // ", "
         if (named <= most) list = list // concise(points(i)%speed, 5)
       end if
-      before = .not. points(i)%sure
+      before = .not. points(i)%unambiguous
     end do
     if (named > most) list = list // ", ..."
-  end function unsure
+  end function ambiguous
 
   pure function crossing_lines(crossings) result(report)
     type(crossing_type), intent(in) :: crossings(:)
@@ -143,19 +142,17 @@ contains
     end associate
   end function noticeably_locked
 
-  !> The critical speeds that can be noticed, of orders 1 to `orders`, under their `verdict`.
-  pure function report_critical(critical, orders, verdict) result(report)
+  !> The critical speeds that can be noticed, of orders 1 to `orders`, under their `verdict` and the `warning` of great motions.
+  pure function report_critical(critical, orders, verdict, warning) result(report)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: orders
-    character(len=*), intent(in) :: verdict
+    character(len=*), intent(in) :: verdict, warning
     character(len=:), allocatable :: report, rows
-    type(moved_type), allocatable :: moved(:)
     integer :: i, listed, quiet
 
     report = newline // "CRITICAL SPEEDS of the orders 1 to " // text(orders) // ", about rest" // newline
     if (verdict /= "stable") report = report // "  " // verdict // newline
-    allocate(moved, source=[(critical(i)%moved, i = 1, size(critical))])
-    report = report // beyond_small(pack(moved, [(any(critical(i)%found), i = 1, size(critical))]), "rest")
+    report = report // warning
     if (size(critical) == 0) then
       report = report // "  no crossing with a multiple of the speed within the range" // newline
       return

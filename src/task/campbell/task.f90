@@ -127,7 +127,8 @@ contains
       end do
       call table%add("real_pair", "1: two real multipliers, locked to the crank or overdamped", [((points(i)%modes(k)%told .and. &
         & points(i)%modes(k)%real_pair, k = 1, modes), i = 1, size(points))])
-      call table%add("sure", "0: which mode is which is not sure here", [((points(i)%sure, k = 1, modes), i = 1, size(points))])
+      call table%add("sure", "0: which mode is which is not sure here", [((points(i)%unambiguous, k = 1, modes), &
+        & i = 1, size(points))])
       call table%add("inserted", "1: the speed is none of those that were ordered", [((.not. points(i)%ordered, k = 1, modes), &
         & i = 1, size(points))])
     end associate

@@ -44,7 +44,7 @@ contains
     type(diagram_type) :: diagram
     type(locked_family_type) :: family
     type(critical_type), allocatable :: critical(:)
-    character(len=:), allocatable :: verdict
+    character(len=:), allocatable :: verdict, warning
     integer :: i
 
     call follow_modes(context, diagram, error)
@@ -55,10 +55,11 @@ contains
     verdict = critical_verdict(critical, diagram%campbell)
     call result%add(table_of(critical, verdict), plot_critical(critical, diagram%campbell, context%configuration%plan%base))
     call result%judge(verdict)
-    call result%warn("undecided", beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), &
-      & i = 1, size(critical))]), model_of_modes))
+    warning = beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), i = 1, size(critical))]), &
+      & model_of_modes)
+    call result%warn("undecided", warning)
     call result%warn("", greatest_peak(critical))
-    call result%say(report_critical(critical, diagram%order%orders, verdict))
+    call result%say(report_critical(critical, diagram%order%orders, verdict, warning))
     associate (unused_task => self)
     end associate
   end subroutine run

@@ -2,6 +2,7 @@
 module gestell_task_drawing_mounts
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise
+  use gestell_math_sorting, only: ascending
   use gestell_model_frame_mounting, only: support_type
   implicit none (type, external)
   private
@@ -38,7 +39,9 @@ contains
         all(:, corners * (i - 1) + k) = points(:, i) + distance * [cos(turn), sin(turn)]
       end do
     end do
-    call sort(all, order)
+    ! by x, then y
+    order = ascending(all(2, :))
+    order = order(ascending(all(1, order)))
     ! Andrew's monotone chain: below from left to right, above back again
     n = 0
     do i = 1, size(order)
@@ -68,30 +71,6 @@ contains
 
     cross = a(1) * b(2) - a(2) * b(1)
   end function cross
-
-  !> Places of points by x, then y.
-  pure subroutine sort(points, order)
-    real(dp), intent(in) :: points(:, :)
-    integer, intent(out) :: order(:)
-    integer :: i, k, this
-
-    do i = 1, size(order)
-      this = i
-      k = i - 1
-      do while (k > 0)
-        if (.not. before(points(:, this), points(:, order(k)))) exit
-        order(k + 1) = order(k)
-        k = k - 1
-      end do
-      order(k + 1) = this
-    end do
-  end subroutine sort
-
-  pure logical function before(a, b)
-    real(dp), intent(in) :: a(2), b(2)
-
-    before = a(1) < b(1) .or. (.not. a(1) > b(1) .and. a(2) < b(2))
-  end function before
 
   !> Spring, damper and ground along both axes of a support, away from `middle`, of this length; a spring that is much stiffer
   !> than the other goes to `stiff`.

@@ -83,21 +83,13 @@ contains
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     real(dp), intent(out) :: low(2), high(2)
-    integer :: i, k
+    integer :: i
 
-    low = 0
-    high = 0
     do i = 1, 2
-      low(i) = min(low(i), minval(diagram%joints(i, :, :)), minval(diagram%centers(i, :, :)))
-      high(i) = max(high(i), maxval(diagram%joints(i, :, :)), maxval(diagram%centers(i, :, :)))
-      do k = 1, size(frame%supports)
-        low(i) = min(low(i), frame%supports(k)%position(i))
-        high(i) = max(high(i), frame%supports(k)%position(i))
-      end do
-      do k = 1, size(probes)
-        low(i) = min(low(i), probes(k)%position(i))
-        high(i) = max(high(i), probes(k)%position(i))
-      end do
+      low(i) = min(0.0_dp, minval(diagram%joints(i, :, :)), minval(diagram%centers(i, :, :)), &
+        & minval(frame%supports%position(i)), minval(probes%position(i)))
+      high(i) = max(0.0_dp, maxval(diagram%joints(i, :, :)), maxval(diagram%centers(i, :, :)), &
+        & maxval(frame%supports%position(i)), maxval(probes%position(i)))
     end do
   end subroutine extremes
 
@@ -200,12 +192,12 @@ contains
           style = style // "'#A0" // colour(bar%link) // "' dt 1 lw 1 notitle"
           at = "step::0::last"
         end if
-        words = words // element(at, way(bar%joints), style)
+        words = words // element(at, columns_between(bar%joints), style)
       end associate
     end do
   end function bars
 
-  !> Of a link that only translates, the way from its joint to its centre of mass.
+  !> Of a link that only translates, the line from its joint to its centre of mass.
   pure function arms(linkage) result(words)
     class(linkage_type), intent(in) :: linkage
     character(len=:), allocatable :: words
@@ -223,7 +215,7 @@ contains
   end function arms
 
   !> The columns from one joint to another.
-  pure function way(joints) result(words)
+  pure function columns_between(joints) result(words)
     integer, intent(in) :: joints(2)
     character(len=:), allocatable :: words
     character(len=:), allocatable :: x1, y1
@@ -232,9 +224,9 @@ contains
     y1 = text(2 * joints(1) + 1)
     words = x1 // ":" // y1 // ":($" // text(2 * joints(2)) // " - $" // x1 // "):($" // text(2 * joints(2) + 1) // " - $" // y1 &
       & // ")"
-  end function way
+  end function columns_between
 
-  !> The ways of joints and of centres of mass that move.
+  !> The paths of joints and of centres of mass that move.
   pure function traces(diagram) result(words)
     type(diagram_type), intent(in) :: diagram
     character(len=:), allocatable :: words

@@ -9,7 +9,7 @@ module gestell_task_drawing_report
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_task_forces_ground, only: static_force
+  use gestell_task_forces_reactions, only: static_force
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private

@@ -11,7 +11,7 @@ module gestell_task_forces
   use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
-  use gestell_task_forces_ground, only: find_places, force_parts, moment, place_type, whole_force
+  use gestell_task_forces_reactions, only: find_reactions, force_parts, moment, reaction_type, whole_force
   use gestell_task_forces_plot, only: plot_forces
   use gestell_task_forces_report, only: force_lines
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -53,57 +53,58 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    type(place_type), allocatable :: places(:)
+    type(reaction_type), allocatable :: reactions(:)
     type(error_type), allocatable :: failure
     real(dp) :: peak
     integer :: i
 
     associate (frame => context%configuration%frame, tasks => context%configuration%tasks, unused => self)
-      if (allocated(context%analysis%vibration)) call find_places(context%analysis%frame, context%analysis%vibration, places, &
-        & failure)
-      if (allocated(places)) then
-        if (.not. all([(finite(places(i)), i = 1, size(places))])) then
-          deallocate(places)
+      if (allocated(context%analysis%vibration)) call find_reactions(context%analysis%frame, context%analysis%vibration, &
+        & reactions, failure)
+      if (allocated(reactions)) then
+        if (.not. all([(finite(reactions(i)), i = 1, size(reactions))])) then
+          deallocate(reactions)
           call fatal_error(failure, "the forces on the ground overflow: they lie beyond what double precision holds", &
             & failed_computation)
         end if
       end if
       peak = ieee_value(peak, ieee_quiet_nan)
-      if (allocated(places)) peak = places(size(places))%statistics(whole_force)%peak
+      if (allocated(reactions)) peak = reactions(size(reactions))%statistics(whole_force)%peak
       call result%brief%add("f_peak", newton, "peak of the whole force on the ground", [peak])
       do i = 1, size(frame%supports)
-        if (allocated(places)) peak = places(i)%statistics(whole_force)%peak
+        if (allocated(reactions)) peak = reactions(i)%statistics(whole_force)%peak
         call result%brief%add("support(" // text(i) // ").f_peak", newton, "peak of the support's force", [peak])
       end do
       call result%fail(failure)
-      if (.not. allocated(places)) return
-      call result%add(summary(places, frame%speed, result%verdict))
-      call result%add(histories(places, frame%speed, frame%period, result%verdict))
-      call result%add(harmonics(places, frame%period, tasks%harmonics, result%verdict))
-      call result%draw(plot_forces(places, frame%speed, tasks%harmonics))
-      call result%say(force_lines(places, frame%speed, trim(result%verdict)))
+      if (.not. allocated(reactions)) return
+      call result%add(summary(reactions, frame%speed, result%verdict))
+      call result%add(histories(reactions, frame%speed, frame%period, result%verdict))
+      call result%add(harmonics(reactions, frame%period, tasks%harmonics, result%verdict))
+      call result%draw(plot_forces(reactions, frame%speed, tasks%harmonics))
+      call result%say(force_lines(reactions, frame%speed, trim(result%verdict)))
     end associate
   end subroutine run
 
-  pure logical function finite(place)
-    type(place_type), intent(in) :: place
+  pure logical function finite(reaction)
+    type(reaction_type), intent(in) :: reaction
 
-    finite = all(place%statistics%finite()) .and. all(ieee_is_finite(place%history)) .and. ieee_is_finite(place%least_compression)
+    finite = all(reaction%statistics%finite()) .and. all(ieee_is_finite(reaction%history)) &
+      & .and. ieee_is_finite(reaction%least_compression)
   end function finite
 
-  !> supports.csv, one row a place; `speed` in rad/s.
-  pure type(table_type) function summary(places, speed, verdict) result(table)
-    type(place_type), intent(in) :: places(:)
+  !> supports.csv, one row for each reaction; `speed` in rad/s.
+  pure type(table_type) function summary(reactions, speed, verdict) result(table)
+    type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: speed
     character(len=*), intent(in) :: verdict
-    real(dp) :: peak(size(places)), error(size(places)), rms(size(places)), crest(size(places)), angle(size(places))
+    real(dp) :: peak(size(reactions)), error(size(reactions)), rms(size(reactions)), crest(size(reactions)), angle(size(reactions))
     character(len=:), allocatable :: part
-    integer :: orders(size(places), force_parts), i, k
+    integer :: orders(size(reactions), force_parts), i, k
 
     table = new_table("supports", "Forces on the ground", "Peak and root mean square, support by support.", verdict, shown=.true.)
-    call table%add("support", "its number; foundation, guide; total: all of them together", (places%name))
-    call table%add("x", metre, "where it is in the frame's system", [(places(i)%position(1), i = 1, size(places))])
-    call table%add("y", metre, "where it is in the frame's system", [(places(i)%position(2), i = 1, size(places))])
+    call table%add("support", "its number; foundation, guide; total: all of them together", (reactions%name))
+    call table%add("x", metre, "where it is in the frame's system", [(reactions(i)%position(1), i = 1, size(reactions))])
+    call table%add("y", metre, "where it is in the frame's system", [(reactions(i)%position(2), i = 1, size(reactions))])
     orders = 0
     do k = 1, force_parts
       peak = 0
@@ -111,9 +112,9 @@ contains
       rms = 0
       crest = 0
       angle = 0
-      do i = 1, size(places)
-        if (k == moment .and. .not. places(i)%turns) cycle
-        associate (found => places(i)%statistics(k))
+      do i = 1, size(reactions)
+        if (k == moment .and. .not. reactions(i)%turns) cycle
+        associate (found => reactions(i)%statistics(k))
           peak(i) = found%peak
           error(i) = found%peak_error
           rms(i) = found%rms
@@ -132,32 +133,32 @@ contains
     do k = 1, force_parts
       call table%add(trim(names(k)) // "_strongest_order", "order of the crank with the greatest amplitude; 0: none", orders(:, k))
     end do
-    if (.not. any(places%weighed)) return
-    call table%add("static_fx", newton, "static force along x", [(places(i)%static(1), i = 1, size(places))])
-    call table%add("static_fy", newton, "static force along y", [(places(i)%static(2), i = 1, size(places))])
-    call table%add("least_compression", newton, "least of the whole force along gravity", places%least_compression, &
+    if (.not. any(reactions%weighed)) return
+    call table%add("static_fx", newton, "static force along x", [(reactions(i)%static(1), i = 1, size(reactions))])
+    call table%add("static_fy", newton, "static force along y", [(reactions(i)%static(2), i = 1, size(reactions))])
+    call table%add("least_compression", newton, "least of the whole force along gravity", reactions%least_compression, &
       & error="least_compression_error")
-    call table%add("least_compression_error", newton, "bound on its error", (places%least_error))
+    call table%add("least_compression_error", newton, "bound on its error", (reactions%least_error))
   end function summary
 
-  pure type(table_type) function histories(places, speed, period, verdict) result(table)
-    type(place_type), intent(in) :: places(:)
+  pure type(table_type) function histories(reactions, speed, period, verdict) result(table)
+    type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: speed, period
     character(len=*), intent(in) :: verdict
     integer :: i, k
 
     table = new_table("supports_history", "Forces over a turn", "The forces of every support over a turn.", verdict)
-    call add_turn(table, speed, period, size(places(1)%history, 1) - 1)
-    do i = 1, size(places)
+    call add_turn(table, speed, period, size(reactions(1)%history, 1) - 1)
+    do i = 1, size(reactions)
       do k = 1, force_parts
-        if (k == moment .and. .not. places(i)%turns) cycle
-        call table%add(column(places(i), k), units(k), "force or moment on the ground", places(i)%history(:, k))
+        if (k == moment .and. .not. reactions(i)%turns) cycle
+        call table%add(column(reactions(i), k), units(k), "force or moment on the ground", reactions(i)%history(:, k))
       end do
     end do
   end function histories
 
-  pure type(table_type) function harmonics(places, period, last, verdict) result(table)
-    type(place_type), intent(in) :: places(:)
+  pure type(table_type) function harmonics(reactions, period, last, verdict) result(table)
+    type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: period
     integer, intent(in) :: last
     character(len=*), intent(in) :: verdict
@@ -166,21 +167,21 @@ contains
     table = new_table("supports_harmonics", "Forces by orders", "Amplitudes of the supports' forces by orders of the crank.", &
       & verdict)
     call add_orders(table, period, last)
-    do i = 1, size(places)
+    do i = 1, size(reactions)
       do k = 1, force_parts
-        if (k == whole_force .or. (k == moment .and. .not. places(i)%turns)) cycle
-        call add_harmonics(table, column(places(i), k), units(k), places(i)%statistics(k)%series(1), last)
+        if (k == whole_force .or. (k == moment .and. .not. reactions(i)%turns)) cycle
+        call add_harmonics(table, column(reactions(i), k), units(k), reactions(i)%statistics(k)%series(1), last)
       end do
     end do
   end function harmonics
 
   !> As fx_1, m_total.
-  pure function column(place, part) result(name)
-    type(place_type), intent(in) :: place
+  pure function column(reaction, part) result(name)
+    type(reaction_type), intent(in) :: reaction
     integer, intent(in) :: part
     character(len=:), allocatable :: name
 
-    name = trim(names(part)) // "_" // trim(place%name)
+    name = trim(names(part)) // "_" // trim(reaction%name)
   end function column
 
 end module gestell_task_forces

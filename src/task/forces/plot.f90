@@ -1,43 +1,43 @@
-!> Pictures of forces on the ground place by place, and of the drive.
+!> Pictures of the forces on the ground, reaction by reaction.
 module gestell_task_forces_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
-  use gestell_task_forces_ground, only: place_type
+  use gestell_task_forces_reactions, only: reaction_type
   implicit none (type, external)
   private
 
   public :: plot_forces
 
   character, parameter :: newline = new_line("a")
-  !> Columns before those of the places.
+  !> Columns before those of the reactions.
   integer, parameter :: before = 2
 
 contains
 
   !> supports.gp, supports_history.gp, supports_harmonics.gp.
-  function plot_forces(places, speed, harmonics) result(figures)
-    type(place_type), intent(in) :: places(:)
+  function plot_forces(reactions, speed, harmonics) result(figures)
+    type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: speed
     integer, intent(in) :: harmonics
     type(figure_type) :: figures(3)
-    character(len=24) :: names(size(places))
-    logical :: turns(size(places))
+    character(len=24) :: names(size(reactions))
+    logical :: turns(size(reactions))
     integer :: i
 
     do i = 1, size(names)
-      names(i) = places(i)%name
-      if (scan(names(i), "0123456789") == 1) names(i) = "support " // places(i)%name
-      turns(i) = places(i)%turns
+      names(i) = reactions(i)%name
+      if (scan(names(i), "0123456789") == 1) names(i) = "support " // reactions(i)%name
+      turns(i) = reactions(i)%turns
     end do
-    figures(1) = plot_places(names)
+    figures(1) = plot_summary(names)
     figures(2) = plot_histories(names, turns, speed)
     figures(3) = plot_orders(names, turns, harmonics)
   end function plot_forces
 
-  !> Bars for every place.
-  function plot_places(names) result(figure)
+  !> Bars for every reaction.
+  function plot_summary(names) result(figure)
     character(len=*), intent(in) :: names(:)
     type(figure_type) :: figure
     character(len=12), parameter :: columns(4) = [character(len=12) :: "fx_peak_N", "fy_peak_N", "f_peak_N", "f_rms_N"]
@@ -64,7 +64,7 @@ contains
         & // trim(titles(i)) // "'"
     end do
     figure = new_figure("supports", "Forces on the ground, place by place", lines, width=800, height=480)
-  end function plot_places
+  end function plot_summary
 
   !> Forces along x and y, their size, and the moment where there is one.
   function plot_histories(names, turns, speed) result(figure)
@@ -112,7 +112,7 @@ contains
       & // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
   end function plot_orders
 
-  !> The first column of each place, which has `always` quantities and one more where it turns, in `wide` columns each.
+  !> The first column of each reaction, which has `always` quantities and one more where it turns, in `wide` columns each.
   pure function first_columns(turns, always, wide) result(first)
     logical, intent(in) :: turns(:)
     integer, intent(in) :: always, wide

@@ -2,7 +2,7 @@
 module gestell_task_machine_model
   use gestell_base_text, only: concise
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_task_stability_report, only: modulus, told
+  use gestell_task_stability_report, only: modulus, modulus_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_vibration_analysis, only: tasks_type
   use gestell_study_frame_model, only: newton_type
@@ -58,7 +58,7 @@ contains
     if (.not. allocated(better)) return
     line = "  BUT these are the equations " // trim(merge("about rest.    ", "to first order.", model == "rest")) &
       & // " About its vibration the machine is " // trim(better%verdict()) &
-      & // ", |rho| = " // told(better, 1, 7) // ": order &model frame='exact'" // newline
+      & // ", |rho| = " // modulus_of(better, 1, 7) // ": order &model frame='exact'" // newline
   end function better_line
 
   !> What every model of the frame finds.

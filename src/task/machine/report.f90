@@ -14,7 +14,7 @@ module gestell_task_machine_report
   use gestell_output_report_wrapping, only: wrapped
   use gestell_task_power_report, only: holder_line
   use gestell_task_machine_model, only: model_line
-  use gestell_task_stability_report, only: out_of_range, told
+  use gestell_task_stability_report, only: modulus_of, out_of_range
   use gestell_model_frame, only: frame_type, dof_names
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analysis_type
@@ -22,8 +22,8 @@ module gestell_task_machine_report
   implicit none (type, external)
   private
 
-  public :: evidence_lines, frequency_lines, report_frequencies, report_machine, resonance_lines, tolerance_note, verdict_lines, &
-    & verdict_sentence
+  public :: evidence_lines, frequency_lines, frequency_list, report_frequencies, report_machine, resonance_lines, tolerance_note, &
+    & verdict_lines, verdict_sentence
 
   character, parameter :: newline = new_line("a")
   !> Speeds closer than this, relative, are called near.
@@ -97,19 +97,28 @@ contains
   function report_frequencies(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
+
+    line = frequency_list(frame)
+    if (line /= "") line = newline // "NATURAL FREQUENCIES of the frame" // line // "; the crank turns at " &
+      & // concise(1 / frame%period, 4) // " Hz" // newline
+  end function report_frequencies
+
+  !> " 1.2, 3.4, 5.6 Hz"; nothing where they cannot be told.
+  function frequency_list(frame) result(list)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: list
     real(dp), allocatable :: frequencies(:)
     type(error_type), allocatable :: error
     integer :: k
 
-    line = ""
+    list = ""
     call frame%natural_frequencies(frequencies, error)
     if (allocated(error)) return
-    line = newline // "NATURAL FREQUENCIES of the frame"
     do k = 1, size(frequencies)
-      line = line // trim(merge(",", " ", k > 1)) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
+      list = list // trim(merge(",", " ", k > 1)) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
     end do
-    line = line // " Hz; the crank turns at " // concise(1 / frame%period, 4) // " Hz" // newline
-  end function report_frequencies
+    list = list // " Hz"
+  end function frequency_list
 
   !> The verdict in a sentence; `others`: what is said of other vibrations.
   pure function verdict_sentence(multipliers, period, others) result(words)
@@ -185,10 +194,10 @@ contains
     rho = abs(multipliers%rho(k))
     bound = rho * multipliers%error(k)
     if (multipliers%error(k) >= 1) then
-      words = told(multipliers, k, 3) // ", lost: no digit of it is sure"
+      words = modulus_of(multipliers, k, 3) // ", lost: no digit of it is sure"
       return
     else if (abs(multipliers%log_abs(k)) > out_of_range) then
-      words = told(multipliers, k, 10) // ", to " // concise(multipliers%error(k), 1) // " of it"
+      words = modulus_of(multipliers, k, 10) // ", to " // concise(multipliers%error(k), 1) // " of it"
       return
     end if
     if (rho > 1.0e-4_dp .and. rho < 1.0e6_dp .and. bound > 1.0e-16_dp) then
@@ -223,7 +232,7 @@ contains
     else
       lines = lines // " (with the steps that were ordered)"
     end if
-    lines = lines // ", by " // ways_taken(found) // ", " // text(found%evaluations) &
+    lines = lines // ", by " // methods_used(found) // ", " // text(found%evaluations) &
       & // " evaluations in all; Liouville's defect " // concise(abs(found%liouville_defect), 1)
     if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
       & // concise(maxval(analysis%multipliers%condition), 2)
@@ -246,7 +255,7 @@ contains
   end function tolerance_note
 
   !> The methods with their effort.
-  pure function ways_taken(found) result(words)
+  pure function methods_used(found) result(words)
     type(evidence_type), intent(in) :: found
     character(len=:), allocatable :: words
 
@@ -255,7 +264,7 @@ contains
     if (found%factors > 0) words = words // " in " // counted(found%factors, "factor")
     if (found%steps > 0 .and. found%angles > 0) words = words // " and "
     if (found%angles > 0) words = words // "reduction on " // counted(found%angles, "angle")
-  end function ways_taken
+  end function methods_used
 
   !> Natural frequencies beside the crank speed: where resonance is near.
   pure function frequency_lines(frequencies, speed) result(lines)

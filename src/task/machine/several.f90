@@ -1,7 +1,7 @@
 !> What is said of several periodic vibrations of one machine: report.
 module gestell_task_machine_several
   use gestell_base_text, only: concise, text
-  use gestell_task_stability_report, only: told
+  use gestell_task_stability_report, only: modulus_of
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_vibration_several, only: index_sum, several_type
@@ -40,7 +40,7 @@ contains
     if (.not. allocated(several)) return
     do i = 1, size(several)
       associate (v => several(i))
-        lines = lines // text(i) // tab // told(v%multipliers, 1, 9) // tab // concise(v%multipliers%error(1), 1) // tab &
+        lines = lines // text(i) // tab // modulus_of(v%multipliers, 1, 9) // tab // concise(v%multipliers%error(1), 1) // tab &
           & // trim(v%multipliers%verdict())
         do k = 1, 3
           lines = lines // tab // concise(1000 * v%peak(k), 5)

@@ -21,22 +21,22 @@ contains
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
     type(figure_type) :: figure
-    character(len=:), allocatable :: lines, places, labels
+    character(len=:), allocatable :: lines, positions, labels
     real(dp) :: radius
     integer :: i, shown
 
     radius = 1
     if (frame%mass > 0 .and. frame%inertia > 0) radius = sqrt(frame%inertia / frame%mass)
     shown = 0
-    places = ""
+    positions = ""
     labels = ""
     do i = 1, size(multipliers%rho)
       if (aimag(multipliers%rho(i)) < 0) then
-        places = places // " -9"
+        positions = positions // " -9"
         cycle
       end if
       shown = shown + 1
-      places = places // " " // text(shown)
+      positions = positions // " " // text(shown)
       if (shown > 1) labels = labels // ", "
       labels = labels // "'" // text(i)
       if (aimag(multipliers%rho(i)) > 0) labels = labels // ", " // text(i + 1)
@@ -44,7 +44,7 @@ contains
     end do
     lines = "set title heading noenhanced" // newline &
       & // "# a row's place among the bars, -9 for the second of a pair" // newline &
-      & // "place(row) = real(word('" // places(2:) // "', int(row)))" // newline &
+      & // "place(row) = real(word('" // positions(2:) // "', int(row)))" // newline &
       & // "size_of(name) = sqrt(column(name . '_re')**2 + column(name . '_im')**2)" // newline &
       & // "radius = " // concise(radius, 9) // newline &
       & // "greatest(a, b, c) = a > b ? (a > c ? a : c) : (b > c ? b : c)" // newline &

@@ -14,7 +14,7 @@ module gestell_task_power_drive
 
   public :: find_drive
 
-  !> A torque over the turn (N m): greatest size with its sign and where (t / T), root of the mean square, mean.
+  !> A torque over the turn (N m): greatest size with its sign and where (t / T), rms, mean.
   type, public :: torque_type
     real(dp) :: peak = 0, peak_phase = 0, rms = 0, mean = 0
   end type torque_type

@@ -4,7 +4,7 @@ module gestell_task_probes_plot
   use gestell_base_text, only: text
   use gestell_output_picture_script, only: figure_type, new_figure, tic
   use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
-  use gestell_task_probes_watched, only: watched_type
+  use gestell_task_probes_response, only: probe_response_type
   implicit none (type, external)
   private
 
@@ -18,16 +18,16 @@ module gestell_task_probes_plot
 contains
 
   !> probes.gp, probes_history.gp, probes_harmonics.gp.
-  function plot_probes(watched, speed, harmonics) result(figures)
-    type(watched_type), intent(in) :: watched(:)
+  function plot_probes(responses, speed, harmonics) result(figures)
+    type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: speed
     integer, intent(in) :: harmonics
     type(figure_type) :: figures(3)
-    character(len=64) :: names(size(watched))
+    character(len=64) :: names(size(responses))
     integer :: i
 
     do i = 1, size(names)
-      names(i) = watched(i)%probe%name
+      names(i) = responses(i)%probe%name
     end do
     figures(1) = plot_limits(names)
     figures(2) = plot_histories(names, speed)

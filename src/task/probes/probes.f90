@@ -11,8 +11,8 @@ module gestell_task_probes
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_probes_plot, only: plot_probes
-  use gestell_task_probes_report, only: limits_told, probe_lines
-  use gestell_task_probes_watched, only: probe_part_names, probe_parts, watch, watched_type
+  use gestell_task_probes_report, only: limit_sentence, probe_lines
+  use gestell_task_probes_response, only: probe_part_names, probe_parts, find_responses, probe_response_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -53,121 +53,117 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    type(watched_type), allocatable :: watched(:)
+    type(probe_response_type), allocatable :: responses(:)
     type(error_type), allocatable :: failure
     real(dp) :: velocity
     integer :: i
 
     associate (frame => context%configuration%frame, probes => context%configuration%probes, &
       & tasks => context%configuration%tasks, unused => self)
-      if (allocated(context%analysis%vibration)) call watch(context%analysis%frame, context%analysis%vibration, probes, &
-        & watched, failure)
-      if (allocated(watched)) then
-        if (.not. all([(finite(watched(i)), i = 1, size(watched))])) then
-          deallocate(watched)
+      if (allocated(context%analysis%vibration)) call find_responses(context%analysis%frame, context%analysis%vibration, probes, &
+        & responses, failure)
+      if (allocated(responses)) then
+        if (.not. all([(finite(responses(i)), i = 1, size(responses))])) then
+          deallocate(responses)
           call fatal_error(failure, "the motion of probes overflows: it lies beyond what double precision holds", &
             & failed_computation)
         end if
       end if
       do i = 1, size(probes)
         velocity = ieee_value(velocity, ieee_quiet_nan)
-        if (allocated(watched)) velocity = mm * watched(i)%greatest
+        if (allocated(responses)) velocity = mm * responses(i)%greatest
         call result%brief%add("probe(" // trim(probes(i)%name) // ").v_band", mm_per_s, "rms in its band", [velocity])
       end do
       call result%fail(failure)
-      if (.not. allocated(watched)) return
-      call result%add(summary(watched, result%verdict))
-      call result%add(histories(watched, frame%speed, frame%period, result%verdict))
-      call result%add(harmonics(watched, frame%period, tasks%harmonics, result%verdict))
-      call result%draw(plot_probes(watched, frame%speed, tasks%harmonics))
-      call result%say(probe_lines(watched, frame%period, trim(result%verdict)))
-      call warn(watched, result)
+      if (.not. allocated(responses)) return
+      call result%add(summary(responses, result%verdict))
+      call result%add(histories(responses, frame%speed, frame%period, result%verdict))
+      call result%add(harmonics(responses, frame%period, tasks%harmonics, result%verdict))
+      call result%draw(plot_probes(responses, frame%speed, tasks%harmonics))
+      call result%say(probe_lines(responses, frame%period, trim(result%verdict)))
+      call warn(responses, result)
     end associate
   end subroutine run
 
   !> A headline for every probe that has a limit.
-  pure subroutine warn(watched, result)
-    type(watched_type), intent(in) :: watched(:)
+  pure subroutine warn(responses, result)
+    type(probe_response_type), intent(in) :: responses(:)
     type(result_type), intent(inout) :: result
-    character(len=300), allocatable :: sentences(:)
     character(len=9) :: state
-    integer :: i, n
+    integer :: i
 
-    allocate(sentences, source=limits_told(watched, trim(result%verdict)))
-    n = 0
-    do i = 1, size(watched)
-      if (.not. watched(i)%probe%limit > 0) cycle
-      n = n + 1
+    do i = 1, size(responses)
+      if (.not. responses(i)%probe%limit > 0) cycle
       state = "undecided"
-      if (watched(i)%verdict() == "within" .and. result%verdict == "stable") state = "stable"
-      if (watched(i)%verdict() == "above" .or. result%verdict == "unstable") state = "unstable"
-      call result%warn(state, trim(sentences(n)))
+      if (responses(i)%verdict() == "within" .and. result%verdict == "stable") state = "stable"
+      if (responses(i)%verdict() == "above" .or. result%verdict == "unstable") state = "unstable"
+      call result%warn(state, limit_sentence(responses(i), trim(result%verdict)))
     end do
   end subroutine warn
 
-  pure logical function finite(watched)
-    type(watched_type), intent(in) :: watched
+  pure logical function finite(response)
+    type(probe_response_type), intent(in) :: response
 
-    finite = all(watched%statistics%finite()) .and. all(ieee_is_finite(watched%history)) .and. ieee_is_finite(watched%greatest) &
-      & .and. ieee_is_finite(watched%error)
+    finite = all(response%statistics%finite()) .and. all(ieee_is_finite(response%history)) .and. ieee_is_finite(response%greatest) &
+      & .and. ieee_is_finite(response%error)
   end function finite
 
   !> probes.csv, one row a probe.
-  pure type(table_type) function summary(watched, verdict) result(table)
-    type(watched_type), intent(in) :: watched(:)
+  pure type(table_type) function summary(responses, verdict) result(table)
+    type(probe_response_type), intent(in) :: responses(:)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: part
     integer :: i, k, n
 
-    n = size(watched)
+    n = size(responses)
     table = new_table("probes", "Probes", "Vibration at the probes.", verdict, shown=.true.)
-    call table%add("name", "of the probe", [(watched(i)%probe%name, i = 1, n)])
-    call table%add("x", metre, "where it is in the frame's system", [(watched(i)%probe%position(1), i = 1, n)])
-    call table%add("y", metre, "where it is in the frame's system", [(watched(i)%probe%position(2), i = 1, n)])
+    call table%add("name", "of the probe", [(responses(i)%probe%name, i = 1, n)])
+    call table%add("x", metre, "where it is in the frame's system", [(responses(i)%probe%position(1), i = 1, n)])
+    call table%add("y", metre, "where it is in the frame's system", [(responses(i)%probe%position(2), i = 1, n)])
     do k = 1, probe_parts
       part = trim(probe_part_names(k))
-      call table%add(part // "_peak", units(k), "greatest size over the period", [(watched(i)%statistics(k)%peak, i = 1, n)], &
+      call table%add(part // "_peak", units(k), "greatest size over the period", [(responses(i)%statistics(k)%peak, i = 1, n)], &
         & error=part // "_peak_error")
-      call table%add(part // "_peak_error", units(k), "bound on its error", [(watched(i)%statistics(k)%peak_error, i = 1, n)])
-      call table%add(part // "_rms", units(k), "root mean square", [(watched(i)%statistics(k)%rms, i = 1, n)])
+      call table%add(part // "_peak_error", units(k), "bound on its error", [(responses(i)%statistics(k)%peak_error, i = 1, n)])
+      call table%add(part // "_rms", units(k), "root mean square", [(responses(i)%statistics(k)%rms, i = 1, n)])
     end do
-    call table%add("vx_rms_band", mm_per_s, "velocity along x, orders within the band", [(mm * watched(i)%band(1), i = 1, n)])
-    call table%add("vy_rms_band", mm_per_s, "velocity along y, orders within the band", [(mm * watched(i)%band(2), i = 1, n)])
-    call table%add("v_rms_band", mm_per_s, "the same in the direction in which it is greatest", mm * watched%greatest, &
+    call table%add("vx_rms_band", mm_per_s, "velocity along x, orders within the band", [(mm * responses(i)%band(1), i = 1, n)])
+    call table%add("vy_rms_band", mm_per_s, "velocity along y, orders within the band", [(mm * responses(i)%band(2), i = 1, n)])
+    call table%add("v_rms_band", mm_per_s, "the same in the direction in which it is greatest", mm * responses%greatest, &
       & error="v_rms_band_error")
-    call table%add("v_rms_band_error", mm_per_s, "bound on its error", mm * watched%error)
-    call table%add("band_from", hertz, "as ordered", [(watched(i)%probe%band(1), i = 1, n)])
-    call table%add("band_to", hertz, "as ordered", [(watched(i)%probe%band(2), i = 1, n)])
-    call table%add("limit", mm_per_s, "as ordered; NaN: none", [(limit(watched(i)), i = 1, n)])
-    call table%add("verdict", "against the limit; empty without one", [(watched(i)%verdict(), i = 1, n)])
+    call table%add("v_rms_band_error", mm_per_s, "bound on its error", mm * responses%error)
+    call table%add("band_from", hertz, "as ordered", [(responses(i)%probe%band(1), i = 1, n)])
+    call table%add("band_to", hertz, "as ordered", [(responses(i)%probe%band(2), i = 1, n)])
+    call table%add("limit", mm_per_s, "as ordered; NaN: none", [(limit(responses(i)), i = 1, n)])
+    call table%add("verdict", "against the limit; empty without one", [(responses(i)%verdict(), i = 1, n)])
   end function summary
 
   !> In mm/s; NaN: there is none.
-  pure real(dp) function limit(watched)
-    type(watched_type), intent(in) :: watched
+  pure real(dp) function limit(response)
+    type(probe_response_type), intent(in) :: response
 
     limit = ieee_value(limit, ieee_quiet_nan)
-    if (watched%probe%limit > 0) limit = mm * watched%probe%limit
+    if (response%probe%limit > 0) limit = mm * response%probe%limit
   end function limit
 
-  pure type(table_type) function histories(watched, speed, period, verdict) result(table)
-    type(watched_type), intent(in) :: watched(:)
+  pure type(table_type) function histories(responses, speed, period, verdict) result(table)
+    type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: speed, period
     character(len=*), intent(in) :: verdict
     integer :: i, k
 
     table = new_table("probes_history", "Probes over a turn", "Velocity at the probes over a turn.", verdict)
-    call add_turn(table, speed, period, size(watched(1)%history, 1) - 1)
-    do i = 1, size(watched)
+    call add_turn(table, speed, period, size(responses(1)%history, 1) - 1)
+    do i = 1, size(responses)
       do k = 1, probe_parts
-        call table%add(column(watched(i), k), units(k), "motion of the probe", watched(i)%history(:, k))
+        call table%add(column(responses(i), k), units(k), "motion of the probe", responses(i)%history(:, k))
       end do
     end do
   end function histories
 
   !> The components along x and y.
-  pure type(table_type) function harmonics(watched, period, last, verdict) result(table)
-    type(watched_type), intent(in) :: watched(:)
+  pure type(table_type) function harmonics(responses, period, last, verdict) result(table)
+    type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: period
     integer, intent(in) :: last
     character(len=*), intent(in) :: verdict
@@ -176,20 +172,20 @@ contains
     table = new_table("probes_harmonics", "Probes by orders", "Amplitudes of the velocity at the probes by orders of the crank.", &
       & verdict)
     call add_orders(table, period, last)
-    do i = 1, size(watched)
+    do i = 1, size(responses)
       do k = 1, probe_parts
-        if (mod(k, 3) > 0) call add_harmonics(table, column(watched(i), k), units(k), watched(i)%statistics(k)%series(1), last)
+        if (mod(k, 3) > 0) call add_harmonics(table, column(responses(i), k), units(k), responses(i)%statistics(k)%series(1), last)
       end do
     end do
   end function harmonics
 
   !> As vx_NAME.
-  pure function column(watched, part) result(name)
-    type(watched_type), intent(in) :: watched
+  pure function column(response, part) result(name)
+    type(probe_response_type), intent(in) :: response
     integer, intent(in) :: part
     character(len=:), allocatable :: name
 
-    name = trim(probe_part_names(part)) // "_" // trim(watched%probe%name)
+    name = trim(probe_part_names(part)) // "_" // trim(response%probe%name)
   end function column
 
 end module gestell_task_probes

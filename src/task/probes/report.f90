@@ -4,52 +4,52 @@ module gestell_task_probes_report
   use gestell_base_text, only: concise, text
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: judged, section
-  use gestell_task_probes_watched, only: probe_parts, velocity_part, watched_type
+  use gestell_task_probes_response, only: probe_parts, velocity_part, probe_response_type
   implicit none (type, external)
   private
 
-  public :: limits_told, probe_lines
+  public :: limit_sentence, probe_lines
 
   character, parameter :: newline = new_line("a")
 
 contains
 
   !> Every probe, with its verdict where it has a limit. `period`: of the crank (s).
-  pure function probe_lines(watched, period, verdict) result(lines)
-    type(watched_type), intent(in) :: watched(:)
+  pure function probe_lines(responses, period, verdict) result(lines)
+    type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: period
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     integer :: i
 
     lines = ""
-    do i = 1, size(watched)
-      lines = lines // probe_row(watched(i)) // newline
+    do i = 1, size(responses)
+      lines = lines // probe_row(responses(i)) // newline
     end do
     lines = section("VIBRATION AT PROBES; rms in the direction where it is greatest", verdict) &
       & // tabulated("lrrrrr", ",peak,peak,peak,rms in band,error" // newline // ",mm,mm/s,m/s^2,mm/s,mm/s", lines)
-    do i = 1, size(watched)
-      lines = lines // band_lines(watched(i), period, verdict)
+    do i = 1, size(responses)
+      lines = lines // band_lines(responses(i), period, verdict)
     end do
   end function probe_lines
 
-  pure function probe_row(watched) result(row)
-    type(watched_type), intent(in) :: watched
+  pure function probe_row(response) result(row)
+    type(probe_response_type), intent(in) :: response
     character(len=:), allocatable :: row
     real(dp), parameter :: factors(3) = [1.0e3_dp, 1.0e3_dp, 1.0_dp]
     integer :: k
 
-    row = trim(watched%probe%name) // " (" // concise(watched%probe%position(1), 4) // "," &
-      & // concise(watched%probe%position(2), 4) // ")"
+    row = trim(response%probe%name) // " (" // concise(response%probe%position(1), 4) // "," &
+      & // concise(response%probe%position(2), 4) // ")"
     do k = 1, 3
-      row = row // tab // concise(factors(k) * watched%statistics(k * probe_parts / 3)%peak, 5)
+      row = row // tab // concise(factors(k) * response%statistics(k * probe_parts / 3)%peak, 5)
     end do
-    row = row // tab // concise(1000 * watched%greatest, 5) // tab // concise(1000 * watched%error, 1)
+    row = row // tab // concise(1000 * response%greatest, 5) // tab // concise(1000 * response%error, 1)
   end function probe_row
 
   !> Which orders the band holds, and the verdict.
-  pure function band_lines(watched, period, verdict) result(lines)
-    type(watched_type), intent(in) :: watched
+  pure function band_lines(response, period, verdict) result(lines)
+    type(probe_response_type), intent(in) :: response
     real(dp), intent(in) :: period
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
@@ -57,9 +57,9 @@ contains
     real(dp), parameter :: much = 1.5_dp
     real(dp) :: orders(2), whole
 
-    associate (band => watched%probe%band, limit => watched%probe%limit)
-      lines = "  " // trim(watched%probe%name) // ": "
-      if (limit > 0) lines = lines // against_limit(watched) // "; "
+    associate (band => response%probe%band, limit => response%probe%limit)
+      lines = "  " // trim(response%probe%name) // ": "
+      if (limit > 0) lines = lines // against_limit(response) // "; "
       lines = lines // concise(band(1)) // " to " // concise(band(2)) // " Hz, "
       orders = min(band * period, 1.0e9_dp)
       orders = [max(1, ceiling(orders(1) * (1 - 1.0e-12_dp))), floor(orders(2) * (1 + 1.0e-12_dp))]
@@ -70,47 +70,39 @@ contains
       end if
       lines = lines // newline
       if (limit > 0 .and. judged(verdict) /= "") lines = lines // "    " // judged(verdict) // newline
-      whole = watched%statistics(velocity_part)%rms
-      if (whole > much * watched%greatest .and. orders(1) > 1) lines = lines // "    mind the lower end of the band: " // &
+      whole = response%statistics(velocity_part)%rms
+      if (whole > much * response%greatest .and. orders(1) > 1) lines = lines // "    mind the lower end of the band: " // &
         & "in all orders together the velocity has an rms of " // concise(1000 * whole, 4) // " mm/s" // newline
     end associate
   end function band_lines
 
   !> The verdict in words.
-  pure function against_limit(watched) result(words)
-    type(watched_type), intent(in) :: watched
+  pure function against_limit(response) result(words)
+    type(probe_response_type), intent(in) :: response
     character(len=:), allocatable :: words
 
-    associate (limit => watched%probe%limit)
-      select case (watched%verdict())
+    associate (limit => response%probe%limit)
+      select case (response%verdict())
       case ("within")
-        words = "WITHIN the limit of " // concise(1000 * limit) // " mm/s, at " // concise(100 * watched%greatest / limit, 3) &
+        words = "WITHIN the limit of " // concise(1000 * limit) // " mm/s, at " // concise(100 * response%greatest / limit, 3) &
           & // " % of it"
       case ("above")
         words = "ABOVE the limit of " // concise(1000 * limit) // " mm/s, by " &
-          & // concise(100 * (watched%greatest / limit - 1), 3) // " %"
+          & // concise(100 * (response%greatest / limit - 1), 3) // " %"
       case default
         words = "UNDECIDED against the limit of " // concise(1000 * limit) // " mm/s: the error reaches across it"
       end select
     end associate
   end function against_limit
 
-  !> One sentence for every probe that has a limit. `verdict`: of the machine.
-  pure function limits_told(watched, verdict) result(sentences)
-    type(watched_type), intent(in) :: watched(:)
+  !> A probe against its limit. `verdict`: of the machine.
+  pure function limit_sentence(response, verdict) result(sentence)
+    type(probe_response_type), intent(in) :: response
     character(len=*), intent(in) :: verdict
-    character(len=300), allocatable :: sentences(:)
-    integer :: i, n
+    character(len=:), allocatable :: sentence
 
-    allocate(sentences(count(watched%probe%limit > 0)))
-    n = 0
-    do i = 1, size(watched)
-      if (.not. watched(i)%probe%limit > 0) cycle
-      n = n + 1
-      sentences(n) = trim(watched(i)%probe%name) // ": " // concise(1000 * watched(i)%greatest, 4) // " mm/s, " &
-        & // against_limit(watched(i))
-      if (judged(verdict) /= "") sentences(n) = judged(verdict) // "; " // sentences(n)
-    end do
-  end function limits_told
+    sentence = trim(response%probe%name) // ": " // concise(1000 * response%greatest, 4) // " mm/s, " // against_limit(response)
+    if (judged(verdict) /= "") sentence = judged(verdict) // "; " // sentence
+  end function limit_sentence
 
 end module gestell_task_probes_report

@@ -1,5 +1,5 @@
-!> The resonance curve of a machine: peaks, roots of the mean square and orders of quantities of the vibration over the crank
-!> speed, at the speeds of a grid and at those between that make it true.
+!> The resonance curve of a machine: peaks, rms values and orders of quantities of the vibration over the crank speed,
+!> at the speeds of a grid and at those between that make it true.
 !>
 !> The speeds come in rounds, so that a caller may share those of one round among threads:
 !>
@@ -10,7 +10,7 @@
 !>       call curve%add(points)
 !>     end do
 !>
-!> `solve_curve` does that on one.
+!> `solve_curve` does that by an executor, or on one thread.
 module gestell_task_resonance_curve
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -20,6 +20,9 @@ module gestell_task_resonance_curve
   use gestell_task_resonance_seeds, only: crossing_speeds
   use gestell_study_speed_point, only: check_speed_order, marginal, solve_speed_point, speed_order_type, speed_point_type
   use gestell_study_speeds, only: check_speeds
+  use gestell_task_executor, only: executor_type, spread_over, work_type
+  use gestell_task_record, only: record_type
+  use gestell_task_resonance_record, only: exchange_point
   implicit none (type, external)
   private
 
@@ -39,6 +42,17 @@ module gestell_task_resonance_curve
     procedure :: add
     procedure :: finish
   end type resonance_curve_type
+
+  !> A piece is a speed of a round.
+  type, extends(work_type) :: round_type
+    class(family_type), pointer :: family => null()
+    type(speed_order_type) :: order
+    real(dp), allocatable :: speeds(:)
+    type(speed_point_type), allocatable :: points(:)
+  contains
+    procedure :: compute
+    procedure :: exchange
+  end type round_type
 
   !> Speeds that are added to those of the grid, and rounds, at the most.
   integer, parameter, public :: most_refined = 6000, most_rounds = 100
@@ -138,7 +152,7 @@ contains
     logical, intent(in) :: known(:)
     logical, allocatable, intent(out) :: bent(:)
     real(dp) :: slope(size(level) - 1), change(size(level)), h(size(level) - 1)
-    logical :: told(size(level))
+    logical :: defined(size(level))
     integer :: i, n
 
     n = size(level)
@@ -147,14 +161,14 @@ contains
     slope = 0
     where (known(2:) .and. known(:n - 1)) slope = (level(2:) - level(:n - 1)) / h
     change = 0
-    told = .false.
+    defined = .false.
     do i = 2, n - 1
-      told(i) = all(known(i - 1:i + 1))
-      if (told(i)) change(i) = abs(slope(i) - slope(i - 1))
+      defined(i) = all(known(i - 1:i + 1))
+      if (defined(i)) change(i) = abs(slope(i) - slope(i - 1))
     end do
     do i = 1, n - 1
       if (.not. (known(i) .and. known(i + 1))) cycle
-      bent(i) = h(i) * maxval(change(i:i + 1)) > merge(2, 1, all(told(i:i + 1))) * straight .or. .not. any(told(i:i + 1))
+      bent(i) = h(i) * maxval(change(i:i + 1)) > merge(2, 1, all(defined(i:i + 1))) * straight .or. .not. any(defined(i:i + 1))
     end do
   end subroutine bent_intervals
 
@@ -196,31 +210,47 @@ contains
     end do
   end subroutine finish
 
-  !> The whole curve. Errors: as of `start_curve`; that of the first speed whose parameter makes no sense.
-  subroutine solve_curve(family, order, speeds, curve, error)
-    class(family_type), intent(in) :: family
+  !> The whole curve. With an `executor` several threads may ask for members of the family. Errors: as of `start_curve`; that of
+  !> the first speed whose parameter makes no sense.
+  subroutine solve_curve(family, order, speeds, curve, error, executor)
+    class(family_type), intent(in), target :: family
     type(speed_order_type), intent(in) :: order
     real(dp), intent(in) :: speeds(:)
     type(resonance_curve_type), intent(out) :: curve
     type(error_type), allocatable, intent(out) :: error
-    type(speed_point_type), allocatable :: points(:)
-    real(dp), allocatable :: round(:)
-    integer :: k
+    class(executor_type), intent(inout), optional :: executor
+    type(round_type) :: round
 
     call start_curve(curve, order, speeds, error)
     if (allocated(error)) return
+    round%family => family
+    round%order = order
     do
-      call curve%wanted(round)
-      if (size(round) == 0) exit
-      allocate(points(size(round)))
-      do k = 1, size(round)
-        call solve_speed_point(family, round(k), order, points(k), error)
-        if (allocated(error)) return
-      end do
-      call curve%add(points)
-      deallocate(points)
+      call curve%wanted(round%speeds)
+      if (size(round%speeds) == 0) exit
+      if (allocated(round%points)) deallocate(round%points)
+      allocate(round%points(size(round%speeds)))
+      call spread_over(round, size(round%speeds), error, executor)
+      if (allocated(error)) return
+      call curve%add(round%points)
     end do
     call curve%finish()
   end subroutine solve_curve
+
+  recursive subroutine compute(self, k, error)
+    class(round_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_speed_point(self%family, self%speeds(k), self%order, self%points(k), error)
+  end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(round_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call exchange_point(self%points(k), record)
+  end subroutine exchange
 
 end module gestell_task_resonance_curve

@@ -247,7 +247,7 @@ contains
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: range(2)
     character(len=:), allocatable :: lines
-    real(dp), allocatable :: places(:)
+    real(dp), allocatable :: spaced(:)
     integer, allocatable :: mine(:)
     integer :: q, i, n
 
@@ -256,11 +256,11 @@ contains
     do q = 1, size(curve%order%names)
       mine = pack([(i, i = 1, size(curve%maxima))], curve%maxima%quantity == q)
       if (size(mine) > most_labelled) cycle
-      places = apart((curve%maxima(mine)%speed), 0.08_dp * abs(range(2) - range(1)), range)
+      spaced = apart((curve%maxima(mine)%speed), 0.08_dp * abs(range(2) - range(1)), range)
       do i = 1, size(mine)
         n = n + 1
         lines = lines // "set label " // text(n) // " '" // concise(curve%maxima(mine(i))%value, 4) // "' at " &
-          & // concise(places(i), 9) // "," // text(q) // " center offset 0,0.9 font ',11'" // newline
+          & // concise(spaced(i), 9) // "," // text(q) // " center offset 0,0.9 font ',11'" // newline
       end do
     end do
   end function values

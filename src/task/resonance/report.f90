@@ -4,17 +4,16 @@ module gestell_task_resonance_report
   use gestell_base_text, only: concise, text
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_warnings, only: beyond_small, left_at
+  use gestell_output_report_warnings, only: left_at
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
   use gestell_task_resonance_maxima, only: maximum_type
-  use gestell_study_vibration_small_motion, only: moved_type
   use gestell_study_speed_point, only: in_resonance, marginal, reached, state_names, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
   private
 
-  public :: report_resonance, told_of
+  public :: report_resonance, verdict_on
 
   character, parameter :: newline = new_line("a")
   !> Maxima of a quantity that are listed, at the most.
@@ -22,23 +21,20 @@ module gestell_task_resonance_report
 
 contains
 
-  pure function report_resonance(quantities, curve, model) result(report)
+  !> The curve under its `verdict` and the `warning` of great motions, quantity by quantity.
+  pure function report_resonance(quantities, curve, verdict, warning, model) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
-    character(len=*), intent(in) :: model
+    character(len=*), intent(in) :: verdict, warning, model
     character(len=:), allocatable :: report
-    type(moved_type), allocatable :: moved(:)
-    logical, allocatable :: vibrates(:)
     integer :: i, n, refined
 
     n = size(curve%points)
     refined = count(curve%points%refined)
     report = newline // "RESONANCE CURVE  " // concise(curve%points(1)%speed, 9) // " to " // concise(curve%points(n)%speed, 9) &
       & // " rpm, " // counted(n - refined, "speed") // " of the grid and " // text(refined) // " between" // newline
-    if (told_of(curve) /= "stable") report = report // "  " // told_of(curve) // newline
-    allocate(moved, source=[(curve%points(i)%moved, i = 1, n)])
-    allocate(vibrates, source=[(curve%points(i)%state <= unreached, i = 1, n)])
-    report = report // beyond_small(pack(moved, vibrates), model)
+    if (verdict /= "stable") report = report // "  " // verdict // newline
+    report = report // warning
     do i = unreached + 1, ubound(state_names, 1)
       if (count(curve%points%state == i) == 0) cycle
       report = report // "  note: at " // counted(count(curve%points%state == i), "speed") // " " // words(i) // newline
@@ -51,7 +47,7 @@ contains
   end function report_resonance
 
   !> What heads the curve and its files: "stable" where the machine keeps to all of its vibrations.
-  pure function told_of(curve) result(words)
+  pure function verdict_on(curve) result(words)
     type(resonance_curve_type), intent(in) :: curve
     character(len=:), allocatable :: words
     real(dp) :: speeds(size(curve%points))
@@ -65,7 +61,7 @@ contains
       words = left_at(speeds, unstable, undecided, "speeds", "the machine leaves these vibrations")
       if (words == "") words = "stable"
     end associate
-  end function told_of
+  end function verdict_on
 
   pure function words(state) result(sentence)
     integer, intent(in) :: state

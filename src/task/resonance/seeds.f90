@@ -103,17 +103,17 @@ contains
     real(dp), intent(in) :: turns(:), growth(:), expected(:)
     real(dp), intent(out) :: swings(:), damping(:)
     real(dp) :: total(size(turns), size(turns)), away(size(turns), size(turns))
-    integer :: k, place(2)
+    integer :: k, pair(2)
 
     total = spread(turns, 2, size(turns))
     total = total + anint(spread(expected, 1, size(turns)) - total)
     away = abs(total - spread(expected, 1, size(turns)))
     do k = 1, size(turns)
-      place = minloc(away)
-      swings(place(2)) = max(total(place(1), place(2)), 0.0_dp)
-      damping(place(2)) = abs(growth(place(1))) / (2 * pi)
-      away(place(1), :) = huge(1.0_dp)
-      away(:, place(2)) = huge(1.0_dp)
+      pair = minloc(away)
+      swings(pair(2)) = max(total(pair(1), pair(2)), 0.0_dp)
+      damping(pair(2)) = abs(growth(pair(1))) / (2 * pi)
+      away(pair(1), :) = huge(1.0_dp)
+      away(:, pair(2)) = huge(1.0_dp)
     end do
   end subroutine assign
 

@@ -9,18 +9,15 @@ module gestell_task_resonance_task
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
-  use gestell_study_speed_point, only: reached, solve_speed_point, speed_order_type, speed_point_type, state_names, unreached
+  use gestell_study_speed_point, only: reached, speed_order_type, state_names, unreached
   use gestell_task, only: all_speeds, longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
-  use gestell_task_executor, only: work_type
   use gestell_task_locked_family, only: locked_family_type
-  use gestell_task_record, only: record_type
   use gestell_task_resonance_keys, only: resonance_keys
-  use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
-  use gestell_task_resonance_record, only: exchange_point
+  use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
   use gestell_task_resonance_plot, only: plot_peaks, plot_resonance
-  use gestell_task_resonance_report, only: report_resonance, told_of
+  use gestell_task_resonance_report, only: report_resonance, verdict_on
   implicit none (type, external)
   private
 
@@ -32,17 +29,6 @@ module gestell_task_resonance_task
     procedure :: read => read_resonance
     procedure :: run
   end type resonance_task
-
-  !> A piece is a speed.
-  type, extends(work_type) :: speeds_type
-    type(locked_family_type) :: family
-    type(speed_order_type) :: order
-    real(dp), allocatable :: speeds(:)
-    type(speed_point_type), allocatable :: points(:)
-  contains
-    procedure :: compute
-    procedure :: exchange
-  end type speeds_type
 
 contains
 
@@ -70,38 +56,31 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(resonance_curve_type) :: curve
-    type(speeds_type) :: work
-    character(len=:), allocatable :: verdict
+    type(locked_family_type) :: family
+    type(speed_order_type) :: order
+    character(len=:), allocatable :: verdict, warning
     integer :: k
 
-    call context%members(context%configuration%plan%family, work%family)
-    associate (configuration => context%configuration, order => work%order)
+    call context%members(context%configuration%plan%family, family)
+    associate (configuration => context%configuration)
       order%names = self%quantities%name
       order%probes = configuration%probes
       order%orders = configuration%orders
       order%accuracy = configuration%accuracy
-      call start_curve(curve, order, context%configuration%speeds(), error)
-      do while (.not. allocated(error))
-        call curve%wanted(work%speeds)
-        if (size(work%speeds) == 0) exit
-        if (allocated(work%points)) deallocate(work%points)
-        allocate(work%points(size(work%speeds)))
-        call context%executor%spread(work, [(k, k = 1, size(work%speeds))], error)
-        if (.not. allocated(error)) call curve%add(work%points)
-      end do
+      call solve_curve(family, order, configuration%speeds(), curve, error, context%executor)
       if (allocated(error)) return
-      call curve%finish()
-      verdict = told_of(curve)
+      verdict = verdict_on(curve)
+      warning = beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], curve%points%state <= unreached), &
+        & configuration%tasks%model)
       if (any(curve%points%state /= reached)) result%all_stable = .false.
       call result%add(curve_table(self%quantities, curve, verdict), plot_resonance(self%quantities, curve, configuration%plan%base))
       call result%add(peaks_table(self%quantities, curve, verdict), plot_peaks(self%quantities, curve, configuration%plan%base))
       call result%judge(verdict)
-      call result%warn("undecided", beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], &
-        & curve%points%state <= unreached), configuration%tasks%model))
+      call result%warn("undecided", warning)
       do k = 1, size(self%quantities)
         call result%warn("", greatest_response(curve, k, self%quantities(k)))
       end do
-      call result%say(report_resonance(self%quantities, curve, configuration%tasks%model))
+      call result%say(report_resonance(self%quantities, curve, verdict, warning, configuration%tasks%model))
     end associate
   end subroutine run
 
@@ -120,22 +99,6 @@ contains
         & // concise(points(i)%values(1, q), 4) // " " // trim(quantity%unit)
     end associate
   end function greatest_response
-
-  recursive subroutine compute(self, k, error)
-    class(speeds_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(error_type), allocatable, intent(out) :: error
-
-    call solve_speed_point(self%family, self%speeds(k), self%order, self%points(k), error)
-  end subroutine compute
-
-  subroutine exchange(self, k, record)
-    class(speeds_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(record_type), intent(inout) :: record
-
-    call exchange_point(self%points(k), record)
-  end subroutine exchange
 
   !> resonance.csv.
   pure type(table_type) function curve_table(quantities, curve, verdict) result(table)
@@ -167,13 +130,13 @@ contains
 
   contains
 
-    !> Value `place` of quantity k at all speeds.
-    pure function row(place)
-      integer, intent(in) :: place
+    !> Value `i` of quantity k at all speeds.
+    pure function row(i)
+      integer, intent(in) :: i
       real(dp) :: row(size(curve%points))
       integer :: p
 
-      row = [(curve%points(p)%values(place, k), p = 1, size(row))]
+      row = [(curve%points(p)%values(i, k), p = 1, size(row))]
     end function row
 
   end function curve_table

@@ -28,7 +28,7 @@ contains
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: unit
-    real(dp) :: factor, told
+    real(dp) :: factor, scale
     integer :: i, k
 
     lines = "set multiplot layout 3,2 margins 0.125,0.975,0.1,0.86 spacing 0.135,0.065 title heading noenhanced" // newline &
@@ -38,10 +38,10 @@ contains
       k = shown(i)
       unit = pick_unit(trim(si(i)), vibration%peak(k))
       read (unit%factor, *) factor
-      told = factor * noise_of(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first_of(k):first_of(k) + 2)))
+      scale = factor * noise_of(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first_of(k):first_of(k) + 2)))
       if (i == size(shown) - 1) lines = lines // "set format x; set xlabel 'crank angle (deg)'" // newline
-      lines = lines // panel_heading("peak " // concise(told * vibration%peak(k), 4) // ", rms " &
-        & // concise(told * vibration%rms(k), 4) // " " // trim(unit%name)) &
+      lines = lines // panel_heading("peak " // concise(scale * vibration%peak(k), 4) // ", rms " &
+        & // concise(scale * vibration%rms(k), 4) // " " // trim(unit%name)) &
         & // "set ylabel '" // trim(symbols(i)) // " (" // trim(unit%name) // ")'" // newline &
         & // "set yrange " // span(factor * vibration%history(k, :), factor * noise(vibration, k)) // newline &
         & // "plot 'response.csv' using 'crank_deg':(" // trim(unit%factor) // " * column('" // name_of(i) &

@@ -126,7 +126,6 @@ contains
 
     subroutine add(path)
       character(len=*), intent(in) :: path
-      character(len=word_length), allocatable :: longer(:)
       type(target_type) :: target
       type(error_type), allocatable :: none
 
@@ -134,10 +133,7 @@ contains
       call find_target(doc, schema, path, "", target, none)
       if (allocated(none)) return
       if (.not. is_there(doc, target)) return
-      allocate(longer(size(paths) + 1))
-      longer(:size(paths)) = paths
-      longer(size(longer)) = path
-      call move_alloc(longer, paths)
+      paths = [character(len=word_length) :: paths, path]
     end subroutine add
 
   end subroutine usual_paths

@@ -4,7 +4,6 @@ module gestell_task_sensitivity_report
   use gestell_base_text, only: concise, fixed
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
-  use gestell_output_report_warnings, only: beyond_small
   use gestell_model_frame_quantity, only: quantity_type
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type
   use gestell_study_speed_point, only: state_names
@@ -17,17 +16,18 @@ module gestell_task_sensitivity_report
 
 contains
 
-  pure function report_sensitivity(quantities, paths, base, found, model) result(report)
+  !> `warning`: of great motions.
+  pure function report_sensitivity(quantities, paths, base, found, warning) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     character(len=*), intent(in) :: paths(:)
     type(sensitivity_base_type), intent(in) :: base
     type(sensitivity_type), intent(in) :: found(:)
-    character(len=*), intent(in) :: model
+    character(len=*), intent(in) :: warning
     character(len=:), allocatable :: report
     integer :: i
 
     report = section("SENSITIVITY in per cent for one per cent more of a parameter, greatest first", &
-      & trim(state_names(base%state))) // beyond_small([base%moved], model)
+      & trim(state_names(base%state))) // warning
     do i = 1, size(quantities)
       report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &
         & // trim(quantities(i)%unit) // ", rms " // concise(base%values(2, i), 6) // newline &

@@ -1,4 +1,4 @@
-!> By how much peaks and roots of the mean square change with the parameters of a machine: d ln(peak) / d ln(parameter), per
+!> By how much peaks and rms values change with the parameters of a machine: d ln(peak) / d ln(parameter), per
 !> cent for each per cent.
 !>
 !> The family's parameters are relative changes, all zero for the machine itself. The derivative is that of the central
@@ -13,13 +13,15 @@ module gestell_task_sensitivity
   use gestell_study_vibration_small_motion, only: moved_type
   use gestell_study_speed_point, only: check_speed_order, in_resonance, solve_response, speed_order_type, speed_point_type, &
     & state_names, unreached
+  use gestell_task_executor, only: executor_type, spread_over, work_type
+  use gestell_task_record, only: record_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
   public :: solve_base, solve_parameter, solve_sensitivity
 
-  !> What changes: the peak and the root of the mean square.
+  !> What changes: the peak and the rms.
   integer, parameter, public :: changes = 2
 
   !> The machine itself.
@@ -28,7 +30,7 @@ module gestell_task_sensitivity
     integer :: parameters = 0, state = 0
     !> How far its frame moves.
     type(moved_type) :: moved
-    !> Peak and root of the mean square, and the relative error of the peak; shapes (changes, quantities), (quantities).
+    !> Peak and rms, and the relative error of the peak; shapes (changes, quantities), (quantities).
     real(dp), allocatable :: values(:, :), relative_error(:)
     !> The greatest change that is tried, and what rounding leaves of a logarithm.
     real(dp) :: step = 0, rounding = 0
@@ -43,6 +45,16 @@ module gestell_task_sensitivity
   contains
     procedure :: state
   end type sensitivity_type
+
+  !> A piece is a parameter.
+  type, extends(work_type) :: parameters_type
+    class(family_type), pointer :: family => null()
+    type(sensitivity_base_type) :: base
+    type(sensitivity_type), allocatable :: found(:)
+  contains
+    procedure :: compute
+    procedure :: exchange
+  end type parameters_type
 
   !> A derivative whose error is more than this, relative to what is greater, it or 1, is undecided.
   real(dp), parameter :: too_much = 0.02_dp
@@ -70,24 +82,49 @@ contains
     end if
   end function state
 
-  !> The derivatives with respect to each of `parameters` relative changes. Error: that of the machine itself.
-  subroutine solve_sensitivity(family, parameters, order, base, found, error)
-    class(family_type), intent(in) :: family
+  !> The derivatives with respect to each of `parameters` relative changes. With an `executor` several threads may ask for members
+  !> of the family. Error: that of the machine itself.
+  subroutine solve_sensitivity(family, parameters, order, base, found, error, executor)
+    class(family_type), intent(in), target :: family
     integer, intent(in) :: parameters
     type(speed_order_type), intent(in) :: order
     type(sensitivity_base_type), intent(out) :: base
     type(sensitivity_type), allocatable, intent(out) :: found(:)
     type(error_type), allocatable, intent(out) :: error
-    integer :: k
+    class(executor_type), intent(inout), optional :: executor
+    type(parameters_type) :: work
 
     call solve_base(family, parameters, order, base, error)
     if (allocated(error)) return
-    allocate(found(parameters))
-    do k = 1, parameters
-      call solve_parameter(family, base, k, found(k), error)
-      if (allocated(error)) return
-    end do
+    work%family => family
+    work%base = base
+    allocate(work%found(parameters))
+    call spread_over(work, parameters, error, executor)
+    call move_alloc(work%found, found)
   end subroutine solve_sensitivity
+
+  recursive subroutine compute(self, k, error)
+    class(parameters_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_parameter(self%family, self%base, k, self%found(k), error)
+  end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(parameters_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+    real(dp), allocatable :: bend(:, :)
+
+    associate (one => self%found(k))
+      call record%pass(one%slope)
+      call record%pass(one%error)
+      if (allocated(one%bend)) bend = merge(1.0_dp, 0.0_dp, one%bend)
+      call record%pass(bend)
+      one%bend = bend > 0
+    end associate
+  end subroutine exchange
 
   !> The machine itself, and how large steps may be: a change p of a parameter turns a free vibration of N swings by at
   !> most 2 pi N p more in a turn, which has to be little against the distance of its multiplier from 1.

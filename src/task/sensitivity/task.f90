@@ -14,11 +14,9 @@ module gestell_task_sensitivity_task
   use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
-  use gestell_task_executor, only: work_type
   use gestell_task_locked_family, only: locked_family_type
-  use gestell_task_record, only: record_type
   use gestell_task_sensitivity_keys, only: sensitivity_keys
-  use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter
+  use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_sensitivity
   use gestell_task_sensitivity_plan, only: read_sensitivity, sensitivity_plan_type
   use gestell_task_sensitivity_plot, only: plot_sensitivity
   use gestell_task_sensitivity_report, only: report_sensitivity
@@ -36,16 +34,6 @@ module gestell_task_sensitivity_task
     procedure :: read => read_task
     procedure :: run
   end type sensitivity_task
-
-  !> A piece is a parameter.
-  type, extends(work_type) :: parameters_type
-    type(locked_family_type) :: family
-    type(sensitivity_base_type) :: base
-    type(sensitivity_type), allocatable :: found(:)
-  contains
-    procedure :: compute
-    procedure :: exchange
-  end type parameters_type
 
 contains
 
@@ -80,29 +68,29 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    type(parameters_type) :: work
+    type(locked_family_type) :: family
     type(speed_order_type) :: order
+    type(sensitivity_base_type) :: base
+    type(sensitivity_type), allocatable :: found(:)
     character(len=len(state_names)) :: verdict
+    character(len=:), allocatable :: warning
     integer :: k
 
-    call context%members(self%plan%family, work%family)
+    call context%members(self%plan%family, family)
     associate (configuration => context%configuration, paths => self%plan%paths)
       order%names = self%quantities%name
       order%probes = configuration%probes
       order%accuracy = configuration%accuracy
-      call solve_base(work%family, size(paths), order, work%base, error)
+      call solve_sensitivity(family, size(paths), order, base, found, error, context%executor)
       if (allocated(error)) return
-      allocate(work%found(size(paths)))
-      call context%executor%spread(work, [(k, k = 1, size(paths))], error)
-      if (allocated(error)) return
-      verdict = state_names(work%base%state)
-      call result%add(table_of(self%quantities, paths, work%base, work%found, verdict), plot_sensitivity(self%quantities, paths, &
-        & work%found))
-      call result%warn("undecided", beyond_small([work%base%moved], configuration%tasks%model))
+      verdict = state_names(base%state)
+      call result%add(table_of(self%quantities, paths, base, found, verdict), plot_sensitivity(self%quantities, paths, found))
+      warning = beyond_small([base%moved], configuration%tasks%model)
+      call result%warn("undecided", warning)
       do k = 1, size(self%quantities)
-        call result%warn("", strongest(self%quantities(k), k, paths, work%found))
+        call result%warn("", strongest(self%quantities(k), k, paths, found))
       end do
-      call result%say(report_sensitivity(self%quantities, paths, work%base, work%found, configuration%tasks%model))
+      call result%say(report_sensitivity(self%quantities, paths, base, found, warning))
     end associate
   end subroutine run
 
@@ -120,29 +108,6 @@ contains
     if (i > 0) line = "Peak of " // trim(quantity%name) // ": " // concise(found(i)%slope(1, q), 3) // " % for 1 % of " &
       & // trim(paths(i)) // ", which matters most"
   end function strongest
-
-  recursive subroutine compute(self, k, error)
-    class(parameters_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(error_type), allocatable, intent(out) :: error
-
-    call solve_parameter(self%family, self%base, k, self%found(k), error)
-  end subroutine compute
-
-  subroutine exchange(self, k, record)
-    class(parameters_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(record_type), intent(inout) :: record
-    real(dp), allocatable :: bend(:, :)
-
-    associate (one => self%found(k))
-      call record%pass(one%slope)
-      call record%pass(one%error)
-      if (allocated(one%bend)) bend = merge(1.0_dp, 0.0_dp, one%bend)
-      call record%pass(bend)
-      one%bend = bend > 0
-    end associate
-  end subroutine exchange
 
   !> sensitivity.csv: a row for every quantity and parameter.
   pure type(table_type) function table_of(quantities, paths, base, found, verdict) result(table)

@@ -9,7 +9,7 @@ module gestell_task_stability_report
   implicit none (type, external)
   private
 
-  public :: modulus, multiplier_lines, told
+  public :: modulus, multiplier_lines, modulus_of
 
   !> ln |rho| beyond which rho leaves the range of numbers.
   real(dp), parameter, public :: out_of_range = 700
@@ -39,7 +39,7 @@ contains
         if (.not. abs(multipliers%rho(k + 1) - conjg(multipliers%rho(k))) > 0) last = k + 1
       end if
       if (last > k) lines = lines // ", " // text(last)
-      lines = lines // tab // told(multipliers, k, 9) // tab // error_told(maxval(multipliers%error(k:last))) // tab &
+      lines = lines // tab // modulus_of(multipliers, k, 9) // tab // error_words(maxval(multipliers%error(k:last))) // tab &
         & // concise(real(multipliers%exponent(k)), 5) // tab
       if (mode(k) > 0) then
         lines = lines // frequency_columns(modes(mode(k)), speed)
@@ -55,14 +55,14 @@ contains
   end function multiplier_lines
 
   !> A modulus, or the power of e that it is where it leaves the range of numbers.
-  pure function told(multipliers, k, digits) result(words)
+  pure function modulus_of(multipliers, k, digits) result(words)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: k, digits
     character(len=:), allocatable :: words
 
     words = concise(abs(multipliers%rho(k)), digits)
     if (abs(multipliers%log_abs(k)) > out_of_range) words = "e^" // concise(multipliers%log_abs(k), digits)
-  end function told
+  end function modulus_of
 
   !> The same from its logarithm alone.
   pure function modulus(log_abs, digits) result(words)
@@ -77,13 +77,13 @@ contains
     end if
   end function modulus
 
-  pure function error_told(error) result(words)
+  pure function error_words(error) result(words)
     real(dp), intent(in) :: error
     character(len=:), allocatable :: words
 
     words = "lost"
     if (error < 1) words = concise(error, 1)
-  end function error_told
+  end function error_words
 
   !> Frequency, its multiple of the crank speed, and what kind of vibration it is.
   pure function frequency_columns(mode, speed) result(columns)

@@ -41,9 +41,6 @@ module gestell_task_sweep_checkpoint
     procedure :: store
     procedure :: finish
     procedure :: clear
-    procedure, private :: block_name
-    procedure, private :: tell_missing
-    procedure, private :: write_table
   end type campaign_type
 
   character, parameter :: newline = new_line("a")
@@ -79,8 +76,8 @@ contains
       if (present(wanted)) then
         if (.not. wanted(i)) cycle
       end if
-      if (file_size(campaign%block_name(i)) < 0) cycle
-      call read_block(campaign%block_name(i), fingerprint, number, results, sound)
+      if (file_size(block_of(campaign, i)) < 0) cycle
+      call read_block(block_of(campaign, i), fingerprint, number, results, sound)
       if (sound .and. fingerprint /= campaign%fingerprint) then
         call refuse_origin(campaign, "the input or the version differs", error)
         return
@@ -101,21 +98,25 @@ contains
     shape = [campaign%order%numbers(), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1]
   end function shape_of
 
-  !> The note that says what the blocks of a folder belong to.
-  pure function origin_name(campaign) result(name)
+  !> A file in the folder of the blocks: "origin" is the note that says what they belong to, "lock" is held while the folder is
+  !> changed.
+  pure function file_of(campaign, file) result(name)
     type(campaign_type), intent(in) :: campaign
+    character(len=*), intent(in) :: file
     character(len=:), allocatable :: name
 
-    name = campaign%folder // "/sweep.blocks/origin"
-  end function origin_name
+    name = campaign%folder // "/sweep.blocks/" // file
+  end function file_of
 
-  !> The file that is held while the folder of the blocks is changed.
-  pure function lock_name(campaign) result(name)
+  pure function block_of(campaign, tile) result(name)
     type(campaign_type), intent(in) :: campaign
+    integer, intent(in) :: tile
     character(len=:), allocatable :: name
+    character(len=10) :: digits
 
-    name = campaign%folder // "/sweep.blocks/lock"
-  end function lock_name
+    write (digits, "(i10.10)") tile
+    name = file_of(campaign, digits)
+  end function block_of
 
   !> Version and content as words of the note.
   pure function content_word(campaign) result(word)
@@ -131,8 +132,8 @@ contains
     character(len=64) :: lines(2)
     integer :: unit, status
 
-    if (file_size(origin_name(campaign)) < 0) return
-    open (newunit=unit, file=origin_name(campaign), action="read", status="old", iostat=status)
+    if (file_size(file_of(campaign, "origin")) < 0) return
+    open (newunit=unit, file=file_of(campaign, "origin"), action="read", status="old", iostat=status)
     if (status /= 0) return
     read (unit, "(a)", iostat=status) lines
     close (unit)
@@ -161,11 +162,12 @@ contains
 
     call make_folder(self%folder // "/sweep.blocks", error)
     if (allocated(error)) return
-    call lock_file(lock_name(self), lock)
+    call lock_file(file_of(self, "lock"), lock)
     ! another process may have begun meanwhile
     call compare_origin(self, error)
     if (.not. allocated(error)) then
-      if (file_size(origin_name(self)) < 0) call write_origin(self, error)
+      if (file_size(file_of(self, "origin")) < 0) call write_file(file_of(self, "origin"), version // newline &
+        & // content_word(self) // newline, error)
     end if
     call unlock_file(lock)
   end subroutine begin
@@ -174,26 +176,8 @@ contains
   logical function has_begun(self)
     class(campaign_type), intent(in) :: self
 
-    has_begun = file_size(origin_name(self)) >= 0
+    has_begun = file_size(file_of(self, "origin")) >= 0
   end function has_begun
-
-  !> Writes the note. Error: it cannot be written.
-  subroutine write_origin(self, error)
-    class(campaign_type), intent(in) :: self
-    type(error_type), allocatable, intent(out) :: error
-
-    call write_file(origin_name(self), version // newline // content_word(self) // newline, error)
-  end subroutine write_origin
-
-  pure function block_name(self, number) result(name)
-    class(campaign_type), intent(in) :: self
-    integer, intent(in) :: number
-    character(len=:), allocatable :: name
-    character(len=10) :: digits
-
-    write (digits, "(i10.10)") number
-    name = self%folder // "/sweep.blocks/" // digits
-  end function block_name
 
   !> Keeps the results of a tile. Error: they cannot be written.
   subroutine store(self, number, results, error)
@@ -203,13 +187,13 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer(c_int) :: lock
 
-    call lock_file(lock_name(self), lock)
+    call lock_file(file_of(self, "lock"), lock)
     call compare_origin(self, error)
     if (.not. allocated(error)) then
-      if (file_size(origin_name(self)) < 0) then
+      if (file_size(file_of(self, "origin")) < 0) then
         call tell_gone(self, error)
       else
-        call write_block(self%block_name(number), self%fingerprint, number, results, error)
+        call write_block(block_of(self, number), self%fingerprint, number, results, error)
       end if
     end if
     call unlock_file(lock)
@@ -225,27 +209,27 @@ contains
       & failed_computation)
   end subroutine tell_gone
 
-  !> Writes sweep.csv, headed by `preamble`, from the blocks of all tiles, to the folder `place`.
+  !> Writes sweep.csv, headed by the lines of `preamble`, from the blocks of all tiles, to the folder `staging`.
   !> The blocks stay until `clear`. `values`: the points, shape (numbers, points of the second axis, of the first); of size
   !> 0 where they are not wanted.
   !> Errors: tiles are missing; a file cannot be written.
-  subroutine finish(self, place, preamble, summary, error, values)
+  subroutine finish(self, staging, preamble, summary, error, values)
     class(campaign_type), intent(inout) :: self
-    character(len=*), intent(in) :: place, preamble(:)
+    character(len=*), intent(in) :: staging, preamble
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(inout), optional :: values(:, :, :)
     integer(c_int) :: lock
 
-    call self%tell_missing(error)
+    call tell_missing(self, error)
     if (allocated(error)) return
-    call lock_file(lock_name(self), lock)
-    call self%write_table(place, preamble, summary, error, values)
+    call lock_file(file_of(self, "lock"), lock)
+    call write_table(self, staging, preamble, summary, error, values)
     self%finished = .not. allocated(error)
     call unlock_file(lock)
   end subroutine finish
 
-  !> Removes the blocks after `finish`, when the table is in its place; those that another input has begun meanwhile stay.
+  !> Removes the blocks after `finish`, when the table is in its folder; those that another input has begun meanwhile stay.
   subroutine clear(self)
     class(campaign_type), intent(in) :: self
     type(error_type), allocatable :: another
@@ -253,37 +237,32 @@ contains
     integer :: i
 
     if (.not. self%finished) return
-    call lock_file(lock_name(self), lock)
+    call lock_file(file_of(self, "lock"), lock)
     call compare_origin(self, another)
     if (.not. allocated(another)) then
       do i = 1, size(self%done)
-        call remove_file(self%block_name(i))
-        call remove_file(self%block_name(i) // growing)
+        call remove_file(block_of(self, i))
+        call remove_file(block_of(self, i) // growing)
       end do
-      call remove_file(origin_name(self))
-      call remove_file(lock_name(self))
+      call remove_file(file_of(self, "origin"))
+      call remove_file(file_of(self, "lock"))
       call remove_folder(self%folder // "/sweep.blocks")
     end if
     call unlock_file(lock)
   end subroutine clear
 
-  !> Writes sweep.csv to `place`. Error: it cannot be written, or a block is gone or damaged.
-  subroutine write_table(self, place, preamble, summary, error, values)
+  !> Writes sweep.csv to `staging`. Error: it cannot be written, or a block is gone or damaged.
+  subroutine write_table(self, staging, preamble, summary, error, values)
     class(campaign_type), intent(in) :: self
-    character(len=*), intent(in) :: place, preamble(:)
+    character(len=*), intent(in) :: staging, preamble
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(inout), optional :: values(:, :, :)
     type(output_type) :: table
-    character(len=:), allocatable :: head
-    integer :: first, last, i
+    integer :: first, last
 
-    call open_output(table, place // "/sweep.csv")
-    head = ""
-    do i = 1, size(preamble)
-      head = head // "# " // trim(preamble(i)) // newline
-    end do
-    call table%append(head // self%header // newline)
+    call open_output(table, staging // "/sweep.csv")
+    call table%append(preamble // self%header // newline)
     last = 0
     do while (last < size(self%done) .and. .not. table%failed())
       first = last + 1
@@ -298,7 +277,7 @@ contains
   end subroutine write_table
 
   subroutine tell_missing(self, error)
-    class(campaign_type), intent(in) :: self
+    type(campaign_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 10
     character(len=:), allocatable :: list
@@ -351,15 +330,15 @@ contains
     logical :: sound
 
     do k = first, last
-      call read_block(self%block_name(k), fingerprint, number, results, sound)
+      call read_block(block_of(self, k), fingerprint, number, results, sound)
       tile = self%grid%tile(k)
       if (sound) sound = fingerprint == self%fingerprint .and. number == k &
         & .and. all(shape(results%values) == shape_of(self, tile))
       if (.not. sound) then
-        if (file_size(self%block_name(k)) < 0) then
+        if (file_size(block_of(self, k)) < 0) then
           call tell_gone(self, error)
         else
-          call fatal_error(error, self%block_name(k) // ": was damaged meanwhile; start again", failed_computation)
+          call fatal_error(error, block_of(self, k) // ": was damaged meanwhile; start again", failed_computation)
         end if
         return
       end if
@@ -391,7 +370,7 @@ contains
     real(dp), allocatable :: values(:, :, :)
 
     allocate(values(self%order%numbers(), tile%last(2) - tile%first(2) + 1, piece))
-    call read_rows(self%block_name(tile%number), i - tile%first(1) + 1, values, error)
+    call read_rows(block_of(self, tile%number), i - tile%first(1) + 1, values, error)
     if (allocated(error)) return
     call summary%add_points(self%order%columns, [i, tile%first(2)], values)
     call table%append(rows(self%grid, self%order%columns, [i, tile%first(2)], values))

@@ -69,7 +69,7 @@ contains
 
     groups = groups_named(doc, "sweep")
     if (size(groups) == 0) then
-      call input_error(case_group(doc), "tasks", "needs a group &sweep: parameter, from, to, count", error)
+      call input_error(the_group(doc, "case"), "tasks", "needs a group &sweep: parameter, from, to, count", error)
       return
     else if (size(groups) > 2) then
       call input_error(groups(3), "", "is one too many: a sweep has one or two parameters", error)
@@ -205,16 +205,6 @@ contains
     plan%base = base
   end subroutine read_base
 
-  !> The group &case, which orders the sweep.
-  pure type(group_type) function case_group(doc) result(group)
-    type(document_type), intent(in) :: doc
-    integer :: i
-
-    do i = 1, size(doc%groups)
-      if (doc%groups(i)%name == "case") group = doc%groups(i)
-    end do
-  end function case_group
-
   !> The path that runs and what it names. Error: it names no number of the machine.
   subroutine read_parameter(doc, schema, group, path, target, error)
     type(document_type), intent(in) :: doc
@@ -292,7 +282,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
     real(dp) :: values(size(groups))
-    integer :: i, k, place, tried, zero
+    integer :: i, k, chosen, tried, zero
 
     do k = 1, size(groups)
       values = plan%grid%axes%from
@@ -303,9 +293,9 @@ contains
         tried = min(axis%count, most_tried)
         do i = 0, tried
           ! evenly from end to end, and zero
-          place = zero
-          if (i < tried) place = 1 + int(int(i, int64) * (axis%count - 1) / max(1, tried - 1))
-          values(k) = axis%value(place)
+          chosen = zero
+          if (i < tried) chosen = 1 + int(int(i, int64) * (axis%count - 1) / max(1, tried - 1))
+          values(k) = axis%value(chosen)
           call plan%family%check(values, reason)
           if (allocated(reason)) exit
         end do

@@ -50,9 +50,9 @@ contains
     type(marks_type) :: marks
     character(len=:), allocatable :: lines, x, style, axis_lines, half, unstable_rows
     logical :: growth, peaks
-    integer :: place(sweep_columns), panels, i
+    integer :: column(sweep_columns), panels, i
 
-    place = places(order%columns, size(plan%paths))
+    column = column_numbers(order%columns, size(plan%paths))
     growth = any(order%columns([rho_max, log_rho_max, verdict, verdict_behind]))
     peaks = any(order%columns([xi_peak, eta_peak, psi_peak]))
     panels = count([growth, peaks, order%measured() > 0])
@@ -62,9 +62,9 @@ contains
     axis_lines = parameter_axis("x", plan%grid%axes(k), with_unit(plan%paths(k), plan%units(k)), 0.0_dp)
     marks = input_marks(plan%grid%axes(k), pack(plan%base, [(i == k, i = 1, size(plan%base))]), plan%units(k))
     unstable_rows = ""
-    if (place(verdict) > 0 .and. summary%verdicts(unstable) > 0) unstable_rows = "strcol(" // text(place(verdict)) &
+    if (column(verdict) > 0 .and. summary%verdicts(unstable) > 0) unstable_rows = "strcol(" // text(column(verdict)) &
       & // ") eq 'unstable'"
-    if (place(verdict) == 0 .and. growth .and. summary%most > 1) unstable_rows = growth_of(place) // " > 0"
+    if (column(verdict) == 0 .and. growth .and. summary%most > 1) unstable_rows = growth_of(column) // " > 0"
     half = concise(half_step(plan%grid%axes(k)), 6)
     lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // merge("0.12", "0.17", panels > 1) &
       & // "," // merge("0.86", "0.8 ", panels > 1) // " spacing 0,0.1 title heading noenhanced" &
@@ -72,9 +72,9 @@ contains
       & // axis_lines // marks%lines &
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
     if (panels > 1) lines = lines // "unset xlabel" // newline
-    if (growth) lines = lines // growth_panel(place, x, style, summary, shades("low", "high"))
+    if (growth) lines = lines // growth_panel(column, x, style, summary, shades("low", "high"))
     if (peaks .and. order%measured() == 0) lines = lines // axis_lines
-    if (peaks) lines = lines // peaks_panel(place, x, style, shades("bottom", "top"))
+    if (peaks) lines = lines // peaks_panel(column, x, style, shades("bottom", "top"))
     if (order%measured() > 0) lines = lines // axis_lines // measures_panel(order, size(plan%paths), x, style, shades("bottom", &
       & "top"))
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
@@ -102,8 +102,8 @@ contains
   end function half_step
 
   !> ln |rho| over the parameter, the points of bad verdicts marked.
-  pure function growth_panel(place, x, style, summary, shades) result(lines)
-    integer, intent(in) :: place(sweep_columns)
+  pure function growth_panel(column, x, style, summary, shades) result(lines)
+    integer, intent(in) :: column(sweep_columns)
     character(len=*), intent(in) :: x, style, shades
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: lines, marks
@@ -112,8 +112,8 @@ contains
     character(len=*), parameter :: points(4) = [character(len=32) :: "lt 2 pt 7 ps 0.6", "lt 5 pt 9 ps 0.8", &
       & "lt 8 pt 2 ps 0.8", "lt 7 pt 1 ps 0.9"]
 
-    if (place(rho_max) + place(log_rho_max) > 0) then
-      lines = "growth(r) = r > 0 ? log(r) : NaN" // newline // extent_lines("sweep.csv", [growth_of(place)]) &
+    if (column(rho_max) + column(log_rho_max) > 0) then
+      lines = "growth(r) = r > 0 ? log(r) : NaN" // newline // extent_lines("sweep.csv", [growth_of(column)]) &
         & // "low = low > 0 ? 0 : low; high = high < 0 ? 0 : high" // newline &
         & // "step = 0.06 * (high - low); low = low - step; high = high + step" // newline &
         & // "set yrange [low:high]; set ylabel 'ln |ρ|max (growth in a turn)'" // newline &
@@ -121,17 +121,17 @@ contains
         & // "noborder" // newline &
         & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead front lt 7 dt 1 lw 1.5" // newline &
         & // "curve(v) = v > low && v < high ? v : NaN" // newline &
-        & // "plot NaN notitle" // shades // ", for [i=1:(high < 1e299)] 'sweep.csv' using " // x // ":(" // growth_of(place) &
+        & // "plot NaN notitle" // shades // ", for [i=1:(high < 1e299)] 'sweep.csv' using " // x // ":(" // growth_of(column) &
         & // ") " // style // " lt 1 notitle"
-      marks = growth_of(place)
+      marks = growth_of(column)
     else
       lines = "low = 0; high = 1; set yrange [0:1]; unset ytics; set ylabel 'verdict'" // newline // "plot NaN notitle" // shades
       marks = "0.5"
     end if
-    if (place(verdict) > 0) then
+    if (column(verdict) > 0) then
       do i = 1, size(marked)
         if (summary%verdicts(marked(i)) == 0) cycle
-        lines = lines // ", 'sweep.csv' using " // x // ":(strcol(" // text(place(verdict)) // ") eq '" &
+        lines = lines // ", 'sweep.csv' using " // x // ":(strcol(" // text(column(verdict)) // ") eq '" &
           & // trim(verdict_names(marked(i))) // "' ? "
         if (marked(i) == impossible .or. marked(i) == failed) then
           lines = lines // "low + 0.04 * (high - low)"
@@ -150,12 +150,12 @@ contains
   end function growth_panel
 
   !> Peaks of xi, eta, psi on a logarithmic axis.
-  pure function peaks_panel(place, x, style, shades) result(lines)
-    integer, intent(in) :: place(sweep_columns)
+  pure function peaks_panel(column, x, style, shades) result(lines)
+    integer, intent(in) :: column(sweep_columns)
     character(len=*), intent(in) :: x, style, shades
     character(len=:), allocatable :: lines
 
-    lines = logarithmic_panel(place(xi_peak:psi_peak), [character(len=9) :: "ξ (mm)", "η (mm)", "ψ (mrad)"], "1e3", &
+    lines = logarithmic_panel(column(xi_peak:psi_peak), [character(len=9) :: "ξ (mm)", "η (mm)", "ψ (mrad)"], "1e3", &
       & "peak of the vibration", x, style, shades)
   end function peaks_panel
 
@@ -177,17 +177,17 @@ contains
       & "of the vibration", x, style, shades)
   end function measures_panel
 
-  !> Columns of sweep.csv at these places, 0 for none, times a factor.
-  pure function logarithmic_panel(place, titles, factor, label, x, style, shades) result(lines)
-    integer, intent(in) :: place(:)
+  !> Columns of sweep.csv by their numbers, 0 for none, times a factor.
+  pure function logarithmic_panel(column, titles, factor, label, x, style, shades) result(lines)
+    integer, intent(in) :: column(:)
     character(len=*), intent(in) :: titles(:), factor, label, x, style, shades
     character(len=:), allocatable :: lines
     integer :: i
 
     lines = "over(v) = v > 0 ? v * " // factor // " : NaN" // newline // "least = 1e300; most = 0" // newline
-    do i = 1, size(place)
-      if (place(i) == 0) cycle
-      lines = lines // extent_lines("sweep.csv", ["over(column(" // text(place(i)) // "))"]) &
+    do i = 1, size(column)
+      if (column(i) == 0) cycle
+      lines = lines // extent_lines("sweep.csv", ["over(column(" // text(column(i)) // "))"]) &
         & // "valid" // text(i) // " = high > 0 && most >= 0" // newline &
         & // "if (low > 0) { least = low < least ? low : least; most = high > most ? high : most } else { valid" // text(i) &
         & // " = 0 }" // newline
@@ -195,9 +195,9 @@ contains
     lines = lines // "if (most > 0) { least = least > 1e-9 * most ? least : 1e-9 * most" // newline &
       & // decade_lines("least / 1.5", "most * 1.5") // "} else { bottom = 0; top = 1; set yrange [0:1] }" // newline &
       & // "set ylabel '" // label // "'" // newline // "plot NaN notitle" // shades
-    do i = 1, size(place)
-      if (place(i) == 0) cycle
-      lines = lines // ", for [i=1:valid" // text(i) // "] 'sweep.csv' using " // x // ":(over(column(" // text(place(i)) &
+    do i = 1, size(column)
+      if (column(i) == 0) cycle
+      lines = lines // ", for [i=1:valid" // text(i) // "] 'sweep.csv' using " // x // ":(over(column(" // text(column(i)) &
         & // "))) " // style // " lt " // text(i) // " title " // quoted(trim(titles(i))) // " noenhanced"
     end do
     lines = lines // newline
@@ -211,25 +211,25 @@ contains
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, value, label
     logical :: columns(sweep_columns)
-    integer :: place(sweep_columns), i
+    integer :: column(sweep_columns), i
 
     columns = order%columns
-    place = places(columns, 2)
+    column = column_numbers(columns, 2)
     if (columns(log_rho_max) .or. columns(rho_max)) then
-      value = growth_of(place)
+      value = growth_of(column)
       label = "ln |ρ|max (growth in a turn)"
     else if (order%measured() > 0) then
       value = "growth(column(" // text(3 + count(columns)) // ")) / log(10)"
       label = "lg of " // trim(order%measures(1)%quantity) // " " // trim(measure_names(order%measures(1)%kind)) // " (" &
         & // trim(order%measures(1)%unit) // ")"
     else if (columns(verdict)) then
-      value = "(strcol(" // text(place(verdict)) // ") eq 'stable' ? -1 : strcol(" // text(place(verdict)) &
-        & // ") eq 'unstable' ? 1 : strcol(" // text(place(verdict)) // ") eq 'undecided' ? 0 : NaN)"
+      value = "(strcol(" // text(column(verdict)) // ") eq 'stable' ? -1 : strcol(" // text(column(verdict)) &
+        & // ") eq 'unstable' ? 1 : strcol(" // text(column(verdict)) // ") eq 'undecided' ? 0 : NaN)"
       label = "-1 stable, 0 undecided, 1 unstable"
     else
-      value = "growth(column(" // text(maxval(place(:psi_peak), mask=[(i /= verdict, i = 1, psi_peak)])) // ")) / log(10)"
+      value = "growth(column(" // text(maxval(column(:psi_peak), mask=[(i /= verdict, i = 1, psi_peak)])) // ")) / log(10)"
       label = "lg of the peak (m, rad)"
-      if (columns(xi_peak)) value = "growth(column(" // text(place(xi_peak)) // ")) / log(10)"
+      if (columns(xi_peak)) value = "growth(column(" // text(column(xi_peak)) // ")) / log(10)"
     end if
     lines = "set title heading noenhanced" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
       & // "X(v) = v; Y(v) = v" // newline // extent_lines("sweep.csv", [value]) &
@@ -254,25 +254,25 @@ contains
   end function plot_chart
 
   !> Column numbers in sweep.csv, 0 where one was not ordered.
-  pure function places(columns, parameters) result(place)
+  pure function column_numbers(columns, parameters) result(column)
     logical, intent(in) :: columns(sweep_columns)
     integer, intent(in) :: parameters
-    integer :: place(sweep_columns)
+    integer :: column(sweep_columns)
     integer :: i
 
-    place = [(merge(parameters + count(columns(:i)), 0, columns(i)), i = 1, sweep_columns)]
-    if (columns(verdict_behind)) place(verdict) = place(verdict_behind)
-  end function places
+    column = [(merge(parameters + count(columns(:i)), 0, columns(i)), i = 1, sweep_columns)]
+    if (columns(verdict_behind)) column(verdict) = column(verdict_behind)
+  end function column_numbers
 
   !> ln |rho| of the greatest multiplier.
-  pure function growth_of(place) result(expression)
-    integer, intent(in) :: place(sweep_columns)
+  pure function growth_of(column) result(expression)
+    integer, intent(in) :: column(sweep_columns)
     character(len=:), allocatable :: expression
 
-    if (place(log_rho_max) > 0) then
-      expression = "column(" // text(place(log_rho_max)) // ")"
+    if (column(log_rho_max) > 0) then
+      expression = "column(" // text(column(log_rho_max)) // ")"
     else
-      expression = "growth(column(" // text(place(rho_max)) // "))"
+      expression = "growth(column(" // text(column(rho_max)) // "))"
     end if
   end function growth_of
 

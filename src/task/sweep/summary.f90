@@ -45,40 +45,33 @@ contains
     logical, intent(in) :: columns(sweep_columns)
     integer, intent(in) :: first(2)
     real(dp), intent(in) :: values(:, :, :)
-    integer :: i, j, column, word
+    real(dp), allocatable :: turns(:)
+    integer :: column, word, at(2)
 
     self%points = self%points + size(values, 2, kind=int64) * size(values, 3)
     column = verdict_column(columns)
     if (column > 0) then
-      do i = 1, size(values, 3)
-        do j = 1, size(values, 2)
-          word = nint(values(column, j, i))
-          self%verdicts(word) = self%verdicts(word) + 1
-        end do
+      do word = 0, ubound(self%verdicts, 1)
+        self%verdicts(word) = self%verdicts(word) + count(nint(values(column, :, :)) == word)
       end do
     end if
+    ! a comparison with NaN would raise a floating-point exception
     if (columns(psi_peak)) then
       column = count(columns(:psi_peak))
-      do i = 1, size(values, 3)
-        do j = 1, size(values, 2)
-          if (ieee_is_nan(values(column, j, i))) cycle
-          if (values(column, j, i) > small_turn) self%turned = self%turned + 1
-          self%greatest_turn = max(self%greatest_turn, values(column, j, i))
-        end do
-      end do
+      turns = pack(values(column, :, :), .not. ieee_is_nan(values(column, :, :)))
+      self%turned = self%turned + count(turns > small_turn)
+      self%greatest_turn = maxval([self%greatest_turn, turns])
     end if
     if (.not. columns(rho_max)) return
     column = count(columns(:rho_max))
-    do i = 1, size(values, 3)
-      do j = 1, size(values, 2)
-        ! a comparison with NaN would raise a floating-point exception
-        if (ieee_is_nan(values(column, j, i))) cycle
-        if (values(column, j, i) < self%least) self%least = values(column, j, i)
-        if (.not. values(column, j, i) > self%most) cycle
-        self%most = values(column, j, i)
-        self%where = first + [i - 1, j - 1]
-      end do
-    end do
+    associate (rho => values(column, :, :))
+      if (all(ieee_is_nan(rho))) return
+      self%least = min(self%least, minval(rho, mask=.not. ieee_is_nan(rho)))
+      at = maxloc(rho, mask=.not. ieee_is_nan(rho))
+      if (.not. rho(at(1), at(2)) > self%most) return
+      self%most = rho(at(1), at(2))
+      self%where = first + [at(2) - 1, at(1) - 1]
+    end associate
   end subroutine add_points
 
 end module gestell_task_sweep_summary

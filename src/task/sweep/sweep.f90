@@ -155,16 +155,16 @@ contains
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(out) :: deviation
     logical, intent(out) :: fits
-    integer :: places(2, checked_points), k
+    integer :: points(2, checked_points), k
     real(dp) :: parameters(size(grid%axes)), own(sampler%numbers_of_period()), expanded(1, expansion%numbers), bound, difference
     integer :: ends(2), part
 
     deviation = 0
     ! Phi(T) by itself, and all.
     ends = [sampler%states**2, size(own)]
-    places = random_points(cell, checked_points)
+    points = random_points(cell, checked_points)
     do k = 1, checked_points
-      parameters = grid%parameters(places(1, k), places(2, k))
+      parameters = grid%parameters(points(1, k), points(2, k))
       call sampler%check(family, parameters, order%accuracy, own, bound, fits)
       if (.not. fits) return
       call expansion%line(parameters(1), parameters(2:), expanded)
@@ -188,11 +188,11 @@ contains
     logical, intent(out) :: fits
     type(error_type), allocatable :: error
     real(dp) :: own(sweep_columns), peaks(size(sampler%free))
-    logical :: sure
+    logical :: known
 
-    call peaks_of_numbers(sampler, numbers, perturbation, peak_limit(order), peaks, sure)
+    call peaks_of_numbers(sampler, numbers, perturbation, peak_limit(order), peaks, known)
     fits = .true.
-    if (.not. sure) return
+    if (.not. known) return
     call solve_point(family, parameters, order, own, error)
     sampler%solutions = sampler%solutions + 1
     fits = .not. allocated(error)

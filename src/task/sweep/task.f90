@@ -99,7 +99,7 @@ contains
         if (allocated(error)) return
         if (any(self%campaign%damaged)) call result%note(context%folder // "/sweep.blocks: " &
           & // counted(count(self%campaign%damaged), "damaged block") // ": computed again")
-        call result%say(report_grid(plan) // context%executor%told())
+        call result%say(report_grid(plan) // context%executor%workers())
         if (.not. context%merge) call compute_tiles(context, self%campaign, mine, error)
         if (allocated(error)) return
         if (context%in_parts) then
@@ -143,7 +143,7 @@ contains
     call context%executor%share_marks(campaign%damaged)
   end subroutine open_together
 
-  !> sweep.csv, written to its place from the tiles that are done, its picture and its report. Error: tiles are missing; it cannot
+  !> sweep.csv, written from the tiles that are done, its picture and its report. Error: tiles are missing; it cannot
   !> be written.
   subroutine tell_sweep(context, campaign, summary, result, error)
     type(context_type), intent(in) :: context
@@ -164,7 +164,7 @@ contains
         call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --json", failed_computation)
         return
       end if
-      call campaign%finish(context%place, context%head%lines(new_table("sweep", "", "", "")), summary, error, values)
+      call campaign%finish(context%staging, context%head%lines(new_table("sweep", "", "", "")), summary, error, values)
       if (allocated(error)) return
       table = table_of(plan%paths, plan%units, plan%grid, plan%order, values)
       table%written = .true.

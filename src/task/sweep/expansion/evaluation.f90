@@ -21,7 +21,7 @@ module gestell_task_sweep_expansion_evaluation
 contains
 
   !> Sets the results in `cell`, a part of `tile`; `perturbations` bound the errors of Phi(T) and of all numbers in norm. A
-  !> point whose vibration is not sure, beside a resonance, gets a solution of its own. Error: that of a point.
+  !> point whose vibration is not known, beside a resonance, gets a solution of its own. Error: that of a point.
   !> Ten arguments: the cell with its tile, grid and order, the expansion with its errors.
   subroutine evaluate(family, grid, tile, cell, order, sampler, expansion, perturbations, results, error)
     class(family_type), intent(in) :: family
@@ -95,7 +95,7 @@ contains
     real(dp), contiguous, intent(in) :: numbers(:, :)
     real(dp), intent(in) :: perturbations(2)
     real(dp), contiguous, intent(inout) :: columns(:, :)
-    logical :: inside(size(numbers, 1)), outside(size(numbers, 1)), sure
+    logical :: inside(size(numbers, 1)), outside(size(numbers, 1)), known
     real(dp) :: peaks(sampler%states / 2)
     integer :: n2, k
 
@@ -111,11 +111,11 @@ contains
     if (sampler%times == 0) return
     columns(:, xi_peak:psi_peak) = 0
     do k = 1, size(numbers, 1)
-      call peaks_of_numbers(sampler, numbers(k, :), perturbations(2), peak_limit(order), peaks, sure)
-      if (.not. sure) peaks = ieee_value(1.0_dp, ieee_quiet_nan)
+      call peaks_of_numbers(sampler, numbers(k, :), perturbations(2), peak_limit(order), peaks, known)
+      if (.not. known) peaks = ieee_value(1.0_dp, ieee_quiet_nan)
       columns(k, xi_peak - 1 + sampler%free) = peaks
       ! A degree of freedom that is locked rests, but is as little known.
-      if (.not. sure) columns(k, xi_peak:psi_peak) = peaks(1)
+      if (.not. known) columns(k, xi_peak:psi_peak) = peaks(1)
     end do
   end subroutine set_columns
 

@@ -14,13 +14,13 @@ module gestell_task_sweep_expansion_peaks
 contains
 
   !> max |q(t)| of the periodic motion x(t) = Phi(t) x0 + x_p(t), x0 = (E - Phi(T))^-1 x_p(T), for each position, in the units
-  !> of the states; shape (states / 2). The numbers' error is at most `perturbation` in norm. `sure`: so x0 is wrong by
+  !> of the states; shape (states / 2). The numbers' error is at most `perturbation` in norm. `known`: so x0 is wrong by
   !> less than `limit` of its size; else there are no peaks.
-  subroutine peaks_of_numbers(sampler, numbers, perturbation, limit, peaks, sure)
+  subroutine peaks_of_numbers(sampler, numbers, perturbation, limit, peaks, known)
     type(sampler_type), intent(in) :: sampler
     real(dp), intent(in) :: numbers(:), perturbation, limit
     real(dp), intent(out) :: peaks(:)
-    logical, intent(out) :: sure
+    logical, intent(out) :: known
     type(error_type), allocatable :: error
     real(dp), allocatable :: inverted(:, :)
     real(dp) :: phi(sampler%states, sampler%states), x0(sampler%states), q(sampler%times, sampler%states / 2)
@@ -31,12 +31,12 @@ contains
     peaks = 0
     phi = reshape(numbers(:n**2), [n, n])
     call inverse(unit_matrix(n) - phi, inverted, error)
-    sure = .not. allocated(error)
-    if (.not. sure) return
+    known = .not. allocated(error)
+    if (.not. known) return
     ! In the unit of x_p.
     x0 = matmul(inverted, numbers(n**2 + 1:n**2 + n))
-    sure = norm2(inverted) * perturbation * (norm2(x0) + 1) < limit * norm2(x0)
-    if (.not. sure) return
+    known = norm2(inverted) * perturbation * (norm2(x0) + 1) < limit * norm2(x0)
+    if (.not. known) return
 
     q(1, :) = x0(:f)
     at = n**2 + n

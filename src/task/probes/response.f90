@@ -1,5 +1,5 @@
 !> What a vibration meter at a point of the frame would show, against the limit that is set there.
-module gestell_task_probes_watched
+module gestell_task_probes_response
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -10,33 +10,33 @@ module gestell_task_probes_watched
   implicit none (type, external)
   private
 
-  public :: watch
+  public :: find_responses
 
   !> Displacement, velocity, acceleration: along x, along y, and the size of the vector.
   integer, parameter, public :: probe_parts = 9, velocity_part = 6
   character(len=*), parameter, public :: probe_part_names(probe_parts) = &
     & [character(len=2) :: "x", "y", "d", "vx", "vy", "v", "ax", "ay", "a"]
 
-  type, public :: watched_type
+  type, public :: probe_response_type
     type(probe_type) :: probe
     type(statistics_type), allocatable :: statistics(:)
     !> At the times of the vibration's history, shape (points + 1, probe_parts).
     real(dp), allocatable :: history(:, :)
-    !> Velocity in the probe's band of frequencies (m/s, root of the mean square): along x and y, in the direction in which
+    !> Velocity in the probe's band of frequencies (m/s, rms): along x and y, in the direction in which
     !> it is greatest, and a bound on the latter's error.
     real(dp) :: band(2) = 0, greatest = 0, error = 0
   contains
     procedure :: verdict
-  end type watched_type
+  end type probe_response_type
 
 contains
 
   !> All probes. Errors: a position, limit or band that makes no sense; `vibration` does not hold the accelerations.
-  subroutine watch(frame, vibration, probes, watched, error)
+  subroutine find_responses(frame, vibration, probes, responses, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(probe_type), intent(in) :: probes(:)
-    type(watched_type), allocatable, intent(out) :: watched(:)
+    type(probe_response_type), allocatable, intent(out) :: responses(:)
     type(error_type), allocatable, intent(out) :: error
     type(quantity_type) :: quantity
     real(dp), allocatable :: history(:)
@@ -46,26 +46,26 @@ contains
     if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
     if (.not. allocated(error)) call check_probes(probes, error)
     if (allocated(error)) return
-    allocate(watched(size(probes)))
+    allocate(responses(size(probes)))
     do i = 1, size(probes)
-      watched(i)%probe = probes(i)
-      allocate(watched(i)%statistics(probe_parts))
-      allocate(watched(i)%history(size(vibration%motion_history, 2), probe_parts))
+      responses(i)%probe = probes(i)
+      allocate(responses(i)%statistics(probe_parts))
+      allocate(responses(i)%history(size(vibration%motion_history, 2), probe_parts))
       do k = 1, probe_parts
         call point_quantity(frame, probes(i), trim(probe_part_names(k)), quantity)
-        call take_statistics(vibration, quantity, watched(i)%statistics(k), error)
+        call take_statistics(vibration, quantity, responses(i)%statistics(k), error)
         if (.not. allocated(error)) call history_of(vibration, quantity, history, error)
         if (allocated(error)) return
-        watched(i)%history(:, k) = history
+        responses(i)%history(:, k) = history
       end do
-      associate (velocity => watched(i)%statistics(velocity_part))
-        call band_rms(velocity, frame%period, probes(i)%band, watched(i)%band, watched(i)%greatest, error)
+      associate (velocity => responses(i)%statistics(velocity_part))
+        call band_rms(velocity, frame%period, probes(i)%band, responses(i)%band, responses(i)%greatest, error)
         if (allocated(error)) return
         ! A part of an error, in the mean square, is at most its greatest value.
-        watched(i)%error = velocity%error
+        responses(i)%error = velocity%error
       end associate
     end do
-  end subroutine watch
+  end subroutine find_responses
 
   !> Error: a position that is not finite, a limit that is negative, a band (Hz) that does not ascend.
   pure subroutine check_probes(probes, error)
@@ -84,7 +84,7 @@ contains
 
   !> "within" or "above" the limit, "undecided" where the error reaches across it; empty without a limit.
   pure character(len=9) function verdict(self)
-    class(watched_type), intent(in) :: self
+    class(probe_response_type), intent(in) :: self
 
     if (.not. self%probe%limit > 0) then
       verdict = ""
@@ -97,4 +97,4 @@ contains
     end if
   end function verdict
 
-end module gestell_task_probes_watched
+end module gestell_task_probes_response
