@@ -47,7 +47,7 @@ contains
     if (allocated(error)) return
     crank = 2 * pi / real(period(machine), dp)
     do k = 1, size(modes)
-      call check(error, modes(k)%told, more="a mode is not told")
+      call check(error, modes(k)%identified, more="a mode is not told")
       if (allocated(error)) return
       nearest = huge(nearest)
       do i = 1, size(rho)

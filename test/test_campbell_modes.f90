@@ -153,7 +153,7 @@ contains
       end associate
       call modes_of(machine, modes, error)
       if (allocated(error)) return
-      call check_that(error, modes(1)%told, "==", .true., "not overdamped")
+      call check_that(error, modes(1)%identified, "==", .true., "not overdamped")
       call check_that(error, modes(1)%real_pair, "==", .true., "not overdamped")
       call check_that(error, modes(1)%frequency(), "<=", 0.0_dp, "not overdamped")
       if (allocated(error)) return
@@ -210,7 +210,7 @@ contains
       call check_success(error, failure)
       if (allocated(error)) return
       associate (mode => modes(1))
-        call check_that(error, mode%told, "==", .true., "components")
+        call check_that(error, mode%identified, "==", .true., "components")
         call check_that(error, mode%components, "==", 3, "components")
         if (allocated(error)) return
         call check_that(error, abs(mode%frequency() - exact), "<=", mode%error, "exponent")
@@ -320,7 +320,7 @@ contains
     if (allocated(error)) return
     call check_that(error, size(modes), "==", 3, "told")
     if (allocated(error)) return
-    call check(error, .not. any(modes%told), more="told")
+    call check(error, .not. any(modes%identified), more="told")
     if (allocated(error)) return
     call check(error, all(ieee_is_nan(modes%frequency())) .and. all(ieee_is_nan(modes%damping_ratio())), more="numbers")
   end subroutine test_not_told

@@ -29,7 +29,7 @@ contains
   type(mode_type) function mode_of(frequency, error) result(mode)
     real(dp), intent(in) :: frequency, error
 
-    mode%told = .true.
+    mode%identified = .true.
     mode%growth = -1
     mode%error = 2 * pi * error
     mode%components = 1

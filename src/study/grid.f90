@@ -164,18 +164,18 @@ contains
   pure type(tile_type) function tile(self, number)
     class(grid_type), intent(in) :: self
     integer, intent(in) :: number
-    integer :: along(2), place(2), k
+    integer :: along(2), position(2), k
 
     tile%last = 0
     if (number < 1 .or. number > self%tiles()) return
     tile%last = 1
     along = tiles_along(self)
-    place(1) = (number - 1) / along(2)
-    place(2) = mod(number - 1, along(2))
+    position(1) = (number - 1) / along(2)
+    position(2) = mod(number - 1, along(2))
     tile%number = number
     do k = 1, min(2, size(self%axes))
-      tile%first(k) = 1 + int(int(place(k), int64) * self%axes(k)%count / along(k))
-      tile%last(k) = int(int(place(k) + 1, int64) * self%axes(k)%count / along(k))
+      tile%first(k) = 1 + int(int(position(k), int64) * self%axes(k)%count / along(k))
+      tile%last(k) = int(int(position(k) + 1, int64) * self%axes(k)%count / along(k))
     end do
   end function tile
 

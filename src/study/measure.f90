@@ -1,5 +1,5 @@
-!> What is told of a quantity of the vibration in one number: its peak or its root mean square over the turn, or of a probe's
-!> velocity what a vibration meter shows, the root mean square within the probe's band of frequencies.
+!> What is told of a quantity of the vibration in one number: its peak or its rms over the turn, or of a probe's
+!> velocity what a vibration meter shows, the rms within the probe's band of frequencies.
 module gestell_study_measure
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp

@@ -43,7 +43,7 @@ module gestell_study_speed_point
     !> The family's parameter.
     real(dp) :: speed = 0
     integer :: state = no_solution
-    !> Of each quantity peak, a bound on its error, root of the mean square, amplitudes of the orders from 1 on; shape
+    !> Of each quantity peak, a bound on its error, rms, amplitudes of the orders from 1 on; shape
     !> (3 + orders, quantities); NaN where there is no vibration. The strongest of all orders.
     real(dp), allocatable :: values(:, :)
     integer, allocatable :: strongest(:)

@@ -321,7 +321,7 @@ contains
     inner = sum(u * v) / size(u, 1)
   end function inner
 
-  !> The root of the mean square of a motion.
+  !> The rms of a motion.
   pure real(dp) function size_of(q)
     real(dp), intent(in) :: q(:, :)
 

@@ -28,7 +28,7 @@ contains
     if (size(modes) == 0) return
     apart = huge(1.0_dp)
     do k = 1, size(modes)
-      if (.not. modes(k)%told) cycle
+      if (.not. modes(k)%identified) cycle
       do i = 1, size(mode)
         apart(i, k) = distance(multipliers%exponent(i), modes(k), speed) - modes(k)%error &
           & - multipliers%error(i) * speed

@@ -7,7 +7,7 @@ module gestell_study_mode_solution
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_study_mode_components, only: find_components, keep_component
   use gestell_study_mode_motion, only: motions_type, solve_motions
-  use gestell_study_mode_type, only: assurance, mode_type, most_freedoms
+  use gestell_study_mode_type, only: assurance, mode_type, most_dofs
   use gestell_system_averaged, only: averaged_system
   use gestell_system_part, only: check_coupled, independent_parts, part_of
   use gestell_system_periodic, only: periodic_system
@@ -20,8 +20,8 @@ module gestell_study_mode_solution
 contains
 
   !> The modes of `system`, as many as it has degrees of freedom, in ascending order of their frequencies, and the mean of M
-  !> over the period, shape (f, f). Parts that do not act on each other are solved apart. A mode that cannot be told, or all
-  !> of a part that has no solution, are not `told` and stand last.
+  !> over the period, shape (f, f). Parts that do not act on each other are solved apart. A mode that cannot be identified, or all
+  !> of a part that has no solution, are not `identified` and stand last.
   !> Errors: a system or an accuracy that makes no sense; the system has more degrees of freedom than a mode can hold.
   subroutine solve_modes(system, accuracy, modes, mass, error)
     class(second_order_system), intent(in) :: system
@@ -38,7 +38,7 @@ contains
     if (.not. allocated(error)) call check_coupled(system, error)
     if (allocated(error)) return
     f = system%states / 2
-    if (f > most_freedoms) then
+    if (f > most_dofs) then
       call fatal_error(error, "modes are told of three degrees of freedom at the most", failed_computation)
       return
     end if
@@ -112,7 +112,7 @@ contains
     if (allocated(failure)) return
     f = size(modes)
     do i = 1, size(single)
-      single(i)%told = .true.
+      single(i)%identified = .true.
       single(i)%growth = real(constant%values(i))
       single(i)%error = constant%radius(i)
       call keep_component(aimag(constant%values(i)), constant%vectors(:f, i) * constant%scale(:f), 1.0_dp, mass, single(i))
@@ -136,7 +136,7 @@ contains
     if (allocated(failure)) return
     error = -log(1 - min(motions%error, lost)) / system%period
     do i = 1, size(single)
-      single(i)%told = motions%error(i) < lost
+      single(i)%identified = motions%error(i) < lost
       single(i)%growth = real(motions%exponent(i))
       single(i)%error = error(i)
     end do
@@ -240,7 +240,7 @@ contains
       mode = single(merge(i, k, single(i)%growth >= single(k)%growth))
       mode%partner_growth = min(single(i)%growth, single(k)%growth)
       mode%error = max(error(i), error(k))
-      mode%told = single(i)%told .and. single(k)%told
+      mode%identified = single(i)%identified .and. single(k)%identified
     end function merge_pair
 
   end subroutine pair
@@ -248,17 +248,17 @@ contains
   !> For shapes with zeros beyond.
   pure function embedded(mass) result(all)
     real(dp), intent(in) :: mass(:, :)
-    real(dp) :: all(most_freedoms, most_freedoms)
+    real(dp) :: all(most_dofs, most_dofs)
 
     all = 0
     all(:size(mass, 1), :size(mass, 2)) = mass
   end function embedded
 
-  !> By their frequencies; what is not told stands last.
+  !> By their frequencies; what is not identified stands last.
   pure subroutine sort(modes)
     type(mode_type), intent(inout) :: modes(:)
 
-    modes = modes(ascending(merge(modes%frequency(), huge(1.0_dp), modes%told)))
+    modes = modes(ascending(merge(modes%frequency(), huge(1.0_dp), modes%identified)))
   end subroutine sort
 
 end module gestell_study_mode_solution

@@ -1,7 +1,7 @@
 !> Which modes at one speed are which at another one.
 module gestell_study_mode_tracking
   use gestell_base_kinds, only: dp
-  use gestell_study_mode_type, only: assurance, mode_type, most_freedoms
+  use gestell_study_mode_type, only: assurance, mode_type, most_dofs
   implicit none (type, external)
   private
 
@@ -15,13 +15,13 @@ contains
 
   !> Puts `modes` into the order of `last`, and names each by the component that continues the one of `last`: the most like
   !> in shape and frequency. `mass`: the mean mass matrix, shape (f, f); `crank`: |Omega| (rad/s). `like`: each is like the last
-  !> one, so that a smaller step need not be taken; `sure`: no other assignment is nearly as good either, as where modes mix.
-  !> A mode that is not told takes the place that is left.
-  pure subroutine track(last, mass, crank, modes, like, sure)
+  !> one, so that a smaller step need not be taken; `unambiguous`: no other assignment is nearly as good either, as where modes mix.
+  !> A mode that is not identified takes the place that is left.
+  pure subroutine track(last, mass, crank, modes, like, unambiguous)
     type(mode_type), intent(in) :: last(:)
     real(dp), intent(in) :: mass(:, :), crank
     type(mode_type), intent(inout) :: modes(:)
-    logical, intent(out) :: like, sure
+    logical, intent(out) :: like, unambiguous
     type(mode_type) :: ordered(size(modes))
     real(dp) :: likeness(size(last), size(modes)), total, best, second, least
     integer :: component(size(last), size(modes)), order(size(modes)), trial(size(modes)), f, i, j, k
@@ -50,10 +50,10 @@ contains
     do j = 1, f
       ordered(j) = modes(order(j))
       ordered(j)%principal = component(j, order(j))
-      if (ordered(j)%told .and. last(j)%told) least = min(least, likeness(j, order(j)))
+      if (ordered(j)%identified .and. last(j)%identified) least = min(least, likeness(j, order(j)))
     end do
     like = least >= alike
-    sure = like .and. second <= apart * best
+    unambiguous = like .and. second <= apart * best
     modes = ordered
   end subroutine track
 
@@ -66,12 +66,12 @@ contains
     !> Of what is not known; of components weaker than the strongest; a step of the frequency, in the crank's speed, that
     !> halves the likeness.
     real(dp), parameter :: unknown = 1.0e-3_dp, weight = 2, step = 0.25_dp
-    real(dp) :: full(most_freedoms, most_freedoms), one
+    real(dp) :: full(most_dofs, most_dofs), one
     integer :: k
 
     likeness = unknown
     component = 1
-    if (.not. (last%told .and. mode%told)) return
+    if (.not. (last%identified .and. mode%identified)) return
     full = 0
     full(:size(mass, 1), :size(mass, 2)) = mass
     do k = 1, mode%components

@@ -8,14 +8,14 @@ module gestell_study_mode_type
   public :: assurance
 
   !> Degrees of freedom at the most, and components that are kept.
-  integer, parameter, public :: most_freedoms = 3, most_components = 8
+  integer, parameter, public :: most_dofs = 3, most_components = 8
 
   !> One mode: the motion of a conjugate pair of multipliers or of two real ones that belong together.
   !>
   !>     q(t) = Re sum_m c_m exp((growth + i w_m) t),   w_m = Im lambda + m 2 pi / T
   type, public :: mode_type
     !> Whether the mode is known at all: a multiplier may be lost in rounding. What follows is NaN or empty if not.
-    logical :: told = .false.
+    logical :: identified = .false.
     !> Two real multipliers: locked to a multiple of half the crank's speed, or not swinging at all.
     logical :: real_pair = .false.
     !> Of the multiplier that is greater in modulus, and of the other one (1/s).
@@ -26,7 +26,7 @@ module gestell_study_mode_type
     !> mass matrix, and shapes of the positions, unit vectors in that norm.
     integer :: components = 0
     real(dp) :: frequencies(most_components) = 0, shares(most_components) = 0
-    complex(dp) :: shapes(most_freedoms, most_components) = 0
+    complex(dp) :: shapes(most_dofs, most_components) = 0
     !> The component by which the mode is named.
     integer :: principal = 1
   contains
@@ -44,14 +44,14 @@ contains
     class(mode_type), intent(in) :: self
 
     frequency = ieee_value(1.0_dp, ieee_quiet_nan)
-    if (self%told) frequency = self%frequencies(self%principal)
+    if (self%identified) frequency = self%frequencies(self%principal)
   end function frequency
 
   !> Whether it grows for sure.
   elemental logical function grows(self)
     class(mode_type), intent(in) :: self
 
-    grows = self%told .and. self%growth > self%error
+    grows = self%identified .and. self%growth > self%error
   end function grows
 
   !> Of the principal component.
@@ -59,13 +59,13 @@ contains
     class(mode_type), intent(in) :: self
 
     share = ieee_value(1.0_dp, ieee_quiet_nan)
-    if (self%told) share = self%shares(self%principal)
+    if (self%identified) share = self%shares(self%principal)
   end function share
 
   !> Of the principal component.
   pure function principal_shape(self) result(shape)
     class(mode_type), intent(in) :: self
-    complex(dp) :: shape(most_freedoms)
+    complex(dp) :: shape(most_dofs)
 
     shape = self%shapes(:, self%principal)
   end function principal_shape
@@ -75,7 +75,7 @@ contains
     class(mode_type), intent(in) :: self
 
     damping_ratio = ieee_value(1.0_dp, ieee_quiet_nan)
-    if (.not. self%told) return
+    if (.not. self%identified) return
     damping_ratio = 0
     if (abs(self%growth) > 0) damping_ratio = -self%growth / hypot(self%growth, self%frequency())
   end function damping_ratio

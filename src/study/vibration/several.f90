@@ -27,7 +27,7 @@ module gestell_study_vibration_several
     !> Whether it is the one that all else is told of.
     logical :: told = .false.
     type(multipliers_type) :: multipliers
-    !> Of xi, eta (m), psi (rad): the greatest over the turn, a bound on its error, root of the mean square.
+    !> Of xi, eta (m), psi (rad): the greatest over the turn, a bound on its error, rms.
     real(dp) :: peak(3) = 0, peak_error(3) = 0, rms(3) = 0
   contains
     procedure :: vibration_index

@@ -1,4 +1,4 @@
-!> What an engineer reads off a quantity over one period: peak, root of the mean square, crest factor, harmonics.
+!> What an engineer reads off a quantity over one period: peak, rms, crest factor, harmonics.
 module gestell_study_vibration_statistics
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -15,7 +15,7 @@ module gestell_study_vibration_statistics
   type, public :: statistics_type
     !> Harmonics, shape (1), of a magnitude those of its components along x and y, shape (2).
     type(fourier_type), allocatable :: series(:)
-    !> max |.| over the period, a bound on its error, root of the mean square, a bound on the error at any time, and so on that of
+    !> max |.| over the period, a bound on its error, rms, a bound on the error at any time, and so on that of
     !> the root.
     real(dp) :: peak = 0, peak_error = 0, rms = 0, error = 0
     !> Phase of the period, t / T, at the peak: that of the parabola through the highest sample and its neighbours.
@@ -29,7 +29,7 @@ module gestell_study_vibration_statistics
 
 contains
 
-  !> Whether peak, error and root of the mean square are numbers.
+  !> Whether peak, error and rms are numbers.
   elemental logical function finite(self)
     class(statistics_type), intent(in) :: self
 
@@ -214,7 +214,7 @@ contains
     end if
   end subroutine check_quantity
 
-  !> Peak over root of the mean square; 0 where nothing moves.
+  !> Peak over rms; 0 where nothing moves.
   pure real(dp) function crest(self)
     class(statistics_type), intent(in) :: self
 

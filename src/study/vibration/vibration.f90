@@ -30,7 +30,7 @@ module gestell_study_vibration
     real(dp), allocatable :: history(:, :)
     !> Harmonics of every quantity, shape (quantities).
     type(fourier_type), allocatable :: series(:)
-    !> max |.| over the period and a bound on its error, root of the mean square; shapes (quantities).
+    !> max |.| over the period and a bound on its error, rms; shapes (quantities).
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
     !> Bounds on the errors of the history, at any time, and of the roots of the mean square; shape (quantities).
     real(dp), allocatable :: error(:)

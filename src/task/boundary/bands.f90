@@ -82,30 +82,30 @@ contains
     type(vertices_type), intent(in) :: vertices
     real(dp), parameter :: near = 0.25_dp
     integer, allocatable :: at(:, :)
-    real(dp), allocatable :: first(:, :), last(:, :), place(:, :), gap(:, :)
+    real(dp), allocatable :: first(:, :), last(:, :), position(:, :), gap(:, :)
     integer :: i, n, units
 
     at = rows(box, ids, half_way, k, vertices)
     n = size(at, 1)
     pass_straight = n > 0
     if (n == 0) return
-    allocate(place(n, 3))
+    allocate(position(n, 3))
     do i = 1, n
-      place(i, :) = vertices%list(at(i, :))%u(3 - k)
+      position(i, :) = vertices%list(at(i, :))%u(3 - k)
     end do
     ! Before, between and behind them; nothing is known of beyond the box.
     allocate(gap(0:n, 3), source=box%high(3 - k) - box%low(3 - k))
-    gap(1:n - 1, :) = place(2:, :) - place(:n - 1, :)
+    gap(1:n - 1, :) = position(2:, :) - position(:n - 1, :)
     allocate(first(n, 3), last(n, 3))
     units = 0
     i = 1
     do while (i <= n)
       units = units + 1
-      first(units, :) = place(i, :)
+      first(units, :) = position(i, :)
       if (i < n) then
         if (maxval(gap(i, :)) < near * min(minval(gap(i - 1, :)), minval(gap(i + 1, :)))) i = i + 1
       end if
-      last(units, :) = place(i, :)
+      last(units, :) = position(i, :)
       i = i + 1
     end do
     associate (center => (first(:units, :) + last(:units, :)) / 2)

@@ -37,7 +37,8 @@ module gestell_task_boundary_branches
     procedure :: member
   end type branch_family_type
 
-  character(len=*), parameter, public :: turning_point = "turning_point", no_vibration = "none"
+  character(len=*), parameter, public :: turning_point = "turning_point"
+  character(len=*), parameter :: no_vibration = "none"
   !> So near to a turning point, as a part of the range, no other border is sought.
   real(dp), parameter :: beside_turn = 1.0e-6_dp
 

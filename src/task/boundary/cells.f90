@@ -188,24 +188,24 @@ contains
     type(vertices_type), intent(in) :: vertices
     integer, allocatable, intent(out) :: ids(:)
     logical, allocatable, intent(out) :: enter(:)
-    real(dp) :: places(size(pool)), place, tangent(2)
+    real(dp) :: positions(size(pool)), position, tangent(2)
     integer :: order(size(pool)), n, i, k
     logical :: entering(size(pool))
 
     n = 0
     do i = 1, size(pool)
       associate (v => vertices%list(pool(i)))
-        call place_around(box, v%u, place, tangent)
-        if (place < 0) cycle
+        call position_around(box, v%u, position, tangent)
+        if (position < 0) cycle
         k = n + 1
         do while (k > 1)
-          if (places(k - 1) <= place) exit
-          places(k) = places(k - 1)
+          if (positions(k - 1) <= position) exit
+          positions(k) = positions(k - 1)
           order(k) = order(k - 1)
           entering(k) = entering(k - 1)
           k = k - 1
         end do
-        places(k) = place
+        positions(k) = position
         order(k) = pool(i)
         entering(k) = dot_product(v%unstable_side, tangent) > 0
         n = n + 1
@@ -216,30 +216,30 @@ contains
   end subroutine around
 
   !> Where `u` lies on the way around the box, 0 to 4, -1 if it is not on a side; and the direction of that way there.
-  pure subroutine place_around(box, u, place, tangent)
+  pure subroutine position_around(box, u, position, tangent)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2)
-    real(dp), intent(out) :: place, tangent(2)
+    real(dp), intent(out) :: position, tangent(2)
     real(dp) :: part(2)
 
-    place = -1
+    position = -1
     tangent = 0
     part = (u - box%low) / (box%high - box%low)
     if (any(part < 0 .or. part > 1)) return
     if (u(2) <= box%low(2)) then
-      place = part(1)
+      position = part(1)
       tangent(1) = 1
     else if (u(1) >= box%high(1)) then
-      place = 1 + part(2)
+      position = 1 + part(2)
       tangent(2) = 1
     else if (u(2) >= box%high(2)) then
-      place = 3 - part(1)
+      position = 3 - part(1)
       tangent(1) = -1
     else if (u(1) <= box%low(1)) then
-      place = 4 - part(2)
+      position = 4 - part(2)
       tangent(2) = -1
     end if
-  end subroutine place_around
+  end subroutine position_around
 
   !> Whether the unstable stretches of four hang together. The system at their mean tells, if it agrees with their distances:
   !> near ones are the sides of a tongue, unstable or stable. If not, the tongue may pass beside the mean, or end: a line
@@ -256,18 +256,18 @@ contains
     type(line_type) :: line
     type(probe_type) :: probe
     type(search_type) :: search
-    real(dp) :: mean(2), across(2), ways(2), chord(2)
+    real(dp) :: mean(2), across(2), lengths(2), chord(2)
     integer :: i, k
 
     mean = 0
-    ways = 0
+    lengths = 0
     do i = 1, size(ids)
       k = modulo(i, size(ids)) + 1
       chord = vertices%list(ids(k))%u - vertices%list(ids(i))%u
       mean = mean + vertices%list(ids(i))%u / size(ids)
-      ways = ways + merge([norm2(chord), 0.0_dp], [0.0_dp, norm2(chord)], enter(i))
+      lengths = lengths + merge([norm2(chord), 0.0_dp], [0.0_dp, norm2(chord)], enter(i))
     end do
-    joined = ways(1) < ways(2)
+    joined = lengths(1) < lengths(2)
     call plane%line(mean, [1.0_dp, 0.0_dp], line)
     call probe_line(line, 0.0_dp, probe, error)
     certain = .not. probe%missing() .and. (probe%is_unstable() .eqv. joined)

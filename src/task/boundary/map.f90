@@ -220,12 +220,12 @@ contains
     mirrored = (plane%axes(1)%to < plane%axes(1)%from) .neqv. (plane%axes(2)%to < plane%axes(2)%from)
   end function mirrored
 
-  !> Lets a curve, the vertices `places` of the `curves`, run the other way.
-  pure subroutine turn_round(places, curves)
-    integer, intent(in) :: places(:)
+  !> Lets a curve, the vertices `numbers` of the `curves`, run the other way.
+  pure subroutine turn_round(numbers, curves)
+    integer, intent(in) :: numbers(:)
     type(vertices_type), intent(inout) :: curves
 
-    curves%list(places) = curves%list(places(size(places):1:-1))
+    curves%list(numbers) = curves%list(numbers(size(numbers):1:-1))
   end subroutine turn_round
 
   !> The greatest distance in u of the vertices from `first` on from that one.

@@ -182,7 +182,7 @@ contains
     real(dp), parameter :: flat = 1.0e-7_dp, inside = 0.02_dp
     type(point_type) :: middle, best
     type(error_type), allocatable :: error
-    real(dp) :: low, high, slope_low, slope_high, x, place
+    real(dp) :: low, high, slope_low, slope_high, x, turn
     logical :: easy
     integer :: k
 
@@ -190,7 +190,7 @@ contains
     high = arc
     slope_low = from%rise
     slope_high = to%rise
-    place = arc / 2
+    turn = arc / 2
     best%rise = huge(x)
     do k = 1, most_steps
       x = slope_low / (slope_low - slope_high)
@@ -201,7 +201,7 @@ contains
       if (allocated(error)) cycle
       if (abs(middle%rise) < abs(best%rise)) then
         best = middle
-        place = x
+        turn = x
       end if
       if (middle%rise * from%rise > 0) then
         low = x
@@ -212,12 +212,12 @@ contains
       end if
       if (abs(best%rise) < flat) exit
     end do
-    if (.not. best%rise < 1) place = arc
+    if (.not. best%rise < 1) turn = arc
     if (.not. best%rise < 1) best = to
     x = abs(best%rise) * (high - low)
     best%rise = 0
-    call trail%add(best, place, x)
-    arc = max(arc - place, tiny(arc))
+    call trail%add(best, turn, x)
+    arc = max(arc - turn, tiny(arc))
   end subroutine add_turn
 
   !> The vibration at the end of the range ends the path there.

@@ -9,7 +9,7 @@ module gestell_task_campbell
   use gestell_study_member, only: member_type
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_tracking, only: track
-  use gestell_study_mode_type, only: mode_type, most_freedoms
+  use gestell_study_mode_type, only: mode_type, most_dofs
   use gestell_study_speeds, only: check_orders, check_speeds
   use gestell_system_second_order, only: second_order_system
   use gestell_task_executor, only: executor_type, spread_over, work_type
@@ -34,13 +34,13 @@ module gestell_task_campbell
     logical :: ordered = .true.
     !> Whether there is a machine at that speed that could be solved; if so, its modes, by their numbers.
     logical :: solved = .false.
-    type(mode_type) :: modes(most_freedoms)
+    type(mode_type) :: modes(most_dofs)
     !> How many there are, 0 without a machine, and the degrees of freedom that the components of their shapes stand for.
-    integer :: dofs = 0, free(most_freedoms) = 0
+    integer :: dofs = 0, free(most_dofs) = 0
     !> Whether it is certain which mode is which; of the first point, and after a gap, it is.
     logical :: unambiguous = .true.
     !> The mean mass matrix.
-    real(dp) :: mass(most_freedoms, most_freedoms) = 0
+    real(dp) :: mass(most_dofs, most_dofs) = 0
   end type campbell_point_type
 
   type, public :: campbell_type
@@ -164,7 +164,7 @@ contains
     campbell%solutions = campbell%solutions + 1
   end subroutine count_in
 
-  !> Of a mode that is not told at the point what was known last stays.
+  !> Of a mode that is not identified at the point what was known last stays.
   pure subroutine remember(point, last)
     type(campbell_point_type), intent(in) :: point
     type(campbell_point_type), intent(inout) :: last
@@ -173,8 +173,8 @@ contains
     last%speed = point%speed
     last%mass = point%mass
     last%solved = .true.
-    do k = 1, most_freedoms
-      if (point%modes(k)%told .or. .not. last%modes(k)%told) last%modes(k) = point%modes(k)
+    do k = 1, most_dofs
+      if (point%modes(k)%identified .or. .not. last%modes(k)%identified) last%modes(k) = point%modes(k)
     end do
   end subroutine remember
 
@@ -239,7 +239,7 @@ contains
     point%free(:size(modes)) = frame%free
     point%modes(:size(modes)) = modes
     point%mass(:size(modes), :size(modes)) = mass
-    point%solved = any(modes%told)
+    point%solved = any(modes%identified)
   end subroutine solve_point
 
   !> The modes at another `speed`, numbered as those at `near`. `point` is not solved where there is no machine.
@@ -260,7 +260,7 @@ contains
     end associate
   end subroutine solve_tracked
 
-  !> By the frequencies at the lowest speed at which all are told.
+  !> By the frequencies at the lowest speed at which all are identified.
   pure subroutine number_modes(campbell)
     type(campbell_type), intent(inout) :: campbell
     type(campbell_point_type) :: lowest
@@ -270,7 +270,7 @@ contains
     lowest%speed = huge(1.0_dp)
     do i = 1, size(campbell%points)
       associate (point => campbell%points(i))
-        if (point%solved .and. all(point%modes(:f)%told) .and. abs(point%speed) < abs(lowest%speed)) lowest = point
+        if (point%solved .and. all(point%modes(:f)%identified) .and. abs(point%speed) < abs(lowest%speed)) lowest = point
       end associate
     end do
     if (.not. lowest%solved) return

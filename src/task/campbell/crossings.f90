@@ -347,7 +347,7 @@ contains
     type(campbell_point_type), intent(in) :: point
     integer, intent(in) :: mode
 
-    known = point%solved .and. point%modes(mode)%told
+    known = point%solved .and. point%modes(mode)%identified
   end function known
 
   !> Whether two real multipliers hold a mode on a multiple of the crank's speed.

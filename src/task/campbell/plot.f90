@@ -48,7 +48,7 @@ contains
       if (.not. campbell%points(i)%solved) cycle
       do k = 1, campbell%modes
         associate (mode => campbell%points(i)%modes(k))
-          if (.not. mode%told) cycle
+          if (.not. mode%identified) cycle
           identified(k) = .true.
           top = max(top, mode%frequency() / (2 * pi))
           damping = [damping, 100 * mode%damping_ratio()]

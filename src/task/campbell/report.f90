@@ -62,7 +62,7 @@ contains
     type(mode_type), intent(in) :: mode
     character(len=:), allocatable :: words
 
-    if (.not. mode%told) then
+    if (.not. mode%identified) then
       words = "-" // tab // "-"
     else
       words = concise(mode%frequency() / (2 * pi), 6) // tab // ratio(mode)
@@ -202,7 +202,7 @@ contains
     do i = 1, size(campbell%points)
       associate (modes => campbell%points(i)%modes(:campbell%modes))
         unstable(i) = any(modes%grows())
-        undecided(i) = .not. unstable(i) .and. any(modes%told .and. modes%growth >= -modes%error)
+        undecided(i) = .not. unstable(i) .and. any(modes%identified .and. modes%growth >= -modes%error)
       end associate
     end do
     speeds = [(campbell%points(i)%speed, i = 1, size(speeds))]

@@ -6,7 +6,7 @@ module gestell_task_campbell_task
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, per_second, plain, rpm
-  use gestell_study_mode_type, only: mode_type, most_freedoms
+  use gestell_study_mode_type, only: mode_type, most_dofs
   use gestell_task, only: all_speeds, longest_table, task_type
   use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
@@ -99,7 +99,7 @@ contains
     type(campbell_type), intent(in) :: campbell
     character(len=*), intent(in) :: verdict
     integer, parameter :: columns = 13
-    character(len=3), parameter :: names(most_freedoms) = [character(len=3) :: "xi", "eta", "psi"]
+    character(len=3), parameter :: names(most_dofs) = [character(len=3) :: "xi", "eta", "psi"]
     real(dp) :: values(columns, campbell%modes * size(campbell%points))
     integer :: i, k
 
@@ -121,14 +121,14 @@ contains
       call table%add("share", plain, "of the strongest component in the mean square", values(5, :))
       call table%add("frequency_error", hertz, "bound on the error", values(6, :))
       call table%add("growth_error", per_second, "bound on the error", values(7, :))
-      do k = 1, most_freedoms
+      do k = 1, most_dofs
         call table%add(trim(names(k)) // "_re", plain, "real part of the shape", values(6 + 2 * k, :))
         call table%add(trim(names(k)) // "_im", plain, "imaginary part of the shape", values(7 + 2 * k, :))
       end do
-      call table%add("real_pair", "1: two real multipliers, locked to the crank or overdamped", [((points(i)%modes(k)%told .and. &
-        & points(i)%modes(k)%real_pair, k = 1, modes), i = 1, size(points))])
-      call table%add("sure", "0: which mode is which is not sure here", [((points(i)%unambiguous, k = 1, modes), &
-        & i = 1, size(points))])
+      call table%add("real_pair", "1: two real multipliers, locked to the crank or overdamped", &
+        & [((points(i)%modes(k)%identified .and. points(i)%modes(k)%real_pair, k = 1, modes), i = 1, size(points))])
+      call table%add("sure", "0: which mode is which is not sure here", &
+        & [((points(i)%unambiguous, k = 1, modes), i = 1, size(points))])
       call table%add("inserted", "1: the speed is none of those that were ordered", [((.not. points(i)%ordered, k = 1, modes), &
         & i = 1, size(points))])
     end associate
@@ -139,11 +139,11 @@ contains
     type(mode_type), intent(in) :: mode
     integer, intent(in) :: free(:)
     real(dp) :: row(13)
-    complex(dp) :: shape(most_freedoms), all(most_freedoms)
+    complex(dp) :: shape(most_dofs), all(most_dofs)
     integer :: k
 
     row = ieee_value(1.0_dp, ieee_quiet_nan)
-    if (.not. mode%told) return
+    if (.not. mode%identified) return
     shape = mode%shape()
     associate (largest => shape(maxloc(abs(shape), dim=1)))
       if (abs(largest) > 0) shape = shape * (abs(largest) / largest)
@@ -152,7 +152,7 @@ contains
     all(free) = shape(:size(free))
     row(:7) = [mode%frequency() / (2 * pi), mode%growth, mode%partner_growth, mode%damping_ratio(), mode%share(), &
       & mode%error / (2 * pi), mode%error]
-    row(8:) = [(real(all(k)), aimag(all(k)), k = 1, most_freedoms)]
+    row(8:) = [(real(all(k)), aimag(all(k)), k = 1, most_dofs)]
   end function numbers
 
   !> crossings.csv.

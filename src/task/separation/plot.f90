@@ -81,7 +81,7 @@ contains
     lines = "$mode" // text(mode) // " << END" // newline // "speed_rpm,frequency_Hz" // newline
     do i = 1, size(campbell%points)
       associate (point => campbell%points(i))
-        if (point%modes(mode)%told) lines = lines // concise(abs(point%speed), 9) // "," &
+        if (point%modes(mode)%identified) lines = lines // concise(abs(point%speed), 9) // "," &
           & // concise(point%modes(mode)%frequency() / (2 * pi), 9) // newline
       end associate
     end do

@@ -75,8 +75,8 @@ contains
       row = row // "0"
     end if
     do k = 1, size(one%energy)
-      if (one%at%told) row = row // tab // fixed(100 * one%energy(k), 0)
-      if (.not. one%at%told) row = row // tab // "?"
+      if (one%at%identified) row = row // tab // fixed(100 * one%energy(k), 0)
+      if (.not. one%at%identified) row = row // tab // "?"
     end do
     row = row // tab // text(one%order) // tab // number(one%excitation, 5) // tab // number(100 * one%distance, 3) // tab &
       & // trim(one%state) // newline
@@ -104,7 +104,7 @@ contains
     if (any(found%state == "fail")) state = "unstable"
     i = nearest_row(found)
     words = "Separation: no mode can be told"
-    if (.not. found(i)%at%told) return
+    if (.not. found(i)%at%identified) return
     words = "Separation: mode " // text(found(i)%mode) // " (" // concise(found(i)%frequency, 5) // " Hz) keeps " &
       & // number(100 * found(i)%distance, 3) // " % from order " // text(found(i)%order) // " at " &
       & // concise(found(i)%speed, 6) // " rpm, wanted are " // concise(margin, 4) // " %"

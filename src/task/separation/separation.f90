@@ -1,7 +1,7 @@
 !> How far the frequencies of the modes keep from the orders of the crank, and what moves in each mode.
 module gestell_task_separation
   use gestell_base_kinds, only: dp, pi
-  use gestell_study_mode_type, only: mode_type, most_freedoms
+  use gestell_study_mode_type, only: mode_type, most_dofs
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -19,7 +19,7 @@ module gestell_task_separation
     !> f and k n (Hz), the distance and a bound on its error; NaN where the mode is not told at any speed.
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
     !> Parts of xi, eta, psi in the mode's kinetic energy.
-    real(dp) :: energy(most_freedoms) = 0
+    real(dp) :: energy(most_dofs) = 0
     !> pass, fail, or undecided where the error reaches across the margin.
     character(len=9) :: state = "undecided"
   end type separation_type
@@ -57,13 +57,13 @@ contains
     real(dp) :: excitation, frequency
 
     excitation = self%order * abs(speed) / 60
-    if (mode%told) then
+    if (mode%identified) then
       frequency = mode%frequency() / (2 * pi)
-      if (self%at%told .and. abs(frequency / excitation - 1) >= self%distance) return
+      if (self%at%identified .and. abs(frequency / excitation - 1) >= self%distance) return
       self%distance = abs(frequency / excitation - 1)
       self%error = mode%error / (2 * pi) / excitation
     else
-      if (self%at%told) return
+      if (self%at%identified) return
       frequency = ieee_value(1.0_dp, ieee_quiet_nan)
       self%distance = frequency
       self%error = frequency
@@ -92,13 +92,13 @@ contains
   pure subroutine share_energy(campbell, self)
     type(campbell_type), intent(in) :: campbell
     type(separation_type), intent(inout) :: self
-    complex(dp) :: q(most_freedoms)
-    real(dp) :: parts(most_freedoms)
+    complex(dp) :: q(most_dofs)
+    real(dp) :: parts(most_dofs)
     integer :: solved
 
     self%energy = ieee_value(1.0_dp, ieee_quiet_nan)
     solved = findloc(campbell%points%solved, .true., dim=1)
-    if (.not. self%at%told .or. solved == 0) return
+    if (.not. self%at%identified .or. solved == 0) return
     q = self%at%shape()
     parts = real(conjg(q) * matmul(campbell%points(solved)%mass, q))
     self%energy = 0

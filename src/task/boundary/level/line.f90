@@ -21,7 +21,7 @@ module gestell_task_boundary_level_line
     real(dp) :: tolerance = 0
   contains
     procedure :: value
-    procedure :: place
+    procedure :: coordinate_of
     procedure :: step
     procedure :: solve
   end type level_line_type
@@ -38,13 +38,13 @@ contains
   end function value
 
   !> The x of a parameter.
-  elemental real(dp) function place(self, value)
+  elemental real(dp) function coordinate_of(self, value) result(x)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: value
 
-    place = value
-    if (.not. self%over_speed) place = 1 + coordinate(self%axis, value)
-  end function place
+    x = value
+    if (.not. self%over_speed) x = 1 + coordinate(self%axis, value)
+  end function coordinate_of
 
   !> The tolerance at x as a difference of x, no less than its roundings.
   pure real(dp) function step(self, x)

@@ -36,7 +36,7 @@ module gestell_task_boundary_level_search
   !> A piece is a point of the curve.
   type, extends(work_type) :: points_type
     type(level_line_type) :: line
-    real(dp), allocatable :: places(:)
+    real(dp), allocatable :: at(:)
     type(speed_point_type), allocatable :: points(:)
   contains
     procedure :: compute => compute_point
@@ -67,13 +67,13 @@ contains
     integer :: k
 
     work%line = line
-    call start_curve(curve, line%order, line%place(line%axis%value([(k, k = 1, line%axis%count)])), error)
+    call start_curve(curve, line%order, line%coordinate_of(line%axis%value([(k, k = 1, line%axis%count)])), error)
     do while (.not. allocated(error))
-      call curve%wanted(work%places)
-      if (size(work%places) == 0) exit
+      call curve%wanted(work%at)
+      if (size(work%at) == 0) exit
       if (allocated(work%points)) deallocate(work%points)
-      allocate(work%points(size(work%places)))
-      call spread_over(work, size(work%places), error, executor)
+      allocate(work%points(size(work%at)))
+      call spread_over(work, size(work%at), error, executor)
       if (.not. allocated(error)) call curve%add(work%points)
     end do
     if (allocated(error)) return
@@ -88,7 +88,7 @@ contains
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call self%line%solve(self%places(k), self%points(k), error)
+    call self%line%solve(self%at(k), self%points(k), error)
   end subroutine compute_point
 
   subroutine exchange_point_of(self, k, record)
@@ -185,7 +185,7 @@ contains
     end do
     results%crossings = pack(results%crossings, (results%crossings%found))
     near = [(curve%points(i)%state <= unreached .and. side_of(curve%points(i)%speed_point_type, line%level) == "undecided" &
-      & .and. .not. told(curve%points(i)%speed), i = 1, n)]
+      & .and. .not. between_ends(curve%points(i)%speed), i = 1, n)]
     gap = curve%points%state == in_resonance .or. curve%points%state == no_solution
     i = 1
     do while (i <= n)
@@ -204,12 +204,13 @@ contains
   contains
 
     !> Whether x lies between the ends of a crossing.
-    logical function told(x)
+    logical function between_ends(x)
       real(dp), intent(in) :: x
       integer :: c
 
-      told = any([((x - results%crossings(c)%ends(1)) * (x - results%crossings(c)%ends(2)) <= 0, c = 1, size(results%crossings))])
-    end function told
+      between_ends = any([((x - results%crossings(c)%ends(1)) * (x - results%crossings(c)%ends(2)) <= 0, &
+        & c = 1, size(results%crossings))])
+    end function between_ends
 
     subroutine add(from, to)
       real(dp), intent(in) :: from, to

@@ -1,4 +1,4 @@
-!> The task `boundary` where a quantity is named: where its peak, its root mean square or its band crosses a level.
+!> The task `boundary` where a quantity is named: where its peak, its rms or its band crosses a level.
 module gestell_task_boundary_level_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

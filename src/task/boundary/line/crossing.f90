@@ -11,7 +11,7 @@ module gestell_task_boundary_line_crossing
   implicit none (type, external)
   private
 
-  public :: add_named, last_before, same_sign, separate, verify
+  public :: add_named, separate, verify
 
   !> A border on a line.
   type, public :: crossing_type
@@ -38,15 +38,9 @@ contains
   pure subroutine add(self, crossing)
     class(crossings_type), intent(inout) :: self
     type(crossing_type), intent(in) :: crossing
-    type(crossing_type), allocatable :: longer(:)
-    integer :: n
 
-    n = 0
-    if (allocated(self%list)) n = size(self%list)
-    allocate(longer(n + 1))
-    if (n > 0) longer(:n) = self%list
-    longer(n + 1) = crossing
-    call move_alloc(longer, self%list)
+    if (.not. allocated(self%list)) allocate(self%list(0))
+    self%list = [self%list, crossing]
   end subroutine add
 
   !> Passes all of them to a record, or takes them from there.
