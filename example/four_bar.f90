@@ -1,8 +1,8 @@
 !> The paper's four-bar mechanism built in code, without any file: verdict and periodic vibration by the paper's equations, about
 !> rest; tasks_type() alone takes those of the exact frame.
 program four_bar
-  use gestell, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, frame_type, linkage_type, &
-    & new_frame, pi, stiffness_matrix, support_type, tasks_type
+  use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, frame_type, &
+    & linkage_type, new_frame, pi, stiffness_matrix, support_type, tasks_type
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none (type, external)
 

@@ -1,6 +1,6 @@
 !> Damped Mathieu's equation as a family of two parameters.
 module mathieu_family
-  use gestell, only: dp, error_type, family_type, periodic_system, pi, second_order_system
+  use gestell_door_numerics, only: dp, error_type, family_type, periodic_system, pi, second_order_system
   implicit none (type, external)
   private
 
@@ -46,8 +46,8 @@ end module mathieu_family
 
 !> The chart of Ince and Strutt, a to the right and q upward: where Mathieu's equation with some damping is unstable (#).
 program stability_chart
-  use gestell, only: axis_type, column_verdict, dp, error_type, grid_type, new_axis, new_grid, solve_tile, sweep_order_type, &
-    & tile_results_type, tile_type, verdict_stable, verdict_undecided, verdict_unstable
+  use gestell_door_numerics, only: axis_type, column_verdict, dp, error_type, grid_type, new_axis, new_grid, solve_tile, &
+    & sweep_order_type, tile_results_type, tile_type, verdict_stable, verdict_undecided, verdict_unstable
   use mathieu_family, only: mathieu_family_type
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none (type, external)

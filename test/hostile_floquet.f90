@@ -1,10 +1,10 @@
 !> Bad arguments to the procedures that solve a periodic system.
 module hostile_floquet
   use checks, only: check_that
-  use gestell, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, follow, invalid_input, mesh, &
-    & method_type, monodromy_type, multipliers_type, new_method, period_map, periodic_solution_type, periodic_system, &
+  use gestell_door_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, follow, invalid_input, &
+    & mesh, method_type, monodromy_type, multipliers_type, new_method, period_map, periodic_solution_type, periodic_system, &
     & solve_floquet, solve_modes, solve_monodromy, solve_multipliers, solve_periodic, trajectory
-  use gestell, only: mode_type
+  use gestell_door_numerics, only: mode_type
   use hostile_systems, only: answers, evaluations, hostile_first, hostile_second, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
   implicit none (type, external)

@@ -1,13 +1,13 @@
 !> Bad arguments to the procedures that make machines and look at their vibration.
 module hostile_machines
   use checks, only: check_that
-  use gestell, only: accuracy_type, analyse, analysis_type, band_rms, diagnose, diagnosis_type, dp, drive_type, error_type, &
-    & find_drive, find_reactions, find_quantity, fourier_series, fourier_type, frame_type, guide_forces, guide_type, &
+  use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, band_rms, diagnose, diagnosis_type, dp, drive_type, &
+    & error_type, find_drive, find_reactions, find_quantity, fourier_series, fourier_type, frame_type, guide_forces, guide_type, &
     & harmonic_mechanism_type, history_of, invalid_input, linkage_type, measure_trade, mesh, method_type, new_frame, &
     & new_harmonic_mechanism, new_method, reaction_type, probe_type, quantity_type, remember_mechanism, shaking, shaking_type, &
     & solve_vibration, statistics_type, stiffness_matrix, support_type, take_statistics, tasks_type, trade_type, vibration_type, &
     & find_responses, probe_response_type
-  use gestell, only: damping_matrix
+  use gestell_door_numerics, only: damping_matrix
   use hostile_systems, only: answers, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan

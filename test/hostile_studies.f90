@@ -1,12 +1,12 @@
 !> Bad arguments to the procedures that solve families of systems.
 module hostile_studies
   use checks, only: check_that
-  use gestell, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_order_type, campbell_type, &
-    & critical_type, crossing_type, dp, error_type, find_borders, find_critical, find_crossings, grid_type, invalid_input, &
-    & nearest_stable, nearest_type, new_axis, new_grid, resonance_curve_type, sensitivity_base_type, sensitivity_type, solve_base, &
-    & solve_campbell, solve_curve, solve_parameter, solve_point, solve_sensitivity, solve_speed_point, solve_tile, &
-    & speed_order_type, speed_point_type, start_curve, sweep_columns, sweep_order_type, tile_results_type, tile_type, &
-    & trace_borders, verdict_failed, verdict_impossible
+  use gestell_door_numerics, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_order_type, &
+    & campbell_type, critical_type, crossing_type, dp, error_type, find_borders, find_critical, find_crossings, grid_type, &
+    & invalid_input, nearest_stable, nearest_type, new_axis, new_grid, resonance_curve_type, sensitivity_base_type, &
+    & sensitivity_type, solve_base, solve_campbell, solve_curve, solve_parameter, solve_point, solve_sensitivity, &
+    & solve_speed_point, solve_tile, speed_order_type, speed_point_type, start_curve, sweep_columns, sweep_order_type, &
+    & tile_results_type, tile_type, trace_borders, verdict_failed, verdict_impossible
   use hostile_systems, only: answers, hostile_family, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
   implicit none (type, external)

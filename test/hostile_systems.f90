@@ -1,7 +1,7 @@
 !> Systems and families that make no sense, for the suite `hostile`; and a list of what was said to them.
 module hostile_systems
-  use gestell, only: dp, error_type, failed_computation, family_type, impossible_mechanism, invalid_input, periodic_system, &
-    & second_order_system
+  use gestell_door_numerics, only: dp, error_type, failed_computation, family_type, impossible_mechanism, invalid_input, &
+    & periodic_system, second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_negative_inf, ieee_positive_inf, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private

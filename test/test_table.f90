@@ -2,9 +2,9 @@
 module test_table
   use checks, only: check_success, check_that
   use data_files, only: machine_of_file
-  use gestell, only: dp, frame_type, mass_functions_type, mechanism_type, mesh, method_type, new_frame, new_method, &
+  use gestell_door_numerics, only: dp, frame_type, mass_functions_type, mechanism_type, mesh, method_type, new_frame, new_method, &
     & period_map, remember_mechanism, table_columns
-  use gestell, only: gestell_error => error_type
+  use gestell_door_numerics, only: gestell_error => error_type
   use gestell_base_error, only: fatal_error
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
   use machines, only: frame_of_machine

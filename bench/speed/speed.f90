@@ -11,7 +11,7 @@
 !> other method: Phi(T) (rows) and x0 with `setting` steps. The solution is repeated for so many `seconds`, or -`seconds` times
 !> if that is negative. Reading the file and proving that the mechanism turns come before; all kinematics are timed.
 program speed
-  use gestell, only: dp, error_type, frame_type, method_type, new_method
+  use gestell_door_numerics, only: dp, error_type, frame_type, method_type, new_method
   use gestell_input_schema_check, only: check_document
   use gestell_task_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration

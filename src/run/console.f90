@@ -4,25 +4,44 @@ module gestell_run_console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: last_reason, write_whole
   use gestell_input_wording, only: one_line_of, printable
+  use gestell_output_result, only: result_type
+  use gestell_task_run, only: listener_type
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private
 
   public :: print_out, tell
 
-  type, public :: console_type
+  type, extends(listener_type), public :: console_type
     !> Nothing is printed, what is said is kept all the same; another process tells notes.
     logical :: silent = .false., aside = .false.
     character(len=:), allocatable :: said
     !> What went wrong with standard output. What is said after that is kept alone: the files are written all the same.
     type(error_type), allocatable :: error
   contains
+    procedure :: hear
     procedure :: say
   end type console_type
 
   integer(c_int), parameter :: standard_output = 1, standard_error = 2
 
 contains
+
+  !> Says what of the report was not yet said, and notes.
+  subroutine hear(self, result)
+    class(console_type), intent(inout) :: self
+    type(result_type), intent(inout) :: result
+    character, parameter :: newline = new_line("a")
+    integer :: last
+
+    call result%lead()
+    do while (len(result%notes) > 0)
+      last = index(result%notes, newline)
+      if (.not. self%aside) call tell(result%notes(:last - 1))
+      result%notes = result%notes(last + 1:)
+    end do
+    call self%say(result%rest())
+  end subroutine hear
 
   !> Says complete lines.
   subroutine say(self, words)

@@ -7,13 +7,13 @@ module gestell_run
   use gestell_base_error, only: error_type
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_output_result, only: result_type
-  use gestell_task, only: all_speeds, any_task_type, own_machine
+  use gestell_task, only: any_task_type
   use gestell_task_context, only: context_type, keep_journal
   use gestell_task_executor, only: executor_type
   use gestell_task_drawing_report, only: report_mechanism
-  use gestell_task_machine, only: end_line, solve_machine
   use gestell_task_machine_report, only: report_frequencies, report_machine
-  use gestell_task_registry, only: all_tables, orders_any
+  use gestell_task_registry, only: all_tables
+  use gestell_task_run, only: run_tasks
   implicit none (type, external)
   private
 
@@ -68,13 +68,13 @@ contains
     console%aside = .not. leads
     console%silent = options%quiet .or. options%one_line .or. console%aside
     call result%say(report_machine(context%configuration, options%input), whole=.true.)
-    call say_rest(console, result)
+    call console%hear(result)
     if (options%check) then
       call check_only(options, tasks, context, result, error)
     else
-      call run_tasks(tasks, context, result, console, error)
+      call run_tasks(tasks, context, result, error, console)
     end if
-    call say_rest(console, result)
+    call console%hear(result)
     closing = ""
     if (leads) call write_files(options, context, result, console, closing, error)
     if (allocated(staging%path)) call staging%retell(result%failure)
@@ -115,41 +115,6 @@ contains
     call result%begin(options%verbose)
   end subroutine prepare
 
-  !> The tasks, one after the other. Error: that of the first that fails; the others are not begun.
-  subroutine run_tasks(tasks, context, result, console, error)
-    type(any_task_type), intent(inout) :: tasks(:)
-    type(context_type), intent(inout) :: context
-    type(result_type), intent(inout) :: result
-    type(console_type), intent(inout) :: console
-    type(error_type), allocatable, intent(out) :: error
-    logical :: parts, others
-    integer :: i
-
-    parts = context%in_parts .or. context%merge .or. context%executor%together
-    others = any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= own_machine, i = 1, size(tasks))])
-    if (.not. parts .and. (orders_any(tasks, own_machine) .or. .not. others)) then
-      if (.not. allocated(context%configuration%impossible)) call solve_machine(context, result, error)
-      if (allocated(error)) return
-    end if
-    if (orders_any(tasks, all_speeds)) then
-      if (context%configuration%plan%grid%axes(1)%from * context%configuration%frame%speed < 0) call result%say(newline &
-        & // "note: the range of speeds turns the other way round than the drive of the input" // newline)
-    end if
-    do i = 1, size(tasks)
-      associate (task => tasks(i)%task)
-        if (.not. (task%ordered .or. task%implied) .or. parts .and. .not. task%shared) cycle
-        if (context%one_line .and. .not. task%brief) cycle
-        if (allocated(context%configuration%impossible) .and. task%about == own_machine) cycle
-        ! what is told of the machine itself waits for its headlines, and no longer
-        if (task%about /= own_machine) call say_rest(console, result)
-        call task%run(context, result, error)
-      end associate
-      if (allocated(error)) return
-      if (tasks(i)%task%about /= own_machine) call say_rest(console, result)
-    end do
-    if (orders_any(tasks, own_machine)) call end_line(context, result)
-  end subroutine run_tasks
-
   !> What --check tells and draws.
   subroutine check_only(options, tasks, context, result, error)
     type(options_type), intent(in) :: options
@@ -171,21 +136,6 @@ contains
     end associate
     call result%say(newline // "The input is sound; nothing more was computed (--check)." // newline)
   end subroutine check_only
-
-  !> Says what of the report was not yet said, and notes.
-  subroutine say_rest(console, result)
-    type(console_type), intent(inout) :: console
-    type(result_type), intent(inout) :: result
-    integer :: last
-
-    call result%lead()
-    do while (len(result%notes) > 0)
-      last = index(result%notes, newline)
-      if (.not. console%aside) call tell(result%notes(:last - 1))
-      result%notes = result%notes(last + 1:)
-    end do
-    call console%say(result%rest())
-  end subroutine say_rest
 
   !> Publishes the files, none where one could not be written.
   subroutine settle(staging, tasks, error)

@@ -215,7 +215,7 @@ contains
     type(evidence_type), intent(inout) :: found
 
     associate (f => self%factors)
-      call found%add(f%method%name, f%evaluations, f%relative_error, f%liouville_defect)
+      call found%add(trim(f%method%name), f%evaluations, f%relative_error, f%liouville_defect)
       found%steps = found%steps + f%steps
       found%factors = found%factors + size(f%a, 3)
     end associate

@@ -17,7 +17,7 @@ module gestell_floquet_integrator_method
 
   type, abstract, public :: method_type
     !> As a user names it.
-    character(len=:), allocatable :: name
+    character(len=name_length) :: name = ""
     !> The error of Phi(T) falls like steps**(-order).
     integer :: order = 0
     !> Evaluations of the coefficients in a step; an end that two steps share counts once.

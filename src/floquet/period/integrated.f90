@@ -116,7 +116,7 @@ contains
     type(evidence_type), intent(inout) :: found
 
     associate (m => self%monodromy)
-      call found%add(m%method%name, m%evaluations, m%error / max(m%norm, tiny(1.0_dp)), m%liouville_defect)
+      call found%add(trim(m%method%name), m%evaluations, m%error / max(m%norm, tiny(1.0_dp)), m%liouville_defect)
       found%steps = found%steps + m%steps
     end associate
   end subroutine take_report

@@ -4,7 +4,7 @@ module gestell_input_machine_mechanism
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_key, only: key_type, nonnegative, of_inertia, of_length, of_mass, real_key, text_key
   use gestell_base_kinds, only: dp
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group
+  use gestell_input_namelist_document, only: count_groups, document_type, group_type, groups_named, has, name_of, the_group
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_machine_joints, only: check_known, read_joint, type_of_joint
   use gestell_input_namelist_message, only: in_group, input_error, location
@@ -61,7 +61,7 @@ contains
     type(linkage_type) :: linkage
     type(harmonic_mechanism_type) :: harmonic
 
-    if (size(groups_named(doc, "mass_functions")) > 0) then
+    if (count_groups(doc, "mass_functions") > 0) then
       call read_harmonics(doc, harmonic, error)
       if (.not. allocated(error)) allocate(mechanism, source=harmonic)
     else
@@ -85,7 +85,7 @@ contains
     real(dp) :: mass, inertia
 
     group = the_group(doc, "mass_functions")
-    if (size(groups_named(doc, "joint")) + size(groups_named(doc, "link")) > 0) then
+    if (count_groups(doc, "joint") + count_groups(doc, "link") > 0) then
       call input_error(group, "", "stands in place of joints and links: give either", error)
       return
     end if

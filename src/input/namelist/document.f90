@@ -5,7 +5,7 @@ module gestell_input_namelist_document
   private
 
   public :: value_type, entry_type, group_type, document_type
-  public :: the_group, groups_named, group_names, name_of, has, find_entry
+  public :: the_group, count_groups, groups_named, group_names, name_of, has, find_entry
 
   !> Longest name, and longest text in a list of texts.
   integer, parameter, public :: word_length = 64
@@ -75,6 +75,16 @@ contains
     group%file = doc%file
     allocate(group%entries(0))
   end function the_group
+
+  !> How many groups of a name there are. (The size of `groups_named` would leave them to nobody: gfortran 12 does not free what a
+  !> function gives to an expression.)
+  pure integer function count_groups(doc, name)
+    type(document_type), intent(in) :: doc
+    character(len=*), intent(in) :: name
+    integer :: i
+
+    count_groups = count([(doc%groups(i)%name == name, i = 1, size(doc%groups))])
+  end function count_groups
 
   !> All groups of a name, in the file's order.
   pure function groups_named(doc, name) result(groups)

@@ -1,7 +1,7 @@
 !> A document against the schema.
 module gestell_input_schema_check
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has
+  use gestell_input_namelist_document, only: count_groups, document_type, group_type, has
   use gestell_input_namelist_merge, only: merge_entries
   use gestell_input_namelist_message, only: input_error, location
   use gestell_input_schema, only: schema_type, find_group_rule
@@ -25,7 +25,7 @@ contains
     call normalise(doc, schema, error)
     if (allocated(error)) return
     do i = 1, size(schema%groups)
-      if (schema%groups(i)%required .and. size(groups_named(doc, trim(schema%groups(i)%name))) == 0) then
+      if (schema%groups(i)%required .and. count_groups(doc, trim(schema%groups(i)%name)) == 0) then
         call fatal_error(error, doc%file // ": the group &" // trim(schema%groups(i)%name) // " is missing", &
           invalid_input)
         return

@@ -13,7 +13,7 @@ module gestell_input_schema_path
   implicit none (type, external)
   private
 
-  public :: set_value, get_path, position_of_equals, set_path_real
+  public :: set_value, get_path, position_of_equals, set_path_real, set_path_text
 
 contains
 
@@ -47,6 +47,16 @@ contains
     write(digits, "(es24.16e3)") value
     call assign(doc, schema, path, digits, "at " // shown(path) // "=" // trim(adjustl(digits)), error)
   end subroutine set_path_real
+
+  !> Sets a path to what would stand behind the sign of equality of --set.
+  pure subroutine set_path_text(doc, schema, path, value, error)
+    type(document_type), intent(inout) :: doc
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: path, value
+    type(error_type), allocatable, intent(out) :: error
+
+    call assign(doc, schema, path, value, "at " // shown(path) // "=" // shown(trim(value)), error)
+  end subroutine set_path_text
 
   !> The numbers that a path names, in the order of groups and elements.
   pure subroutine get_path(doc, schema, path, values, error)
@@ -91,14 +101,13 @@ contains
     type(group_type) :: group
     type(key_type) :: rule
     type(entry_type) :: given, entry
-    integer :: i
+    integer :: i, room
 
     call normalise(doc, schema, error)
     if (allocated(error)) return
     call find_target(doc, schema, path, origin, target, error)
     if (allocated(error)) return
     rule = schema%keys(target%rule)
-    if (size(target%groups) == 0) call add_group(doc, trim(rule%group), target)
 
     group%name = trim(rule%group)
     group%file = doc%file
@@ -113,19 +122,38 @@ contains
     if (allocated(error)) return
     call check_values(group, rule, entry, error)
     if (allocated(error)) return
+    ! nothing is changed unless all can be
+    room = minval([(room_in(doc%groups(target%groups(i)), schema%keys(target%rule)), i = 1, size(target%groups))])
+    if (size(target%groups) == 0) room = room_in(group, schema%keys(target%rule))
+    if (target%element > room) then
+      call fatal_error(error, entry%values(1)%origin // ": needs the element before it too", invalid_input)
+      return
+    end if
+    if (size(target%groups) == 0) call add_group(doc, trim(rule%group), target)
     do i = 1, size(target%groups)
-      call put(doc%groups(target%groups(i)), entry, schema%keys(target%rule), target%element, error)
-      if (allocated(error)) return
+      call put(doc%groups(target%groups(i)), entry, schema%keys(target%rule), target%element)
     end do
   end subroutine assign
 
-  !> Puts an entry, or its one value as an element, into a group.
-  pure subroutine put(group, entry, rule, element, error)
+  !> The greatest element that a key of a group can be given: one behind those that are there.
+  pure integer function room_in(group, rule)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: rule
+    integer :: i
+
+    room_in = rule%most
+    if (rule%least == rule%most) return
+    i = find_entry(group, trim(rule%name))
+    room_in = 1
+    if (i > 0) room_in = 1 + size(group%entries(i)%values)
+  end function room_in
+
+  !> Puts an entry, or its one value as an element that there is room for, into a group.
+  pure subroutine put(group, entry, rule, element)
     type(group_type), intent(inout) :: group
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
     integer, intent(in) :: element
-    type(error_type), allocatable, intent(out) :: error
     type(entry_type), allocatable :: entries(:)
     type(entry_type) :: longer
     integer :: i, k, n
@@ -146,10 +174,7 @@ contains
       return
     end if
     n = size(group%entries(i)%values)
-    if (element > n + 1) then
-      call fatal_error(error, entry%values(1)%origin // ": needs the element before it too", invalid_input)
-      return
-    else if (element > n) then
+    if (element > n) then
       call start(entry, rule, n + 1, longer)
       do k = 1, n
         longer%values(k) = group%entries(i)%values(k)

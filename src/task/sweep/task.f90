@@ -86,6 +86,7 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
+    type(table_type) :: table
     type(summary_type) :: summary
     logical, allocatable :: mine(:)
     integer :: i
@@ -93,6 +94,11 @@ contains
     associate (plan => context%configuration%plan)
       if (context%one_line) then
         call compute_all(context, summary, result%brief, error)
+      else if (.not. allocated(context%folder)) then
+        call compute_all(context, summary, table, error)
+        if (allocated(error)) return
+        call result%say(report_grid(plan))
+        call tell_found(context, summary, table, result)
       else
         mine = [(mod(i - context%part, context%parts) == 0, i = 1, plan%grid%tiles())]
         call open_together(context, mine, self%campaign, error)
@@ -168,12 +174,24 @@ contains
       if (allocated(error)) return
       table = table_of(plan%paths, plan%units, plan%grid, plan%order, values)
       table%written = .true.
+      call tell_found(context, summary, table, result)
+    end associate
+  end subroutine tell_sweep
+
+  !> The table with its picture, and what is told of it.
+  subroutine tell_found(context, summary, table, result)
+    type(context_type), intent(in) :: context
+    type(summary_type), intent(in) :: summary
+    type(table_type), intent(in) :: table
+    type(result_type), intent(inout) :: result
+
+    associate (plan => context%configuration%plan)
       call result%add(table, plot_sweep(plan, summary))
       call result%warn("", tally(summary))
       call result%say(report_sweep(plan, summary))
       call result%detail(evidence_line(summary))
     end associate
-  end subroutine tell_sweep
+  end subroutine tell_found
 
   !> How many points have which verdict.
   pure function tally(summary) result(line)

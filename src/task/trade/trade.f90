@@ -154,7 +154,7 @@ contains
     end do
     runs = min(runs, most)
 
-    row%method = method%name
+    row%method = trim(method%name)
     row%order = method%order
     row%steps = size(coarse%nodes) - 1
     row%evaluations = row%steps * method%stages

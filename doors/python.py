@@ -1,0 +1,224 @@
+"""The package against the program's own files: python3 doors/python.py PROGRAM
+
+The last line is "N passed, M failed".
+"""
+import contextlib
+import csv
+import difflib
+import io
+import os
+import pathlib
+import pickle
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+
+import numpy
+
+import gestell
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+INPUTS = pathlib.Path(tempfile.mkdtemp())
+FILES = {"khang_four_bar": ("multipliers", "response", "harmonics"), "compressor": ("multipliers", "response"),
+         "khang_chart": ("sweep",)}
+passed = failed = 0
+
+
+def input_of(name):
+    """A file of data/, a chart with fewer points."""
+    file = INPUTS / f"{name}.nml"
+    file.write_text((ROOT / "data" / file.name).read_text().replace("count=1000", "count=40"))
+    return file
+
+
+def check(name, good, told=""):
+    global passed, failed
+    if good:
+        passed += 1
+    else:
+        failed += 1
+        print(f"FAIL  {name}: {told}")
+
+
+def rows_of(file):
+    return list(csv.DictReader(line for line in file.read_text().splitlines() if not line.startswith("#")))
+
+
+def same(table, rows):
+    """The greatest difference to the file's numbers, which have 17 digits, or what else differs."""
+    if list(table) != list(rows[0]):
+        return f"columns {list(table)}, of the file {list(rows[0])}"
+    for key, column in table.items():
+        for i, row in enumerate(rows):
+            if column.dtype.kind in "US":
+                if column[i] != row[key]:
+                    return f"{key}[{i}] {column[i]}, of the file {row[key]}"
+            elif float(row[key] or "nan") != column[i] and not (row[key] in ("", "NaN") and numpy.isnan(column[i])):
+                return f"{key}[{i}] {column[i]!r}, of the file {row[key]}"
+    return ""
+
+
+def tables(program):
+    for name, wanted in FILES.items():
+        file = input_of(name)
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([program, "-q", "-o", folder, file], check=True)
+            solution = gestell.Machine(file).solve()
+            for table in wanted:
+                told = same(solution.table(table), rows_of(pathlib.Path(folder) / f"{table}.csv"))
+                check(f"{name}, {table}", not told, told)
+
+
+def paths():
+    machine = gestell.Machine(ROOT / "data/khang_four_bar.nml")
+    check("one number", machine["drive.speed_rpm"] == 240, machine["drive.speed_rpm"])
+    check("several numbers", list(machine["frame.origin"]) == [-0.2, 0.2], machine["frame.origin"])
+    machine["drive.speed_rpm"] = 300
+    machine["frame.origin"] = [-0.1, 0.3]
+    machine["case.title"] = "another"
+    check("set", machine["drive.speed_rpm"] == 300 and list(machine["frame.origin"]) == [-0.1, 0.3], machine["frame.origin"])
+    text = (ROOT / "data/khang_four_bar.nml").read_text()
+    again = gestell.Machine(text)
+    again["drive.speed_rpm"] = 300
+    again["frame.origin"] = [-0.1, 0.3]
+    one, two = machine.solve("stability"), again.solve(["stability"])
+    check("file and text", (one.multipliers == two.multipliers).all() and one.verdict == two.verdict, two.multipliers)
+    check("errors of multipliers", (one.multipliers.error > 0).all() and one.multipliers.error.shape == (6,), one.multipliers.error)
+    force = machine.solve("response").response("f")
+    check("peak", abs(force.history.max() - force.peak) < 0.01 * force.peak and 0 < force.peak.error < 1e-6 * force.peak
+          and force.unit == "N", (force.peak, force.peak.error, force.unit))
+
+
+def built_in_code():
+    """The machine of a file, group by group, is the file's."""
+    machine = gestell.Machine()
+    machine.add("case", title="Four-bar mechanism", tasks=["stability", "response"]).add("model", frame="rest")
+    machine.add("drive", speed_rpm=240)
+    machine.add("joint", name="A0", type="ground", position=[0, 0]).add("joint", name="B0", type="ground", position=[0.4, 0])
+    machine.add("joint", name="A", type="crank", pivot="A0", radius=0.07, phase=0.0)
+    machine.add("joint", name="B", type="RRR", ends=("A", "B0"), lengths=numpy.array([0.37, 0.16]), branch=1)
+    machine.add("link", **{"name": "crank", "from": "A0", "to": "A", "mass": 0.5, "inertia": 0.0035, "center": [0.03, 0]})
+    machine.add("link", **{"name": "coupler", "from": "A", "to": "B", "mass": 0.6, "inertia": 0.007, "center": [0.18, 0]})
+    machine.add("link", **{"name": "rocker", "from": "B0", "to": "B", "mass": 0.25, "inertia": 0.006, "center": [0.08, 0]})
+    machine.add("frame", mass=18, inertia=0.78, origin=[-0.2, 0.2]).add("foundation", damping=[0.5, 0.5, 0.05])
+    for x in (-0.3, -0.1, 0.1, 0.3):
+        machine.add("support", position=[x, -0.2], stiffness=[196133, 196133])
+    one, two = (of.solve().table("response") for of in (machine, gestell.Machine(ROOT / "data/khang_four_bar.nml")))
+    check("built in code", all((one[key] == two[key]).all() for key in two), one["fx_N"].max())
+    machine["support(3).stiffness(1)"] = 1e5
+    check("built and set", machine["support(3).stiffness(1)"] == 1e5, machine["support(3).stiffness"])
+
+
+def files(program):
+    """write leaves the program's files, report its words."""
+    for name in FILES:
+        file = input_of(name)
+        with tempfile.TemporaryDirectory() as one, tempfile.TemporaryDirectory() as two:
+            told = subprocess.run([program, "-o", one, file], check=True, capture_output=True, text=True).stdout
+            solution = gestell.Machine(file).solve()
+            solution.write(two)
+            listed = [sorted(path.name for path in pathlib.Path(folder).iterdir()) for folder in (one, two)]
+            check(f"{name}, files", listed[0] == listed[1], listed)
+            other = [path.name for path in pathlib.Path(one).iterdir()
+                     if path.read_bytes() != (pathlib.Path(two) / path.name).read_bytes()]
+            check(f"{name}, their bytes", not other, other)
+            before, after = (told.split("\nfiles in")[0], told[told.index("VERDICT", len(told) - 200):]) if "VERDICT" in told[-200:] \
+                else (told.split("\nfiles in")[0], "")
+            check(f"{name}, report", solution.report.startswith(before) and solution.report.endswith(after),
+                  "\n".join(difflib.unified_diff(told.splitlines(), solution.report.splitlines(), lineterm="")))
+
+
+def page():
+    """The first lines of doc/python.md run as they stand."""
+    lines = (ROOT / "doc/python.md").read_text().split("```python\n")[1].split("```")[0]
+    said, here = io.StringIO(), os.getcwd()
+    os.chdir(ROOT)
+    with contextlib.redirect_stdout(said):
+        exec(compile(lines, "doc/python.md", "exec"), {})
+    os.chdir(here)
+    told = said.getvalue().split()
+    check("doc/python.md", told[0] == "stable" and told[-1] == "N", told)
+
+
+def pictures():
+    solution = gestell.Machine(ROOT / "data/khang_four_bar.nml").solve()
+    if not shutil.which("gnuplot"):
+        check("no gnuplot", "no pictures: there is no program gnuplot" in solution._repr_html_())
+        return
+    drawn = solution.pictures()
+    check("pictures", {"multipliers", "response"} <= set(drawn) and all("</svg>" in picture for picture in drawn.values()), list(drawn))
+    check("in a notebook", solution._repr_html_().count("data:image/svg+xml") == len(drawn), len(drawn))
+
+
+def refusals():
+    machine = gestell.Machine(ROOT / "data/khang_four_bar.nml")
+    for name, code, words, call in (
+            ("no file", 2, "no such file", lambda: gestell.Machine("no/such/file.nml")),
+            ("no machine", 2, "&drive", lambda: gestell.Machine("&case /")),
+            ("no path", 2, "speed_rpm", lambda: machine["drive.speed_rp"]),
+            ("NaN", 2, "finite", lambda: machine.__setitem__("drive.speed_rpm", float("nan"))),
+            ("zero", 1, "zero", lambda: machine.__setitem__("case.title", "a\0b")),
+            ("no task", 2, "dance", lambda: machine.solve("dance")),
+            ("no table", 1, "no table", lambda: machine.solve("stability").table("response")),
+            ("no quantity", 2, "no quantity", lambda: machine.solve("response").response("zeta")),
+            ("impossible", 3, "", lambda: impossible().solve("stability"))):
+        try:
+            call()
+            check(name, False, "no error")
+        except gestell.Error as error:
+            check(name, error.code == code and words in error.message and "\n" not in error.message, (error.code, error.message))
+
+
+def impossible():
+    machine = gestell.Machine(ROOT / "data/khang_four_bar.nml")
+    machine["joint(B).lengths(1)"] = 0.05
+    return machine
+
+
+def threads():
+    def solve(speed):
+        machine = gestell.Machine(ROOT / "data/khang_four_bar.nml")
+        machine["drive.speed_rpm"] = speed
+        return machine.solve().table("response")["fx_N"].tobytes()
+
+    speeds = [200 + 10 * k for k in range(40)]
+    alone = [solve(speed) for speed in speeds]
+    found = {}
+    workers = [threading.Thread(target=lambda k=k: found.update({s: solve(s) for s in speeds[k::4]})) for k in range(4)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    check("four threads", [found.get(speed) for speed in speeds] == alone, "other bytes")
+
+
+def pandas():
+    try:
+        import pandas as library
+    except ImportError:
+        return
+    frame = library.DataFrame(gestell.Machine(ROOT / "data/khang_four_bar.nml").solve().table("response"))
+    check("pandas", frame.shape == (361, 11), frame.shape)
+
+
+def main():
+    tables(sys.argv[1])
+    paths()
+    built_in_code()
+    files(sys.argv[1])
+    page()
+    pictures()
+    value = pickle.loads(pickle.dumps(gestell.Value(2.0, 0.1, "N")))
+    check("a value's copy", (value, value.error, value.unit) == (2, 0.1, "N"), value)
+    refusals()
+    threads()
+    pandas()
+    shutil.rmtree(INPUTS)
+    print(f"{passed} passed, {failed} failed")
+    return failed != 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

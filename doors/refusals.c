@@ -1,0 +1,154 @@
+/* Everything that makes no sense is refused with its code and a message, and nothing crashes. The last line counts. */
+#include <gestell.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static int passed, failed;
+static gestell_error error;
+
+static void expect(const char *name, int got, int wanted, const char *words) {
+  char text[1000];
+  int told = gestell_get_error(error, sizeof text, text);
+  if (got == wanted && told == wanted && (!words || strstr(text, words))) {
+    passed++;
+  } else {
+    failed++;
+    printf("FAIL  %s: code %d, told %d, wanted %d, '%s' without '%s'\n", name, got, told, wanted, text, words ? words : "");
+  }
+}
+
+static double constant;
+
+/* y'' + (a - 2 q cos 2 t) y = 0 */
+static void mathieu(double t, int dof, double *m, double *b, double *c, double *h, void *data) {
+  double *parameters = data;
+  (void)dof;
+  (void)h;
+  m[0] = 1;
+  b[0] = 0;
+  c[0] = parameters[0] - 2 * parameters[1] * cos(2 * t);
+}
+
+/* A rotor on unequal springs: B is not symmetric, so rows are not columns. y'' - 2 w z' = ..., z'' + 2 w y' ... */
+static void gyroscope(double t, int dof, double *m, double *b, double *c, double *h, void *data) {
+  (void)t;
+  (void)dof;
+  (void)data;
+  m[0] = m[3] = 1;
+  m[1] = m[2] = 0;
+  b[0] = b[3] = 0.1;
+  b[1] = -1;
+  b[2] = 1;
+  c[0] = c[3] = 4;
+  c[1] = c[2] = 0;
+  h[0] = 8;
+}
+
+static void garbage(double t, int dof, double *m, double *b, double *c, double *h, void *data) {
+  (void)t;
+  (void)data;
+  for (int i = 0; i < dof * dof; i++) m[i] = b[i] = c[i] = constant;
+  for (int i = 0; i < dof; i++) h[i] = constant;
+}
+
+int main(int argc, char **argv) {
+  gestell_machine machine = gestell_new_machine();
+  gestell_solution solution = NULL;
+  double numbers[64], parameters[2] = {1, 0.2};
+  char text[64], unit[16];
+  int count, rows, columns, kind;
+  const double pi = acos(-1.0);
+  if (argc < 2) return 1;
+  error = gestell_new_error();
+
+  expect("no machine yet", gestell_solve(machine, NULL, &solution, error), GESTELL_INPUT, "read one first");
+  expect("null machine", gestell_read(NULL, argv[1], error), GESTELL_USAGE, "null");
+  expect("null file", gestell_read(machine, NULL, error), GESTELL_USAGE, "null");
+  expect("null text", gestell_parse(machine, NULL, error), GESTELL_USAGE, "null");
+  expect("no file", gestell_read(machine, "no/such/file.nml", error), GESTELL_INPUT, "no such file");
+  expect("rubbish", gestell_parse(machine, "rubbish", error), GESTELL_INPUT, "text:1");
+  expect("empty", gestell_parse(machine, "", error), GESTELL_INPUT, "empty");
+  expect("missing group", gestell_parse(machine, "&case /", error), GESTELL_INPUT, "&drive");
+  expect("null groups", gestell_add(machine, NULL, error), GESTELL_USAGE, "null");
+  expect("unknown group", gestell_add(machine, "&jiont name='A' /", error), GESTELL_INPUT, "&joint");
+  expect("a group", gestell_add(machine, "&drive speed_rpm=240 /", error), 0, NULL);
+  expect("twice", gestell_add(machine, "&drive speed_rpm=240 /", error), GESTELL_INPUT, "only once");
+  expect("not enough of them", gestell_solve(machine, NULL, &solution, error), GESTELL_INPUT, "&frame");
+  expect("read", gestell_read(machine, argv[1], error), 0, NULL);
+  expect("unknown path", gestell_set(machine, "drive.speed_rp", 1, error), GESTELL_INPUT, "did you mean 'speed_rpm'");
+  expect("NaN", gestell_set(machine, "drive.speed_rpm", nan(""), error), GESTELL_INPUT, "finite");
+  expect("infinite", gestell_set(machine, "drive.speed_rpm", 1 / (0.0 * parameters[0]), error), GESTELL_INPUT, "finite");
+  expect("null path", gestell_set(machine, NULL, 1, error), GESTELL_USAGE, "null");
+  expect("null value", gestell_set_text(machine, "model.frame", NULL, error), GESTELL_USAGE, "null");
+  expect("a word", gestell_set_text(machine, "model.frame", "round", error), 0, NULL);
+  expect("that is none", gestell_solve(machine, NULL, &solution, error), GESTELL_INPUT, "round");
+  expect("another", gestell_set_text(machine, "model.frame", "rest", error), 0, NULL);
+  expect("null count", gestell_count_values(machine, "frame.origin", NULL, error), GESTELL_USAGE, "null");
+  expect("count", gestell_count_values(machine, "frame.origin", &count, error), 0, NULL);
+  expect("wrong count", gestell_get_values(machine, "frame.origin", count + 1, numbers, error), GESTELL_USAGE, "elements");
+  expect("null place", gestell_get_values(machine, "frame.origin", count, NULL, error), GESTELL_USAGE, "null");
+  expect("unknown task", gestell_solve(machine, "dance", &solution, error), GESTELL_INPUT, "dance");
+  expect("null solution's place", gestell_solve(machine, "stability", NULL, error), GESTELL_USAGE, "null");
+  expect("nothing to take apart", gestell_count_multipliers(solution, &count, error), GESTELL_USAGE, "null");
+  expect("solve", gestell_solve(machine, "stability", &solution, error), 0, NULL);
+  expect("short text", gestell_get_text(solution, "verdict", 3, text, error), GESTELL_USAGE, "elements");
+  expect("negative size", gestell_get_text(solution, "verdict", -1, text, error), GESTELL_USAGE, "elements");
+  expect("unknown text", gestell_get_text(solution, "opinion", 64, text, error), GESTELL_USAGE, "opinion");
+  expect("no vibration", gestell_describe_response(solution, "f", &rows, &columns, 16, unit, error), GESTELL_INPUT, "response");
+  expect("wrong number", gestell_get_multipliers(solution, 5, numbers, numbers, numbers, error), GESTELL_USAGE, "6");
+  expect("null multipliers", gestell_get_multipliers(solution, 6, numbers, NULL, numbers, error), GESTELL_USAGE, "null");
+  expect("no table", gestell_shape_table(solution, "response", &rows, &columns, error), GESTELL_USAGE, "no table");
+  expect("table by number", gestell_name_table(solution, 99, 64, text, error), GESTELL_USAGE, "tables");
+  expect("table by a negative number", gestell_name_table(solution, -1, 64, text, error), GESTELL_USAGE, "tables");
+  expect("shape", gestell_shape_table(solution, "multipliers", &rows, &columns, error), 0, NULL);
+  expect("no column", gestell_get_numbers(solution, "multipliers", columns, rows, numbers, error), GESTELL_USAGE, "columns");
+  expect("wrong rows", gestell_get_numbers(solution, "multipliers", 1, rows - 1, numbers, error), GESTELL_USAGE, "elements");
+  expect("wrong kind", gestell_get_words(solution, "multipliers", 1, rows, 1, text, error), GESTELL_USAGE, "no words");
+  expect("null column", gestell_get_numbers(solution, "multipliers", 1, rows, NULL, error), GESTELL_USAGE, "null");
+  expect("short names", gestell_describe_column(solution, "multipliers", 1, 1, text, text, text, &kind, &count, error), GESTELL_USAGE,
+         "elements");
+  expect("nowhere to write", gestell_write(solution, "/dev/null/there", 0, error), GESTELL_USAGE, "/dev/null/there");
+  expect("null folder", gestell_write(solution, NULL, 0, error), GESTELL_USAGE, "null");
+  gestell_delete_solution(&solution);
+  expect("null solution", gestell_write(solution, "there", 0, error), GESTELL_USAGE, "null");
+  expect("deleted", gestell_count_tables(solution, &count, error), GESTELL_USAGE, "null");
+  gestell_delete_solution(&solution);
+  gestell_delete_solution(NULL);
+
+  expect("Mathieu", gestell_solve_system(1, pi, mathieu, parameters, 1e-12, 64, text, numbers, 0, NULL, error), 0, NULL);
+  /* The exponent 0.0995364372755138 of a = 1, q = 0.2, known to 16 digits; rho = -exp(0.0995... pi). */
+  double wanted = -exp(0.0995364372755138 * pi);
+  if (strcmp(text, "unstable") == 0 && fabs(numbers[0] - wanted) < 1e-12) passed++;
+  else failed++, printf("FAIL  Mathieu: %s, %.17g, known %.17g\n", text, numbers[0], wanted);
+  expect("gyroscope", gestell_solve_system(2, 1.0, gyroscope, NULL, 1e-10, 64, text, numbers, 3, numbers + 12, error), 0, NULL);
+  /* At rest q = h / c = (2, 0) at all times, whatever B. */
+  int rests = 1;
+  for (int i = 0; i < 4; i++) rests = rests && fabs(numbers[12 + 4 * i] - 2) < 1e-9 && fabs(numbers[13 + 4 * i]) < 1e-9;
+  /* s = (y + i z)'s exponents: s^2 + (0.1 + i) s + 4 = 0, so the sum of all arguments and |rho| are known: prod rho = exp(-0.2). */
+  double product = 1;
+  for (int i = 0; i < 4; i++) product *= hypot(numbers[i], numbers[4 + i]);
+  if (rests && fabs(product - exp(-0.2)) < 1e-9) passed++;
+  else failed++, printf("FAIL  gyroscope: product %.17g, q %.17g\n", product, numbers[12]);
+  constant = nan("");
+  expect("NaN from the function", gestell_solve_system(2, 1.0, garbage, NULL, 1e-9, 64, text, numbers, 0, NULL, error),
+         GESTELL_FAILED, NULL);
+  constant = 0;
+  expect("no mass", gestell_solve_system(2, 1.0, garbage, NULL, 1e-9, 64, text, numbers, 0, NULL, error), GESTELL_FAILED, NULL);
+  expect("no function", gestell_solve_system(1, pi, NULL, NULL, 1e-9, 64, text, numbers, 0, NULL, error), GESTELL_USAGE, "null");
+  expect("no degree of freedom", gestell_solve_system(0, pi, mathieu, parameters, 1e-9, 64, text, numbers, 0, NULL, error),
+         GESTELL_INPUT, NULL);
+  expect("minus one", gestell_solve_system(-1, pi, mathieu, parameters, 1e-9, 64, text, numbers, 0, NULL, error), GESTELL_INPUT, NULL);
+  expect("too many", gestell_solve_system(1 << 30, pi, mathieu, parameters, 1e-9, 64, text, numbers, 0, NULL, error), GESTELL_INPUT,
+         "degrees of freedom");
+  expect("no period", gestell_solve_system(1, 0, mathieu, parameters, 1e-9, 64, text, numbers, 0, NULL, error), GESTELL_INPUT, NULL);
+  expect("no tolerance", gestell_solve_system(1, pi, mathieu, parameters, nan(""), 64, text, numbers, 0, NULL, error), GESTELL_INPUT,
+         NULL);
+  expect("no points", gestell_solve_system(1, pi, mathieu, parameters, 1e-9, 64, text, numbers, -1, numbers, error), GESTELL_INPUT,
+         NULL);
+  gestell_delete_machine(&machine);
+  gestell_delete_error(&error);
+  gestell_delete_error(NULL);
+  printf("%d passed, %d failed\n", passed, failed);
+  return failed != 0;
+}

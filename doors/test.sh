@@ -1,0 +1,254 @@
+#!/usr/bin/env bash
+# The doors for C, C++, CMake, pkg-config and Python, from outside: ./bootstrap bash doors/test.sh
+# Needs cmake, pkg-config and Python; what is missing is said, and left out. The last line is "N passed, M failed".
+# With --sanitize the library of FetchContent has gfortran's address and undefined-behaviour sanitizers (ten minutes).
+
+set -u
+cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." || exit 1
+export LC_ALL=C OPENBLAS_NUM_THREADS=1
+home=$PWD
+temporary=$(mktemp -d) || exit 1
+trap 'rm -rf "$temporary"' EXIT
+passed=0 failed=0
+prefix=$temporary/prefix
+build=${GESTELL_BUILD:-$temporary/build}
+sanitizers=
+[ "${1:-}" != --sanitize ] || sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -g1'
+
+# check NAME COMMAND...: runs the command; where it fails, shows what it said. A last line "N passed, M failed" counts.
+check() {
+  local name=$1 good=1 bad=0
+  shift
+  if "$@" >"$temporary/log" 2>&1; then
+    printf 'ok    %s\n' "$name"
+  else
+    printf 'FAIL  %s\n' "$name"
+    tail -n 30 "$temporary/log" | sed 's/^/      | /'
+    good=0 bad=1
+  fi
+  if [[ $(tail -n 1 "$temporary/log") =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
+    good=$((good + BASH_REMATCH[1])) bad=$((bad + BASH_REMATCH[2]))
+  fi
+  passed=$((passed + good)) failed=$((failed + bad))
+}
+
+# install_as KIND: static or shared, of the same objects.
+install_as() {
+  local shared=OFF
+  [ "$1" = static ] || shared=ON
+  cmake -S "$home" -B "$build" -DCMAKE_BUILD_TYPE=Debug -DBUILD_SHARED_LIBS=$shared -DCMAKE_INSTALL_PREFIX="$prefix-$1" &&
+    cmake --build "$build" --parallel 2 && cmake --install "$build"
+}
+
+# compile KIND SOURCE PROGRAM: by pkg-config.
+compile() {
+  local flags
+  flags=$(PKG_CONFIG_PATH=$prefix-$1/lib/pkgconfig:$prefix-$1/lib64/pkgconfig:$(echo "$prefix-$1"/lib/*/pkgconfig) \
+    pkg-config --cflags --libs $([ "$1" = shared ] || echo --static) gestell) || return
+  # shellcheck disable=SC2086 # flags are words
+  cc -std=c99 -Wall -Wextra -Werror "$home/$2" $flags -lm -o "$temporary/$3-$1"
+}
+
+libraries() { for folder in "$prefix-shared"/lib*/ "$prefix-shared"/lib/*/; do printf '%s:' "$folder"; done; }
+
+# run KIND PROGRAM ARGUMENT...: from an empty folder.
+run() {
+  local kind=$1 program=$2
+  shift 2
+  mkdir -p "$temporary/empty"
+  (cd "$temporary/empty" && LD_LIBRARY_PATH=$(libraries) "$temporary/$program-$kind" "$@")
+}
+
+# The numbers of three files, of the command line and through C, to the last digit: same PROGRAM TABLE, two commands. The chart
+# has fewer points, for the builds are made in haste.
+same() {
+  local name table
+  for name in khang_four_bar:response compressor:multipliers khang_chart:sweep; do
+    table=${name#*:} name=${name%:*}
+    rm -rf "${temporary:?}/$name"
+    sed 's/count=1000/count=40/' "$home/data/$name.nml" >"$temporary/$name.nml"
+    "$1" -q -o "$temporary/$name" "$temporary/$name.nml" || return
+    "$2" "$temporary/$name.nml" "$table" >"$temporary/$name.csv" || return
+    python3 - "$temporary/$name.csv" "$temporary/$name/$table.csv" <<'PYTHON' || return
+import csv, sys
+one, two = ([row for row in csv.reader(line for line in open(name) if not line.startswith("#"))] for name in sys.argv[1:])
+def equal(a, b):
+    try:
+        return a == b or float(a or "nan") == float(b or "nan") or {a.lower(), b.lower()} <= {"nan", "", "-nan"}
+    except ValueError:
+        return False
+bad = [(a, b) for r, s in zip(one, two) for a, b in zip(r, s) if not equal(a, b)]
+print(sys.argv[2], len(one), len(two), bad[:5])
+sys.exit(len(one) != len(two) or bool(bad))
+PYTHON
+  done
+}
+
+numbers() {
+  compile "$1" doors/table.c table || return
+  (export LD_LIBRARY_PATH=$(libraries) && same "$prefix-$1/bin/gestell" "$temporary/table-$1")
+}
+
+refusals() { compile "$1" doors/refusals.c refusals && run "$1" refusals "$home/data/khang_four_bar.nml"; }
+
+example() {
+  compile "$1" example/c/verdict.c verdict && run "$1" verdict "$home/data/khang_four_bar.nml" | grep -x stable &&
+    ! run "$1" verdict && [ "$(run "$1" verdict /no/such/file)" = '/no/such/file: there is no such file' ]
+}
+
+# Every option is in the man page, and what completion offers is there.
+helped() {
+  local program=$prefix-static/bin/gestell option found
+  for option in $("$program" --help | grep -o -- '--[a-z-]*' | sort -u); do
+    sed 's/\\-/-/g' "$prefix-static/share/man/man1/gestell.1" | grep -q -- "$option" || { echo "not in the man page: $option"; return 1; }
+  done
+  grep -q "\"gestell $("$program" --version | grep -o '[0-9.]*$')\"" "$prefix-static/share/man/man1/gestell.1" || return
+  # shellcheck source=/dev/null
+  source "$prefix-static/share/bash-completion/completions/gestell"
+  COMP_WORDS=("$program" --one) COMP_CWORD=1 && _gestell && found=${COMPREPLY[*]} && [ "$found" = --one-line ] &&
+    COMP_WORDS=("$program" --help supp) COMP_CWORD=2 && _gestell && found=${COMPREPLY[*]} && [ "$found" = support ] &&
+    COMP_WORDS=("$program" "$home/data/shap") COMP_CWORD=1 && _gestell && found=${COMPREPLY[*]} && [ "$found" = "$home/data/shaper.nml" ]
+}
+
+# The first lines of doc/c.md run as they stand.
+page() {
+  awk '/^```c$/ { on = 1; next } /^```$/ { if (on) exit } on' "$home/doc/c.md" >"$temporary/page.c"
+  (
+    home=$temporary
+    compile shared page.c page
+  ) && [ "$(cd "$home" && LD_LIBRARY_PATH=$(libraries) "$temporary/page-shared")" = stable ]
+}
+
+# Nothing of the modules leaves a shared library, and the header compiles as C++.
+symbols() {
+  local library=$(echo "$prefix-shared"/lib*/libgestell.so "$prefix-shared"/lib/*/libgestell.so | tr ' ' '\n' | grep -v '\*' | head -1)
+  ! nm -D --defined-only "$library" | awk '{ print $3 }' | grep -v '^gestell_' &&
+    [ "$(nm -D --defined-only "$library" | wc -l)" = "$(grep -c 'gestell_[a-z_]*(' "$home/include/gestell.h")" ] &&
+    echo '#include <gestell.h>' | c++ -x c++ -Wall -Wextra -Werror -I"$prefix-shared/include" -fsyntax-only -
+}
+
+# A user's project, in C and Fortran: its sources.
+sources() {
+  mkdir -p "$1"
+  cp "$home"/doors/*.c "$1"
+  sed "s#data/#$home/data/#" "$home/example/verdict.f90" >"$1/verdict.f90"
+  # doc/library.md begins with it
+  awk '/^```fortran$/ { on = 1; next } /^```$/ { if (on) exit } on' "$home/doc/library.md" | diff - "$home/example/verdict.f90"
+}
+
+# project FOLDER LINE...: of CMake, with these lines to find the library.
+project() {
+  local folder=$1
+  shift
+  sources "$folder" || return
+  printf '%s\n' 'cmake_minimum_required(VERSION 3.20)' 'project(user LANGUAGES C Fortran)' "$@" \
+    'add_executable(c table.c)' 'target_link_libraries(c gestell::gestell)' \
+    'add_executable(f verdict.f90)' 'target_link_libraries(f gestell::gestell)' \
+    'add_executable(refusals refusals.c)' 'target_link_libraries(refusals gestell::gestell m)' \
+    'add_executable(leaks leaks.c)' 'target_link_libraries(leaks gestell::gestell)' >"$folder/CMakeLists.txt"
+}
+
+verdict() { "$1" | grep '^stable, force on the ground 137.6661 N'; }
+
+packages() {
+  local here=$temporary/package
+  project "$here" 'find_package(gestell 0.1 REQUIRED)'
+  cmake -S "$here" -B "$here/build" -DCMAKE_PREFIX_PATH="$prefix-static" && cmake --build "$here/build" &&
+    same "$prefix-static/bin/gestell" "$here/build/c" && verdict "$here/build/f"
+}
+
+# The library is built in the user's project, in haste; program and library are of the same objects.
+fetched() {
+  local here=$temporary/fetched origin=$home flags=$sanitizers
+  if [ -e "$home/.git" ]; then
+    origin=$temporary/clone
+    git clone -q "$home" "$origin" || return
+  fi
+  project "$here" 'include(FetchContent)' "FetchContent_Declare(gestell SOURCE_DIR $origin)" 'FetchContent_MakeAvailable(gestell)'
+  cmake -S "$here" -B "$here/build" -DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=ON "-DCMAKE_Fortran_FLAGS=$flags" \
+    "-DCMAKE_C_FLAGS=$flags" && cmake --build "$here/build" --parallel 2 &&
+    same "$(find "$here/build" -name gestell -path '*/bin/*')" "$here/build/c" && verdict "$here/build/f"
+}
+
+refused() { "$temporary/fetched/build/refusals" "$home/data/khang_four_bar.nml"; }
+
+# No bytes are lost, and none is read that was not written, in 100,000 calls.
+leaks() {
+  valgrind -q --leak-check=full --errors-for-leak-kinds=definite,indirect,possible --error-exitcode=9 \
+    "$temporary/package/build/leaks" "$home/data/compressor.nml"
+}
+
+subproject() {
+  local here=$temporary/subproject
+  sources "$here" || return
+  mkdir -p "$here/subprojects" && ln -s "$home" "$here/subprojects/gestell"
+  printf '%s\n' "project('user', 'c', 'fortran')" "gestell = dependency('gestell')" \
+    "executable('c', 'table.c', dependencies: gestell)" "executable('f', 'verdict.f90', dependencies: gestell)" >"$here/meson.build"
+  tool meson setup "$here/build" "$here" --buildtype plain -Ddefault_library=static && ninja -C "$here/build" &&
+    same "$here/build/subprojects/gestell/gestell" "$here/build/c" && verdict "$here/build/f"
+}
+
+# tool NAME ARGUMENT...: a tool of Python's, from a place of its own where the machine has none.
+tool() {
+  local name=$1
+  shift
+  if command -v "$name" >/dev/null; then "$name" "$@"; else "$home/.bootstrap/venv/bin/$name" "$@"; fi
+}
+
+# In a new environment, without a compiler and with nothing of this machine's on the PATH.
+wheel() {
+  local environment=$temporary/environment
+  SKBUILD_CMAKE_BUILD_TYPE=Debug CMAKE_BUILD_PARALLEL_LEVEL=2 bash "$home/python/wheel.sh" "$temporary/wheels" && python3 -m venv "$environment" &&
+    "$environment/bin/pip" -q install numpy "$temporary"/wheels/gestell-*.whl || return
+  (cd "$temporary" && mkdir -p nothing && cd nothing &&
+    env -i PATH="$environment/bin" "$environment/bin/python" "$home/doors/python.py" "$prefix-static/bin/gestell")
+}
+
+# What is installed, and nothing else: no modules of the program.
+installed() {
+  (cd "$prefix-static" && find . -name '*.mod' | grep -v '/gestell' ; find . -name 'gestell*.mod' | grep -c . ; ls bin include) >"$temporary/files"
+  cat "$temporary/files"
+  ! grep -q '^\./' "$temporary/files" && [ -x "$prefix-static/bin/gestell" ] && [ -e "$prefix-static/include/gestell.h" ]
+}
+
+python() {
+  python3 -c 'import numpy' 2>/dev/null || "$home/bootstrap" --pip numpy || return
+  local interpreter=python3
+  python3 -c 'import numpy' 2>/dev/null || interpreter=$home/.bootstrap/venv/bin/python3
+  GESTELL_LIBRARY=$(echo "$prefix-shared"/lib*/libgestell.so "$prefix-shared"/lib/*/libgestell.so | tr ' ' '\n' | grep -v '\*' | head -1) \
+    PYTHONPATH=$home/python "$interpreter" "$home/doors/python.py" "$prefix-shared/bin/gestell"
+}
+
+for tool in cmake pkg-config cc; do
+  command -v $tool >/dev/null || { echo "skip  there is no $tool"; echo '0 passed, 0 failed'; exit 0; }
+done
+check 'CMake, static' install_as static
+check 'what is installed' installed
+check 'man page and completion' helped
+check 'pkg-config, static: the numbers of the command line' numbers static
+check 'pkg-config, static: what is refused' refusals static
+check 'find_package from C and Fortran' packages
+check 'CMake, shared' install_as shared
+check 'symbols of the shared library, header in C++' symbols
+check 'pkg-config, shared: the numbers of the command line' numbers shared
+check 'pkg-config, shared: what is refused' refusals shared
+check 'example' example shared
+check 'doc/c.md' page
+check 'Python' python
+check 'Python, from a wheel' wheel
+check 'FetchContent from C and Fortran' fetched
+check 'what is refused, in that build' refused
+if command -v valgrind >/dev/null; then
+  check 'no leak in 100,000 calls' leaks
+else
+  echo 'skip  there is no valgrind'
+fi
+command -v meson >/dev/null || "$home/bootstrap" --pip meson >/dev/null 2>&1
+if command -v ninja >/dev/null; then
+  check 'Meson, a subproject, from C and Fortran' subproject
+else
+  echo 'skip  there is no ninja for Meson'
+fi
+
+printf '%d passed, %d failed\n' $passed $failed
+[ $failed = 0 ]

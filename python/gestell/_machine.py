@@ -1,0 +1,78 @@
+"""Machines in the language of input files."""
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from ctypes import byref, c_double, c_int, c_void_p
+
+import numpy
+
+from ._library import call, delete, encoded, functions, new_machine
+from ._solution import Solution
+
+
+def _spelled(value) -> str:
+    """A value as it stands in an input file."""
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    if isinstance(value, (bool, numpy.bool_)):
+        return ".true." if value else ".false."
+    if isinstance(value, (int, numpy.integer)):
+        return str(int(value))
+    if numpy.ndim(value) == 0:
+        return repr(float(value))
+    return ", ".join(_spelled(one) for one in value)
+
+
+class Machine:
+    """A machine from an input file, given by its path, from a text in the same language, or built by `add`.
+
+    What contains an & or a line break is a text. `machine["drive.speed_rpm"]` reads and sets what a path names, in the units of
+    the input (an array where there are several numbers); words are set too: `machine["model.frame"] = "rest"`.
+    """
+
+    def __init__(self, path_or_text: str | os.PathLike | None = None):
+        self._handle = new_machine()
+        if path_or_text is None:
+            return
+        source = os.fspath(path_or_text)
+        if "&" in source or "\n" in source:
+            call(functions.parse, self._handle, encoded(source))
+        else:
+            call(functions.read, self._handle, encoded(source))
+
+    def add(self, group: str, **values) -> "Machine":
+        """Adds a group of the input's language: add("joint", name="B", type="RRR", ends=["A", "B0"], lengths=[0.37, 0.16]).
+
+        The machine itself is given back. What is missing is told when the machine is solved.
+        """
+        words = ", ".join(f"{key}={_spelled(value)}" for key, value in values.items())
+        call(functions.add, self._handle, encoded(f"&{group} {words} /"))
+        return self
+
+    def __getitem__(self, path: str) -> float | numpy.ndarray:
+        count = c_int()
+        call(functions.count_values, self._handle, encoded(path), byref(count))
+        values = (c_double * count.value)()
+        call(functions.get_values, self._handle, encoded(path), count.value, values)
+        return values[0] if count.value == 1 else numpy.array(values)
+
+    def __setitem__(self, path: str, value: float | str | Sequence[float]) -> None:
+        if isinstance(value, str):
+            call(functions.set_text, self._handle, encoded(path), encoded(value))
+        elif isinstance(value, (int, float)) or numpy.ndim(value) == 0:
+            call(functions.set, self._handle, encoded(path), float(value))
+        else:
+            call(functions.set_text, self._handle, encoded(path), encoded(",".join(repr(float(v)) for v in value)))
+
+    def solve(self, tasks: str | Sequence[str] | None = None) -> Solution:
+        """Does what the input orders, or these tasks: "stability", or ["stability", "response"]. Writes no files."""
+        if tasks is not None and not isinstance(tasks, str):
+            tasks = ", ".join(tasks)
+        handle = c_void_p()
+        call(functions.solve, self._handle, None if tasks is None else encoded(tasks), byref(handle))
+        return Solution(handle)
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None):
+            delete("machine", self._handle)

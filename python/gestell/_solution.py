@@ -1,0 +1,193 @@
+"""What was found of a machine."""
+from __future__ import annotations
+
+import base64
+import ctypes
+import html
+import os
+import tempfile
+from ctypes import byref, c_int, c_void_p
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy
+
+from ._array import Array, Value
+from ._library import Error, call, delete, encoded, functions
+
+_LONGEST_NAME = 256
+_LONGEST_UNIT = 64
+_NUMBERS, _INTEGERS, _WORDS = range(3)
+_NOT_KNOWN = -2**31 + 1
+_SHOWN_ROWS = 20
+
+
+class Table(dict):
+    """Columns by their names, as in the CSV file: Array of numbers with `.error` and `.unit`, or arrays of words.
+
+    pandas.DataFrame(table) takes it as it is.
+    """
+
+    def __init__(self, name: str, columns: dict):
+        super().__init__(columns)
+        self.name = name
+
+    @property
+    def rows(self) -> int:
+        return len(next(iter(self.values()))) if self else 0
+
+    def _repr_html_(self) -> str:
+        rows = [[f"{v:.6g}" if isinstance(v, (float, numpy.floating)) else str(v) for v in row]
+                for row in zip(*(column[:_SHOWN_ROWS] for column in self.values()))]
+        cell = "".join
+        body = cell("<tr>" + cell(f"<td>{html.escape(v)}</td>" for v in row) + "</tr>" for row in rows)
+        head = cell(f"<th>{html.escape(key)}</th>" for key in self)
+        more = f"<p>{self.rows} rows</p>" if self.rows > _SHOWN_ROWS else ""
+        return f"<table><caption>{html.escape(self.name)}</caption><tr>{head}</tr>{body}</table>{more}"
+
+
+@dataclass(frozen=True)
+class Response:
+    """A quantity over a turn, in SI units: peak and rms, each with its `.error`; amplitudes of the orders 1, 2, ...; its history
+    at equidistant times, both ends included."""
+
+    name: str
+    unit: str
+    peak: Value
+    rms: Value
+    amplitudes: numpy.ndarray
+    history: numpy.ndarray
+
+
+class Solution:
+    """Verdict, multipliers, vibrations and tables."""
+
+    def __init__(self, handle: c_void_p):
+        self._handle = handle
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None):
+            delete("solution", self._handle)
+
+    def _text(self, what: str) -> str:
+        size = c_int()
+        call(functions.size_text, self._handle, encoded(what), byref(size))
+        text = ctypes.create_string_buffer(size.value)
+        call(functions.get_text, self._handle, encoded(what), size.value, text)
+        return text.value.decode("utf-8", "replace")
+
+    @property
+    def verdict(self) -> str:
+        """"stable", "unstable", "undecided"; empty where no task has a verdict."""
+        text = ctypes.create_string_buffer(_LONGEST_UNIT)
+        call(functions.get_text, self._handle, b"verdict", _LONGEST_UNIT, text)
+        return text.value.decode()
+
+    @property
+    def report(self) -> str:
+        """What the program would print."""
+        return self._text("report")
+
+    @property
+    def failure(self) -> str:
+        """What could not be computed beside the verdict; empty: nothing."""
+        return self._text("failure")
+
+    @property
+    def multipliers(self) -> Array:
+        """Complex multipliers, the largest first; `.error`: bounds on their errors."""
+        count = c_int()
+        call(functions.count_multipliers, self._handle, byref(count))
+        parts = numpy.empty((3, count.value))
+        first, step = parts.ctypes.data, parts.strides[0]
+        call(functions.get_multipliers, self._handle, count.value, first, first + step, first + 2 * step)
+        return Array(parts[0] + 1j * parts[1], error=parts[2])
+
+    def response(self, quantity: str) -> Response:
+        """The vibration of a quantity, "f" or "probe(outlet).v"."""
+        orders, points = c_int(), c_int()
+        text = ctypes.create_string_buffer(_LONGEST_UNIT)
+        call(functions.describe_response, self._handle, encoded(quantity), byref(orders), byref(points), _LONGEST_UNIT, text)
+        numbers, amplitudes, history = numpy.empty(4), numpy.empty(orders.value), numpy.empty(points.value)
+        call(functions.get_response, self._handle, encoded(quantity), numbers.ctypes.data, orders.value, amplitudes.ctypes.data,
+             points.value, history.ctypes.data)
+        peak, rms, peak_error, rms_error = numbers
+        unit = text.value.decode()
+        return Response(quantity, unit, Value(peak, peak_error, unit), Value(rms, rms_error, unit), amplitudes, history)
+
+    def write(self, folder: str | os.PathLike, pictures: bool = False) -> None:
+        """Writes the program's files: tables, the scripts of their pictures and, with gnuplot, the pictures."""
+        call(functions.write, self._handle, encoded(os.fspath(folder)), int(pictures))
+
+    def pictures(self) -> dict[str, str]:
+        """All pictures by the names of their tables, as SVG. Error: there is no gnuplot."""
+        with tempfile.TemporaryDirectory() as folder:
+            self.write(folder, pictures=True)
+            return {file.stem: file.read_text(encoding="utf-8") for file in sorted(Path(folder).glob("*.svg"))}
+
+    @property
+    def tables(self) -> list[str]:
+        """The names of all tables."""
+        count = c_int()
+        call(functions.count_tables, self._handle, byref(count))
+        name = ctypes.create_string_buffer(_LONGEST_NAME)
+        names = []
+        for index in range(count.value):
+            call(functions.name_table, self._handle, index, _LONGEST_NAME, name)
+            names.append(name.value.decode())
+        return names
+
+    def table(self, name: str) -> Table:
+        """A table with all its columns."""
+        rows, count = c_int(), c_int()
+        call(functions.shape_table, self._handle, encoded(name), byref(rows), byref(count))
+        columns, errors = {}, {}
+        for index in range(count.value):
+            key, values, error = self._column(name, index, rows.value)
+            columns[key] = values
+            errors[key] = error
+        for key, error in errors.items():
+            if error in columns and isinstance(columns[key], Array):
+                columns[key].error = numpy.asarray(columns[error])
+        return Table(name, columns)
+
+    def _column(self, table: str, index: int, rows: int):
+        texts = [ctypes.create_string_buffer(_LONGEST_NAME) for _ in range(3)]
+        kind, width = c_int(), c_int()
+        call(functions.describe_column, self._handle, encoded(table), index, _LONGEST_NAME, *texts, byref(kind), byref(width))
+        key, unit, error = (text.value.decode() for text in texts)
+        where = (self._handle, encoded(table), index, rows)
+        if kind.value == _WORDS:
+            words = numpy.zeros(rows, dtype=f"S{max(width.value, 1)}")
+            call(functions.get_words, *where, max(width.value, 1), words.ctypes.data)
+            return key, numpy.char.decode(words, "utf-8"), error
+        if kind.value == _INTEGERS:
+            integers = numpy.empty(rows, dtype=numpy.intc)
+            call(functions.get_integers, *where, integers.ctypes.data)
+            if (integers == _NOT_KNOWN).any():
+                integers = numpy.where(integers == _NOT_KNOWN, numpy.nan, integers)
+            return key, Array(integers, unit=unit), error
+        values = numpy.empty(rows)
+        call(functions.get_numbers, *where, values.ctypes.data)
+        return key, Array(values, unit=unit), error
+
+    def _repr_html_(self) -> str:
+        parts = [f"<p><b>{html.escape(self.verdict)}</b></p>"] if self.verdict else []
+        try:
+            rho = self.multipliers
+            parts.append(Table("multipliers", {"multiplier": numpy.asarray(rho), "abs": abs(numpy.asarray(rho)),
+                                               "error": rho.error})._repr_html_())
+        except Error:
+            pass
+        parts.append("<p>tables: " + ", ".join(html.escape(name) for name in self.tables) + "</p>")
+        try:
+            # an image each: within one document the pictures' own names would be one another's
+            for name, picture in self.pictures().items():
+                data = base64.b64encode(picture.encode()).decode()
+                parts.append(f'<img alt="{html.escape(name)}" src="data:image/svg+xml;base64,{data}">')
+        except Error as error:
+            parts.append(f"<p>no pictures: {html.escape(error.message)}</p>")
+        return "".join(parts)
+
+    def __repr__(self) -> str:
+        return f"Solution({self.verdict or 'no verdict'}; tables: {', '.join(self.tables) or 'none'})"

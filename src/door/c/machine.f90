@@ -1,0 +1,262 @@
+!> Machines for C (include/gestell.h). Every function gives the code of its error, 0 where there is none, and takes a null handle
+!> for what it is: an error. What several threads call at the same time is done one after the other.
+module gestell_door_c_machine
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_version, only: version
+  use gestell_door_c_handle, only: c_error_type, code_of, give_count, give_text, no_handle, text_of, too_small
+  use gestell_door_machine, only: machine_type
+  use gestell_door_solution, only: solution_type
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
+  implicit none (type, external)
+  private
+
+  public :: add_groups, count_values, delete_error, delete_machine, error_text, get_values, get_version, new_error, new_machine, &
+    & parse_text, read_file, set_number, set_text, solve_machine
+
+contains
+
+  integer(c_int) function get_version(size, text) result(code) bind(c, name="gestell_get_version")
+    integer(c_int), value :: size
+    type(c_ptr), value :: text
+    type(error_type), allocatable :: error
+
+    call give_text(version, size, text, error)
+    code = code_of(error, c_null_ptr)
+  end function get_version
+
+  type(c_ptr) function new_error() result(handle) bind(c, name="gestell_new_error")
+    type(c_error_type), pointer :: kept
+
+    allocate(kept)
+    handle = c_loc(kept)
+  end function new_error
+
+  subroutine delete_error(handle) bind(c, name="gestell_delete_error")
+    type(c_ptr), intent(inout), optional :: handle
+    type(c_error_type), pointer :: kept
+
+    if (.not. present(handle)) return
+    if (.not. c_associated(handle)) return
+    call c_f_pointer(handle, kept)
+    deallocate(kept)
+    handle = c_null_ptr
+  end subroutine delete_error
+
+  !> Its code; the message as far as there is room for it.
+  integer(c_int) function error_text(handle, size, text) result(code) bind(c, name="gestell_get_error")
+    type(c_ptr), value :: handle, text
+    integer(c_int), value :: size
+    type(c_error_type), pointer :: kept
+    type(error_type), allocatable :: none
+
+    code = 0
+    if (c_associated(text) .and. size > 0) call give_text("", size, text, none)
+    if (.not. c_associated(handle)) return
+    call c_f_pointer(handle, kept)
+    if (.not. allocated(kept%error)) return
+    code = int(kept%error%code, c_int)
+    if (c_associated(text) .and. size > 0) call give_text(kept%error%message(:min(size - 1, len(kept%error%message))), size, text, &
+      & none)
+  end function error_text
+
+  type(c_ptr) function new_machine() result(handle) bind(c, name="gestell_new_machine")
+    type(machine_type), pointer :: machine
+
+    allocate(machine)
+    handle = c_loc(machine)
+  end function new_machine
+
+  subroutine delete_machine(handle) bind(c, name="gestell_delete_machine")
+    type(c_ptr), intent(inout), optional :: handle
+    type(machine_type), pointer :: machine
+
+    if (.not. present(handle)) return
+    if (.not. c_associated(handle)) return
+    call c_f_pointer(handle, machine)
+    deallocate(machine)
+    handle = c_null_ptr
+  end subroutine delete_machine
+
+  integer(c_int) function read_file(handle, file, failure) result(code) bind(c, name="gestell_read")
+    type(c_ptr), value :: handle, file, failure
+    type(machine_type), pointer :: machine
+    character(len=:), allocatable :: name
+    type(error_type), allocatable :: error
+
+    call take(handle, machine, file, "the file's name", name, error)
+    !$omp critical (gestell_door)
+    if (.not. allocated(error)) call machine%read(name, error)
+    !$omp end critical (gestell_door)
+    code = code_of(error, failure)
+  end function read_file
+
+  integer(c_int) function parse_text(handle, text, failure) result(code) bind(c, name="gestell_parse")
+    type(c_ptr), value :: handle, text, failure
+    type(machine_type), pointer :: machine
+    character(len=:), allocatable :: input
+    type(error_type), allocatable :: error
+
+    call take(handle, machine, text, "the text", input, error)
+    !$omp critical (gestell_door)
+    if (.not. allocated(error)) call machine%parse(input, error)
+    !$omp end critical (gestell_door)
+    code = code_of(error, failure)
+  end function parse_text
+
+  integer(c_int) function add_groups(handle, text, failure) result(code) bind(c, name="gestell_add")
+    type(c_ptr), value :: handle, text, failure
+    type(machine_type), pointer :: machine
+    character(len=:), allocatable :: groups
+    type(error_type), allocatable :: error
+
+    call take(handle, machine, text, "the text", groups, error)
+    !$omp critical (gestell_door)
+    if (.not. allocated(error)) call machine%add(groups, error)
+    !$omp end critical (gestell_door)
+    code = code_of(error, failure)
+  end function add_groups
+
+  integer(c_int) function set_number(handle, path, number, failure) result(code) bind(c, name="gestell_set")
+    type(c_ptr), value :: handle, path, failure
+    real(c_double), value :: number
+    type(machine_type), pointer :: machine
+    character(len=:), allocatable :: name
+    type(error_type), allocatable :: error
+
+    call take(handle, machine, path, "the path", name, error)
+    !$omp critical (gestell_door)
+    if (.not. allocated(error)) call machine%set(name, number, error)
+    !$omp end critical (gestell_door)
+    code = code_of(error, failure)
+  end function set_number
+
+  integer(c_int) function set_text(handle, path, text, failure) result(code) bind(c, name="gestell_set_text")
+    type(c_ptr), value :: handle, path, text, failure
+    type(machine_type), pointer :: machine
+    character(len=:), allocatable :: name, words
+    type(error_type), allocatable :: error
+
+    call take(handle, machine, path, "the path", name, error)
+    if (.not. allocated(error)) call take(handle, machine, text, "the text", words, error)
+    !$omp critical (gestell_door)
+    if (.not. allocated(error)) call machine%set(name, words, error)
+    !$omp end critical (gestell_door)
+    code = code_of(error, failure)
+  end function set_text
+
+  integer(c_int) function count_values(handle, path, count, failure) result(code) bind(c, name="gestell_count_values")
+    type(c_ptr), value :: handle, path, failure
+    integer(c_int), intent(out), optional :: count
+    real(dp), allocatable :: values(:)
+    type(error_type), allocatable :: error
+
+    call find_values(handle, path, values, error)
+    call give_count(size(values), error, count)
+    code = code_of(error, failure)
+  end function count_values
+
+  integer(c_int) function get_values(handle, path, count, numbers, failure) result(code) bind(c, name="gestell_get_values")
+    type(c_ptr), value :: handle, path, numbers, failure
+    integer(c_int), value :: count
+    real(c_double), pointer :: place(:)
+    real(dp), allocatable :: values(:)
+    type(error_type), allocatable :: error
+
+    if (.not. c_associated(numbers)) call no_handle("the place for numbers", error)
+    if (.not. allocated(error)) call find_values(handle, path, values, error)
+    if (.not. allocated(error)) then
+      if (count /= size(values)) call too_small("the place for numbers", int(count), size(values), error)
+    end if
+    if (.not. allocated(error)) then
+      call c_f_pointer(numbers, place, [count])
+      place = values
+    end if
+    code = code_of(error, failure)
+  end function get_values
+
+  subroutine find_values(handle, path, values, error)
+    type(c_ptr), intent(in) :: handle, path
+    real(dp), allocatable, intent(out) :: values(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_type), pointer :: machine
+    character(len=:), allocatable :: name
+
+    call take(handle, machine, path, "the path", name, error)
+    !$omp critical (gestell_door)
+    if (.not. allocated(error)) call machine%get(name, values, error)
+    !$omp end critical (gestell_door)
+    if (.not. allocated(values)) allocate(values(0))
+  end subroutine find_values
+
+  !> `tasks` null: those of the input. `found` becomes the handle of a new solution, null where there is none.
+  integer(c_int) function solve_machine(handle, tasks, found, failure) result(code) bind(c, name="gestell_solve")
+    type(c_ptr), value :: handle, tasks, failure
+    type(c_ptr), intent(out), optional :: found
+    type(machine_type), pointer :: machine
+    type(solution_type), pointer :: solution
+    character(len=:), allocatable :: names
+    type(error_type), allocatable :: error
+
+    if (present(found)) then
+      found = c_null_ptr
+    else
+      call no_handle("the place for the solution", error)
+    end if
+    if (allocated(error)) then
+      code = code_of(error, failure)
+      return
+    else if (c_associated(tasks)) then
+      call take(handle, machine, tasks, "tasks", names, error)
+    else
+      call take_machine(handle, machine, error)
+    end if
+    if (.not. allocated(error)) then
+      allocate(solution)
+      !$omp critical (gestell_door)
+      if (allocated(names)) then
+        call machine%solve(solution, error, names)
+      else
+        call machine%solve(solution, error)
+      end if
+      !$omp end critical (gestell_door)
+      if (allocated(error)) then
+        deallocate(solution)
+      else
+        found = c_loc(solution)
+      end if
+    end if
+    code = code_of(error, failure)
+  end function solve_machine
+
+  !> The machine and the text behind two pointers; `what` the text is. Error: one of them is null.
+  subroutine take(handle, machine, pointer, what, text, error)
+    type(c_ptr), intent(in) :: handle, pointer
+    type(machine_type), pointer, intent(out) :: machine
+    character(len=*), intent(in) :: what
+    character(len=:), allocatable, intent(out) :: text
+    type(error_type), allocatable, intent(out) :: error
+
+    call take_machine(handle, machine, error)
+    if (allocated(error)) return
+    if (c_associated(pointer)) then
+      call text_of(pointer, text)
+    else
+      call no_handle(what, error)
+    end if
+  end subroutine take
+
+  subroutine take_machine(handle, machine, error)
+    type(c_ptr), intent(in) :: handle
+    type(machine_type), pointer, intent(out) :: machine
+    type(error_type), allocatable, intent(out) :: error
+
+    nullify(machine)
+    if (c_associated(handle)) then
+      call c_f_pointer(handle, machine)
+    else
+      call no_handle("the machine", error)
+    end if
+  end subroutine take_machine
+
+end module gestell_door_c_machine

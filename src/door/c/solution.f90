@@ -1,0 +1,230 @@
+!> Solutions for C (include/gestell.h): texts, multipliers, vibrations of quantities.
+module gestell_door_c_solution
+  use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_base_kinds, only: dp
+  use gestell_door_c_handle, only: code_of, give_count, give_text, no_handle, text_of, too_small
+  use gestell_door_solution, only: response_type, solution_type
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_null_ptr, c_ptr
+  implicit none (type, external)
+  private
+
+  public :: count_multipliers, delete_solution, describe_response, get_multipliers, get_response, get_text, size_text, &
+    & take_solution, write_files
+
+contains
+
+  subroutine delete_solution(handle) bind(c, name="gestell_delete_solution")
+    type(c_ptr), intent(inout), optional :: handle
+    type(solution_type), pointer :: solution
+
+    if (.not. present(handle)) return
+    if (.not. c_associated(handle)) return
+    call c_f_pointer(handle, solution)
+    deallocate(solution)
+    handle = c_null_ptr
+  end subroutine delete_solution
+
+  !> The characters of a text, the zero at its end counted.
+  integer(c_int) function size_text(handle, what, size, failure) result(code) bind(c, name="gestell_size_text")
+    type(c_ptr), value :: handle, what, failure
+    integer(c_int), intent(out), optional :: size
+    character(len=:), allocatable :: text
+    type(error_type), allocatable :: error
+
+    call find_text(handle, what, text, error)
+    call give_count(len(text) + 1, error, size)
+    code = code_of(error, failure)
+  end function size_text
+
+  integer(c_int) function get_text(handle, what, size, place, failure) result(code) bind(c, name="gestell_get_text")
+    type(c_ptr), value :: handle, what, place, failure
+    integer(c_int), value :: size
+    character(len=:), allocatable :: text
+    type(error_type), allocatable :: error
+
+    call find_text(handle, what, text, error)
+    if (.not. allocated(error)) call give_text(text, size, place, error)
+    code = code_of(error, failure)
+  end function get_text
+
+  !> "verdict", "report" or "failure": what could not be computed beside the verdict.
+  subroutine find_text(handle, what, text, error)
+    type(c_ptr), intent(in) :: handle, what
+    character(len=:), allocatable, intent(out) :: text
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type), pointer :: solution
+    character(len=:), allocatable :: name
+
+    text = ""
+    call take_solution(handle, what, "the text's name", solution, name, error)
+    if (allocated(error)) return
+    !$omp critical (gestell_door)
+    select case (name)
+    case ("verdict")
+      text = trim(solution%result%verdict)
+    case ("report")
+      call solution%report(text, error)
+    case ("failure")
+      if (allocated(solution%result%failure)) text = solution%result%failure%message
+    case default
+      call fatal_error(error, "there is no text '" // name // "': verdict, report, failure", wrong_usage)
+    end select
+    !$omp end critical (gestell_door)
+    if (.not. allocated(text)) text = ""
+  end subroutine find_text
+
+  integer(c_int) function count_multipliers(handle, count, failure) result(code) bind(c, name="gestell_count_multipliers")
+    type(c_ptr), value :: handle, failure
+    integer(c_int), intent(out), optional :: count
+    complex(dp), allocatable :: rho(:)
+    real(dp), allocatable :: errors(:)
+    type(error_type), allocatable :: error
+
+    call find_multipliers(handle, rho, errors, error)
+    call give_count(size(rho), error, count)
+    code = code_of(error, failure)
+  end function count_multipliers
+
+  integer(c_int) function get_multipliers(handle, count, re, im, bounds, failure) result(code) &
+    & bind(c, name="gestell_get_multipliers")
+    type(c_ptr), value :: handle, re, im, bounds, failure
+    integer(c_int), value :: count
+    real(c_double), pointer :: place(:)
+    complex(dp), allocatable :: rho(:)
+    real(dp), allocatable :: errors(:)
+    type(error_type), allocatable :: error
+
+    if (.not. (c_associated(re) .and. c_associated(im) .and. c_associated(bounds))) call no_handle("a place for multipliers", error)
+    if (.not. allocated(error)) call find_multipliers(handle, rho, errors, error)
+    if (.not. allocated(error)) then
+      if (count /= size(rho)) call too_small("the place for multipliers", int(count), size(rho), error)
+    end if
+    if (.not. allocated(error)) then
+      call c_f_pointer(re, place, [count])
+      place = real(rho)
+      call c_f_pointer(im, place, [count])
+      place = aimag(rho)
+      call c_f_pointer(bounds, place, [count])
+      place = errors
+    end if
+    code = code_of(error, failure)
+  end function get_multipliers
+
+  subroutine find_multipliers(handle, rho, errors, error)
+    type(c_ptr), intent(in) :: handle
+    complex(dp), allocatable, intent(out) :: rho(:)
+    real(dp), allocatable, intent(out) :: errors(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type), pointer :: solution
+
+    if (.not. c_associated(handle)) then
+      call no_handle("the solution", error)
+      allocate(rho(0))
+      return
+    end if
+    call c_f_pointer(handle, solution)
+    call solution%multipliers(rho, errors)
+    if (allocated(rho)) return
+    call fatal_error(error, "no task of these computes multipliers; order 'stability'", wrong_usage)
+    allocate(rho(0))
+  end subroutine find_multipliers
+
+  !> How many orders and points there are of the vibration of `quantity`, and its unit, which takes `size` characters.
+  integer(c_int) function describe_response(handle, quantity, orders, points, size, unit, failure) result(code) &
+    & bind(c, name="gestell_describe_response")
+    type(c_ptr), value :: handle, quantity, unit, failure
+    integer(c_int), intent(out), optional :: orders, points
+    integer(c_int), value :: size
+    type(response_type) :: response
+    type(error_type), allocatable :: error
+
+    call find_response(handle, quantity, response, error)
+    if (.not. allocated(error)) call give_text(response%unit, size, unit, error)
+    if (.not. allocated(response%history)) allocate(response%history(0), response%amplitudes(0))
+    call give_count(ubound(response%amplitudes, 1), error, orders)
+    call give_count(ubound(response%history, 1), error, points)
+    code = code_of(error, failure)
+  end function describe_response
+
+  !> `numbers`, 4 of them: peak, rms, and bounds on their errors. `amplitudes` and `history` may be null.
+  integer(c_int) function get_response(handle, quantity, numbers, orders, amplitudes, points, history, failure) result(code) &
+    & bind(c, name="gestell_get_response")
+    type(c_ptr), value :: handle, quantity, numbers, amplitudes, history, failure
+    integer(c_int), value :: orders, points
+    real(c_double), pointer :: place(:)
+    type(response_type) :: response
+    type(error_type), allocatable :: error
+
+    call find_response(handle, quantity, response, error)
+    if (.not. allocated(error)) then
+      if (.not. c_associated(numbers)) then
+        call no_handle("the place for peak and rms", error)
+      else if (c_associated(amplitudes) .and. orders /= size(response%amplitudes)) then
+        call too_small("the place for amplitudes", int(orders), size(response%amplitudes), error)
+      else if (c_associated(history) .and. points /= size(response%history)) then
+        call too_small("the place for a history", int(points), size(response%history), error)
+      end if
+    end if
+    if (.not. allocated(error)) then
+      call c_f_pointer(numbers, place, [4])
+      place = [response%peak, response%rms, response%peak_error, response%rms_error]
+      if (c_associated(amplitudes)) then
+        call c_f_pointer(amplitudes, place, [orders])
+        place = response%amplitudes
+      end if
+      if (c_associated(history)) then
+        call c_f_pointer(history, place, [points])
+        place = response%history
+      end if
+    end if
+    code = code_of(error, failure)
+  end function get_response
+
+  subroutine find_response(handle, quantity, response, error)
+    type(c_ptr), intent(in) :: handle, quantity
+    type(response_type), intent(out) :: response
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type), pointer :: solution
+    character(len=:), allocatable :: name
+
+    call take_solution(handle, quantity, "the quantity", solution, name, error)
+    !$omp critical (gestell_door)
+    if (.not. allocated(error)) call solution%response(name, response, error)
+    !$omp end critical (gestell_door)
+  end subroutine find_response
+
+  !> Writes the program's files; the `pictures` too unless that is 0.
+  integer(c_int) function write_files(handle, folder, pictures, failure) result(code) bind(c, name="gestell_write")
+    type(c_ptr), value :: handle, folder, failure
+    integer(c_int), value :: pictures
+    type(solution_type), pointer :: solution
+    character(len=:), allocatable :: name
+    type(error_type), allocatable :: error
+
+    call take_solution(handle, folder, "the folder", solution, name, error)
+    !$omp critical (gestell_door)
+    if (.not. allocated(error)) call solution%write(name, error, pictures /= 0)
+    !$omp end critical (gestell_door)
+    code = code_of(error, failure)
+  end function write_files
+
+  !> The solution and the name behind two pointers; `what` the name is of. Error: one of them is null.
+  subroutine take_solution(handle, pointer, what, solution, name, error)
+    type(c_ptr), intent(in) :: handle, pointer
+    character(len=*), intent(in) :: what
+    type(solution_type), pointer, intent(out) :: solution
+    character(len=:), allocatable, intent(out) :: name
+    type(error_type), allocatable, intent(out) :: error
+
+    nullify(solution)
+    if (.not. c_associated(handle)) then
+      call no_handle("the solution", error)
+    else if (.not. c_associated(pointer)) then
+      call no_handle(what, error)
+    else
+      call c_f_pointer(handle, solution)
+      call text_of(pointer, name)
+    end if
+  end subroutine take_solution
+
+end module gestell_door_c_solution

@@ -1,0 +1,225 @@
+!> Tables of a solution for C (include/gestell.h): which there are, their columns, the values of these.
+module gestell_door_c_tables
+  use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_base_text, only: text
+  use gestell_door_c_handle, only: code_of, give_count, give_text, no_handle, too_small
+  use gestell_door_c_solution, only: take_solution
+  use gestell_door_solution, only: solution_type
+  use gestell_output_table, only: column_type, table_type
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
+  implicit none (type, external)
+  private
+
+  public :: count_tables, describe_column, get_integers, get_numbers, get_words, name_table, shape_table
+
+  !> What a column holds.
+  integer, parameter :: numbers_kind = 0, integers_kind = 1, words_kind = 2
+
+contains
+
+  integer(c_int) function count_tables(handle, count, failure) result(code) bind(c, name="gestell_count_tables")
+    type(c_ptr), value :: handle, failure
+    integer(c_int), intent(out), optional :: count
+    type(solution_type), pointer :: solution
+    type(error_type), allocatable :: error
+    integer :: found
+
+    found = 0
+    if (c_associated(handle)) then
+      call c_f_pointer(handle, solution)
+      found = size(solution%result%tables)
+    else
+      call no_handle("the solution", error)
+    end if
+    call give_count(found, error, count)
+    code = code_of(error, failure)
+  end function count_tables
+
+  !> The name of table `index`, from 0 on.
+  integer(c_int) function name_table(handle, index, size, name, failure) result(code) bind(c, name="gestell_name_table")
+    type(c_ptr), value :: handle, name, failure
+    integer(c_int), value :: index, size
+    type(solution_type), pointer :: solution
+    integer(c_int) :: count
+    type(error_type), allocatable :: error
+
+    code = count_tables(handle, count, failure)
+    if (code /= 0) return
+    call c_f_pointer(handle, solution)
+    if (index < 0 .or. index >= count) then
+      call fatal_error(error, "there are " // text(int(count)) // " tables", wrong_usage)
+    else
+      call give_text(solution%result%tables(index + 1)%name, size, name, error)
+    end if
+    code = code_of(error, failure)
+  end function name_table
+
+  integer(c_int) function shape_table(handle, name, rows, columns, failure) result(code) bind(c, name="gestell_shape_table")
+    type(c_ptr), value :: handle, name, failure
+    integer(c_int), intent(out), optional :: rows, columns
+    type(table_type), pointer :: table
+    type(error_type), allocatable :: error
+    integer :: shape(2)
+
+    shape = 0
+    call find_table(handle, name, table, error)
+    if (.not. allocated(error)) shape = [table%rows, size(table%columns)]
+    call give_count(shape(1), error, rows)
+    call give_count(shape(2), error, columns)
+    code = code_of(error, failure)
+  end function shape_table
+
+  !> Column `index` of a table, from 0 on: its name, the unit, the name of the column with its error, each into `size` characters,
+  !> what it holds, and of words how many characters they have at most.
+  !> Ten arguments: all that is to be known of a column.
+  integer(c_int) function describe_column(handle, name, index, size, key, unit, error_key, kind, width, failure) result(code) &
+    & bind(c, name="gestell_describe_column")
+    type(c_ptr), value :: handle, name, key, unit, error_key, failure
+    integer(c_int), value :: index, size
+    integer(c_int), intent(out), optional :: kind, width
+    type(column_type), pointer :: column
+    type(error_type), allocatable :: error
+    integer :: i, rows, holds, longest
+
+    holds = numbers_kind
+    longest = 0
+    call find_column(handle, name, index, column, rows, error)
+    if (.not. allocated(error)) then
+      if (allocated(column%integers)) holds = integers_kind
+      if (allocated(column%words)) then
+        holds = words_kind
+        do i = 1, rows
+          longest = max(longest, len(column%word(i)))
+        end do
+      end if
+      call give_text(column%key, size, key, error)
+      if (.not. allocated(error)) call give_text(trim(column%unit%words), size, unit, error)
+      if (.not. allocated(error)) call give_text(column%error, size, error_key, error)
+    end if
+    call give_count(holds, error, kind)
+    call give_count(longest, error, width)
+    code = code_of(error, failure)
+  end function describe_column
+
+  !> The numbers of a column, whole ones too, `rows` of them.
+  integer(c_int) function get_numbers(handle, name, index, rows, values, failure) result(code) bind(c, name="gestell_get_numbers")
+    type(c_ptr), value :: handle, name, values, failure
+    integer(c_int), value :: index, rows
+    real(c_double), pointer :: place(:)
+    type(column_type), pointer :: column
+    type(error_type), allocatable :: error
+
+    call find_values(handle, name, index, rows, values, column, error)
+    if (.not. allocated(error)) call require(allocated(column%numbers), "numbers", error)
+    if (.not. allocated(error)) then
+      call c_f_pointer(values, place, [rows])
+      place = column%numbers
+    end if
+    code = code_of(error, failure)
+  end function get_numbers
+
+  !> The whole numbers of a column, `rows` of them; where one is not known it is -huge.
+  integer(c_int) function get_integers(handle, name, index, rows, values, failure) result(code) &
+    & bind(c, name="gestell_get_integers")
+    type(c_ptr), value :: handle, name, values, failure
+    integer(c_int), value :: index, rows
+    integer(c_int), pointer :: place(:)
+    type(column_type), pointer :: column
+    type(error_type), allocatable :: error
+
+    call find_values(handle, name, index, rows, values, column, error)
+    if (.not. allocated(error)) call require(allocated(column%integers), "integers", error)
+    if (.not. allocated(error)) then
+      call c_f_pointer(values, place, [rows])
+      place = column%integers
+    end if
+    code = code_of(error, failure)
+  end function get_integers
+
+  !> The words of a column, `rows` of them with `width` characters each, zeros behind them.
+  integer(c_int) function get_words(handle, name, index, rows, width, values, failure) result(code) &
+    & bind(c, name="gestell_get_words")
+    type(c_ptr), value :: handle, name, values, failure
+    integer(c_int), value :: index, rows, width
+    character(kind=c_char), pointer :: place(:, :)
+    type(column_type), pointer :: column
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: word
+    integer :: i, k
+
+    call find_values(handle, name, index, rows, values, column, error)
+    if (.not. allocated(error)) call require(allocated(column%words), "words", error)
+    if (.not. allocated(error)) then
+      call c_f_pointer(values, place, [width, rows])
+      place = c_null_char
+      do i = 1, rows
+        word = column%word(i)
+        do k = 1, min(int(width), len(word))
+          place(k, i) = word(k:k)
+        end do
+      end do
+    end if
+    code = code_of(error, failure)
+  end function get_words
+
+  !> Error: the column does not hold `what`.
+  pure subroutine require(holds, what, error)
+    logical, intent(in) :: holds
+    character(len=*), intent(in) :: what
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. holds) call fatal_error(error, "the column holds no " // what, wrong_usage)
+  end subroutine require
+
+  !> The column whose `rows` values are wanted at `values`. Error: as of `find_column`; a null pointer, another number of rows.
+  subroutine find_values(handle, name, index, rows, values, column, error)
+    type(c_ptr), intent(in) :: handle, name, values
+    integer(c_int), intent(in) :: index, rows
+    type(column_type), pointer, intent(out) :: column
+    type(error_type), allocatable, intent(out) :: error
+    integer :: there
+
+    call find_column(handle, name, index, column, there, error)
+    if (allocated(error)) return
+    if (.not. c_associated(values)) call no_handle("the place for a column", error)
+    if (.not. allocated(error) .and. rows /= there) call too_small("the place for a column", int(rows), there, error)
+  end subroutine find_values
+
+  subroutine find_column(handle, name, index, column, rows, error)
+    type(c_ptr), intent(in) :: handle, name
+    integer(c_int), intent(in) :: index
+    type(column_type), pointer, intent(out) :: column
+    integer, intent(out) :: rows
+    type(error_type), allocatable, intent(out) :: error
+    type(table_type), pointer :: table
+
+    nullify(column)
+    rows = 0
+    call find_table(handle, name, table, error)
+    if (allocated(error)) return
+    if (index < 0 .or. index >= size(table%columns)) then
+      call fatal_error(error, "the table has " // text(size(table%columns)) // " columns", wrong_usage)
+      return
+    end if
+    column => table%columns(index + 1)
+    rows = table%rows
+  end subroutine find_column
+
+  subroutine find_table(handle, pointer, table, error)
+    type(c_ptr), intent(in) :: handle, pointer
+    type(table_type), pointer, intent(out) :: table
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type), pointer :: solution
+    character(len=:), allocatable :: name
+    integer :: i
+
+    nullify(table)
+    call take_solution(handle, pointer, "the table's name", solution, name, error)
+    if (allocated(error)) return
+    do i = 1, size(solution%result%tables)
+      if (solution%result%tables(i)%name == name) table => solution%result%tables(i)
+    end do
+    if (.not. associated(table)) call fatal_error(error, "there is no table '" // name // "'", wrong_usage)
+  end subroutine find_table
+
+end module gestell_door_c_tables

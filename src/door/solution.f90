@@ -1,0 +1,262 @@
+!> What was found of a machine, by names: verdict, multipliers, vibrations, tables.
+module gestell_door_solution
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_input_namelist_document, only: document_type
+  use gestell_input_schema, only: schema_type
+  use gestell_model_frame_quantity, only: find_quantity, quantity_type
+  use gestell_output_file_staging, only: open_staging, staging_type
+  use gestell_output_head, only: head_type
+  use gestell_output_picture_gnuplot, only: draw_pictures
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: table_type
+  use gestell_study_vibration, only: solve_vibration
+  use gestell_study_vibration_statistics, only: history_of, statistics_type, take_statistics
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
+  use gestell_task, only: any_task_type, own_machine
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_machine_report, only: report_machine
+  use gestell_task_registry, only: all_tables, read_input
+  use gestell_task_run, only: run_tasks
+  implicit none (type, external)
+  private
+
+  public :: solve_order
+
+  !> PATH and VALUE of --set.
+  type, public :: setting_type
+    character(len=:), allocatable :: path, value
+  end type setting_type
+
+  !> What is to be solved: a checked document, and what of it was set from outside.
+  type, public :: order_type
+    type(document_type) :: document
+    type(schema_type) :: schema
+    type(setting_type), allocatable :: settings(:)
+  end type order_type
+
+  !> What was asked for; see `verdict`, `multipliers`, `response`, `table`.
+  type, public :: solution_type
+    private
+    type(context_type) :: context
+    type(result_type), public :: result
+    !> The report, once it was asked for.
+    character(len=:), allocatable :: told
+  contains
+    procedure :: verdict
+    procedure :: multipliers
+    procedure :: response
+    procedure :: table
+    procedure :: report
+    procedure :: write => write_files
+  end type solution_type
+
+  !> A quantity over one turn: peak and rms with bounds on their errors, amplitudes of the orders 1, 2, ..., and its history at
+  !> equidistant times from 0 to T, both included.
+  type, public :: response_type
+    character(len=:), allocatable :: name, unit
+    real(dp) :: peak = 0, peak_error = 0, rms = 0, rms_error = 0
+    real(dp), allocatable :: amplitudes(:), history(:)
+  end type response_type
+
+contains
+
+  !> Runs the tasks of an order. Where all are about the input's own machine the report, which costs more than the verdict, waits
+  !> until it is asked for.
+  !> Errors: the machine makes no sense or cannot turn; nothing could be computed.
+  subroutine solve_order(order, solution, error)
+    type(order_type), intent(in) :: order
+    type(solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_tasks(order%document, order%schema, .false., solution%context, solution%result, error)
+    if (allocated(error)) return
+    solution%context%head = head_of(order, solution%context%configuration)
+  end subroutine solve_order
+
+  !> `reports`: what people read is wanted too. Errors: as above.
+  subroutine solve_tasks(document, schema, reports, context, result, error)
+    type(document_type), intent(in) :: document
+    type(schema_type), intent(in) :: schema
+    logical, intent(in) :: reports
+    type(context_type), intent(out) :: context
+    type(result_type), intent(out) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(any_task_type), allocatable :: tasks(:)
+    integer :: i
+
+    call read_input(document, schema, tasks, context%configuration, error)
+    if (allocated(error)) return
+    allocate(context%executor)
+    context%keeps_rows = .true.
+    context%reports = reports .or. any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= own_machine, i = 1, size(tasks))])
+    call result%begin(.false.)
+    do i = 1, size(tasks)
+      if (tasks(i)%task%ordered) call tasks(i)%task%prepare(context, error)
+      if (allocated(error)) return
+    end do
+    call run_tasks(tasks, context, result, error)
+    if (.not. allocated(error) .and. allocated(result%failure) .and. size(result%tables) == 0) then
+      allocate(error, source=result%failure)
+    end if
+  end subroutine solve_tasks
+
+  !> What heads the tables of an order.
+  pure type(head_type) function head_of(order, configuration) result(head)
+    type(order_type), intent(in) :: order
+    type(configuration_type), intent(in) :: configuration
+    integer :: i, longest
+
+    head%title = configuration%title
+    head%input = order%document%file
+    head%model = configuration%model()
+    head%held_by = trim(configuration%frame%held_by)
+    longest = 1
+    do i = 1, size(order%settings)
+      longest = max(longest, len(order%settings(i)%path) + len(order%settings(i)%value) + 1)
+    end do
+    allocate(character(len=longest) :: head%settings(size(order%settings)))
+    do i = 1, size(order%settings)
+      head%settings(i) = order%settings(i)%path // "=" // order%settings(i)%value
+    end do
+  end function head_of
+
+  !> What the program would tell people. Errors: as when it was solved.
+  subroutine report(self, lines, error)
+    class(solution_type), intent(inout) :: self
+    character(len=:), allocatable, intent(out) :: lines
+    type(error_type), allocatable, intent(out) :: error
+    type(context_type) :: context
+    type(result_type) :: result
+
+    if (.not. allocated(self%told)) then
+      associate (configuration => self%context%configuration)
+        if (self%context%reports) then
+          result = self%result
+        else
+          call solve_tasks(configuration%document, configuration%schema, .true., context, result, error)
+          if (allocated(error)) return
+        end if
+        call result%lead()
+        self%told = report_machine(configuration, self%context%head%input) // result%report // result%in_short()
+      end associate
+    end if
+    lines = self%told
+  end subroutine report
+
+  !> Writes the program's files into `folder`: tables and the scripts of their pictures; with `pictures` these too, by gnuplot.
+  !> Errors: they cannot be written; there is no gnuplot, and all but the pictures is written.
+  subroutine write_files(self, folder, error, pictures)
+    class(solution_type), intent(in) :: self
+    character(len=*), intent(in) :: folder
+    type(error_type), allocatable, intent(out) :: error
+    logical, intent(in), optional :: pictures
+    type(staging_type) :: staging
+    type(error_type), allocatable :: undrawn
+    character(len=:), allocatable :: drawn
+
+    call open_staging(staging, folder, all_tables(), error)
+    if (allocated(error)) return
+    call self%result%write(staging%path, self%context%head, error)
+    if (present(pictures) .and. .not. allocated(error)) then
+      if (pictures) call draw_pictures(staging%path, folder, self%result%figures, drawn, undrawn)
+    end if
+    if (allocated(error)) then
+      call staging%retell(error)
+      call staging%discard()
+    else
+      call staging%publish(error)
+    end if
+    if (allocated(undrawn) .and. .not. allocated(error)) call move_alloc(undrawn, error)
+  end subroutine write_files
+
+  !> stable, unstable, undecided; empty where nothing was asked for that has a verdict.
+  pure function verdict(self)
+    class(solution_type), intent(in) :: self
+    character(len=:), allocatable :: verdict
+
+    verdict = trim(self%result%verdict)
+  end function verdict
+
+  !> The multipliers of the input's own machine, the largest first, and bounds on their errors, absolute; not allocated where no
+  !> task needed them.
+  pure subroutine multipliers(self, rho, errors)
+    class(solution_type), intent(in) :: self
+    complex(dp), allocatable, intent(out) :: rho(:)
+    real(dp), allocatable, intent(out) :: errors(:)
+
+    if (.not. allocated(self%context%analysis%multipliers)) return
+    rho = self%context%analysis%multipliers%rho
+    errors = abs(rho) * self%context%analysis%multipliers%error
+  end subroutine multipliers
+
+  !> The vibration of a quantity (doc/input.md, Quantities). Errors: there is none of that name; no task has computed the vibration.
+  subroutine response(self, name, found, error)
+    class(solution_type), intent(inout), target :: self
+    character(len=*), intent(in) :: name
+    type(response_type), intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+    type(quantity_type) :: quantity
+    type(statistics_type) :: statistics
+    integer :: k
+
+    associate (configuration => self%context%configuration, analysis => self%context%analysis)
+      if (.not. allocated(analysis%vibration)) then
+        call fatal_error(error, "no task of these computes the vibration; order 'response'", invalid_input)
+        return
+      end if
+      call find_quantity(analysis%frame, configuration%probes, name, quantity, error)
+      if (.not. allocated(error)) call hold(self, quantity%rows(), error)
+      if (.not. allocated(error)) call take_statistics(analysis%vibration, quantity, statistics, error)
+      if (.not. allocated(error)) call history_of(analysis%vibration, quantity, found%history, error)
+      if (allocated(error)) return
+      found%name = name
+      found%unit = trim(quantity%unit)
+      found%peak = statistics%peak
+      found%peak_error = statistics%peak_error
+      found%rms = statistics%rms
+      found%rms_error = statistics%error
+      found%amplitudes = [(statistics%amplitude(k), k = 1, configuration%tasks%harmonics)]
+    end associate
+  end subroutine response
+
+  !> The vibration with `rows` of its motion at least. Error: it cannot be computed.
+  subroutine hold(solution, rows, error)
+    type(solution_type), intent(inout), target :: solution
+    integer, intent(in) :: rows
+    type(error_type), allocatable, intent(out) :: error
+    type(averaged_system), target :: model
+    class(periodic_system), pointer :: system
+
+    associate (analysis => solution%context%analysis, tasks => solution%context%configuration%tasks)
+      if (allocated(analysis%vibration%motion)) then
+        if (size(analysis%vibration%motion, 1) >= rows) return
+      end if
+      system => solution%context%analysis%frame
+      if (tasks%averaged) then
+        call analysis%frame%averaged(model)
+        system => model
+      end if
+      call solve_vibration(system, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, rows)
+    end associate
+  end subroutine hold
+
+  !> The table of that name. Error: there is none.
+  subroutine table(self, name, found, error)
+    class(solution_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+    type(table_type), intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(self%result%tables)
+      if (self%result%tables(i)%name /= name) cycle
+      found = self%result%tables(i)
+      return
+    end do
+    call fatal_error(error, "there is no table '" // name // "'", invalid_input)
+  end subroutine table
+
+end module gestell_door_solution
