@@ -148,7 +148,7 @@ contains
     theta(0) = atan2(cross(u(:, 0), e(:, 0)), dot_product(u(:, 0), e(:, 0))) + joint%phase_deg*pi_qp/180
     theta(1:2) = [(cross(e(:, 0), e(:, k)) - cross(u(:, 0), u(:, k)), k = 1, 2)]
     lift = [joint%lift(1)*1.0_qp, 0.0_qp, 0.0_qp]
-    do k = 1, size(joint%lift)/2
+    do k = 1, (size(joint%lift) - 1)/2
       associate (c => joint%lift(2*k)*cos(k*theta(0)), d => joint%lift(2*k)*sin(k*theta(0)), &
         & p => joint%lift(2*k + 1)*sin(k*theta(0)), q => joint%lift(2*k + 1)*cos(k*theta(0)))
         lift = lift + [c + p, k*(q - d)*theta(1), k*(q - d)*theta(2) - k**2*(c + p)*theta(1)**2]

@@ -82,7 +82,7 @@ module gestell_floquet_part_solution
     end subroutine take_errors
 
     !> Adds what the solution rests on to what was found of other parts.
-    pure subroutine take_report(self, found)
+    subroutine take_report(self, found)
       import :: evidence_type, part_solution_type
       implicit none (type, external)
       class(part_solution_type), intent(in) :: self

@@ -92,7 +92,7 @@ contains
   end subroutine solve_floquet
 
   !> What `floquet` rests on; nothing where it was not solved.
-  pure subroutine evidence(floquet, found)
+  subroutine evidence(floquet, found)
     type(floquet_type), intent(in) :: floquet
     type(evidence_type), intent(out) :: found
     integer :: k

@@ -181,7 +181,7 @@ contains
     allocate(errors%rounding, source=self%spectrum%error)
   end subroutine take_errors
 
-  pure subroutine take_report(self, found)
+  subroutine take_report(self, found)
     class(constant_type), intent(in) :: self
     type(evidence_type), intent(inout) :: found
 

@@ -210,7 +210,7 @@ contains
     call take_differences(comparison, self%scale, z, z, at_starts, own, errors)
   end subroutine take_errors
 
-  pure subroutine take_report(self, found)
+  subroutine take_report(self, found)
     class(factored_type), intent(in) :: self
     type(evidence_type), intent(inout) :: found
 

@@ -111,7 +111,7 @@ contains
     end associate
   end subroutine take_errors
 
-  pure subroutine take_report(self, found)
+  subroutine take_report(self, found)
     class(integrated_type), intent(in) :: self
     type(evidence_type), intent(inout) :: found
 

@@ -269,7 +269,7 @@ contains
     end associate
   end subroutine take_errors
 
-  pure subroutine take_report(self, found)
+  subroutine take_report(self, found)
     class(reduced_type), intent(in) :: self
     type(evidence_type), intent(inout) :: found
 
@@ -297,7 +297,7 @@ contains
   end subroutine follow_slow
 
   !> The columns of S that belong to the slow group, shape (phases, n, m).
-  pure subroutine slow_shapes(reduced, phases, shapes)
+  subroutine slow_shapes(reduced, phases, shapes)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: phases(:)
     real(dp), allocatable, intent(out) :: shapes(:, :, :)

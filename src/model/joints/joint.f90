@@ -33,7 +33,7 @@ module gestell_model_joints_joint
     type(jet) :: margin = jet(v=huge(1.0_dp))
     !> Whether the joint slides on a guide, and how far from the guide's point (m).
     logical :: slides = .false.
-    type(jet) :: travel
+    type(jet) :: travel = jet()
   end type transmission_type
 
   !> What a joint is: the name of its type in an input and a sentence that says where such a joint lies; the links and the pairs of

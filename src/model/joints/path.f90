@@ -10,7 +10,7 @@ module gestell_model_joints_path
 
   !> A point of the mechanism's x-y plane with its derivatives with respect to the crank angle (m).
   type, public :: point_type
-    type(jet) :: x, y
+    type(jet) :: x = jet(), y = jet()
   end type point_type
 
   !> Bounds on motions are taken this much longer, so that rounding cannot prove what does not hold.

@@ -9,7 +9,7 @@ module gestell_model_mechanism
   !> The sums (4) to (7) at a crank angle; derivatives are with respect to the crank angle.
   type, public :: mass_functions_type
     !> a1 = sum m x, a2 = sum m y (kg m), a3 = sum m (x^2 + y^2) (kg m^2).
-    type(jet) :: a1, a2, a3
+    type(jet) :: a1 = jet(), a2 = jet(), a3 = jet()
     !> a4 = sum [m (x y'' - y x'') + J phi''] (kg m^2); times Omega^2 it is the paper's a4.
     real(dp) :: a4 = 0
   end type mass_functions_type

@@ -92,7 +92,7 @@ contains
   end subroutine follow_speed
 
   !> The path of the machine that `varied` is about: over the excitation from rest, or over these speeds at lambda = 0 and 1.
-  pure function machine_path(varied, accuracy, speeds) result(family)
+  function machine_path(varied, accuracy, speeds) result(family)
     type(varied_frame_type), intent(in) :: varied
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in), optional :: speeds(2)

@@ -209,7 +209,7 @@ contains
   end function modulus
 
   !> What the results rest on.
-  pure function evidence_lines(analysis, accuracy) result(lines)
+  function evidence_lines(analysis, accuracy) result(lines)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
     character(len=:), allocatable :: lines, known
@@ -241,7 +241,7 @@ contains
   end function evidence_lines
 
   !> Where the results are less accurate than was ordered.
-  pure function tolerance_note(analysis, accuracy) result(line)
+  function tolerance_note(analysis, accuracy) result(line)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
     character(len=:), allocatable :: line
