@@ -5,15 +5,12 @@ module fuzz_folder
   use gestell_base_files, only: file_size, remove_file, remove_folder
   use gestell_output_file_folder, only: make_folder
   use gestell_base_error, only: error_type
+  use gestell_output_file_result_files, only: longest_table
+  use gestell_task_registry, only: all_tables
   implicit none (type, external)
   private
 
   public :: clear, is_there, prepare
-
-  !> All tables that there can be (doc/output.md), each beside its script for gnuplot; `mechanism` has one too.
-  character(len=*), parameter, public :: tables(*) = [character(len=18) :: "multipliers", "modes", "response", "harmonics", &
-    & "supports", "supports_history", "supports_harmonics", "probes", "probes_history", "probes_harmonics", "power", "trade", &
-    & "sweep", "boundary", "campbell", "crossings", "critical", "resonance", "peaks", "sensitivity", "mechanism", "vibrations"]
 
 contains
 
@@ -34,9 +31,11 @@ contains
     type(input_type), intent(in) :: input
     logical, intent(out) :: clean
     character(len=:), allocatable :: results
+    character(len=longest_table), allocatable :: tables(:)
     integer :: i, status
 
     results = folder // "/case/" // input%folder
+    tables = all_tables()
     if (is_there(results // "/.")) then
       do i = 1, size(tables)
         call remove_file(results // "/" // trim(tables(i)) // ".csv")

@@ -116,7 +116,7 @@ contains
         assignment = source%dice%pick(paths) // "="
       end if
       if (source%dice%chance(0.15_dp)) then
-        assignment = "case.tasks=" // source%dice%pick(all_tasks(:8))
+        assignment = "case.tasks=" // source%dice%pick(all_tasks(:9))
       else if (source%dice%chance(0.1_dp)) then
         assignment = assignment // wild_name(source%dice)
       else

@@ -1,12 +1,14 @@
 !> What doc/input.md and doc/output.md promise of every run, whatever the input.
 module fuzz_oracle
-  use fuzz_folder, only: is_there, tables
+  use fuzz_folder, only: is_there
   use fuzz_input, only: input_type
   use fuzz_process, only: ending_type
   use fuzz_tables, only: check_table, verdict_of_multipliers
   use fuzz_text, only: absurd_word, content_of, control_character, count_lines, has, lowered, newline
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
+  use gestell_output_file_result_files, only: longest_table
+  use gestell_task_registry, only: all_tables
   implicit none (type, external)
   private
 
@@ -127,11 +129,13 @@ contains
     type(input_type), intent(in) :: input
     character(len=*), intent(in) :: said, folder
     character(len=:), allocatable :: fault, content
+    character(len=longest_table), allocatable :: tables(:)
     logical :: there
     integer :: i
 
     fault = ""
     if (.not. is_there(folder // "/.")) return
+    tables = all_tables()
     do i = 1, size(tables)
       call content_of(folder // "/" // trim(tables(i)) // ".csv", content, there)
       if (there) then
