@@ -147,6 +147,8 @@ contains
         if (may_miss) may_miss = together(heads, missing, [character(len=13) :: "width_rpm", "damping_ratio"])
       case ("sensitivity")
         may_miss = has(head, "_change_") .and. value_of(heads, fields, "state") == "failed"
+      case ("separation")
+        may_miss = all(missing([4, 5, 6, 7, 9, 10, 11, 12, 13])) .and. value_of(heads, fields, "state") == "undecided"
       case ("campbell")
         may_miss = all(missing(3:15))
       case ("critical")

@@ -26,6 +26,7 @@ module gestell_task_separation_task
   use gestell_task_separation_report, only: report_separation, separation_headline
   use gestell_task_sweep_keys, only: sweep_keys
   use gestell_task_sweep_plan, only: refuse_standstill
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
@@ -145,7 +146,8 @@ contains
     call table%add("order", "multiple of the crank speed", (found%order))
     call table%add("speed", rpm, "where the two are nearest", (found%speed))
     call table%add("frequency", hertz, "of the mode there", (found%frequency), error="frequency_error")
-    call table%add("frequency_error", hertz, "bound on its error", [(found(i)%at%error / (2 * pi), i = 1, n)])
+    call table%add("frequency_error", hertz, "bound on its error", [(merge(found(i)%at%error / (2 * pi), &
+      & ieee_value(1.0_dp, ieee_quiet_nan), found(i)%at%identified), i = 1, n)])
     call table%add("damping_ratio", plain, "of the mode there, Lehr's", [(found(i)%at%damping_ratio(), i = 1, n)])
     call table%add("share", plain, "of the strongest component in the mode's mean square", [(found(i)%at%share(), i = 1, n)])
     call table%add("excitation", hertz, "frequency of the order there", (found%excitation))
