@@ -13,5 +13,5 @@ program verdict
   if (.not. allocated(error)) call machine%solve(solution, error, "stability, response")
   if (.not. allocated(error)) call solution%response("f", force, error)
   if (allocated(error)) error stop error%message
-  print "(2a, f9.4, a, es8.1, a)", solution%verdict(), ", force on the ground", force%peak, " N, to", force%peak_error, " N"
+  print "(2a, f9.4, a, es8.1, a)", trim(solution%verdict()), ", force on the ground", force%peak, " N, to", force%peak_error, " N"
 end program verdict

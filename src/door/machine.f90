@@ -13,7 +13,8 @@ module gestell_door_machine
   private
 
   !> What an input file says (doc/input.md). Paths, keys and units are those of the language, as in --set: `drive.speed_rpm` is in
-  !> 1/min, whatever the units of the results.
+  !> 1/min, whatever the units of the results. What several threads call at the same time is done one after the other: gfortran 12
+  !> keeps the lengths of texts that functions give in static memory, whatever the flags.
   type, public :: machine_type
     private
     type(document_type) :: document
@@ -45,8 +46,10 @@ contains
     character(len=*), intent(in) :: file
     type(error_type), allocatable, intent(out) :: error
 
+    !$omp critical (gestell_door)
     call read_document(file, self%document, error)
     if (.not. allocated(error)) call accept(self, error)
+    !$omp end critical (gestell_door)
   end subroutine read_file
 
   !> Takes the machine of a text in the same language, its lines ended by new_line('a'). Error: it makes no sense.
@@ -55,8 +58,10 @@ contains
     character(len=*), intent(in) :: text
     type(error_type), allocatable, intent(out) :: error
 
+    !$omp critical (gestell_door)
     call parse_document(text, text_name, self%document, error)
     if (.not. allocated(error)) call accept(self, error)
+    !$omp end critical (gestell_door)
   end subroutine parse
 
   !> Error: the document says what the language does not know, or lacks what it needs.
@@ -76,6 +81,16 @@ contains
   !> Adds groups, "&joint name='B', type='RRR', ... /", to a machine, or to none: so it is built in code. What is missing is told
   !> when it is solved. Error: they make no sense; the machine stays as it was.
   subroutine add(self, groups, error)
+    class(machine_type), intent(inout) :: self
+    character(len=*), intent(in) :: groups
+    type(error_type), allocatable, intent(out) :: error
+
+    !$omp critical (gestell_door)
+    call append(self, groups, error)
+    !$omp end critical (gestell_door)
+  end subroutine add
+
+  subroutine append(self, groups, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
     type(error_type), allocatable, intent(out) :: error
@@ -101,7 +116,7 @@ contains
     if (.not. allocated(self%settings)) allocate(self%settings(0))
     self%schema = schema
     self%checked = .false.
-  end subroutine add
+  end subroutine append
 
   !> Gives a path a number, to all its digits. Error: there is no such path, or the number makes no sense there.
   subroutine set_number(self, path, value, error)
@@ -110,9 +125,11 @@ contains
     real(dp), intent(in) :: value
     type(error_type), allocatable, intent(out) :: error
 
+    !$omp critical (gestell_door)
     call require(self, error)
     if (.not. allocated(error)) call set_path_real(self%document, self%schema, path, value, error)
     if (.not. allocated(error)) call remember(self, path, digits_of(value))
+    !$omp end critical (gestell_door)
   end subroutine set_number
 
   !> Gives a path what would stand behind the sign of equality of --set. Errors: as of numbers.
@@ -121,9 +138,11 @@ contains
     character(len=*), intent(in) :: path, value
     type(error_type), allocatable, intent(out) :: error
 
+    !$omp critical (gestell_door)
     call require(self, error)
     if (.not. allocated(error)) call set_path_text(self%document, self%schema, path, value, error)
     if (.not. allocated(error)) call remember(self, path, value)
+    !$omp end critical (gestell_door)
   end subroutine set_text
 
   !> A number with all its digits.
@@ -160,10 +179,13 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
+    !$omp critical (gestell_door)
     call require(self, error)
-    if (allocated(error)) return
-    document = self%document
-    call get_path(document, self%schema, path, values, error)
+    if (.not. allocated(error)) then
+      document = self%document
+      call get_path(document, self%schema, path, values, error)
+    end if
+    !$omp end critical (gestell_door)
   end subroutine get
 
   !> Does what the input orders, or these `tasks` (as they would be typed, "stability, response"), to a relative `tolerance` in
@@ -177,14 +199,17 @@ contains
     real(dp), intent(in), optional :: tolerance
     type(order_type) :: order
 
+    !$omp critical (gestell_door)
     call require(self, error)
-    if (allocated(error)) return
-    order = order_type(self%document, self%schema, self%settings)
-    if (present(tasks)) call set_path_text(order%document, order%schema, "case.tasks", tasks, error)
-    if (allocated(error)) return
-    if (present(tolerance)) call set_path_real(order%document, order%schema, "accuracy.tolerance", tolerance, error)
+    if (.not. allocated(error)) then
+      order = order_type(self%document, self%schema, self%settings)
+      if (present(tasks)) call set_path_text(order%document, order%schema, "case.tasks", tasks, error)
+    end if
+    if (present(tolerance) .and. .not. allocated(error)) call set_path_real(order%document, order%schema, "accuracy.tolerance", &
+      & tolerance, error)
     if (.not. (allocated(error) .or. self%checked)) call check_document(order%document, order%schema, error)
     if (.not. allocated(error)) call solve_order(order, solution, error)
+    !$omp end critical (gestell_door)
   end subroutine solve
 
   subroutine require(self, error)

@@ -128,6 +128,16 @@ contains
     class(solution_type), intent(inout) :: self
     character(len=:), allocatable, intent(out) :: lines
     type(error_type), allocatable, intent(out) :: error
+
+    !$omp critical (gestell_door)
+    call find_report(self, error)
+    if (allocated(self%told)) lines = self%told
+    !$omp end critical (gestell_door)
+  end subroutine report
+
+  subroutine find_report(self, error)
+    class(solution_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
     type(context_type) :: context
     type(result_type) :: result
 
@@ -143,12 +153,22 @@ contains
         self%told = report_machine(configuration, self%context%head%input) // result%report // result%in_short()
       end associate
     end if
-    lines = self%told
-  end subroutine report
+  end subroutine find_report
 
   !> Writes the program's files into `folder`: tables and the scripts of their pictures; with `pictures` these too, by gnuplot.
   !> Errors: they cannot be written; there is no gnuplot, and all but the pictures is written.
   subroutine write_files(self, folder, error, pictures)
+    class(solution_type), intent(in) :: self
+    character(len=*), intent(in) :: folder
+    type(error_type), allocatable, intent(out) :: error
+    logical, intent(in), optional :: pictures
+
+    !$omp critical (gestell_door)
+    call publish_files(self, folder, error, pictures)
+    !$omp end critical (gestell_door)
+  end subroutine write_files
+
+  subroutine publish_files(self, folder, error, pictures)
     class(solution_type), intent(in) :: self
     character(len=*), intent(in) :: folder
     type(error_type), allocatable, intent(out) :: error
@@ -170,14 +190,13 @@ contains
       call staging%publish(error)
     end if
     if (allocated(undrawn) .and. .not. allocated(error)) call move_alloc(undrawn, error)
-  end subroutine write_files
+  end subroutine publish_files
 
   !> stable, unstable, undecided; empty where nothing was asked for that has a verdict.
-  pure function verdict(self)
+  pure character(len=9) function verdict(self)
     class(solution_type), intent(in) :: self
-    character(len=:), allocatable :: verdict
 
-    verdict = trim(self%result%verdict)
+    verdict = self%result%verdict
   end function verdict
 
   !> The multipliers of the input's own machine, the largest first, and bounds on their errors, absolute; not allocated where no
@@ -194,6 +213,17 @@ contains
 
   !> The vibration of a quantity (doc/input.md, Quantities). Errors: there is none of that name; no task has computed the vibration.
   subroutine response(self, name, found, error)
+    class(solution_type), intent(inout), target :: self
+    character(len=*), intent(in) :: name
+    type(response_type), intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+
+    !$omp critical (gestell_door)
+    call find_response(self, name, found, error)
+    !$omp end critical (gestell_door)
+  end subroutine response
+
+  subroutine find_response(self, name, found, error)
     class(solution_type), intent(inout), target :: self
     character(len=*), intent(in) :: name
     type(response_type), intent(out) :: found
@@ -220,7 +250,7 @@ contains
       found%rms_error = statistics%error
       found%amplitudes = [(statistics%amplitude(k), k = 1, configuration%tasks%harmonics)]
     end associate
-  end subroutine response
+  end subroutine find_response
 
   !> The vibration with `rows` of its motion at least. Error: it cannot be computed.
   subroutine hold(solution, rows, error)

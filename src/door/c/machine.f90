@@ -1,5 +1,5 @@
 !> Machines for C (include/gestell.h). Every function gives the code of its error, 0 where there is none, and takes a null handle
-!> for what it is: an error. What several threads call at the same time is done one after the other.
+!> for what it is: an error.
 module gestell_door_c_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -85,9 +85,7 @@ contains
     type(error_type), allocatable :: error
 
     call take(handle, machine, file, "the file's name", name, error)
-    !$omp critical (gestell_door)
     if (.not. allocated(error)) call machine%read(name, error)
-    !$omp end critical (gestell_door)
     code = code_of(error, failure)
   end function read_file
 
@@ -98,9 +96,7 @@ contains
     type(error_type), allocatable :: error
 
     call take(handle, machine, text, "the text", input, error)
-    !$omp critical (gestell_door)
     if (.not. allocated(error)) call machine%parse(input, error)
-    !$omp end critical (gestell_door)
     code = code_of(error, failure)
   end function parse_text
 
@@ -111,9 +107,7 @@ contains
     type(error_type), allocatable :: error
 
     call take(handle, machine, text, "the text", groups, error)
-    !$omp critical (gestell_door)
     if (.not. allocated(error)) call machine%add(groups, error)
-    !$omp end critical (gestell_door)
     code = code_of(error, failure)
   end function add_groups
 
@@ -125,9 +119,7 @@ contains
     type(error_type), allocatable :: error
 
     call take(handle, machine, path, "the path", name, error)
-    !$omp critical (gestell_door)
     if (.not. allocated(error)) call machine%set(name, number, error)
-    !$omp end critical (gestell_door)
     code = code_of(error, failure)
   end function set_number
 
@@ -139,9 +131,7 @@ contains
 
     call take(handle, machine, path, "the path", name, error)
     if (.not. allocated(error)) call take(handle, machine, text, "the text", words, error)
-    !$omp critical (gestell_door)
     if (.not. allocated(error)) call machine%set(name, words, error)
-    !$omp end critical (gestell_door)
     code = code_of(error, failure)
   end function set_text
 
@@ -183,9 +173,7 @@ contains
     character(len=:), allocatable :: name
 
     call take(handle, machine, path, "the path", name, error)
-    !$omp critical (gestell_door)
     if (.not. allocated(error)) call machine%get(name, values, error)
-    !$omp end critical (gestell_door)
     if (.not. allocated(values)) allocate(values(0))
   end subroutine find_values
 
@@ -213,14 +201,12 @@ contains
     end if
     if (.not. allocated(error)) then
       allocate(solution)
-      !$omp critical (gestell_door)
-      if (allocated(names)) then
+        if (allocated(names)) then
         call machine%solve(solution, error, names)
       else
         call machine%solve(solution, error)
       end if
-      !$omp end critical (gestell_door)
-      if (allocated(error)) then
+        if (allocated(error)) then
         deallocate(solution)
       else
         found = c_loc(solution)

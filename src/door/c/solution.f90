@@ -58,7 +58,6 @@ contains
     text = ""
     call take_solution(handle, what, "the text's name", solution, name, error)
     if (allocated(error)) return
-    !$omp critical (gestell_door)
     select case (name)
     case ("verdict")
       text = trim(solution%result%verdict)
@@ -69,7 +68,6 @@ contains
     case default
       call fatal_error(error, "there is no text '" // name // "': verdict, report, failure", wrong_usage)
     end select
-    !$omp end critical (gestell_door)
     if (.not. allocated(text)) text = ""
   end subroutine find_text
 
@@ -188,9 +186,7 @@ contains
     character(len=:), allocatable :: name
 
     call take_solution(handle, quantity, "the quantity", solution, name, error)
-    !$omp critical (gestell_door)
     if (.not. allocated(error)) call solution%response(name, response, error)
-    !$omp end critical (gestell_door)
   end subroutine find_response
 
   !> Writes the program's files; the `pictures` too unless that is 0.
@@ -202,9 +198,7 @@ contains
     type(error_type), allocatable :: error
 
     call take_solution(handle, folder, "the folder", solution, name, error)
-    !$omp critical (gestell_door)
     if (.not. allocated(error)) call solution%write(name, error, pictures /= 0)
-    !$omp end critical (gestell_door)
     code = code_of(error, failure)
   end function write_files
 

@@ -47,7 +47,9 @@ contains
     if (code /= 0) return
     call c_f_pointer(handle, solution)
     if (index < 0 .or. index >= count) then
+      !$omp critical (gestell_door)
       call fatal_error(error, "there are " // text(int(count)) // " tables", wrong_usage)
+      !$omp end critical (gestell_door)
     else
       call give_text(solution%result%tables(index + 1)%name, size, name, error)
     end if
@@ -88,9 +90,11 @@ contains
       if (allocated(column%integers)) holds = integers_kind
       if (allocated(column%words)) then
         holds = words_kind
+        !$omp critical (gestell_door)
         do i = 1, rows
           longest = max(longest, len(column%word(i)))
         end do
+        !$omp end critical (gestell_door)
       end if
       call give_text(column%key, size, key, error)
       if (.not. allocated(error)) call give_text(trim(column%unit%words), size, unit, error)
@@ -152,12 +156,14 @@ contains
     if (.not. allocated(error)) then
       call c_f_pointer(values, place, [width, rows])
       place = c_null_char
+      !$omp critical (gestell_door)
       do i = 1, rows
         word = column%word(i)
         do k = 1, min(int(width), len(word))
           place(k, i) = word(k:k)
         end do
       end do
+      !$omp end critical (gestell_door)
     end if
     code = code_of(error, failure)
   end function get_words
@@ -198,7 +204,9 @@ contains
     call find_table(handle, name, table, error)
     if (allocated(error)) return
     if (index < 0 .or. index >= size(table%columns)) then
+      !$omp critical (gestell_door)
       call fatal_error(error, "the table has " // text(size(table%columns)) // " columns", wrong_usage)
+      !$omp end critical (gestell_door)
       return
     end if
     column => table%columns(index + 1)

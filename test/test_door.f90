@@ -1,0 +1,149 @@
+!> The library by its front door: machines by text and in code, what is refused, several threads.
+module test_door
+  use checks, only: check_success, check_that
+  use gestell, only: dp, gestell_error => error_type, invalid_input, machine_type, response_type, solution_type, table_type
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_door
+
+  character, parameter :: newline = new_line("a")
+  !> An unbalanced rotor on springs that are the same in all directions: |x| = m e W^2 / |k - M W^2 + i W c|.
+  character(len=*), parameter :: rotor = "&drive speed_rpm=600 / &joint name='O', type='ground', position=0,0 /" // newline // &
+    & "&joint name='A', type='crank', pivot='O', radius=0.1 /" // newline // &
+    & "&link name='crank', from='O', to='A', mass=2, inertia=0.01, center=0.05,0 /" // newline // &
+    & "&frame mass=98, inertia=5, origin=0,0, dof='xi','eta' / &model frame='rest' /" // newline
+  character(len=*), parameter :: springs = "&support position=0,0, stiffness=4e5,4e5, damping=500,500 /"
+  real(dp), parameter :: pi = acos(-1.0_dp)
+
+contains
+
+  subroutine collect_door(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("a rotor against its closed form", test_rotor), &
+      & new_unittest("what is refused leaves the machine as it was", test_refused), &
+      & new_unittest("several threads give the numbers of one", test_threads)]
+  end subroutine collect_door
+
+  !> Amplitude and force of an unbalanced rotor, built in code.
+  subroutine test_rotor(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: speed = 2 * pi * 12, m = 100, k = 4.0e5_dp, c = 500, unbalance = 0.1_dp
+    type(machine_type) :: machine
+    type(solution_type) :: solution
+    type(response_type) :: found
+    type(table_type) :: table
+    type(gestell_error), allocatable :: failure
+    character(len=:), allocatable :: lines
+    real(dp) :: amplitude
+
+    call machine%add(rotor, failure)
+    if (.not. allocated(failure)) call machine%add(springs, failure)
+    if (.not. allocated(failure)) call machine%set("drive.speed_rpm", 720.0_dp, failure)
+    if (.not. allocated(failure)) call machine%solve(solution, failure, "stability, response", 1.0e-11_dp)
+    if (.not. allocated(failure)) call solution%response("xi", found, failure)
+    if (.not. allocated(failure)) call solution%table("response", table, failure)
+    if (.not. allocated(failure)) call solution%report(lines, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check(error, trim(solution%verdict()), "stable")
+    if (allocated(error)) return
+    amplitude = unbalance * speed**2 / abs(cmplx(k - m * speed**2, speed * c, dp))
+    ! to the tolerance, with room for what rounds
+    call check_that(error, abs(found%amplitudes(1) - amplitude), "<", 1.0e-10_dp * amplitude, "amplitude")
+    call check_that(error, abs(found%peak - amplitude), "<", 1.0e-10_dp * amplitude, "peak")
+    call check_that(error, abs(found%rms - amplitude / sqrt(2.0_dp)), "<", 1.0e-10_dp * amplitude, "rms")
+    if (allocated(error)) return
+    call check(error, found%unit, "m")
+    if (allocated(error)) return
+    call check_that(error, size(found%history), "==", table%rows, "a point of the history for every row")
+    if (allocated(error)) return
+    call check(error, index(lines, "720 rpm") > 0 .and. index(lines, "VERDICT") > 0, more="the report: " // lines)
+  end subroutine test_rotor
+
+  subroutine test_refused(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_type) :: machine
+    type(solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: values(:)
+
+    call machine%solve(solution, failure)
+    call refused(error, failure, "there is no machine yet")
+    if (allocated(error)) return
+    call machine%parse(rotor // springs // "&support position=1,0, stiffness=1e5,1e5 /", failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call machine%add("&joint name='A', type='RRR' / &springs /", failure)
+    call refused(error, failure, "springs")
+    if (allocated(error)) return
+    call machine%set("joint.lengths(2)", 7.0_dp, failure)
+    call refused(error, failure, "needs the element before it too")
+    if (allocated(error)) return
+    call machine%set("support(3).stiffness", 7.0_dp, failure)
+    call refused(error, failure, "numbered from 1 to 2")
+    if (allocated(error)) return
+    call machine%get("support.damping", values, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check(error, size(values) == 2, more="damping of one support, of two numbers")
+    if (allocated(error)) return
+    call check_that(error, maxval(abs(values - 500)), "<", epsilon(1.0_dp), "damping as it was")
+    if (allocated(error)) return
+    call machine%solve(solution, failure)
+    call check_success(error, failure)
+  end subroutine test_refused
+
+  !> Machines of their own in several threads, at 24 speeds.
+  subroutine test_threads(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: speeds = 24
+    real(dp) :: alone(speeds), together(speeds)
+    integer :: k
+
+    do k = 1, speeds
+      alone(k) = peak_at(k)
+    end do
+    !$omp parallel do num_threads(4)
+    do k = 1, speeds
+      together(k) = peak_at(k)
+    end do
+    !$omp end parallel do
+    call check_that(error, maxval(abs(together - alone)), "<=", 0.0_dp, "peaks")
+    if (allocated(error)) return
+    call check_that(error, minval(alone), ">", 0.0_dp, "least peak")
+  end subroutine test_threads
+
+  !> The peak of xi at the k-th speed; -1 where something fails.
+  real(dp) function peak_at(k)
+    integer, intent(in) :: k
+    type(machine_type) :: machine
+    type(solution_type) :: solution
+    type(response_type) :: found
+    type(gestell_error), allocatable :: failure
+
+    peak_at = -1
+    call machine%parse(rotor // springs, failure)
+    if (.not. allocated(failure)) call machine%set("drive.speed_rpm", 500.0_dp + 10 * k, failure)
+    if (.not. allocated(failure)) call machine%solve(solution, failure, "response")
+    if (.not. allocated(failure)) call solution%response("xi", found, failure)
+    if (.not. allocated(failure)) peak_at = found%peak
+  end function peak_at
+
+  !> A refusal with these words.
+  subroutine refused(error, failure, words)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable, intent(in) :: failure
+    character(len=*), intent(in) :: words
+
+    call check(error, allocated(failure), more="nothing is refused")
+    if (allocated(error)) return
+    call check(error, index(failure%message, words) > 0, more=failure%message)
+    if (allocated(error)) return
+    call check_that(error, failure%code, "==", invalid_input, "code")
+  end subroutine refused
+
+end module test_door
