@@ -97,11 +97,13 @@ contains
     call check_success(error, failure)
   end subroutine test_refused
 
-  !> Machines of their own in several threads, at 24 speeds.
+  !> Machines of their own in several threads: their numbers at 24 speeds, and the words of 4000 messages of many lengths, which
+  !> get into each other where two threads are at them at once.
   subroutine test_threads(error)
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: speeds = 24
+    integer, parameter :: speeds = 24, messages = 4000
     real(dp) :: alone(speeds), together(speeds)
+    logical :: right(messages)
     integer :: k
 
     do k = 1, speeds
@@ -115,7 +117,25 @@ contains
     call check_that(error, maxval(abs(together - alone)), "<=", 0.0_dp, "peaks")
     if (allocated(error)) return
     call check_that(error, minval(alone), ">", 0.0_dp, "least peak")
+    if (allocated(error)) return
+    !$omp parallel do num_threads(4)
+    do k = 1, messages
+      right(k) = tells(repeat("x", 1 + mod(7 * k, 60)))
+    end do
+    !$omp end parallel do
+    call check_that(error, count(.not. right), "==", 0, "messages with other words")
   end subroutine test_threads
+
+  !> Whether the message on an unknown key has it, whole.
+  logical function tells(key)
+    character(len=*), intent(in) :: key
+    type(machine_type) :: machine
+    type(gestell_error), allocatable :: failure
+
+    call machine%parse("&drive speed_rpm=600, " // key // "=1 / &frame /", failure)
+    tells = allocated(failure)
+    if (tells) tells = index(failure%message, "'" // key // "'") > 0
+  end function tells
 
   !> The peak of xi at the k-th speed; -1 where something fails.
   real(dp) function peak_at(k)
