@@ -94,7 +94,11 @@ contains
     real(dp), contiguous, intent(out), optional :: h(:, :)
     integer :: i, j
 
-    call system%sample_second_order(phases, m, b, c, h)
+    if (present(h)) then
+      call system%sample_second_order(phases, m, b, c, h)
+    else
+      call system%sample_second_order(phases, m, b, c)
+    end if
     do i = 1, size(units)
       units(i) = unit_of(maxval(abs(m(:, i, i))))
     end do
@@ -152,10 +156,13 @@ contains
     all_phases = phases
     allocate(m(size(phases), n, n), b(size(phases), n, n), c(size(phases), n, n))
     allocate(right(size(phases), n, merge(2 * n + 1, 2 * n, present(f))))
-    ! What is not allocated is absent where it is an argument.
-    if (present(f)) allocate(h(size(phases), n))
-    call sample_in_units(self, all_phases, m, b, c, units, h)
-    if (present(f)) right(:, :, 2 * n + 1) = h
+    if (present(f)) then
+      allocate(h(size(phases), n))
+      call sample_in_units(self, all_phases, m, b, c, units, h)
+      right(:, :, 2 * n + 1) = h
+    else
+      call sample_in_units(self, all_phases, m, b, c, units)
+    end if
     right(:, :, :n) = -c
     right(:, :, n + 1:2 * n) = -b
     call solve_mass(m, right)

@@ -162,6 +162,7 @@ contains
     character(len=*), intent(in) :: path
     type(error_type), allocatable, intent(out) :: error
     type(target_type) :: target
+    type(location_type) :: location
     integer :: i, e, v
 
     call find_target(family%doc, schema, path, "", target, error)
@@ -171,7 +172,9 @@ contains
       if (e == 0) cycle
       do v = 1, size(family%doc%groups(target%groups(i))%entries(e)%values)
         if (target%element > 0 .and. v /= target%element) cycle
-        family%locations = [family%locations, location_type(k, target%groups(i), e, v, path)]
+        ! of a variable: gfortran 12 does not free what a constructor within a list has allocated
+        location = location_type(k, target%groups(i), e, v, path)
+        family%locations = [family%locations, location]
       end do
     end do
   end subroutine add_locations
