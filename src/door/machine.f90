@@ -125,11 +125,10 @@ contains
     real(dp), intent(in) :: value
     type(error_type), allocatable, intent(out) :: error
 
-    !$omp critical (gestell_door)
-    call require(self, error)
-    if (.not. allocated(error)) call set_path_real(self%document, self%schema, path, value, error)
-    if (.not. allocated(error)) call remember(self, path, digits_of(value))
-    !$omp end critical (gestell_door)
+    character(len=24) :: digits
+
+    write(digits, "(es24.16e3)") value
+    call self%set_text(path, trim(adjustl(digits)), error)
   end subroutine set_number
 
   !> Gives a path what would stand behind the sign of equality of --set. Errors: as of numbers.
@@ -144,14 +143,6 @@ contains
     if (.not. allocated(error)) call remember(self, path, value)
     !$omp end critical (gestell_door)
   end subroutine set_text
-
-  !> A number with all its digits.
-  pure character(len=24) function digits_of(value)
-    real(dp), intent(in) :: value
-
-    write(digits_of, "(es24.16e3)") value
-    digits_of = adjustl(digits_of)
-  end function digits_of
 
   !> Keeps what was set last to a path.
   subroutine remember(self, path, value)
