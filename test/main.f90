@@ -67,6 +67,8 @@ program main
   use test_probes, only: collect_probes
   use test_resonance_curve, only: collect_resonance_curve
   use test_math, only: collect_math
+  use test_minimax, only: collect_minimax
+  use test_quadratic_program, only: collect_quadratic_program
   use test_rows, only: collect_rows
   use test_sensitivity, only: collect_sensitivity
   use test_separation, only: collect_separation
@@ -121,6 +123,8 @@ program main
     & new_testsuite("hostile", collect_hostile), &
     & new_testsuite("lost", collect_lost), &
     & new_testsuite("math", collect_math), &
+    & new_testsuite("minimax", collect_minimax), &
+    & new_testsuite("quadratic-program", collect_quadratic_program), &
     & new_testsuite("lanes", collect_lanes), &
     & new_testsuite("spectra", collect_spectra), &
     & new_testsuite("spectra-edges", collect_spectra_edges), &

@@ -5,7 +5,8 @@ module gestell_math_lapack
   implicit none (type, external)
   private
 
-  public :: factorise, solve_factored, log_abs_determinant, inverse, eigensystem, symmetric_pencil, balancing
+  public :: factorise, solve_factored, log_abs_determinant, inverse, eigensystem, symmetric_pencil, balancing, &
+    & inverse_factor, constrained_least_squares
 
   interface
     subroutine dgetrf(m, n, a, lda, ipiv, info)
@@ -89,6 +90,34 @@ module gestell_math_lapack
       integer, intent(out) :: ilo, ihi, info
       real(dp), intent(out) :: scale(*)
     end subroutine dgebal
+
+    subroutine dpotrf(uplo, n, a, lda, info)
+      import :: dp
+      implicit none (type, external)
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda
+      real(dp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine dpotrf
+
+    subroutine dtrtri(uplo, diag, n, a, lda, info)
+      import :: dp
+      implicit none (type, external)
+      character, intent(in) :: uplo, diag
+      integer, intent(in) :: n, lda
+      real(dp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine dtrtri
+
+    !> Thirteen arguments: as LAPACK has them.
+    subroutine dgglse(m, n, p, a, lda, b, ldb, c, d, x, work, lwork, info)
+      import :: dp
+      implicit none (type, external)
+      integer, intent(in) :: m, n, p, lda, ldb, lwork
+      real(dp), intent(inout) :: a(lda, *), b(ldb, *), c(*), d(*)
+      real(dp), intent(out) :: x(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dgglse
   end interface
 
   interface inverse
@@ -263,5 +292,41 @@ contains
     call dgebal("S", size(a, 1), copy, size(a, 1), low, high, d, info)
     if (info /= 0) d = 1
   end function balancing
+
+  !> R, lower triangular, with R B R' = E for the symmetric, positive definite B (dpotrf, dtrtri). Error: it is not definite.
+  subroutine inverse_factor(b, r, error)
+    real(dp), intent(in) :: b(:, :)
+    real(dp), allocatable, intent(out) :: r(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, n, info
+
+    n = size(b, 1)
+    allocate(r, source=b)
+    call dpotrf("L", n, r, max(1, n), info)
+    if (info == 0) call dtrtri("L", "N", n, r, max(1, n), info)
+    if (info /= 0) call fatal_error(error, "a matrix is not positive definite", failed_computation)
+    do i = 2, n
+      r(:i - 1, i) = 0
+    end do
+  end subroutine inverse_factor
+
+  !> The x with the least |A x - c| among those with B x = d (dgglse). Error: it is not the only one.
+  subroutine constrained_least_squares(a, c, b, d, x, error)
+    real(dp), intent(in) :: a(:, :), c(:), b(:, :), d(:)
+    real(dp), intent(out) :: x(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: a_copy(:, :), b_copy(:, :), work(:)
+    real(dp) :: c_copy(size(c)), d_copy(size(d))
+    integer :: info
+
+    allocate(a_copy, source=a)
+    allocate(b_copy, source=b)
+    c_copy = c
+    d_copy = d
+    allocate(work(32 * (size(a, 1) + size(a, 2) + size(b, 1) + 1)))
+    call dgglse(size(a, 1), size(a, 2), size(b, 1), a_copy, max(1, size(a, 1)), b_copy, max(1, size(b, 1)), c_copy, d_copy, &
+      & x, work, size(work), info)
+    if (info /= 0) call fatal_error(error, "a least squares problem is singular", failed_computation)
+  end subroutine constrained_least_squares
 
 end module gestell_math_lapack

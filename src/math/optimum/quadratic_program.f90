@@ -1,0 +1,126 @@
+!> Convex quadratic programs whose objective is the sum of greatest values:
+!>
+!>     minimise  1/2 d' B d + sum over groups g of w_g max over b in g of (v_b + a_b' d)
+!>     subject to  v_b + a_b' d <= 0  for the branches b of group 0
+!>
+!> by the dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983, 1-33, doi 10.1007/BF02591962). With
+!> B = L L' and y = L' d the point is y = -sum lambda_b L^-1 a_b, where lambda >= 0 and sum over b in g of lambda_b = w_g. The
+!> method keeps that, and a working set of branches with multipliers, those of a group equal, group by group at least one. The
+!> branch p that exceeds its group most comes in: its multiplier grows, and those of the working set change by r for one of it,
+!>
+!>     r = argmin |L^-1 a_p + sum r_b L^-1 a_b|,  sum over b in g of r_b = -1 for the group of p, 0 for others,      (1)
+!>     dy = -(L^-1 a_p + sum r_b L^-1 a_b),  d(v_p + a_p' d - greatest value of its group) = -|dy|^2,                (2)
+!>
+!> until p no longer exceeds its group or a multiplier comes to zero, whose branch leaves.
+module gestell_math_optimum_quadratic_program
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: constrained_least_squares, inverse_factor
+  implicit none (type, external)
+  private
+
+  public :: solve_quadratic_program
+
+contains
+
+  !> The minimum `d`, shape (n), and the multipliers of the branches, shape (branches). `hessian(n, n)` is B, positive definite;
+  !> `weight(g)` >= 0 of the groups 1, 2, ..., each of which has a branch; `group(b)`, `value(b)` v, `slope(n, b)` a. Error: B is
+  !> not positive definite, no d is allowed, rounding errors keep the method from its end.
+  subroutine solve_quadratic_program(hessian, weight, group, value, slope, d, multiplier, error)
+    real(dp), intent(in) :: hessian(:, :), weight(:), value(:), slope(:, :)
+    integer, intent(in) :: group(:)
+    real(dp), intent(out) :: d(:), multiplier(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: inverse_l(:, :), a(:, :)
+    real(dp) :: y(size(d)), dy(size(d)), model(size(value)), excess(size(value)), rounding(size(value)), length(size(value))
+    real(dp) :: full, part, over
+    real(dp), allocatable :: r(:)
+    integer, allocatable :: working(:)
+    integer :: g, i, k, p, step
+
+    d = 0
+    multiplier = 0
+    call inverse_factor(hessian, inverse_l, error)
+    if (allocated(error)) return
+    a = matmul(inverse_l, slope)
+    length = norm2(a, 1)
+    working = [(minloc(length, 1, group == g), g = 1, size(weight))]
+    multiplier(working) = weight
+    do step = 1, 20 * (size(value) + size(d))
+      y = -matmul(a(:, working), multiplier(working))
+      model = value + matmul(y, a)
+      rounding = 100 * epsilon(1.0_dp) * (abs(value) + length * sum(multiplier(working) * length(working)))
+      excess = model - top_of(group) - rounding
+      excess(working) = 0
+      p = maxloc(excess, 1)
+      if (.not. excess(p) > 0) then
+        d = matmul(y, inverse_l)
+        return
+      end if
+      over = excess(p) + rounding(p)
+      do
+        r = change(p)
+        dy = -a(:, p) - matmul(a(:, working), r)
+        full = huge(full)
+        if (norm2(dy) > 1.0e-11_dp * (length(p) + sum(length(working) * abs(r))) + sqrt(tiny(full))) full = over / sum(dy**2)
+        k = 0
+        part = full
+        do i = 1, size(working)
+          if (r(i) > -1.0e-13_dp) cycle
+          if (-multiplier(working(i)) / r(i) >= part) cycle
+          k = i
+          part = -multiplier(working(i)) / r(i)
+        end do
+        if (allocated(error) .or. .not. part < huge(part)) then
+          if (.not. allocated(error)) call fatal_error(error, "no step meets the limits", failed_computation)
+          d = matmul(y, inverse_l)
+          return
+        end if
+        multiplier(working) = max(0.0_dp, multiplier(working) + part * r)
+        multiplier(p) = multiplier(p) + part
+        y = y + part * dy
+        over = over - part * sum(dy**2)
+        if (k == 0) exit
+        multiplier(working(k)) = 0
+        working = [working(:k - 1), working(k + 1:)]
+        if (group(p) > 0 .and. .not. any(group(working) == group(p))) exit
+      end do
+      working = [working, p]
+    end do
+    d = matmul(y, inverse_l)
+    call fatal_error(error, "the quadratic program does not come to its end", failed_computation)
+
+  contains
+
+    !> The greatest value of the group of each branch in the model: what its working branches have in common; 0 for group 0.
+    pure function top_of(groups) result(top)
+      integer, intent(in) :: groups(:)
+      real(dp) :: top(size(groups)), of_group(0:size(weight))
+      integer :: j
+
+      of_group = -huge(top)
+      do j = 1, size(working)
+        of_group(groups(working(j))) = max(of_group(groups(working(j))), model(working(j)))
+      end do
+      of_group(0) = 0
+      top = of_group(groups)
+    end function top_of
+
+    !> r of (1).
+    function change(entering) result(ratio)
+      integer, intent(in) :: entering
+      real(dp) :: ratio(size(working)), member(size(weight), size(working)), total(size(weight))
+      integer :: j
+
+      member = 0
+      do j = 1, size(working)
+        if (group(working(j)) > 0) member(group(working(j)), j) = 1
+      end do
+      total = 0
+      if (group(entering) > 0) total(group(entering)) = -1
+      call constrained_least_squares(a(:, working), -a(:, entering), member, total, ratio, error)
+    end function change
+
+  end subroutine solve_quadratic_program
+
+end module gestell_math_optimum_quadratic_program

@@ -1,0 +1,141 @@
+!> A minimax problem in units of its own: parameters are 0 to 1 between their bounds, values are divided by what they are at the
+!> start, so that no unit changes the search.
+module gestell_math_optimum_scaled
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  !> What a problem's functions are at a point: branches, each of a group; a group's value is its greatest branch.
+  type, public :: branches_type
+    !> Shape (branches), from 1 to the number of groups, each of which has one at least.
+    integer, allocatable :: group(:)
+    !> Shape (branches); (parameters, branches), where gradients were asked for.
+    real(dp), allocatable :: value(:), slope(:, :)
+    !> .false.: there is nothing at this point; a step there is shortened.
+    logical :: known = .true.
+  end type branches_type
+
+  !> Minimise the sum of the values of the groups 1 .. objectives, while those of the groups objectives + 1 ..
+  !> objectives + constraints are at most 0 and lower <= x <= upper, which are finite; where both are equal x is fixed.
+  type, abstract, public :: minimax_problem
+    integer :: objectives = 1, constraints = 0
+    real(dp), allocatable :: lower(:), upper(:)
+  contains
+    procedure(evaluate_at), deferred :: evaluate
+  end type minimax_problem
+
+  abstract interface
+    !> The branches at `x`, with their gradients where they are asked for; how many there are and their order is free at each
+    !> point. Values that are not finite count as not known. An error ends the search.
+    subroutine evaluate_at(self, x, gradients, at, error)
+      import :: branches_type, dp, error_type, minimax_problem
+      implicit none (type, external)
+      class(minimax_problem), intent(inout) :: self
+      real(dp), intent(in) :: x(:)
+      logical, intent(in) :: gradients
+      type(branches_type), intent(out) :: at
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine evaluate_at
+  end interface
+
+  !> A point s, from 0 to 1, with its branches and the values of its groups, in the units of the search.
+  type, public :: point_type
+    real(dp), allocatable :: s(:), value(:), slope(:, :), greatest(:)
+    integer, allocatable :: group(:)
+    logical :: known = .false.
+  end type point_type
+
+  !> x = lower + span s, where spans of fixed parameters are 1; units of the groups' values; parameters that are not fixed.
+  type, public :: scaled_type
+    integer :: objectives = 0
+    real(dp), allocatable :: span(:), unit(:)
+    integer, allocatable :: free(:)
+    !> Evaluations so far, and those with gradients.
+    integer :: evaluations = 0, gradients = 0
+  contains
+    procedure :: begin
+    procedure :: look
+    procedure :: place
+  end type scaled_type
+
+contains
+
+  !> The units of the search, and the start.
+  subroutine begin(self, problem, start, here, error)
+    class(scaled_type), intent(out) :: self
+    class(minimax_problem), intent(inout) :: problem
+    real(dp), intent(in) :: start(:)
+    type(point_type), intent(out) :: here
+    type(error_type), allocatable, intent(out) :: error
+    integer :: g, b, i
+
+    if (any([size(problem%lower), size(problem%upper)] /= size(start))) then
+      call fatal_error(error, "as many bounds as parameters are wanted", invalid_input)
+      return
+    end if
+    if (.not. (all(ieee_is_finite([problem%lower, problem%upper, start])) .and. all(problem%lower <= problem%upper))) then
+      call fatal_error(error, "finite bounds are wanted, the lower one first", invalid_input)
+      return
+    end if
+    self%objectives = problem%objectives
+    self%span = problem%upper - problem%lower
+    self%free = pack([(i, i = 1, size(start))], self%span > 0)
+    where (.not. self%span > 0) self%span = 1
+    allocate(self%unit(problem%objectives + problem%constraints), source=1.0_dp)
+        call self%look(problem, (min(max(start, problem%lower), problem%upper) - problem%lower) / self%span, .true., here, error)
+    if (allocated(error)) return
+    if (.not. here%known) then
+      call fatal_error(error, "there is nothing to start from", failed_computation)
+      return
+    end if
+    do g = 1, size(self%unit)
+      b = maxloc(here%value, 1, here%group == g)
+      self%unit(g) = max(abs(here%value(b)), maxval(abs(here%slope(self%free, b))))
+    end do
+    self%unit(:problem%objectives) = maxval(self%unit(:problem%objectives))
+    where (.not. self%unit > 0) self%unit = 1
+    here%greatest = here%greatest / self%unit
+    here%value = here%value / self%unit(here%group)
+    here%slope = here%slope / spread(self%unit(here%group), 1, size(start))
+  end subroutine begin
+
+  !> The branches at `s` in the units of the search.
+  subroutine look(self, problem, s, gradients, there, error)
+    class(scaled_type), intent(inout) :: self
+    class(minimax_problem), intent(inout) :: problem
+    real(dp), intent(in) :: s(:)
+    logical, intent(in) :: gradients
+    type(point_type), intent(out) :: there
+    type(error_type), allocatable, intent(out) :: error
+    type(branches_type) :: at
+    integer :: g
+
+    there%s = min(max(s, 0.0_dp), 1.0_dp)
+    self%evaluations = self%evaluations + 1
+    if (gradients) self%gradients = self%gradients + 1
+    call problem%evaluate(self%place(problem, there%s), gradients, at, error)
+    if (allocated(error) .or. .not. at%known) return
+    there%known = all(ieee_is_finite(at%value)) .and. all([(any(at%group == g), g = 1, size(self%unit))])
+    if (there%known .and. gradients) there%known = all(ieee_is_finite(at%slope))
+    if (.not. there%known) return
+    there%group = at%group
+    there%value = at%value / self%unit(at%group)
+    there%greatest = [(maxval(there%value, at%group == g), g = 1, size(self%unit))]
+    if (gradients) there%slope = at%slope * spread(self%span, 2, size(at%value)) &
+      & / spread(self%unit(at%group), 1, size(s))
+  end subroutine look
+
+  !> x at `s`, never outside the bounds.
+  pure function place(self, problem, s) result(x)
+    class(scaled_type), intent(in) :: self
+    class(minimax_problem), intent(in) :: problem
+    real(dp), intent(in) :: s(:)
+    real(dp) :: x(size(s))
+
+    x = max(problem%lower, min(problem%upper, problem%lower + self%span * s))
+    where (s >= 1) x = problem%upper
+  end function place
+
+end module gestell_math_optimum_scaled

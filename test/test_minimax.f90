@@ -1,0 +1,350 @@
+!> Optimisation: published optima, exact multipliers, conditions of Karush, Kuhn and Tucker found anew from the branches.
+module test_minimax
+  use checks, only: check_failure, check_success, check_that
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  use gestell_math_optimum_minimax, only: branches_type, minimise, optimum_type
+  use minimax_problems, only: cb2, cb3, chebyshev, edge, hs100, hs43, hs71, hs76, infeasible, problem_of, ring, test_problem, &
+    & twenty, valley, wong1
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_minimax
+
+  real(dp), parameter :: usual = 1.0e-8_dp
+
+contains
+
+  subroutine collect_minimax(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("published optima, in few evaluations", test_published), &
+      & new_unittest("exact multipliers of limits and bounds", test_multipliers), &
+      & new_unittest("the conditions of an optimum, from the branches", test_conditions), &
+      & new_unittest("prices are what optima change by", test_prices), &
+      & new_unittest("a fixed parameter and its price", test_fixed), &
+      & new_unittest("the gap holds the optimum of convex problems", test_gap), &
+      & new_unittest("Chebyshev approximation alternates", test_chebyshev), &
+      & new_unittest("limits that cannot be met", test_infeasible), &
+      & new_unittest("places where there is nothing", test_unknown), &
+      & new_unittest("equal branches, in any order", test_equal_branches), &
+      & new_unittest("units change nothing", test_units), &
+      & new_unittest("wrong gradients come to an end", test_wrong_gradients), &
+      & new_unittest("what cannot be begun", test_failures)]
+  end subroutine collect_minimax
+
+  subroutine solve(which, problem, optimum, failure)
+    integer, intent(in) :: which
+    type(test_problem), intent(out) :: problem
+    type(optimum_type), intent(out) :: optimum
+    type(gestell_error), allocatable, intent(out) :: failure
+    real(dp), allocatable :: start(:)
+
+    call problem_of(which, problem, start)
+    call minimise(problem, start, usual, optimum, failure)
+  end subroutine solve
+
+  !> Optima as the sources print them, to the digits that they have; those of two problems have closed forms.
+  subroutine test_published(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: which(9) = [hs43, hs71, hs76, hs100, cb2, cb3, wong1, ring, valley]
+    real(dp), parameter :: optima(9) = [-44.0_dp, 17.0140173_dp, -103 / 22.0_dp, 680.6300573_dp, 1.9522245_dp, 2.0_dp, &
+      & 680.63006_dp, 0.0_dp, 0.0_dp]
+    real(dp), parameter :: digits(9) = [1.0e-9_dp, 5.0e-8_dp, 1.0e-9_dp, 1.0e-7_dp, 5.0e-8_dp, 1.0e-9_dp, 5.0e-6_dp, 1.0_dp, &
+      & 1.0e-12_dp]
+    integer, parameter :: most(9) = [22, 12, 10, 28, 9, 9, 26, 40, 80]
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    do i = 1, size(which)
+      call solve(which(i), problem, optimum, failure)
+      call check_success(error, failure)
+      call check_that(error, optimum%objective, ">=", optima(i) - digits(i), "problem " // text(which(i)))
+      call check_that(error, optimum%objective, "<=", optima(i) + digits(i), "problem " // text(which(i)))
+      call check_that(error, optimum%converged .and. optimum%feasible, "==", .true., "problem " // text(which(i)))
+      call check_that(error, optimum%stationarity, "<=", usual)
+      call check_that(error, optimum%evaluations, "<=", most(i), "evaluations of problem " // text(which(i)))
+      call check_that(error, optimum%evaluations, "==", problem%calls)
+      call check_that(error, optimum%gradients, "<=", optimum%evaluations)
+    end do
+  end subroutine test_published
+
+  !> Rosen-Suzuki has 1, 0, 2. In problem 76 the first limit and x3 = 0 hold: x = (3, 23, 0, 6) / 11, prices 5 / 11, 0, 0, and
+  !> dL/dx3 = 2 x3 - x1 + x4 + 1 + 5 / 11 = 19 / 11.
+  subroutine test_multipliers(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum
+    type(gestell_error), allocatable :: failure
+
+    call solve(hs43, problem, optimum, failure)
+    call check_success(error, failure)
+    call check_that(error, abs(optimum%x - [0, 1, 2, -1]), "<=", 1.0e-6_dp)
+    call check_that(error, abs(optimum%price - [1, 0, 2]), "<=", 1.0e-6_dp)
+    call check_that(error, abs(optimum%bound_price), "==", 0.0_dp)
+    call solve(hs76, problem, optimum, failure)
+    call check_success(error, failure)
+    call check_that(error, abs(11 * optimum%x - [3, 23, 0, 6]), "<=", 1.0e-6_dp)
+    call check_that(error, optimum%x(3), "==", 0.0_dp)
+    call check_that(error, abs(11 * optimum%price - [5, 0, 0]), "<=", 1.0e-6_dp)
+    call check_that(error, abs(11 * optimum%bound_price - [0, 0, 19, 0]), "<=", 1.0e-6_dp)
+  end subroutine test_multipliers
+
+  !> df/dx + sum of price dc/dx = price of the bound, price c = 0, c <= 0: each group of these problems has one branch.
+  subroutine test_conditions(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: which(5) = [hs43, hs71, hs76, hs100, twenty]
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum
+    type(branches_type) :: at
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: multiplier(:)
+    integer :: i
+
+    do i = 1, size(which)
+      call solve(which(i), problem, optimum, failure)
+      call check_success(error, failure)
+      call problem%evaluate(optimum%x, .true., at, failure)
+      multiplier = [1.0_dp, optimum%price]
+      associate (what => "problem " // text(which(i)))
+        call check_that(error, abs(matmul(at%slope, multiplier) - optimum%bound_price), "<=", &
+          & 1.0e-6_dp * max(1.0_dp, abs(optimum%objective)), what)
+        call check_that(error, abs(optimum%price * at%value(2:)), "<=", 1.0e-7_dp, what)
+        call check_that(error, at%value(2:), "<=", 1.0e-7_dp, what)
+        call check_that(error, optimum%price, ">=", 0.0_dp, what)
+        call check_that(error, sum(optimum%price), ">", 0.0_dp, what)
+        call check_that(error, optimum%groups, "==", at%value, what)
+        call check_that(error, [optimum%x - problem%lower, problem%upper - optimum%x], ">=", 0.0_dp, what)
+        call check_that(error, pack(optimum%bound_price, optimum%x < problem%upper), ">=", 0.0_dp, what)
+        call check_that(error, pack(optimum%bound_price, optimum%x > problem%lower), "<=", 0.0_dp, what)
+      end associate
+    end do
+  end subroutine test_conditions
+
+  !> The first limit of problem 100 wider and narrower by a thousandth, central difference: its error is h^2 f''' / 6, about 1e-8.
+  subroutine test_prices(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: h = 0.01_dp
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum, wide, narrow
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: start(:)
+
+    call solve(hs100, problem, optimum, failure)
+    call check_success(error, failure)
+    call problem_of(hs100, problem, start)
+    problem%wider = h
+    call minimise(problem, start, usual, wide, failure)
+    problem%wider = -h
+    call minimise(problem, start, usual, narrow, failure)
+    call check_that(error, abs((narrow%objective - wide%objective) / (2 * h) - optimum%price(1)), "<=", 1.0e-6_dp)
+    call check_that(error, optimum%price(1), ">", 1.0_dp)
+  end subroutine test_prices
+
+  !> Rosen-Suzuki with x1 fixed at 0.5: what dL/dx1 is against optima with x1 fixed nearby.
+  subroutine test_fixed(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: h = 1.0e-3_dp, at(3) = 0.5_dp + h * [-1, 0, 1]
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum(3)
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: start(:)
+    integer :: i
+
+    do i = 1, 3
+      call problem_of(hs43, problem, start)
+      problem%lower(1) = at(i)
+      problem%upper(1) = at(i)
+      call minimise(problem, start, usual, optimum(i), failure)
+      call check_success(error, failure)
+      call check_that(error, optimum(i)%converged, "==", .true.)
+      call check_that(error, optimum(i)%x(1), "==", at(i))
+    end do
+    call check_that(error, abs((optimum(3)%objective - optimum(1)%objective) / (2 * h) - optimum(2)%bound_price(1)), "<=", &
+      & 1.0e-5_dp)
+    call check_that(error, optimum(2)%bound_price(1), ">", 0.1_dp)
+    problem%lower = [0, 1, 2, -1]
+    problem%upper = problem%lower
+    call minimise(problem, start, usual, optimum(1), failure)
+    call check_success(error, failure)
+    call check_that(error, optimum(1)%objective, "==", -44.0_dp)
+    call check_that(error, optimum(1)%converged, "==", .true.)
+  end subroutine test_fixed
+
+  !> Problem 76, whose optimum is -103/22, stopped early: the bound holds; at the end it is close.
+  subroutine test_gap(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: exact = -103 / 22.0_dp, tolerances(5) = [1.0_dp, 1.0e-1_dp, 1.0e-2_dp, 1.0e-4_dp, 1.0e-8_dp]
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: start(:)
+    integer :: i
+
+    do i = 1, size(tolerances)
+      call problem_of(hs76, problem, start)
+      call minimise(problem, start, tolerances(i), optimum, failure)
+      call check_success(error, failure)
+      call check_that(error, optimum%objective - optimum%gap * abs(optimum%objective), "<=", exact + 1.0e-14_dp)
+      call check_that(error, optimum%objective, ">=", exact - 1.0e-14_dp)
+    end do
+    call check_that(error, optimum%gap, "<=", 1.0e-7_dp)
+  end subroutine test_gap
+
+  !> exp on 200 points by a polynomial of degree 4: an error that takes its greatest value six times with alternating sign is the
+  !> least (Chebyshev). Of the interval's 0.000546668 (de la Vallee Poussin), which it comes close to, it stays below.
+  subroutine test_chebyshev(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum
+    type(branches_type) :: at
+    type(gestell_error), allocatable :: failure
+    integer :: i, side, changes
+
+    call solve(chebyshev, problem, optimum, failure)
+    call check_success(error, failure)
+    call problem%evaluate(optimum%x, .false., at, failure)
+    side = 0
+    changes = 0
+    do i = 1, 200
+      if (abs(at%value(i)) < optimum%objective * (1 - 1.0e-9_dp)) cycle
+      if (nint(sign(1.0_dp, at%value(i))) /= side) changes = changes + 1
+      side = nint(sign(1.0_dp, at%value(i)))
+    end do
+    call check_that(error, changes, "==", 6)
+    call check_that(error, optimum%objective, ">=", 5.46e-4_dp)
+    call check_that(error, optimum%objective, "<=", 5.46669e-4_dp)
+    call check_that(error, optimum%converged, "==", .true.)
+    call check_that(error, optimum%evaluations, "<=", 8)
+  end subroutine test_chebyshev
+
+  !> Two discs of radius 1 about (2, 0) and (-2, 0): each limit counts in its size at the start, so the nearer one is met,
+  !> at (1, 0).
+  subroutine test_infeasible(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum
+    type(gestell_error), allocatable :: failure
+
+    call solve(infeasible, problem, optimum, failure)
+    call check_success(error, failure)
+    call check_that(error, optimum%feasible, "==", .false.)
+    call check_that(error, abs(optimum%x - [1, 0]), "<=", 1.0e-5_dp)
+    call check_that(error, abs(optimum%violation - 8), "<=", 1.0e-4_dp)
+    call check_that(error, optimum%evaluations, "<=", 60)
+  end subroutine test_infeasible
+
+  !> Nothing is known outside the unit circle, near which the search begins; not finite values are no better.
+  subroutine test_unknown(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum, same
+    type(branches_type) :: at
+    type(gestell_error), allocatable :: failure
+
+    call solve(ring, problem, optimum, failure)
+    call check_success(error, failure)
+    call check_that(error, optimum%converged, "==", .true.)
+    call problem%evaluate(optimum%x, .true., at, failure)
+    call check_that(error, norm2(at%slope), "<=", 1.0e-8_dp)
+    call solve(edge, problem, same, failure)
+    call check_success(error, failure)
+    call check_that(error, same%x, "==", optimum%x)
+    call check_that(error, same%evaluations, "==", optimum%evaluations)
+  end subroutine test_unknown
+
+  !> Each branch three times, in an order that changes from call to call.
+  subroutine test_equal_branches(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: which(4) = [hs43, cb2, wong1, chebyshev]
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum, single
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: start(:)
+    integer :: i
+
+    do i = 1, size(which)
+      call solve(which(i), problem, single, failure)
+      call problem_of(which(i), problem, start)
+      problem%times = 3
+      problem%shuffled = .true.
+      call minimise(problem, start, usual, optimum, failure)
+      call check_success(error, failure)
+      call check_that(error, optimum%converged, "==", .true.)
+      call check_that(error, abs(optimum%objective - single%objective), "<=", 1.0e-11_dp * max(1.0_dp, abs(single%objective)))
+      call check_that(error, abs(optimum%price - single%price), "<=", 1.0e-5_dp)
+      call check_that(error, optimum%evaluations, "<=", single%evaluations + 2)
+    end do
+  end subroutine test_equal_branches
+
+  subroutine test_units(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: which(3) = [hs43, hs71, wong1]
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum, plain
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: start(:)
+    integer :: i
+
+    do i = 1, size(which)
+      call solve(which(i), problem, plain, failure)
+      call problem_of(which(i), problem, start)
+      problem%objective_unit = 1.0e6_dp
+      problem%limit_unit = 1.0e-3_dp
+      problem%parameter_unit = 1.0e6_dp
+      problem%lower = problem%lower * 1.0e6_dp
+      problem%upper = problem%upper * 1.0e6_dp
+      call minimise(problem, start * 1.0e6_dp, usual, optimum, failure)
+      call check_success(error, failure)
+      call check_that(error, [optimum%iterations, optimum%evaluations], "==", [plain%iterations, plain%evaluations])
+      call check_that(error, abs(optimum%x / 1.0e6_dp - plain%x), "<=", 1.0e-7_dp)
+      call check_that(error, abs(optimum%price / 1.0e9_dp - plain%price), "<=", 1.0e-5_dp)
+      call check_that(error, abs(optimum%bound_price - plain%bound_price), "<=", 1.0e-5_dp)
+    end do
+  end subroutine test_units
+
+  !> Gradients that are wrong by a thousandth, another at each call: not converged, and not far off.
+  subroutine test_wrong_gradients(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: start(:)
+
+    call problem_of(hs100, problem, start)
+    problem%wrong = 1.0e-3_dp
+    call minimise(problem, start, 1.0e-14_dp, optimum, failure)
+    call check_success(error, failure)
+    call check_that(error, optimum%converged, "==", .false.)
+    call check_that(error, abs(optimum%objective - 680.6300573_dp), "<=", 0.1_dp)
+    call check_that(error, optimum%iterations, "<=", 170)
+  end subroutine test_wrong_gradients
+
+  subroutine test_failures(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(test_problem) :: problem
+    type(optimum_type) :: optimum
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: start(:)
+
+    call problem_of(hs43, problem, start)
+    problem%fails_at = 3
+    call minimise(problem, start, usual, optimum, failure)
+    call check_failure(error, failure, "the call that fails")
+    problem%fails_at = 0
+    call minimise(problem, start(:3), usual, optimum, failure)
+    call check_failure(error, failure, "as many bounds")
+    problem%lower(2) = 11
+    call minimise(problem, start, usual, optimum, failure)
+    call check_failure(error, failure, "finite bounds")
+    call problem_of(ring, problem, start)
+    call minimise(problem, [2.0_dp, 2.0_dp], usual, optimum, failure)
+    call check_failure(error, failure, "nothing to start from")
+  end subroutine test_failures
+
+end module test_minimax
