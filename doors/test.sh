@@ -40,13 +40,14 @@ install_as() {
     cmake --build "$build" --parallel 2 && cmake --install "$build"
 }
 
-# compile KIND SOURCE PROGRAM: by pkg-config.
+# compile KIND SOURCE PROGRAM: by pkg-config, in C or Fortran.
 compile() {
-  local flags
+  local flags compiler=(cc -std=c99)
+  [[ $2 != *.f90 ]] || compiler=("${FC:-gfortran}" -std=f2018)
   flags=$(PKG_CONFIG_PATH=$prefix-$1/lib/pkgconfig:$prefix-$1/lib64/pkgconfig:$(echo "$prefix-$1"/lib/*/pkgconfig) \
     pkg-config --cflags --libs $([ "$1" = shared ] || echo --static) gestell) || return
   # shellcheck disable=SC2086 # flags are words
-  cc -std=c99 -Wall -Wextra -Werror "$home/$2" $flags -lm -o "$temporary/$3-$1"
+  "${compiler[@]}" -Wall -Wextra -Werror "$home/$2" $flags -lm -o "$temporary/$3-$1"
 }
 
 libraries() { for folder in "$prefix-shared"/lib*/ "$prefix-shared"/lib/*/; do printf '%s:' "$folder"; done; }
@@ -59,17 +60,29 @@ run() {
   (cd "$temporary/empty" && LD_LIBRARY_PATH=$(libraries) "$temporary/$program-$kind" "$@")
 }
 
-# The numbers of three files, of the command line and through C, to the last digit: same PROGRAM TABLE, two commands. The chart
-# has fewer points, for the builds are made in haste.
+# The numbers of three files, of the command line and of programs that use the library, to the last digit: same PROGRAM TABLE...,
+# commands. The chart has fewer points, for the builds are made in haste. What is refused is so by the program's words and code.
 same() {
-  local name table
+  local program=$1 name table one
+  shift
   for name in khang_four_bar:response compressor:multipliers khang_chart:sweep; do
     table=${name#*:} name=${name%:*}
     rm -rf "${temporary:?}/$name"
-    sed 's/count=1000/count=40/' "$home/data/$name.nml" >"$temporary/$name.nml"
-    "$1" -q -o "$temporary/$name" "$temporary/$name.nml" || return
-    "$2" "$temporary/$name.nml" "$table" >"$temporary/$name.csv" || return
-    python3 - "$temporary/$name.csv" "$temporary/$name/$table.csv" <<'PYTHON' || return
+    sed 's/count=1000/count=12/' "$home/data/$name.nml" >"$temporary/$name.nml"
+    "$program" -q -o "$temporary/$name" "$temporary/$name.nml" || return
+    for one in "$@"; do
+      "$one" "$temporary/$name.nml" "$table" >"$temporary/$name.csv" &&
+        equal "$temporary/$name.csv" "$temporary/$name/$table.csv" || return
+    done
+  done
+  for one in "$@"; do
+    refused_alike "$program" "$one" || return
+  done
+}
+
+# Two tables.
+equal() {
+  python3 - "$@" <<'PYTHON'
 import csv, sys
 one, two = ([row for row in csv.reader(line for line in open(name) if not line.startswith("#"))] for name in sys.argv[1:])
 def equal(a, b):
@@ -79,14 +92,30 @@ def equal(a, b):
         return False
 bad = [(a, b) for r, s in zip(one, two) for a, b in zip(r, s) if not equal(a, b)]
 print(sys.argv[2], len(one), len(two), bad[:5])
-sys.exit(len(one) != len(two) or bool(bad))
+sys.exit(list(map(len, one)) != list(map(len, two)) or bool(bad))
 PYTHON
+}
+
+# refused_alike PROGRAM TABLE: what is wrong in a file, and a mechanism that cannot be; a number that is none has words of its own.
+refused_alike() {
+  local good=$home/data/khang_four_bar.nml bad=$temporary/bad.nml change code told
+  for change in s/speed_rpm/speed_rp/ s/lengths=0.37/lengths=0.05/; do
+    sed "$change" "$good" >"$bad"
+    told=$("$1" -q -o "$temporary/bad" "$bad" 2>&1 >"$temporary/ignored")
+    code=$?
+    [ $code -gt 1 ] && [ "$("$2" "$bad" response 2>&1 >"$temporary/ignored"; echo "code $?")" = "$told"$'\n'"code $code" ] ||
+      { echo "$change: $2 ends otherwise than with $code, $told"; return 1; }
   done
+  told=$("$2" "$good" response drive.speed_rpm nan 2>&1)
+  [ "$? $told" = '2 at drive.speed_rpm=NaN: must be finite' ] || { echo "NaN: $told"; return 1; }
 }
 
 numbers() {
+  local programs=("$temporary/table-$1")
   compile "$1" doors/table.c table || return
-  (export LD_LIBRARY_PATH=$(libraries) && same "$prefix-$1/bin/gestell" "$temporary/table-$1")
+  # a shared library shows C's functions only
+  [ "$1" = shared ] || { compile "$1" doors/table.f90 fortran && programs+=("$temporary/fortran-$1"); } || return
+  (export LD_LIBRARY_PATH=$(libraries) && same "$prefix-$1/bin/gestell" "${programs[@]}")
 }
 
 refusals() { compile "$1" doors/refusals.c refusals && run "$1" refusals "$home/data/khang_four_bar.nml"; }
@@ -130,7 +159,7 @@ symbols() {
 # A user's project, in C and Fortran: its sources.
 sources() {
   mkdir -p "$1"
-  cp "$home"/doors/*.c "$1"
+  cp "$home"/doors/*.c "$home"/doors/*.f90 "$1"
   sed "s#data/#$home/data/#" "$home/example/verdict.f90" >"$1/verdict.f90"
   # doc/library.md begins with it
   awk '/^```fortran$/ { on = 1; next } /^```$/ { if (on) exit } on' "$home/doc/library.md" | diff - "$home/example/verdict.f90"
@@ -143,7 +172,8 @@ project() {
   sources "$folder" || return
   printf '%s\n' 'cmake_minimum_required(VERSION 3.20)' 'project(user LANGUAGES C Fortran)' "$@" \
     'add_executable(c table.c)' 'target_link_libraries(c gestell::gestell)' \
-    'add_executable(f verdict.f90)' 'target_link_libraries(f gestell::gestell)' \
+    'add_executable(fortran table.f90)' 'target_link_libraries(fortran gestell::gestell)' \
+    'add_executable(verdict verdict.f90)' 'target_link_libraries(verdict gestell::gestell)' \
     'add_executable(refusals refusals.c)' 'target_link_libraries(refusals gestell::gestell m)' \
     'add_executable(leaks leaks.c)' 'target_link_libraries(leaks gestell::gestell)' >"$folder/CMakeLists.txt"
 }
@@ -154,7 +184,7 @@ packages() {
   local here=$temporary/package
   project "$here" 'find_package(gestell 0.1 REQUIRED)'
   cmake -S "$here" -B "$here/build" -DCMAKE_PREFIX_PATH="$prefix-static" && cmake --build "$here/build" &&
-    same "$prefix-static/bin/gestell" "$here/build/c" && verdict "$here/build/f"
+    same "$prefix-static/bin/gestell" "$here/build/c" "$here/build/fortran" && verdict "$here/build/verdict"
 }
 
 # The library is built in the user's project, in haste; program and library are of the same objects.
@@ -167,7 +197,8 @@ fetched() {
   project "$here" 'include(FetchContent)' "FetchContent_Declare(gestell SOURCE_DIR $origin)" 'FetchContent_MakeAvailable(gestell)'
   cmake -S "$here" -B "$here/build" -DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=ON "-DCMAKE_Fortran_FLAGS=$flags" \
     "-DCMAKE_C_FLAGS=$flags" && cmake --build "$here/build" --parallel 2 &&
-    same "$(find "$here/build" -name gestell -path '*/bin/*')" "$here/build/c" && verdict "$here/build/f"
+    same "$(find "$here/build" -name gestell -path '*/bin/*')" "$here/build/c" "$here/build/fortran" &&
+    verdict "$here/build/verdict"
 }
 
 refused() { "$temporary/fetched/build/refusals" "$home/data/khang_four_bar.nml"; }
@@ -183,9 +214,11 @@ subproject() {
   sources "$here" || return
   mkdir -p "$here/subprojects" && ln -s "$home" "$here/subprojects/gestell"
   printf '%s\n' "project('user', 'c', 'fortran')" "gestell = dependency('gestell')" \
-    "executable('c', 'table.c', dependencies: gestell)" "executable('f', 'verdict.f90', dependencies: gestell)" >"$here/meson.build"
+    "executable('c', 'table.c', dependencies: gestell)" "executable('fortran', 'table.f90', dependencies: gestell)" \
+    "executable('verdict', 'verdict.f90', dependencies: gestell)" >"$here/meson.build"
   tool meson setup "$here/build" "$here" --buildtype plain -Ddefault_library=static && ninja -C "$here/build" &&
-    same "$here/build/subprojects/gestell/gestell" "$here/build/c" && verdict "$here/build/f"
+    same "$here/build/subprojects/gestell/gestell" "$here/build/c" "$here/build/fortran" &&
+    verdict "$here/build/verdict"
 }
 
 # tool NAME ARGUMENT...: a tool of Python's, from a place of its own where the machine has none.
@@ -222,6 +255,7 @@ python() {
 for tool in cmake pkg-config cc; do
   command -v $tool >/dev/null || { echo "skip  there is no $tool"; echo '0 passed, 0 failed'; exit 0; }
 done
+check 'signatures in C, Fortran and Python' python3 doors/signatures.py
 check 'CMake, static' install_as static
 check 'what is installed' installed
 check 'man page and completion' helped
