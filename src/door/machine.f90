@@ -2,12 +2,13 @@
 module gestell_door_machine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_door_solution, only: order_type, setting_type, solution_type, solve_order
+  use gestell_door_solution, only: order_type, solution_type, solve_order
   use gestell_input_namelist, only: parse_document, read_document
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_check, only: check_document, normalise
   use gestell_input_schema_path, only: get_path, set_path_real, set_path_text
+  use gestell_output_head, only: setting_type
   use gestell_task_registry, only: input_schema
   implicit none (type, external)
   private
@@ -22,7 +23,7 @@ module gestell_door_machine
     type(schema_type), allocatable :: schema
     !> Whether the document has been checked since it was changed.
     logical :: checked = .false.
-    !> What was set, as PATH=VALUE.
+    !> What was set.
     type(setting_type), allocatable :: settings(:)
   contains
     procedure :: read => read_file
@@ -152,10 +153,9 @@ contains
     integer :: i
 
     self%checked = .false.
-    setting%path = path
-    setting%value = value
+    setting%text = path // "=" // value
     do i = 1, size(self%settings)
-      if (self%settings(i)%path /= path) cycle
+      if (index(self%settings(i)%text, path // "=") /= 1) cycle
       self%settings(i) = setting
       return
     end do

@@ -6,7 +6,7 @@ module gestell_door_solution
   use gestell_input_schema, only: schema_type
   use gestell_model_frame_quantity, only: find_quantity, quantity_type
   use gestell_output_file_staging, only: open_staging, staging_type
-  use gestell_output_head, only: head_type
+  use gestell_output_head, only: setting_type
   use gestell_output_picture_gnuplot, only: draw_pictures
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
@@ -24,11 +24,6 @@ module gestell_door_solution
   private
 
   public :: solve_order
-
-  !> PATH and VALUE of --set.
-  type, public :: setting_type
-    character(len=:), allocatable :: path, value
-  end type setting_type
 
   !> What is to be solved: a checked document, and what of it was set from outside.
   type, public :: order_type
@@ -73,7 +68,7 @@ contains
 
     call solve_tasks(order%document, order%schema, .false., solution%context, solution%result, error)
     if (allocated(error)) return
-    solution%context%head = head_of(order, solution%context%configuration)
+    call solution%context%entitle(order%document%file, order%settings)
   end subroutine solve_order
 
   !> `reports`: what people read is wanted too. Errors: as above.
@@ -102,26 +97,6 @@ contains
       allocate(error, source=result%failure)
     end if
   end subroutine solve_tasks
-
-  !> What heads the tables of an order.
-  pure type(head_type) function head_of(order, configuration) result(head)
-    type(order_type), intent(in) :: order
-    type(configuration_type), intent(in) :: configuration
-    integer :: i, longest
-
-    head%title = configuration%title
-    head%input = order%document%file
-    head%model = configuration%model()
-    head%held_by = trim(configuration%frame%held_by)
-    longest = 1
-    do i = 1, size(order%settings)
-      longest = max(longest, len(order%settings(i)%path) + len(order%settings(i)%value) + 1)
-    end do
-    allocate(character(len=longest) :: head%settings(size(order%settings)))
-    do i = 1, size(order%settings)
-      head%settings(i) = order%settings(i)%path // "=" // order%settings(i)%value
-    end do
-  end function head_of
 
   !> What the program would tell people. Errors: as when it was solved.
   subroutine report(self, lines, error)

@@ -7,11 +7,16 @@ module gestell_output_head
   implicit none (type, external)
   private
 
+  !> PATH=VALUE of --set.
+  type, public :: setting_type
+    character(len=:), allocatable :: text
+  end type setting_type
+
   type, public :: head_type
     !> The input's title and name; the frame's model; who holds the crank's speed.
     character(len=:), allocatable :: title, input, model, held_by
     !> What was set from outside the input.
-    character(len=:), allocatable :: settings(:)
+    type(setting_type), allocatable :: settings(:)
   contains
     procedure :: lines
   end type head_type
@@ -34,7 +39,7 @@ contains
       & // line("model: " // model)
     if (self%held_by /= "motor") lines = lines // line("speed held by: " // self%held_by)
     do i = 1, size(self%settings)
-      lines = lines // line("set: " // self%settings(i))
+      lines = lines // line("set: " // self%settings(i)%text)
     end do
     if (verdict_line(table%verdict) /= "") lines = lines // line(verdict_line(table%verdict))
     first = 1

@@ -31,7 +31,7 @@ contains
       & string(head%held_by)))
     call output%append("""settings"": [")
     do i = 1, size(head%settings)
-      call output%append(comma(i) // string(trim(head%settings(i))))
+      call output%append(comma(i) // string(trim(head%settings(i)%text)))
     end do
     call output%append("]," // newline // member("verdict", or_null(trim(result%verdict))) // """headlines"": [")
     do i = 1, size(result%headlines)

@@ -3,6 +3,7 @@ module gestell_run_command_line
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_input_namelist_number, only: read_integer
   use gestell_input_namelist_suggest, only: suggestion
+  use gestell_output_head, only: setting_type
   implicit none (type, external)
   private
 
@@ -19,8 +20,7 @@ module gestell_run_command_line
     character(len=:), allocatable :: output
     !> The group or key that help is wanted on.
     character(len=:), allocatable :: topic
-    !> PATH=VALUE of --set.
-    type(word_type), allocatable :: settings(:)
+    type(setting_type), allocatable :: settings(:)
     logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false., &
       & merge = .false., one_line = .false., plot = .false., report = .false., json = .false., verbose = .false.
     !> The share of a sweep that is computed: part `part` of `parts`.
@@ -53,6 +53,7 @@ contains
     type(options_type), intent(out) :: options
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: word, value
+    type(setting_type) :: setting
     logical :: only_names
     integer :: i
 
@@ -96,7 +97,9 @@ contains
       case ("--")
         only_names = .true.
       case ("-s", "--set")
-        options%settings = [options%settings, word_type(value)]
+        ! of a variable: gfortran 12 does not free what a constructor within a list has allocated
+        setting%text = value
+        options%settings = [options%settings, setting]
       case ("-o", "--output")
         options%output = value
         if (len(value) == 0) call fatal_error(error, "option '" // word // "' needs a folder's name", wrong_usage)

@@ -6,7 +6,6 @@ module gestell_run_input
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_check, only: check_document
   use gestell_input_schema_path, only: set_value
-  use gestell_output_head, only: head_type
   use gestell_run_command_line, only: options_type
   use gestell_task, only: any_task_type
   use gestell_task_configuration, only: configuration_type
@@ -14,7 +13,7 @@ module gestell_run_input
   implicit none (type, external)
   private
 
-  public :: check_options, folder_name, head_of, read_input
+  public :: check_options, folder_name, read_input
 
 contains
 
@@ -104,25 +103,5 @@ contains
       folder = folder // ".results"
     end if
   end function folder_name
-
-  !> What heads every table.
-  pure type(head_type) function head_of(options, configuration) result(head)
-    type(options_type), intent(in) :: options
-    type(configuration_type), intent(in) :: configuration
-    integer :: i, longest
-
-    head%title = configuration%title
-    head%input = options%input
-    head%model = configuration%model()
-    head%held_by = trim(configuration%frame%held_by)
-    longest = 1
-    do i = 1, size(options%settings)
-      longest = max(longest, len(options%settings(i)%text))
-    end do
-    allocate(character(len=longest) :: head%settings(size(options%settings)))
-    do i = 1, size(options%settings)
-      head%settings(i) = options%settings(i)%text
-    end do
-  end function head_of
 
 end module gestell_run_input

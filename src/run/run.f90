@@ -3,7 +3,7 @@ module gestell_run
   use gestell_run_command_line, only: options_type
   use gestell_run_console, only: console_type, tell
   use gestell_run_files, only: write_files
-  use gestell_run_input, only: check_options, folder_name, head_of, read_input
+  use gestell_run_input, only: check_options, folder_name, read_input
   use gestell_base_error, only: error_type
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_output_result, only: result_type
@@ -101,7 +101,7 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
 
-    context%head = head_of(options, context%configuration)
+    call context%entitle(options%input, options%settings)
     context%folder = folder_name(options)
     context%staging = context%folder
     context%reports = .not. (options%quiet .or. options%one_line) .or. options%report .or. options%json

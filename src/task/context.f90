@@ -1,6 +1,6 @@
 !> What a task is run with: the machine, what the options ask for, where files go, who does the work.
 module gestell_task_context
-  use gestell_output_head, only: head_type
+  use gestell_output_head, only: head_type, setting_type
   use gestell_output_result, only: result_type
   use gestell_study_family, only: family_type
   use gestell_study_vibration_analysis, only: analysis_type
@@ -35,6 +35,7 @@ module gestell_task_context
     class(*), allocatable :: kept
   contains
     procedure :: members
+    procedure :: entitle
   end type context_type
 
 contains
@@ -51,6 +52,19 @@ contains
     if (present(model) .and. .not. self%configuration%tasks%averaged) locked%model = model
     locked%accuracy = self%configuration%accuracy
   end subroutine members
+
+  !> What heads tables, of the `input` of this name and what was set from outside.
+  subroutine entitle(self, input, settings)
+    class(context_type), intent(inout) :: self
+    character(len=*), intent(in) :: input
+    type(setting_type), intent(in) :: settings(:)
+
+    self%head%title = self%configuration%title
+    self%head%input = input
+    self%head%model = self%configuration%model()
+    self%head%held_by = trim(self%configuration%frame%held_by)
+    self%head%settings = settings
+  end subroutine entitle
 
   !> Lets the executor keep what is done where the files are written, and take what an interrupted run has left there.
   subroutine keep_journal(context, result)

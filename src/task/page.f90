@@ -8,6 +8,7 @@ module gestell_task_page
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_machine_report, only: frequency_list
+  use gestell_output_head, only: setting_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
   use gestell_input_wording, only: on_one_line
@@ -153,7 +154,7 @@ contains
   !> The input: what was typed, with units, and what was set from outside.
   function input_table(configuration, settings) result(words)
     type(configuration_type), intent(in) :: configuration
-    character(len=*), intent(in) :: settings(:)
+    type(setting_type), intent(in) :: settings(:)
     character(len=:), allocatable :: words
     integer :: i
 
@@ -161,7 +162,7 @@ contains
     if (size(settings) > 0) then
       words = words // "<p>Set from outside the file: "
       do i = 1, size(settings)
-        words = words // trim(merge(", ", "  ", i > 1)) // " <code>" // escaped(trim(settings(i))) // "</code>"
+        words = words // trim(merge(", ", "  ", i > 1)) // " <code>" // escaped(trim(settings(i)%text)) // "</code>"
       end do
       words = words // "</p>" // newline
     end if
