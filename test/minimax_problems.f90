@@ -118,7 +118,11 @@ contains
       at%group = cshift(at%group, i)
       if (gradients) at%slope = cshift(at%slope, i, 2)
     end if
-    if (gradients) at%slope = at%slope * (1 + self%wrong * sin(real(7 * self%calls, dp)))
+    if (gradients) then
+      do i = 1, size(at%value)
+        at%slope(:, i) = at%slope(:, i) * (1 + self%wrong * sin(real([(7 * self%calls + 3 * i + 5 * n, n = 1, size(x))], dp)))
+      end do
+    end if
     if (self%calls == self%fails_at) call fatal_error(error, "the call that fails", failed_computation)
   end subroutine evaluate
 

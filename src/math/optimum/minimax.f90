@@ -62,7 +62,7 @@ module gestell_math_optimum_minimax
 
   !> The greatest and the least weight; a group's violation, and a part of Phi, that rounding errors may make; the shortest
   !> part of a step.
-  real(dp), parameter :: heaviest = 1.0e8_dp, lightest = 0.01_dp
+  real(dp), parameter :: heaviest = 1.0e6_dp, lightest = 0.01_dp
   real(dp), parameter :: nothing = 1.0e-11_dp, noise = 1.0e-13_dp, shortest = 1.0e-9_dp
   !> The least size of the objective, in parts of that at the start, that numbers are relative to.
   real(dp), parameter :: floor_of_size = 1.0e-3_dp
@@ -77,7 +77,7 @@ contains
     real(dp), intent(in) :: start(:), tolerance
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: patience = 5
+    integer, parameter :: patience = 15
     type(search_type) :: search
     type(point_type) :: here, there
     type(optimum_type) :: now
@@ -191,7 +191,8 @@ contains
       end do
     end if
     prices = [(sum(multiplier(:branches), here%group == m + g), g = 1, constraints)]
-    search%weight(m + 1:) = min(search%weight(m + 1:), max(0.5_dp * search%weight(m + 1:), 2 * prices, lightest))
+    if (violation() <= nothing) search%weight(m + 1:) = min(search%weight(m + 1:), &
+      & max(0.5_dp * search%weight(m + 1:), 2 * prices, lightest))
     allocate(d(size(here%s)), source=0.0_dp)
     d(search%free) = step
     lambda = multiplier(:branches)
@@ -240,9 +241,10 @@ contains
     real(dp) :: length, reference, rise
     integer :: k
 
-    reference = maxval([(phi(search, search%past(:, k)), k = 1, size(search%past, 2))])
+    reference = phi(search, here%greatest)
+    if (-descent < 0.01_dp * abs(reference)) reference = maxval([(phi(search, search%past(:, k)), k = 1, size(search%past, 2))])
     length = 1
-    do while (length > shortest .and. descent < 0)
+    do while (length > shortest .and. descent < noise * abs(reference))
       call search%look(problem, here%s + length * d, search%full, there, error)
       if (allocated(error)) return
       if (there%known) then
@@ -281,7 +283,7 @@ contains
       change = change + lambda(b) * (there%slope(search%free, same_branch(here, b, there)) - here%slope(search%free, b))
     end do
     curvature = dot_product(step, change)
-    if (.not. dot_product(step, step) > 0) return
+    if (norm2(step) < 1.0e-10_dp) return
     if (.not. search%learned .and. curvature > 0) then
       guessed = search%hessian(1, 1)
       search%hessian = min(max(dot_product(change, change) / curvature, 1.0e-4_dp * guessed), 1.0e4_dp * guessed) * unit_matrix(n)

@@ -16,6 +16,7 @@ module gestell_math_optimum_quadratic_program
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: constrained_least_squares, inverse_factor
+  use gestell_math_matrix, only: unit_matrix
   implicit none (type, external)
   private
 
@@ -47,9 +48,10 @@ contains
     working = [(minloc(length, 1, group == g), g = 1, size(weight))]
     multiplier(working) = weight
     do step = 1, 20 * (size(value) + size(d))
-      y = -matmul(a(:, working), multiplier(working))
+      call settle()
+      if (allocated(error)) return
       model = value + matmul(y, a)
-      rounding = 100 * epsilon(1.0_dp) * (abs(value) + length * sum(multiplier(working) * length(working)))
+      rounding = 100 * epsilon(1.0_dp) * (abs(value) + length * norm2(y))
       excess = model - top_of(group) - rounding
       excess(working) = 0
       p = maxloc(excess, 1)
@@ -105,6 +107,33 @@ contains
       of_group(0) = 0
       top = of_group(groups)
     end function top_of
+
+    !> y of the working set from its branches alone, as rounding errors of the multipliers grow with their sizes: the least
+    !> |y|^2 / 2 + sum over g of w_g (value of a branch of g), those of a group being equal, of group 0 zero.
+    subroutine settle()
+      real(dp) :: gradient(size(d)), differences(size(working), size(d)), gaps(size(working))
+      integer :: first(0:size(weight)), j, rows
+
+      gradient = 0
+      first = 0
+      rows = 0
+      do j = 1, size(working)
+        associate (b => working(j), base => first(group(working(j))))
+          if (group(b) > 0 .and. base == 0) then
+            gradient = gradient - weight(group(b)) * a(:, b)
+            base = b
+            cycle
+          end if
+          rows = rows + 1
+          differences(rows, :) = a(:, b)
+          gaps(rows) = -value(b)
+          if (base == 0) cycle
+          differences(rows, :) = a(:, b) - a(:, base)
+          gaps(rows) = value(base) - value(b)
+        end associate
+      end do
+      call constrained_least_squares(unit_matrix(size(d)), gradient, differences(:rows, :), gaps(:rows), y, error)
+    end subroutine settle
 
     !> r of (1).
     function change(entering) result(ratio)
