@@ -13,7 +13,7 @@ module minimax_problems
   public :: problem_of
 
   integer, parameter, public :: hs43 = 1, hs71 = 2, hs76 = 3, hs100 = 4, cb2 = 5, cb3 = 6, wong1 = 7, chebyshev = 8, &
-    & infeasible = 9, ring = 10, valley = 11, twenty = 12, edge = 13
+    & infeasible = 9, ring = 10, valley = 11, twenty = 12, edge = 13, cone = 14
 
   type, extends(minimax_problem), public :: test_problem
     integer :: which = 0
@@ -71,6 +71,8 @@ contains
       start = [0.9_dp, 0.1_dp]
     case (valley)
       start = [-1.2_dp, 1.0_dp]
+    case (cone)
+      start = [2.0_dp, -1.0_dp, 1.0_dp]
     case default
       problem%constraints = 1
       start = [(0.0_dp, i = 1, 20)]
@@ -167,6 +169,8 @@ contains
       f = [x(1) + x(2), (x(1) - 2)**2 + x(2)**2 - 1, (x(1) + 2)**2 + x(2)**2 - 1]
     case (ring, edge)
       f = [(x(1) - 0.5_dp)**2 + 3 * (x(2) - 0.5_dp)**2 - 0.01_dp * log(max(tiny(t), 1 - sum(x**2)))]
+    case (cone)
+      f = [norm2(x - 0.3_dp)]
     case (valley)
       f = [100 * (x(2) - x(1)**2)**2 + (1 - x(1))**2]
     case default
@@ -217,6 +221,8 @@ contains
       g = reshape([1.0_dp, 1.0_dp, 2 * (x(1) - 2), 2 * x(2), 2 * (x(1) + 2), 2 * x(2)], [2, 3])
     case (ring, edge)
       g = reshape([2 * (x(1) - 0.5_dp), 6 * (x(2) - 0.5_dp)] + 0.02_dp * x / max(tiny(t), 1 - sum(x**2)), [2, 1])
+    case (cone)
+      g = reshape((x - 0.3_dp) / max(tiny(t), norm2(x - 0.3_dp)), [3, 1])
     case (valley)
       g = reshape([-400 * x(1) * (x(2) - x(1)**2) - 2 * (1 - x(1)), 200 * (x(2) - x(1)**2)], [2, 1])
     case default

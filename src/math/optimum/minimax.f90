@@ -61,17 +61,19 @@ module gestell_math_optimum_minimax
   end type search_type
 
   !> The greatest and the least weight; a group's violation, and a part of Phi, that rounding errors may make; the shortest
-  !> part of a step.
+  !> part of a step; a step that is none.
   real(dp), parameter :: heaviest = 1.0e6_dp, lightest = 0.01_dp
-  real(dp), parameter :: nothing = 1.0e-11_dp, noise = 1.0e-13_dp, shortest = 1.0e-9_dp
+  real(dp), parameter :: nothing = 1.0e-11_dp, noise = 1.0e-13_dp, shortest = 1.0e-9_dp, standstill = 1.0e-10_dp
   !> The least size of the objective, in parts of that at the start, that numbers are relative to.
   real(dp), parameter :: floor_of_size = 1.0e-3_dp
 
 contains
 
   !> A local minimum from `start`, which is moved into the bounds. `tolerance`: of the stationarity, 1e-8 is usual; where
-  !> rounding errors do not allow that, the best point is returned, not `converged`. Errors: bounds that are none, nothing known at
-  !> the start, what `evaluate` reports.
+  !> rounding errors do not allow that, the best point is returned, not `converged`; nor can an optimum be where a norm is zero,
+  !> which has no gradient there (its square has one). Limits that cannot be met: a point where the sum of their violations, each
+  !> in parts of its limit's size at the start, is least. Errors: bounds that are none, nothing known at the start, what `evaluate`
+  !> reports.
   subroutine minimise(problem, start, tolerance, optimum, error)
     class(minimax_problem), intent(inout) :: problem
     real(dp), intent(in) :: start(:), tolerance
@@ -79,39 +81,40 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: patience = 15
     type(search_type) :: search
-    type(point_type) :: here, there
+    type(point_type) :: here, there, best
     type(optimum_type) :: now
-    real(dp), allocatable :: d(:), lambda(:), best(:)
-    real(dp) :: descent, relief
+    real(dp), allocatable :: d(:), lambda(:)
+    real(dp) :: descent, relief, lower, rounding
     integer :: iteration, idle
 
     call search%begin(problem, start, here, error)
     if (allocated(error)) return
     search%weight = spread(1.0_dp, 1, size(search%unit))
     call guess(search, here)
-    best = here%greatest
-    search%past = reshape(here%greatest, [size(best), 1])
+    best = here
+    search%past = reshape(here%greatest, [size(here%greatest), 1])
     idle = 0
     do iteration = 0, 100 + 10 * size(start)
       call find_step(search, here, d, lambda, descent, relief)
       call judge(problem, search, here, lambda, tolerance, now)
       now%iterations = iteration
       now%converged = now%stationarity <= tolerance .and. relief <= tolerance
-      associate (lower => phi(search, best) - phi(search, here%greatest), rounding => noise * abs(phi(search, best)))
-        idle = idle + 1
-        if (lower > rounding .or. now%stationarity < 0.5_dp * optimum%stationarity) idle = 0
-        if (now%converged .or. lower > rounding .or. (lower >= -rounding .and. now%stationarity < optimum%stationarity)) then
-          optimum = now
-          best = here%greatest
-        end if
-      end associate
+      lower = phi(search, best%greatest) - phi(search, here%greatest)
+      rounding = noise_of(phi(search, best%greatest))
+      idle = idle + 1
+      if (lower > rounding .and. norm2(here%s - best%s) > standstill) idle = 0
+      if (now%stationarity < 0.5_dp * optimum%stationarity) idle = 0
+      if (now%converged .or. lower > rounding .or. (lower >= -rounding .and. now%stationarity < optimum%stationarity)) then
+        optimum = now
+        best = here
+      end if
       if (now%converged .or. idle > patience) exit
       call walk(problem, search, here, d, descent, there, error)
       if (allocated(error)) return
       if (there%known) then
         call learn(search, here, there, lambda)
         here = there
-        search%past = reshape([here%greatest, search%past], [size(best), min(3, size(search%past, 2) + 1)])
+        search%past = reshape([here%greatest, search%past], [size(best%greatest), min(3, size(search%past, 2) + 1)])
       else if (search%learned) then
         call guess(search, here)
       else
@@ -139,6 +142,13 @@ contains
 
     phi = dot_product(search%weight, counted(search, greatest))
   end function phi
+
+  !> What rounding errors may make of Phi.
+  pure real(dp) function noise_of(merit)
+    real(dp), intent(in) :: merit
+
+    noise_of = noise * max(floor_of_size, abs(merit))
+  end function noise_of
 
   !> B as long as nothing is known of it: a step within the box.
   subroutine guess(search, here)
@@ -244,12 +254,12 @@ contains
     reference = phi(search, here%greatest)
     if (-descent < 0.01_dp * abs(reference)) reference = maxval([(phi(search, search%past(:, k)), k = 1, size(search%past, 2))])
     length = 1
-    do while (length > shortest .and. descent < noise * abs(reference))
+    do while (length > shortest .and. descent < noise_of(reference))
       call search%look(problem, here%s + length * d, search%full, there, error)
       if (allocated(error)) return
       if (there%known) then
         associate (found => phi(search, there%greatest))
-          if (found <= reference + 1.0e-4_dp * length * descent + noise * abs(reference)) then
+          if (found <= reference + 1.0e-4_dp * length * descent + noise_of(reference)) then
             if (.not. search%full) call search%look(problem, here%s + length * d, .true., there, error)
             search%full = length >= 1
             return
@@ -283,7 +293,7 @@ contains
       change = change + lambda(b) * (there%slope(search%free, same_branch(here, b, there)) - here%slope(search%free, b))
     end do
     curvature = dot_product(step, change)
-    if (norm2(step) < 1.0e-10_dp) return
+    if (norm2(step) < standstill) return
     if (.not. search%learned .and. curvature > 0) then
       guessed = search%hessian(1, 1)
       search%hessian = min(max(dot_product(change, change) / curvature, 1.0e-4_dp * guessed), 1.0e4_dp * guessed) * unit_matrix(n)
