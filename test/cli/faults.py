@@ -35,8 +35,8 @@ ALL = with_tasks("'stability', 'modes', 'response', 'forces', 'power', 'drawing'
 CASES = {
     "all tasks": (ALL, ()),
     "sweep": (with_tasks("'stability', 'sweep'", SPEEDS.format(200, 300, 5)), ()),
-    "borders": (SIEVE + SPEEDS.format(200, 250, 5), ()),
-    "over the speed": (with_tasks("'campbell', 'critical'", SPEEDS.format(200, 260, 3) + REST), ()),
+    "borders": (SIEVE + SPEEDS.format(200, 250, 5) + REST, ()),
+    "over the speed": (with_tasks("'campbell', 'critical'", SPEEDS.format(200, 260, 3) + REST + "&resonance orders=1 /\n"), ()),
     "resonance": (with_tasks("'resonance'", SPEEDS.format(235, 240, 2) + "&resonance quantities='f', orders=1 /\n"), ()),
     "sensitivity": (with_tasks("'sensitivity'", "&sensitivity parameters='frame.mass', quantities='f' /\n"), ()),
     "vibrations": (with_tasks("'stability'", "&model vibrations='all' /\n"), ()),
