@@ -12,6 +12,8 @@ trap 'rm -rf "$temporary"' EXIT
 passed=0 failed=0
 prefix=$temporary/prefix
 build=${GESTELL_BUILD:-$temporary/build}
+# What CMake, FetchContent and Meson build of the same flags is compiled once.
+export FC=$home/.ci/kept/gfortran GESTELL_OBJECTS=${GESTELL_OBJECTS:-$temporary/objects}
 sanitizers=
 [ "${1:-}" != --sanitize ] || sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -g1'
 
@@ -43,7 +45,7 @@ install_as() {
 # compile KIND SOURCE PROGRAM: by pkg-config, in C or Fortran.
 compile() {
   local flags compiler=(cc -std=c99)
-  [[ $2 != *.f90 ]] || compiler=("${FC:-gfortran}" -std=f2018)
+  [[ $2 != *.f90 ]] || compiler=("$FC" -std=f2018)
   flags=$(PKG_CONFIG_PATH=$prefix-$1/lib/pkgconfig:$prefix-$1/lib64/pkgconfig:$(echo "$prefix-$1"/lib/*/pkgconfig) \
     pkg-config --cflags --libs $([ "$1" = shared ] || echo --static) gestell) || return
   # shellcheck disable=SC2086 # flags are words
@@ -216,7 +218,8 @@ subproject() {
   printf '%s\n' "project('user', 'c', 'fortran')" "gestell = dependency('gestell')" \
     "executable('c', 'table.c', dependencies: gestell)" "executable('fortran', 'table.f90', dependencies: gestell)" \
     "executable('verdict', 'verdict.f90', dependencies: gestell)" >"$here/meson.build"
-  tool meson setup "$here/build" "$here" --buildtype plain -Ddefault_library=static && ninja -C "$here/build" &&
+  tool meson setup "$here/build" "$here" --buildtype plain -Ddefault_library=static \
+    -Dwarning_level=0 '-Dfortran_args=-g -funroll-loops -fno-math-errno' && ninja -C "$here/build" &&
     same "$here/build/subprojects/gestell/gestell" "$here/build/c" "$here/build/fortran" &&
     verdict "$here/build/verdict"
 }

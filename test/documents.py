@@ -42,6 +42,13 @@ def run_commands():
     for block in blocks("README.md", "sh"):
         if "fpm test" in block:
             continue
+        flags = re.search(r'fpm build .*--flag "(.*)"$', block.strip())
+        if flags:
+            # a whole build only to see that the compiler takes the flags: one file and fpm's list do
+            with tempfile.TemporaryDirectory() as folder:
+                done = program("gfortran", *flags[1].split(), "-c", ROOT / "src/base/kinds.f90", where=folder)
+            check(f"README: flags {flags[1]}", done.returncode == 0, done.stderr)
+            block = block.strip() + " --list"
         result = program("bash", "-e", "-c", block)
         check(f"README: {block}", result.returncode == 0, result.stderr[-2000:])
     sweep = [ROOT / "sweep" / n / "response.csv" for n in ("240", "300", "360")]
