@@ -8,10 +8,12 @@
 !> a constraint is a group like others, with one more branch, 0, so every quadratic program has a solution: the step d minimises
 !> Phi with the branches linearised about x, plus d' B d / 2, within the bounds. Its multipliers lambda_b >= 0 are those of the
 !> branches. w_g grows tenfold until the step brings the violation down almost as far as any could (Byrd, Nocedal, Waltz, Optim.
-!> Methods Softw. 23, 2008, 197-213, doi 10.1080/10556780701394169). B, the Hessian of the Lagrangian L = sum of lambda_b f_b, is
-!> learned by damped BFGS (Powell, Lecture Notes in Mathematics 630, 1978, 144-157, doi 10.1007/BFb0067703). A step has to bring
-!> Phi below the greatest of its last three values, so that curved limits do not cut the full steps that converge superlinearly
-!> (Maratos' effect), and branches need no names (Zhou, Tits, J. Optim. Theory Appl. 76, 1993, 455-476, doi 10.1007/BF00939377).
+!> Methods Softw. 23, 2008, 197-213, doi 10.1080/10556780701394169), and falls towards twice the price where limits can be met. B,
+!> the Hessian of the Lagrangian L = sum of lambda_b f_b, is learned by damped BFGS (Powell, Lecture Notes in Mathematics 630,
+!> 1978, 144-157, doi 10.1007/BFb0067703). A step has to bring Phi down, near an optimum below the greatest of its last three
+!> values only, so that curved limits do not cut the full steps that converge superlinearly (Maratos' effect); a correction of
+!> second order would need to know which branch is which (Zhou, Tits, J. Optim. Theory Appl. 76, 1993, 455-476, doi
+!> 10.1007/BF00939377).
 module gestell_math_optimum_minimax
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -189,6 +191,11 @@ contains
     end do
     before = sum(max(0.0_dp, here%greatest(m + 1:)))
     call solve(search%weight)
+    if (allocated(error)) then
+      ! Rounding errors have brought B out of use.
+      call guess(search, here)
+      call solve(search%weight)
+    end if
     if (violation() > nothing) then
       call solve([(0.0_dp, g = 1, m), (heaviest, g = 1, constraints)])
       least = violation()
