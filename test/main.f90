@@ -6,6 +6,8 @@ program main
   use test_assembly, only: collect_assembly
   use test_averaged, only: collect_averaged
   use test_axes, only: collect_axes
+  use test_balance, only: collect_balance
+  use test_balance_single, only: collect_balance_single
   use test_base, only: collect_base
   use test_bounds, only: collect_bounds
   use test_boundary, only: collect_boundary
@@ -153,6 +155,8 @@ program main
     & new_testsuite("exact_paths", collect_exact_paths), &
     & new_testsuite("newton", collect_newton), &
     & new_testsuite("axes", collect_axes), &
+    & new_testsuite("balance", collect_balance), &
+    & new_testsuite("balance_single", collect_balance_single), &
     & new_testsuite("held", collect_held), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("averaged", collect_averaged), &

@@ -6,6 +6,7 @@ module gestell_task_registry
   use gestell_input_schema_fingerprint, only: content_of
   use gestell_input_schema_read, only: read
   use gestell_task, only: all_machines, all_speeds, any_task_type, longest_table, task_type
+  use gestell_task_balance, only: balance_task
   use gestell_task_boundary_task, only: boundary_task
   use gestell_task_boundary_level_task, only: level_task
   use gestell_task_campbell_task, only: campbell_task
@@ -52,6 +53,7 @@ contains
     call add(power_task())
     call add(quantities_task())
     call add(trade_task())
+    call add(balance_task())
     call add(sensitivity_task())
     call add(separation_task())
     call add(sweep_task())

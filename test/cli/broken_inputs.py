@@ -6,7 +6,7 @@ A message is a text, or a pattern where a number in it depends on how finely the
 import re
 
 # All tasks, as messages list them.
-TASKS = ("'drawing', 'stability', 'modes', 'response', 'forces', 'power', 'trade', 'sensitivity', 'separation', 'sweep', "
+TASKS = ("'drawing', 'stability', 'modes', 'response', 'forces', 'power', 'trade', 'balance', 'sensitivity', 'separation', 'sweep', "
          "'boundary', 'campbell', 'critical', 'resonance'")
 
 # The four-bar mechanism of data/khang_four_bar.nml; messages name its lines.
@@ -60,7 +60,7 @@ INPUTS = [
     ("unknown group, nothing near", added("&engine power=1 /"), 2,
      "input.nml:16: unknown group &engine: allowed are &case, &drive, &units, &joint, &link, "
      "&mass_functions, &frame, &support, &foundation, &gravity, &probe, &model, &accuracy, &response, &sweep, &boundary, "
-     "&resonance, &sensitivity, &separation"),
+     "&resonance, &balance, &sensitivity, &separation"),
     ("group given twice", added("&drive speed_rpm=1 /"), 2,
      "input.nml:16: &drive: may stand only once (first in line 2)"),
     ("no drive", without(2), 2,
@@ -427,6 +427,6 @@ OPTIONS = [
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
      "its ends are 0.33 m apart, lengths of 0.1 m and 0.16 m reach from 0.06 m to 0.26 m"),
     ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
-     "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'sensitivity', "
-     "'separation', 'sweep', 'campbell', 'critical' or 'resonance'"),
+     "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'balance', "
+     "'sensitivity', 'separation', 'sweep', 'campbell', 'critical' or 'resonance'"),
 ]

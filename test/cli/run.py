@@ -23,6 +23,7 @@ sys.path.insert(0, str(HERE))
 
 from averaged import AVERAGED_TESTS, write_averaged_golden  # noqa: E402
 from axes import AXES_TESTS  # noqa: E402
+from balance import BALANCE_TESTS  # noqa: E402
 from borders import BORDER_TESTS  # noqa: E402
 from broken_inputs import INPUTS, OPTIONS, SOUND  # noqa: E402
 from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
@@ -619,7 +620,7 @@ def main():
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *FOLLOWER_TESTS, *NAME_TESTS,
                      *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *LEVEL_TESTS,
                      *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
-                     *SENSITIVITY_TESTS, *SEPARATION_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
+                     *BALANCE_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
                      *FAULT_TESTS,
                      *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS):
             test()

@@ -12,8 +12,8 @@ module fuzz_orders
 
   !> The cheap ones first, then those over parameters, then those that take seconds.
   character(len=*), parameter :: all_tasks(*) = [character(len=11) :: "stability", "modes", "response", "forces", "power", &
-    & "drawing", "separation", "sweep", "boundary", "sensitivity", "resonance", "critical", "campbell", "trade"]
-  integer, parameter :: cheap = 7
+    & "drawing", "separation", "balance", "sweep", "boundary", "sensitivity", "resonance", "critical", "campbell", "trade"]
+  integer, parameter :: cheap = 8
   character(len=*), parameter :: methods(*) = [character(len=9) :: "auto", "gauss2", "gauss3", "gauss4", "gauss6", "gauss8", &
     & "gauss10", "magnus4", "magnus6", "explicit8", "rk4", "reduced"]
   character, parameter :: newline = new_line("a")
@@ -51,7 +51,7 @@ contains
         words = "&sensitivity parameters='" // parameter_path(source, scale) // "', quantities='" // quantity_name(source, scale) &
           & // "' /" // newline
       else if (kind < 0.99995_dp) then
-        task = dice%pick(all_tasks(11:13))
+        task = dice%pick(all_tasks(12:14))
         tasks = "'" // task // "'"
         words = speeds(source, scale)
       else

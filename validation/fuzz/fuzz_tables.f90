@@ -13,7 +13,7 @@ module fuzz_tables
 
   !> Columns of words.
   character(len=*), parameter :: word_columns(*) = [character(len=10) :: "verdict", "state", "kind", "below", "above", "outcome", &
-    & "quantity", "unit", "parameter", "support", "name", "method"]
+    & "quantity", "unit", "parameter", "support", "name", "method", "aim", "links", "on", "from", "to"]
   !> What a point of a sweep has: the numbers behind its parameters.
   character(len=*), parameter :: point_columns(*) = [character(len=12) :: "rho_max", "log_rho_max", "rho_error", "xi_peak_m", &
     & "eta_peak_m", "psi_peak_rad"]
@@ -149,6 +149,10 @@ contains
         may_miss = has(head, "_change_") .and. value_of(heads, fields, "state") == "failed"
       case ("separation")
         may_miss = all(missing([4, 5, 6, 7, 9, 10, 11, 12, 13])) .and. value_of(heads, fields, "state") == "undecided"
+      case ("balance")
+        may_miss = i > 7 .and. all(missing(8:21))
+      case ("balance_harmonics")
+        may_miss = i > 5 .and. all(missing(6:7))
       case ("campbell")
         may_miss = all(missing(3:15))
       case ("critical")

@@ -63,7 +63,9 @@ contains
       do i = 1, 3
         found%series(i) = fourier_series(samples(:, i))
       end do
-      if (maxval([(found%series(i)%tail(), i = 1, 3)]) < 1.0e-9_dp .or. n >= most) exit
+      ! what cancels to less than this is rounding, which no samples resolve
+      if (all([(found%series(i)%tail() < 1.0e-9_dp .or. found%series(i)%greatest_term() <= 1.0e-12_dp * speed**2 &
+        & * mechanism%terms(i), i = 1, 3)]) .or. n >= most) exit
       n = 2 * n
     end do
     found%rms(:3) = [(found%series(i)%rms(), i = 1, 3)]

@@ -9,6 +9,8 @@ module gestell_task_drawing_report
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_study_balance, only: counterweight_type, examine, rigid_ground_type
+  use gestell_study_balance_complete, only: balance_force, balanced, balanced_already
   use gestell_task_forces_reactions, only: static_force
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -205,7 +207,7 @@ contains
       lines = lines // concise(decay(found%series(i)%amplitude), 2)
     end do
     lines = lines // newline // "  unbalance of order 1  with the crank  " // vector(found%unbalance(1)) // newline &
-      & // "                        against it      " // vector(found%unbalance(2)) // newline
+      & // "                        against it      " // vector(found%unbalance(2)) // newline // balance_lines(frame)
 
   contains
 
@@ -233,6 +235,39 @@ contains
     end function vector
 
   end function shaking_lines
+
+  !> The counterweights of complete balance: their unbalances in the axes of their links.
+  function balance_lines(frame) result(lines)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines
+    character(len=*), parameter :: head = "  complete balance      "
+    type(rigid_ground_type) :: rigid
+    type(counterweight_type), allocatable :: weights(:)
+    type(error_type), allocatable :: unprepared
+    integer :: state, k
+
+    lines = ""
+    select type (mechanism => frame%mechanism)
+    class is (linkage_type)
+      call examine(mechanism, frame%even_in_space(), [0.0_dp, 0.0_dp], rigid, unprepared)
+      if (allocated(unprepared)) return
+      call balance_force(rigid, weights, state)
+      if (state == balanced_already) then
+        lines = head // "as it is" // newline
+      else if (state == balanced) then
+        do k = 1, size(weights)
+          associate (weight => weights(k))
+            lines = lines // merge(head, repeat(" ", len(head)), k == 1) // "link '" &
+              & // mechanism%links(rigid%bodies(weight%body)%link)%name // "' " // concise(1000 * weight%unbalance, 5) &
+              & // " kg mm at " // degrees(weight%angle) // " deg" // newline
+          end associate
+        end do
+        lines = lines // repeat(" ", len(head)) // "by counterweights, angles to their links" // newline
+      else
+        lines = head // "none by counterweights on these links" // newline
+      end if
+    end select
+  end function balance_lines
 
   !> Amplitude and phase, which nothing has.
   pure function polar(amplitude, phase, noise) result(words)

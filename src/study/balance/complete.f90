@@ -1,0 +1,151 @@
+!> Counterweights on several bodies together, by which a linkage shakes least.
+!>
+!> The force is S'' plus for each counterweight u (exp(i theta))'' + m P'': the unbalances u, complex, of those about pivots are a
+!> linear problem of least squares. Where they leave more than rounding, as of a slider-crank, counterweights on floating bodies
+!> follow one after the other; their m = |u| / r times P'' is brought to its place by repetition, which ends where P moves as other
+!> bodies do. Of bodies whose turning depends on that of earlier ones, as a four-bar's coupler, none has one.
+!> (Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26; Tepper, Lowen, J. Eng. Ind. 94, 1972, 789-796: complete balance is possible where
+!> every link has a way to the ground over turning pairs alone.)
+module gestell_study_balance_complete
+  use gestell_base_kinds, only: dp
+  use gestell_study_balance, only: counterweight_type, rigid_ground_type, what_is_left
+  implicit none (type, external)
+  private
+
+  public :: balance_force
+
+  !> What was found: the linkage is balanced as it is; the counterweights balance it; they leave the least that those about pivots
+  !> can, for there is no complete balance by these; nothing turns about a pivot.
+  integer, parameter, public :: balanced_already = 1, balanced = 2, not_balanced = 3, no_pivots = 4
+
+contains
+
+  !> The counterweights with which the force is nought, or else those about pivots with which its mean square is least.
+  subroutine balance_force(rigid, weights, state)
+    type(rigid_ground_type), intent(in) :: rigid
+    type(counterweight_type), allocatable, intent(out) :: weights(:)
+    integer, intent(out) :: state
+    type(counterweight_type), allocatable :: floating(:)
+
+    allocate(weights(0))
+    state = balanced_already
+    if (force_rms(rigid, weights) <= rigid%rounding(1)) return
+    call solve(rigid, .false., weights)
+    state = balanced
+    if (force_rms(rigid, weights) <= rigid%rounding(1)) return
+    call solve(rigid, .true., floating)
+    if (force_rms(rigid, floating) <= rigid%rounding(1)) then
+      call move_alloc(floating, weights)
+      return
+    end if
+    state = merge(not_balanced, no_pivots, size(weights) > 0)
+  end subroutine balance_force
+
+  !> What is left of the force over Omega^2 (kg m).
+  pure real(dp) function force_rms(rigid, weights)
+    type(rigid_ground_type), intent(in) :: rigid
+    type(counterweight_type), intent(in) :: weights(:)
+    real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
+
+    rows = what_is_left(rigid, weights)
+    force_rms = norm2(rows(:2, :)) / sqrt(real(size(rows, 2), dp))
+  end function force_rms
+
+  !> Counterweights on bodies about pivots, and with `all` on floating ones behind these.
+  pure subroutine solve(rigid, all, weights)
+    type(rigid_ground_type), intent(in) :: rigid
+    logical, intent(in) :: all
+    type(counterweight_type), allocatable, intent(out) :: weights(:)
+    integer, parameter :: most = 100
+    !> Unbalances that repetition changes no more than this, or that are no more than this, beside the greatest.
+    real(dp), parameter :: settled = 1.0e-15_dp, rounding = 1.0e-10_dp
+    complex(dp), allocatable :: columns(:, :), u(:), before(:)
+    integer, allocatable :: order(:)
+    logical :: pivoted(size(rigid%bodies))
+    integer :: k, n
+
+    associate (bodies => rigid%bodies)
+      pivoted = [(bodies(k)%pivoted, k = 1, size(bodies))]
+      order = pack([(k, k = 1, size(bodies))], pivoted)
+      if (all) order = [order, pack([(k, k = 1, size(bodies))], .not. pivoted)]
+      allocate(columns(size(rigid%found, 2), size(order)), u(size(order)))
+      do k = 1, size(order)
+        columns(:, k) = force_of(bodies(order(k))%effect(:, :, 2))
+      end do
+      u = 0
+      do n = 1, most
+        before = u
+        call least_squares(columns, -shaking_with(abs(before)), u)
+        if (maxval(abs(u - before)) <= settled * maxval(abs(u)) .or. .not. all) exit
+      end do
+      u = merge(u, cmplx(0, 0, dp), abs(u) > rounding * maxval(abs(u)))
+    end associate
+    weights = [(counterweight_type(order(k), abs(u(k)), atan2(aimag(u(k)), real(u(k), dp))), k = 1, size(order))]
+    weights = pack(weights, weights%unbalance > 0)
+
+  contains
+
+    !> What shakes, with the masses of counterweights that have these unbalances where their bodies' axes have their origin.
+    pure function shaking_with(unbalances) result(force)
+      real(dp), intent(in) :: unbalances(:)
+      complex(dp) :: force(size(rigid%found, 2))
+      integer :: j
+
+      force = force_of(rigid%found)
+      do j = 1, size(unbalances)
+        force = force + unbalances(j) * force_of(rigid%bodies(order(j))%effect(:, :, 1))
+      end do
+    end function shaking_with
+
+  end subroutine solve
+
+  !> Along x + i y.
+  pure function force_of(rows) result(force)
+    real(dp), intent(in) :: rows(:, :)
+    complex(dp) :: force(size(rows, 2))
+
+    force = cmplx(rows(1, :), rows(2, :), dp)
+  end function force_of
+
+  !> Least squares of columns u - wanted, by Gram's and Schmidt's orthogonalisation, each column twice; columns that depend on
+  !> earlier ones get 0.
+  pure subroutine least_squares(columns, wanted, u)
+    complex(dp), intent(in) :: columns(:, :), wanted(:)
+    complex(dp), intent(out) :: u(:)
+    real(dp), parameter :: dependent = 1.0e-8_dp
+    complex(dp) :: q(size(columns, 1), size(columns, 2)), r(size(columns, 2), size(columns, 2)), left(size(wanted)), along
+    logical :: used(size(columns, 2))
+    real(dp) :: length
+    integer :: j, k, pass
+
+    r = 0
+    left = wanted
+    u = 0
+    do k = 1, size(columns, 2)
+      q(:, k) = columns(:, k)
+      do pass = 1, 2
+        do j = 1, k - 1
+          if (.not. used(j)) cycle
+          along = dot_product(q(:, j), q(:, k))
+          r(j, k) = r(j, k) + along
+          q(:, k) = q(:, k) - along * q(:, j)
+        end do
+      end do
+      length = norm2(abs(q(:, k)))
+      used(k) = length > dependent * norm2(abs(columns(:, k)))
+      if (.not. used(k)) cycle
+      r(k, k) = length
+      q(:, k) = q(:, k) / length
+      u(k) = dot_product(q(:, k), left)
+      left = left - u(k) * q(:, k)
+    end do
+    do k = size(columns, 2), 1, -1
+      if (.not. used(k)) cycle
+      u(k) = u(k) / r(k, k)
+      do j = 1, k - 1
+        if (used(j)) u(j) = u(j) - r(j, k) * u(k)
+      end do
+    end do
+  end subroutine least_squares
+
+end module gestell_study_balance_complete

@@ -1,0 +1,273 @@
+!> The task `balance`: what classical balancing does, on rigid ground and on the machine's own mounts.
+module gestell_task_balance
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_input_namelist_document, only: the_group
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_schema, only: group_rule, schema_type
+  use gestell_model_frame_quantity, only: guide_forces, velocities
+  use gestell_model_linkage, only: linkage_type
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: metre, newton, newton_metre, radian, unit_type
+  use gestell_study_balance, only: examine, rigid_ground_type
+  use gestell_task, only: longest_table, task_type
+  use gestell_task_balance_keys, only: balance_keys, balance_order_type, read_balance
+  use gestell_task_balance_plot, only: plot_balance
+  use gestell_task_balance_report, only: balance_headlines, label_of, link_lines, report_balance
+  use gestell_task_balance_variants, only: aims, force, moment, name_of_weight, plan_variants, solve_variant, take_mounted, &
+    & variant_type
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: balance_task
+    private
+    type(balance_order_type) :: order
+  contains
+    procedure :: describe
+    procedure, nopass :: extend
+    procedure :: read => read_task
+    procedure :: run
+  end type balance_task
+
+  character, parameter :: newline = new_line("a")
+  type(unit_type), parameter :: kilogram = unit_type("kg", "kg"), kilogram_metre = unit_type("kg_m", "kg m")
+  !> Longest name of a variant's links, and of a link or a joint.
+  integer, parameter :: longest = 200
+
+contains
+
+  pure subroutine describe(self)
+    class(balance_task), intent(inout) :: self
+
+    self%name = "balance"
+    self%tables = [character(len=longest_table) :: "balance", "balance_links", "balance_harmonics"]
+    self%judges = .true.
+  end subroutine describe
+
+  subroutine extend(schema)
+    type(schema_type), intent(inout) :: schema
+
+    call schema%add(group_rule("balance", "for the task `balance`: where counterweights may sit, and what they are for"), &
+      & balance_keys)
+  end subroutine extend
+
+  !> Errors: the mechanism is no linkage; as of `read_balance`.
+  subroutine read_task(self, configuration, error)
+    class(balance_task), intent(inout) :: self
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    select type (mechanism => configuration%frame%mechanism)
+    type is (linkage_type)
+      call read_balance(configuration%document, configuration%units, mechanism, self%order, error)
+    class default
+      if (self%ordered) call input_error(the_group(configuration%document, "mass_functions"), "", "there is nothing to put " &
+        & // "counterweights on: the task 'balance' needs joints and links", error)
+    end select
+    if (allocated(error) .or. .not. self%ordered) return
+    configuration%tasks%rows = max(configuration%tasks%rows, merge(velocities, guide_forces, size(configuration%frame%free) == 3))
+  end subroutine read_task
+
+  subroutine run(self, context, result, error)
+    class(balance_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(rigid_ground_type) :: rigid
+    type(variant_type), allocatable :: variants(:)
+    type(error_type), allocatable :: none
+    character(len=longest), allocatable :: labels(:)
+    character(len=:), allocatable :: lines
+    real(dp) :: length
+    integer :: state, i
+
+    associate (configuration => context%configuration, frame => context%configuration%frame)
+      select type (linkage => configuration%frame%mechanism)
+      class is (linkage_type)
+        call look_at(self%order, frame%even_in_space(), merge(-frame%origin, 0.0_dp, self%order%about_frame), linkage, rigid, error)
+        if (allocated(error)) return
+        call plan_variants(rigid, frame%speed, self%order, variants, state, length)
+        if (.not. all([(ieee_is_finite(variants(i)%left%rms) .and. ieee_is_finite(variants(i)%left%peak), i = 1, &
+          & size(variants))])) then
+          call fatal_error(error, "the forces of the mechanism overflow: they lie beyond what double precision holds", &
+            & failed_computation)
+          return
+        end if
+        call take_mounted(context%analysis, configuration%tasks%harmonics, variants(1)%mounted, none)
+        do i = 2, size(variants)
+          call solve_variant(configuration, linkage, rigid, variants(i))
+        end do
+        allocate(labels(size(variants)))
+        do i = 1, size(variants)
+          labels(i) = label_of(variants(i), rigid, linkage)
+        end do
+        call result%add(table_of(variants, rigid, linkage, result%verdict), plot_balance(variants, labels))
+        call result%add(links_of(variants, rigid, linkage))
+        call result%add(harmonics_of(variants, rigid, linkage, configuration%tasks%harmonics, result%verdict))
+        lines = balance_headlines(variants, rigid, linkage)
+        do while (lines /= "")
+          i = index(lines, newline)
+          call result%warn("", lines(:i))
+          lines = lines(i + 1:)
+        end do
+        if (.not. context%reports) return
+        call result%say(report_balance(variants, rigid, linkage, self%order, state, length, trim(result%verdict)))
+        call result%say(link_lines(variants, rigid, linkage, configuration%units), whole=.true.)
+      end select
+    end associate
+  end subroutine run
+
+  !> What is found on rigid ground, as ordered.
+  subroutine look_at(order, even_in_space, about, linkage, rigid, error)
+    type(balance_order_type), intent(in) :: order
+    logical, intent(in) :: even_in_space
+    real(dp), intent(in) :: about(2)
+    class(linkage_type), intent(in) :: linkage
+    type(rigid_ground_type), intent(out) :: rigid
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. allocated(order%links)) then
+      call examine(linkage, even_in_space, about, rigid, error, radii=order%radii)
+    else
+      call examine(linkage, even_in_space, about, rigid, error, order%links, order%radii)
+    end if
+  end subroutine look_at
+
+  !> balance.csv: a row for every variant.
+  type(table_type) function table_of(variants, rigid, linkage, verdict) result(table)
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    character(len=*), intent(in) :: verdict
+    character(len=*), parameter :: quantities(2) = ["f", "m"], coordinates(3) = [character(len=3) :: "xi", "eta", "psi"]
+    type(unit_type), parameter :: units(2) = [newton, newton_metre]
+    character(len=longest) :: links(size(variants))
+    real(dp) :: known(size(variants))
+    character(len=:), allocatable :: name
+    integer :: i, k, n
+
+    n = size(variants)
+    known = 1
+    do i = 1, n
+      links(i) = variants(i)%links(rigid, linkage, " ")
+      if (allocated(variants(i)%mounted%reason)) known(i) = ieee_value(1.0_dp, ieee_quiet_nan)
+    end do
+    table = new_table("balance", "Counterweights", "What counterweights do on rigid ground and on these mounts.", verdict, &
+      & shown=.true.)
+    call table%add("aim", "what is least: force, moment, their sum; complete: no force at all", [(aims(variants(i)%aim), i = 1, n)])
+    call table%add("links", "with counterweights", links)
+    call table%add("added_mass", kilogram, "of the counterweights", [(variants(i)%mass(rigid), i = 1, n)])
+    do k = force, moment
+      name = "rigid_" // quantities(k)
+      call table%add(name // "_rms", units(k), "on rigid ground, root mean square", [(variants(i)%left%rms(k), i = 1, n)])
+      call table%add(name // "_peak", units(k), "on rigid ground, greatest size", [(variants(i)%left%peak(k), i = 1, n)])
+    end do
+    do k = force, moment
+      name = quantities(k)
+      call table%add(name // "_rms", units(k), "on the mounts, root mean square", [(known(i) * variants(i)%mounted%rms(k), &
+        & i = 1, n)], error=name // "_rms_error")
+      call table%add(name // "_rms_error", units(k), "bound on its error", [(known(i) * variants(i)%mounted%rms_error(k), &
+        & i = 1, n)])
+      call table%add(name // "_peak", units(k), "on the mounts, greatest size", [(known(i) * variants(i)%mounted%peak(k), &
+        & i = 1, n)], error=name // "_peak_error")
+      call table%add(name // "_peak_error", units(k), "bound on its error", [(known(i) * variants(i)%mounted%peak_error(k), &
+        & i = 1, n)])
+    end do
+    do k = 1, 3
+      name = trim(coordinates(k)) // "_peak"
+      call table%add(name, merge(metre, radian, k < 3), "peak of the vibration", [(known(i) * variants(i)%mounted%motion(k), &
+        & i = 1, n)], error=name // "_error")
+      call table%add(name // "_error", merge(metre, radian, k < 3), "bound on its error", [(known(i) &
+        & * variants(i)%mounted%motion_error(k), i = 1, n)])
+    end do
+    call table%add("verdict", "on the machine with them", [(merge(variants(i)%mounted%verdict, "failed   ", &
+      & variants(i)%mounted%verdict /= ""), i = 1, n)])
+  end function table_of
+
+  !> balance_links.csv: a row for every counterweight.
+  type(table_type) function links_of(variants, rigid, linkage) result(table)
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    character(len=longest), allocatable, dimension(:) :: aim, links, name, on, from, to
+    real(dp), allocatable, dimension(:) :: mass, x, y, unbalance
+    real(dp) :: center(2)
+    integer :: i, k, n
+
+    n = 0
+    do i = 1, size(variants)
+      n = n + size(variants(i)%weights)
+    end do
+    allocate(aim(n), links(n), name(n), on(n), from(n), to(n), mass(n), x(n), y(n), unbalance(n))
+    n = 0
+    do i = 1, size(variants)
+      do k = 1, size(variants(i)%weights)
+        n = n + 1
+        associate (one => variants(i)%weights(k), body => rigid%bodies(variants(i)%weights(k)%body))
+          aim(n) = aims(variants(i)%aim)
+          links(n) = variants(i)%links(rigid, linkage, " ")
+          name(n) = name_of_weight(variants(i), k, rigid, linkage)
+          on(n) = linkage%links(body%link)%name
+          from(n) = linkage%joints(linkage%links(body%link)%from)%name
+          to(n) = linkage%joints(linkage%links(body%link)%to)%name
+          mass(n) = one%mass(body)
+          center = one%center(body)
+          x(n) = center(1)
+          y(n) = center(2)
+          unbalance(n) = one%unbalance
+        end associate
+      end do
+    end do
+    table = new_table("balance_links", "Counterweights as links", "Masses and places of the counterweights.", "", shown=.true.)
+    call table%add("aim", "of the variant, as in balance.csv", aim)
+    call table%add("links", "of the variant, as in balance.csv", links)
+    call table%add("name", "of the counterweight as a link of the input", name)
+    call table%add("on", "the link that it is fixed to", on)
+    call table%add("from", "the joint at the origin of its axes", from)
+    call table%add("to", "the joint that its first axis points to", to)
+    call table%add("mass", kilogram, "of the counterweight, a point mass", mass)
+    call table%add("center_x", metre, "its place along the first axis", x)
+    call table%add("center_y", metre, "its place across, to the left", y)
+    call table%add("unbalance", kilogram_metre, "mass times distance from the pivot", unbalance)
+  end function links_of
+
+  !> balance_harmonics.csv: a row for every variant and order.
+  type(table_type) function harmonics_of(variants, rigid, linkage, orders, verdict) result(table)
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    integer, intent(in) :: orders
+    character(len=*), intent(in) :: verdict
+    character(len=len(aims)) :: aim(orders * size(variants))
+    character(len=longest) :: links(orders * size(variants))
+    real(dp) :: rms(orders * size(variants), 4)
+    integer :: number(orders * size(variants)), i, k, n
+
+    n = 0
+    do i = 1, size(variants)
+      do k = 1, orders
+        n = n + 1
+        aim(n) = aims(variants(i)%aim)
+        links(n) = variants(i)%links(rigid, linkage, " ")
+        number(n) = k
+        rms(n, :2) = [variants(i)%left%order_rms(k, force), variants(i)%left%order_rms(k, moment)]
+        rms(n, 3:) = variants(i)%mounted%orders(:, k)
+        if (allocated(variants(i)%mounted%reason)) rms(n, 3:) = ieee_value(1.0_dp, ieee_quiet_nan)
+      end do
+    end do
+    table = new_table("balance_harmonics", "Counterweights by orders", "What counterweights leave, by orders of the crank.", &
+      & verdict)
+    call table%add("aim", "of the variant, as in balance.csv", aim)
+    call table%add("links", "of the variant, as in balance.csv", links)
+    call table%add("order", "multiple of the crank speed", number)
+    call table%add("rigid_f_rms", newton, "of the force on rigid ground", rms(:, 1))
+    call table%add("rigid_m_rms", newton_metre, "of the moment on rigid ground", rms(:, 2))
+    call table%add("f_rms", newton, "of the force on the mounts", rms(:, 3))
+    call table%add("m_rms", newton_metre, "of the moment on the mounts", rms(:, 4))
+  end function harmonics_of
+
+end module gestell_task_balance

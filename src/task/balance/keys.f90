@@ -1,0 +1,103 @@
+!> The keys of the group &balance.
+module gestell_task_balance_keys
+  use gestell_base_error, only: error_type
+  use gestell_base_key, only: key_type, of_length, positive, range_type, real_key, text_key
+  use gestell_base_kinds, only: dp
+  use gestell_input_namelist_document, only: document_type, group_type, has, the_group, word_length
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_schema_read, only: count_values, read
+  use gestell_input_schema_units, only: units_type
+  use gestell_model_linkage, only: linkage_type
+  implicit none (type, external)
+  private
+
+  public :: read_balance
+
+  !> Links that can be named.
+  integer, parameter :: most_links = 20
+
+  type(key_type), parameter, public :: balance_keys(*) = [ &
+    & key_type("balance", "links", text_key, "names of links on which counterweights may sit", 1, 1, most_links, &
+    &   otherwise="all that turn"), &
+    & key_type("balance", "radius", real_key, "how far from its link's pivot on the frame a counterweight sits, where there " // &
+    &   "is none from the origin of its axes; of all, or one for each of `links`", 1, 1, most_links, unit=of_length, &
+    &   range=positive, otherwise="the length of the link, from `from` to `to`"), &
+    & key_type("balance", "weight", real_key, "part of the moment in the weighted sum, what is left to 1 that of the force", &
+    &   default=0.5_dp, range=range_type(0.0_dp, 1.0_dp)), &
+    & key_type("balance", "length", real_key, "what moments are divided by to be forces in that sum", unit=of_length, &
+    &   range=positive, otherwise="rms moment over rms force, as found"), &
+    & key_type("balance", "about", text_key, "the point that moments on rigid ground are about: the frame's centre of mass F, " // &
+    &   "as the moment `m` of the machine on its mounts, or the mechanism's origin O", word="frame", words="frame, origin")]
+
+  !> What the group says; in SI.
+  type, public :: balance_order_type
+    !> Indices of the links, each once; not allocated: all.
+    integer, allocatable :: links(:)
+    !> Not allocated: the links' lengths.
+    real(dp), allocatable :: radii(:)
+    real(dp) :: weight = 0.5_dp
+    !> 0: by what is found.
+    real(dp) :: length = 0
+    logical :: about_frame = .true.
+  end type balance_order_type
+
+contains
+
+  !> The group &balance for a linkage. Errors: values out of range; a link that is not there, or named twice; as many radii as there
+  !> are no links.
+  subroutine read_balance(doc, units, linkage, order, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    class(linkage_type), intent(in) :: linkage
+    type(balance_order_type), intent(out) :: order
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type) :: group
+    character(len=:), allocatable :: about
+
+    group = the_group(doc, "balance")
+    call read(group, balance_keys, "weight", order%weight, error)
+    if (.not. allocated(error)) call read(group, balance_keys, "about", about, error)
+    if (allocated(error)) return
+    order%about_frame = about == "frame"
+    if (has(group, "length")) call read(group, balance_keys, "length", order%length, error, units)
+    if (.not. allocated(error)) call read_links(group, linkage, order, error)
+    if (allocated(error) .or. .not. has(group, "radius")) return
+    allocate(order%radii(count_values(group, "radius")))
+    call read(group, balance_keys, "radius", order%radii, error, units)
+    if (allocated(error) .or. size(order%radii) == 1) return
+    if (.not. allocated(order%links)) then
+      call input_error(group, "radius", "is one number for all, or needs links, to have one for each", error)
+    else if (size(order%radii) /= size(order%links)) then
+      call input_error(group, "radius", "needs one number, or one for each of links", error)
+    end if
+  end subroutine read_balance
+
+  subroutine read_links(group, linkage, order, error)
+    type(group_type), intent(in) :: group
+    class(linkage_type), intent(in) :: linkage
+    type(balance_order_type), intent(inout) :: order
+    type(error_type), allocatable, intent(out) :: error
+    character(len=word_length), allocatable :: names(:)
+    integer :: i, k
+
+    if (.not. has(group, "links")) return
+    call read(group, balance_keys, "links", names, error)
+    if (allocated(error)) return
+    allocate(order%links(size(names)))
+    do i = 1, size(names)
+      order%links(i) = 0
+      do k = 1, size(linkage%links)
+        if (linkage%links(k)%name == names(i)) order%links(i) = k
+      end do
+      if (order%links(i) == 0) then
+        call input_error(group, "links", "there is no link '" // trim(names(i)) // "'", error, i)
+      else if (linkage%links(order%links(i))%to == 0) then
+        call input_error(group, "links", "'" // trim(names(i)) // "' does not turn: it has no to", error, i)
+      else if (any(order%links(:i - 1) == order%links(i))) then
+        call input_error(group, "links", "names '" // trim(names(i)) // "' twice", error, i)
+      end if
+      if (allocated(error)) return
+    end do
+  end subroutine read_links
+
+end module gestell_task_balance_keys

@@ -1,0 +1,94 @@
+!> The picture of what counterweights do on rigid ground and on the mounts.
+module gestell_task_balance_plot
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, exact, text
+  use gestell_output_picture_script, only: figure_type, new_figure, tic
+  use gestell_task_balance_variants, only: force, moment, variant_type
+  implicit none (type, external)
+  private
+
+  public :: plot_balance
+
+  character, parameter :: newline = new_line("a")
+  !> Bars end here (%), with their number above.
+  integer, parameter :: top = 250
+
+contains
+
+  !> balance.gp: rms of force and moment in per cent of what was found, a pair of bars for each variant, which `labels` name.
+  function plot_balance(variants, labels) result(figure)
+    type(variant_type), intent(in) :: variants(:)
+    character(len=*), intent(in) :: labels(:)
+    type(figure_type) :: figure
+    character(len=:), allocatable :: lines, tics
+    integer :: i, longest, height
+
+    tics = ""
+    do i = 1, size(labels)
+      if (i > 1) tics = tics // ", "
+      tics = tics // tic(trim(labels(i))) // " " // text(i - 1)
+    end do
+    longest = min(32, maxval(len_trim(labels)))
+    height = 560 + 6 * longest
+    lines = "set multiplot layout 2,1 margins 0.11,0.975," // concise((60 + 4.2_dp * longest) / height, 3) // "," &
+      & // concise(1 - 60.0_dp / height, 3) // " spacing 0.1," // concise(34.0_dp / height, 3) // " title heading noenhanced" &
+      & // newline // "set style data boxes; set boxwidth 0.36" // newline &
+      & // "set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
+      & // "set xrange [-0.6:" // text(size(variants) - 1) // ".6]" // newline &
+      & // "cut(v) = v > " // text(top) // " ? " // text(top) // " : v; above(v) = v > " // text(top) // " ? " // text(top) &
+      & // " : NaN" // newline &
+      & // panel(force, "force", "rigid_f_rms_N", "f_rms_N", "set xtics format ''") // "set key off" // newline &
+      & // panel(moment, "moment", "rigid_m_rms_Nm", "m_rms_Nm", "set xtics rotate by 35 right noenhanced (" // tics // ")") &
+      & // "unset multiplot" // newline
+    figure = new_figure("balance", "Counterweights on rigid ground and on these mounts", lines, &
+      & width=max(640, 200 + 70 * size(variants)), height=height)
+
+  contains
+
+    !> Bars of `rigid` and `mounted`, columns of balance.csv, beside what these were.
+    pure function panel(row, what, rigid, mounted, axis) result(lines)
+      integer, intent(in) :: row
+      character(len=*), intent(in) :: what, rigid, mounted, axis
+      character(len=:), allocatable :: lines
+      real(dp) :: greatest
+      integer :: k
+
+      associate (found => variants(1))
+        greatest = 1
+        do k = 2, size(variants)
+          if (found%left%rms(row) > 0) greatest = max(greatest, variants(k)%left%rms(row) / found%left%rms(row))
+          if (found%mounted%rms(row) > 0) greatest = max(greatest, variants(k)%mounted%rms(row) / found%mounted%rms(row))
+        end do
+        lines = axis // newline // "set yrange [0:" // text(nint(112 * min(greatest, top / 100.0_dp))) // "]" // newline &
+          & // "set ylabel 'rms " // what // " (% of found)'" // newline // "plot " &
+          & // bars("'balance.csv'", "-", percent(rigid, found%left%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", "on rigid ground") &
+          & // ", \" // newline // "  " &
+          & // bars("''", "+", percent(mounted, found%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on these mounts") &
+          & // newline
+      end associate
+    end function panel
+
+  end function plot_balance
+
+  !> Bars beside the middle of each place, and the numbers of those that are cut.
+  pure function bars(file, side, value, style, title) result(words)
+    character(len=*), intent(in) :: file, side, value, style, title
+    character(len=:), allocatable :: words
+
+    words = file // " using ($0 " // side // " 0.19):(cut(" // value // ")) " // style // " border lt -1 title '" // title &
+      & // "', \" // newline // "  '' using ($0 " // side // " 0.19):(above(" // value // ")):(sprintf('%.0f', " // value &
+      & // ")) with labels font ',11' offset 0,0.5 notitle"
+  end function bars
+
+  !> A column in per cent of what was found; 0 where that was nothing.
+  pure function percent(column, found) result(value)
+    character(len=*), intent(in) :: column
+    real(dp), intent(in) :: found
+    character(len=:), allocatable :: value
+
+    value = "0"
+    if (found > 0) value = exact(100 / found)
+    value = value // " * column('" // column // "')"
+  end function percent
+
+end module gestell_task_balance_plot

@@ -1,0 +1,303 @@
+!> Balancing, for people.
+module gestell_task_balance_report
+  use gestell_base_key, only: of_length, of_mass
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_input_schema_units, only: unit_type, units_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_verdict, only: section
+  use gestell_output_report_wrapping, only: columns_of, widest
+  use gestell_study_balance, only: rigid_ground_type
+  use gestell_study_balance_complete, only: balanced, balanced_already, no_pivots
+  use gestell_task_balance_keys, only: balance_order_type
+  use gestell_task_balance_variants, only: aims, as_found, complete, for_force, for_moment, force, moment, &
+    & name_of_weight, variant_type
+  implicit none (type, external)
+  private
+
+  public :: balance_headlines, label_of, link_lines, report_balance
+
+  character, parameter :: newline = new_line("a")
+  !> Orders that are told of each.
+  integer, parameter :: told_orders = 3
+  !> A change beyond this is one; what is below this part of the whole is rounding.
+  real(dp), parameter :: noticed = 0.01_dp, rounding = 1.0e-11_dp
+
+contains
+
+  !> What is told first, a line each: which variant leaves the least force on rigid ground and what it does on the mounts; which
+  !> leaves the least there; which other one does most harm there and good on rigid ground. Empty where nothing can be told.
+  function balance_headlines(variants, rigid, linkage) result(lines)
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    character(len=:), allocatable :: lines
+    logical :: solved(size(variants)), lured(size(variants))
+    integer :: i, on_rigid, on_mounts, worst
+
+    lines = ""
+    on_rigid = minloc([(variants(i)%left%rms(force), i = 1, size(variants))], dim=1)
+    if (on_rigid == 1) return
+    lines = "Balancing, rms force: " // label_of(variants(on_rigid), rigid, linkage) // ", " // change(on_rigid, .true.) &
+      & // " on rigid ground, " // change(on_rigid, .false.) // " on these mounts" // newline
+    solved = [(.not. allocated(variants(i)%mounted%reason), i = 1, size(variants))]
+    if (.not. solved(1)) return
+    on_mounts = minloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=solved)
+    if (on_mounts == 1) then
+      lines = lines // "Balancing, rms force: on these mounts no counterweight makes it less" // newline
+    else if (on_mounts /= on_rigid) then
+      lines = lines // "Balancing, rms force: best on these mounts " // label_of(variants(on_mounts), rigid, linkage) // ", " &
+        & // change(on_mounts, .false.) // ", on rigid ground " // change(on_mounts, .true.) // newline
+    end if
+    lured = solved .and. [(variants(i)%left%rms(force) < (1 - noticed) * variants(1)%left%rms(force) .and. &
+      & variants(i)%mounted%rms(force) > (1 + noticed) * variants(1)%mounted%rms(force), i = 1, size(variants))]
+    lured(on_rigid) = .false.
+    worst = maxloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=lured)
+    if (worst > 0) lines = lines // "Balancing, rms force: the opposite by " // label_of(variants(worst), rigid, linkage) // ", " &
+      & // change(worst, .true.) // " on rigid ground, " // change(worst, .false.) // " on these mounts" // newline
+
+  contains
+
+    pure function change(i, rigidly) result(words)
+      integer, intent(in) :: i
+      logical, intent(in) :: rigidly
+      character(len=:), allocatable :: words
+
+      words = "no vibration"
+      if (rigidly) then
+        words = change_words(variants(i)%left%rms(force), variants(1)%left%rms(force), "N")
+      else if (.not. (allocated(variants(i)%mounted%reason) .or. allocated(variants(1)%mounted%reason))) then
+        words = change_words(variants(i)%mounted%rms(force), variants(1)%mounted%rms(force), "N")
+      end if
+    end function change
+
+  end function balance_headlines
+
+  !> "-63.2 %"; the value itself where nothing was found before.
+  pure function change_words(after, before, unit) result(words)
+    real(dp), intent(in) :: after, before
+    character(len=*), intent(in) :: unit
+    character(len=:), allocatable :: words
+    real(dp) :: percent
+
+    if (.not. before > 0) then
+      words = concise(after, 4) // " " // unit
+      return
+    end if
+    percent = 100 * (after / before - 1)
+    words = concise(abs(percent), 3) // " %"
+    if (abs(percent) < 0.005_dp) then
+      words = "0 %"
+    else if (percent < 0) then
+      words = "-" // words
+    else
+      words = "+" // words
+    end if
+  end function change_words
+
+  !> What the variant is called: "crank, for force".
+  pure function label_of(variant, rigid, linkage) result(label)
+    type(variant_type), intent(in) :: variant
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    character(len=:), allocatable :: label
+
+    select case (variant%aim)
+    case (as_found)
+      label = "as found"
+    case (complete)
+      label = "complete"
+    case default
+      label = variant%links(rigid, linkage, " + ") // ", for " // trim(aims(variant%aim))
+      if (size(variant%weights) > 1) label = trim(aims(variant%aim)) // ", for force"
+    end select
+  end function label_of
+
+  !> The whole section. `state`: as of `balance_force`; `length`: of the weighted sum (m).
+  function report_balance(variants, rigid, linkage, order, state, length, verdict) result(report)
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    type(balance_order_type), intent(in) :: order
+    integer, intent(in) :: state
+    real(dp), intent(in) :: length
+    character(len=*), intent(in) :: verdict
+    character(len=:), allocatable :: report, rows, orders
+    integer :: i, k
+
+    rows = ""
+    orders = ""
+    do i = 1, size(variants)
+      associate (one => variants(i), found => variants(1))
+        rows = rows // label_of(one, rigid, linkage) // tab
+        if (i > 1) rows = rows // concise(one%mass(rigid), 4)
+        rows = rows // tab // cells(one%left%rms, found%left%rms, i == 1)
+        if (.not. allocated(one%mounted%reason)) then
+          if (allocated(found%mounted%reason)) then
+            rows = rows // tab // cells(one%mounted%rms, [0.0_dp, 0.0_dp], .false.)
+          else
+            rows = rows // tab // cells(one%mounted%rms, found%mounted%rms, i == 1)
+          end if
+          if (one%mounted%verdict /= "stable") rows = rows // tab // trim(one%mounted%verdict)
+        else
+          rows = rows // tab // "-" // tab // "-" // tab // one%mounted%reason
+        end if
+        rows = rows // newline
+        orders = orders // label_of(one, rigid, linkage)
+        do k = 1, told_orders
+          orders = orders // tab // clean(one%left%order_rms(k, force), one%left%rms(force))
+        end do
+        do k = 1, min(told_orders, size(one%mounted%orders, 2))
+          orders = orders // tab
+          if (.not. allocated(one%mounted%reason)) orders = orders // clean(one%mounted%orders(force, k), &
+            & one%mounted%rms(force))
+        end do
+        orders = orders // newline
+      end associate
+    end do
+    report = section("BALANCING by counterweights: rms on rigid ground, and of the machine on its mounts", verdict) &
+      & // tabulated("lrrrrrl", "counterweight,mass,rigid,rigid,mounts,mounts" // newline // ",kg,force,moment,force,moment", &
+      & rows) &
+      & // state_line(state, variants, rigid, linkage) // useless_lines(variants, rigid, linkage) &
+      & // "  moments about " // trim(merge("F; ", "O; ", order%about_frame)) // " sum: " // concise(1 - order%weight, 3) &
+      & // " of the force's mean square and " // concise(order%weight, 3) // " of the moment's over " // concise(length, 4) &
+      & // " m" // newline // radius_line(order) // newline // "WHAT IS LEFT of the force by orders of the crank, rms" // newline &
+      & // tabulated("lrrrrrr", "counterweight,rigid 1,2,3,mounts 1,2,3" // newline // ",N,N,N,N,N,N", orders)
+  end function report_balance
+
+  !> Which radii the masses belong to.
+  pure function radius_line(order) result(line)
+    type(balance_order_type), intent(in) :: order
+    character(len=:), allocatable :: line
+
+    line = "  masses at the radii of &balance" // newline
+    if (.not. allocated(order%radii)) line = "  masses at radii as long as their links; &balance radius orders others" // newline
+  end function radius_line
+
+  !> Force and moment with units of what was found, else their changes.
+  pure function cells(values, found, plain) result(words)
+    real(dp), intent(in) :: values(2), found(2)
+    logical, intent(in) :: plain
+    character(len=:), allocatable :: words
+
+    if (plain) then
+      words = concise(values(force), 5) // " N" // tab // concise(values(moment), 5) // " N m"
+    else
+      words = change_words(values(force), found(force), "N") // tab // change_words(values(moment), found(moment), "N m")
+    end if
+  end function cells
+
+  !> What complete balance there is.
+  function state_line(state, variants, rigid, linkage) result(line)
+    integer, intent(in) :: state
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    character(len=:), allocatable :: line
+
+    select case (state)
+    case (balanced)
+      line = "  complete balance of the force: counterweights on " // variants(size(variants))%links(rigid, linkage, ", ")
+    case (balanced_already)
+      line = "  the force is balanced as it is"
+    case (no_pivots)
+      line = "  no link turns about a point of the frame"
+    case default
+      line = "  no counterweights on these links balance the force completely"
+    end select
+    line = line // newline
+  end function state_line
+
+  !> A part of the whole, 0 where that is rounding.
+  pure function clean(part, whole) result(words)
+    real(dp), intent(in) :: part, whole
+    character(len=:), allocatable :: words
+
+    words = concise(merge(0.0_dp, part, part <= rounding * whole), 4)
+  end function clean
+
+  !> Where a single one does not help.
+  function useless_lines(variants, rigid, linkage) result(lines)
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    character(len=:), allocatable :: lines, links
+    logical :: helps
+    integer :: b, aim, i
+
+    lines = ""
+    do aim = for_force, for_moment
+      links = ""
+      do b = 1, size(rigid%bodies)
+        helps = .false.
+        do i = 2, size(variants)
+          if (variants(i)%aim == aim) helps = helps .or. variants(i)%weights(1)%body == b
+        end do
+        if (.not. helps) links = links // ", " // linkage%links(rigid%bodies(b)%link)%name
+      end do
+      if (links /= "") lines = lines // "  a single one makes the " // trim(aims(aim)) // " no less on " // links(3:) // newline
+    end do
+  end function useless_lines
+
+  !> The counterweights as links of an input in its units.
+  function link_lines(variants, rigid, linkage, units) result(lines)
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    type(units_type), intent(in) :: units
+    character(len=:), allocatable :: lines, line, joints
+    integer, parameter :: digits = 12
+    real(dp) :: place(2)
+    integer :: i, k
+
+    lines = ""
+    if (size(variants) == 1) return
+    lines = newline // "COUNTERWEIGHTS as links of the input" // newline
+    do i = 2, size(variants)
+      associate (one => variants(i))
+        lines = lines // "  ! " // label_of(one, rigid, linkage) // newline
+        do k = 1, size(one%weights)
+          associate (body => rigid%bodies(one%weights(k)%body))
+            associate (link => linkage%links(body%link))
+              place = typed(one%weights(k)%center(body), units%of(of_length))
+              joints = "from=" // quoted(linkage%joints(link%from)%name) // ", to=" // quoted(linkage%joints(link%to)%name) // ","
+              line = "  &link name=" // quoted(trim(name_of_weight(one, k, rigid, linkage))) // ","
+              if (columns_of(line // joints) < widest) then
+                line = line // " " // joints
+              else
+                line = line // newline // "    " // joints
+              end if
+              lines = lines // line // newline // "    mass=" &
+                & // concise(typed(one%weights(k)%mass(body), units%of(of_mass)), digits) // ", inertia=0, center=" &
+                & // concise(place(1), digits) // "," // concise(place(2), digits) // " /" // newline
+            end associate
+          end associate
+        end do
+      end associate
+    end do
+  end function link_lines
+
+  !> A value of SI as it is typed.
+  elemental real(dp) function typed(value, unit)
+    real(dp), intent(in) :: value
+    type(unit_type), intent(in) :: unit
+
+    typed = value * unit%divisor / unit%factor
+  end function typed
+
+  !> A name as an input has it.
+  pure function quoted(name) result(words)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = "'"
+    do i = 1, len(name)
+      if (name(i:i) == "'") words = words // "'"
+      words = words // name(i:i)
+    end do
+    words = words // "'"
+  end function quoted
+
+end module gestell_task_balance_report

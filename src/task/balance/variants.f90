@@ -1,0 +1,213 @@
+!> Machines with other counterweights: what they do on rigid ground, and on the mounts.
+module gestell_task_balance_variants
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  use gestell_input_machine_frame, only: read_frame
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_study_balance, only: counterweight_type, left_type, measure_left, rigid_ground_type, shaking_rows, &
+    & with_counterweights
+  use gestell_study_balance_complete, only: balance_force, balanced, not_balanced
+  use gestell_study_balance_single, only: best_single
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_statistics, only: statistics_type, take_statistics
+  use gestell_task_balance_keys, only: balance_order_type
+  use gestell_task_configuration, only: configuration_type
+  implicit none (type, external)
+  private
+
+  public :: name_of_weight, plan_variants, solve_variant, take_mounted
+
+  !> What the counterweights are for: nothing, the machine is as found; the least force, moment, weighted sum of one; several
+  !> together, for no force at all, or the least force that those about pivots leave.
+  integer, parameter, public :: as_found = 0, for_force = 1, for_moment = 2, for_sum = 3, complete = 4, together = 5
+  character(len=8), parameter, public :: aims(0:5) = [character(len=8) :: "found", "force", "moment", "sum", "complete", "together"]
+
+  !> Force and moment on the ground.
+  integer, parameter, public :: force = 1, moment = 2
+  character(len=1), parameter :: names(2) = ["f", "m"]
+  !> Of a counterweight.
+  integer, parameter, public :: longest_name = 80
+
+  !> The machine on its mounts.
+  type, public :: mounted_type
+    !> Not allocated: it has a vibration; else why not.
+    character(len=:), allocatable :: reason
+    character(len=9) :: verdict = ""
+    !> Rms and peak of force and moment (N, N m) and their errors, shape (2).
+    real(dp), dimension(2) :: rms = 0, rms_error = 0, peak = 0, peak_error = 0
+    !> Peaks of xi, eta (m) and psi (rad) and their errors.
+    real(dp), dimension(3) :: motion = 0, motion_error = 0
+    !> Rms of the orders 1, 2, ... of force and moment, shape (2, orders).
+    real(dp), allocatable :: orders(:, :)
+  end type mounted_type
+
+  type, public :: variant_type
+    integer :: aim = as_found
+    type(counterweight_type), allocatable :: weights(:)
+    type(left_type) :: left
+    type(mounted_type) :: mounted
+  contains
+    procedure :: mass => added_mass
+    procedure :: links => links_of
+  end type variant_type
+
+contains
+
+  !> All of them, the machine as found first, on rigid ground at a speed (rad/s). `state`: as of `balance_force`. `length`: by which
+  !> moments become forces in the weighted sum (m). Those whose counterweight would do nothing are left out.
+  subroutine plan_variants(rigid, speed, order, variants, state, length)
+    type(rigid_ground_type), intent(in) :: rigid
+    real(dp), intent(in) :: speed
+    type(balance_order_type), intent(in) :: order
+    type(variant_type), allocatable, intent(out) :: variants(:)
+    integer, intent(out) :: state
+    real(dp), intent(out) :: length
+    type(variant_type), allocatable :: all(:)
+    real(dp) :: weights(shaking_rows, for_force:for_sum)
+    integer :: b, aim, n
+
+    allocate(all(2 + 3 * size(rigid%bodies)))
+    allocate(all(1)%weights(0))
+    call measure_left(rigid, all(1)%weights, speed, all(1)%left)
+    length = order%length
+    if (.not. length > 0) length = 1
+    associate (rms => all(1)%left%rms)
+      if (.not. order%length > 0 .and. minval(rms) > 0) length = rms(moment) / rms(force)
+    end associate
+    weights(:, for_force) = [1, 1, 0]
+    weights(:, for_moment) = [0, 0, 1]
+    weights(:2, for_sum) = sqrt(1 - order%weight)
+    weights(3, for_sum) = sqrt(order%weight) / length
+    n = 1
+    do b = 1, size(rigid%bodies)
+      do aim = for_force, for_sum
+        if (allocated(all(n + 1)%weights)) deallocate(all(n + 1)%weights)
+        allocate(all(n + 1)%weights(1))
+        call best_single(rigid, b, weights(:, aim), all(n + 1)%weights(1))
+        if (.not. all(n + 1)%weights(1)%unbalance > 0) cycle
+        n = n + 1
+        all(n)%aim = aim
+      end do
+    end do
+    if (allocated(all(n + 1)%weights)) deallocate(all(n + 1)%weights)
+    call balance_force(rigid, all(n + 1)%weights, state)
+    if (state == balanced .or. state == not_balanced .and. count(rigid%bodies%pivoted) > 1) then
+      n = n + 1
+      all(n)%aim = merge(complete, together, state == balanced)
+    end if
+    do b = 2, n
+      call measure_left(rigid, all(b)%weights, speed, all(b)%left)
+    end do
+    allocate(variants, source=all(:n))
+  end subroutine plan_variants
+
+  !> What the counterweights weigh together (kg).
+  pure real(dp) function added_mass(self, rigid)
+    class(variant_type), intent(in) :: self
+    type(rigid_ground_type), intent(in) :: rigid
+    integer :: k
+
+    added_mass = 0
+    do k = 1, size(self%weights)
+      added_mass = added_mass + self%weights(k)%mass(rigid%bodies(self%weights(k)%body))
+    end do
+  end function added_mass
+
+  !> The links they sit on, by a word between them.
+  pure function links_of(self, rigid, linkage, between) result(words)
+    class(variant_type), intent(in) :: self
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    character(len=*), intent(in) :: between
+    character(len=:), allocatable :: words
+    integer :: k
+
+    words = ""
+    do k = 1, size(self%weights)
+      if (k > 1) words = words // between
+      words = words // linkage%links(rigid%bodies(self%weights(k)%body)%link)%name
+    end do
+  end function links_of
+
+  !> The name of the variant's counterweight number `k`, which no link of the linkage has.
+  pure function name_of_weight(variant, k, rigid, linkage) result(name)
+    type(variant_type), intent(in) :: variant
+    integer, intent(in) :: k
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    character(len=longest_name) :: name
+    integer :: i, number
+
+    name = "counterweight_" // linkage%links(rigid%bodies(variant%weights(k)%body)%link)%name
+    number = k
+    do while (any([(linkage%links(i)%name == name, i = 1, size(linkage%links))]))
+      name = "counterweight_" // text(number)
+      number = number + size(variant%weights)
+    end do
+  end function name_of_weight
+
+  !> The machine with the variant's counterweights on its mounts: verdict and vibration. Where there is none its reason tells why.
+  subroutine solve_variant(configuration, linkage, rigid, variant)
+    type(configuration_type), intent(in) :: configuration
+    class(linkage_type), intent(in) :: linkage
+    type(rigid_ground_type), intent(in) :: rigid
+    type(variant_type), intent(inout) :: variant
+    class(linkage_type), allocatable :: other
+    character(len=longest_name) :: links(size(variant%weights))
+    type(frame_type) :: frame
+    type(tasks_type) :: tasks
+    type(analysis_type) :: analysis
+    type(error_type), allocatable :: failure
+    integer :: k
+
+    do k = 1, size(links)
+      links(k) = name_of_weight(variant, k, rigid, linkage)
+    end do
+    call with_counterweights(linkage, rigid%bodies, variant%weights, links, other, failure)
+    if (.not. allocated(failure)) call read_frame(configuration%document, configuration%units, other, frame, failure)
+    tasks = configuration%tasks
+    tasks%all_vibrations = .false.
+    tasks%modes = .false.
+    if (.not. allocated(failure)) call analyse(frame, tasks, configuration%accuracy, analysis, failure)
+    call take_mounted(analysis, tasks%harmonics, variant%mounted, failure)
+  end subroutine solve_variant
+
+  !> What is told of a solved machine, or why it has no vibration: its `failure`, if there is one.
+  subroutine take_mounted(analysis, orders, mounted, failure)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: orders
+    type(mounted_type), intent(out) :: mounted
+    type(error_type), allocatable, intent(inout) :: failure
+    type(quantity_type) :: quantity
+    type(statistics_type) :: statistics
+    type(probe_type) :: none(0)
+    integer :: i, k
+
+    if (allocated(analysis%multipliers)) mounted%verdict = analysis%multipliers%verdict()
+    allocate(mounted%orders(2, orders), source=0.0_dp)
+    do i = force, moment
+      if (.not. (allocated(analysis%vibration) .and. .not. allocated(failure))) exit
+      call find_quantity(analysis%frame, none, names(i), quantity, failure)
+      if (.not. allocated(failure)) call take_statistics(analysis%vibration, quantity, statistics, failure)
+      if (allocated(failure)) exit
+      mounted%rms(i) = statistics%rms
+      mounted%rms_error(i) = statistics%error
+      mounted%peak(i) = statistics%peak
+      mounted%peak_error(i) = statistics%peak_error
+      mounted%orders(i, :) = [(statistics%amplitude(k) / sqrt(2.0_dp), k = 1, orders)]
+    end do
+    if (allocated(failure)) then
+      mounted%reason = failure%message
+      deallocate(failure)
+    else if (.not. allocated(analysis%vibration)) then
+      mounted%reason = "no vibration"
+    else
+      mounted%motion = analysis%vibration%peak(:3)
+      mounted%motion_error = analysis%vibration%peak_error(:3)
+    end if
+  end subroutine take_mounted
+
+end module gestell_task_balance_variants

@@ -1,0 +1,283 @@
+!> Complete balance against closed forms and published numbers, and shaking forces of linkages that have counterweights as links.
+module test_balance
+  use balance_linkages, only: four_bar, look_at, prepared, shake, skew_four_bar, slider_crank, speed
+  use checks, only: check_success, check_that
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_joints_guide, only: guide_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_mechanism_shaking, only: shaking_type
+  use gestell_study_balance, only: counterweight_type, examine, left_type, measure_left, rigid_ground_type, &
+    & with_counterweights
+  use gestell_study_balance_complete, only: balance_force, balanced, balanced_already, no_pivots, not_balanced
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_balance
+
+  character(len=*), parameter :: weight_names(2) = [character(len=16) :: "first weight", "second weight"]
+
+contains
+
+  subroutine collect_balance(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("four-bar: complete balance by Berkof's and Lowen's numbers", test_four_bar), &
+      & new_unittest("slider-crank: complete balance by hand, floating and about a pivot", test_slider_crank), &
+      & new_unittest("six-bar: complete balance, three counterweights", test_six_bar), &
+      & new_unittest("no complete balance: a Scotch yoke", test_none), &
+      & new_unittest("what is told is what a linkage with these links exerts", test_left), &
+      & new_unittest("bodies: links that share one, pivots that no joint is at", test_bodies)]
+  end subroutine collect_balance
+
+  !> Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26: with the coupler's centre at s from A on its length l the crank needs
+  !> m (1 - s/l) r beside its own moment, the rocker m s/l l_4: 0.6 (0.19/0.37) 0.07 + 0.5 0.03 and 0.6 (0.18/0.37) 0.16 + 0.25 0.08
+  !> kg m.
+  subroutine test_four_bar(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(rigid_ground_type) :: rigid
+    type(shaking_type) :: found
+    type(counterweight_type), allocatable :: weights(:), none(:)
+    type(gestell_error), allocatable :: failure
+    class(linkage_type), allocatable :: other
+    type(left_type) :: left
+    integer :: state
+
+    call four_bar(linkage, error)
+    call look_at(linkage, rigid, error)
+    if (allocated(error)) return
+    call balance_force(rigid, weights, state)
+    call check_that(error, state, "==", balanced, "complete balance")
+    call check_that(error, size(weights), "==", 2, "counterweights")
+    if (allocated(error)) return
+    call check_that(error, abs(weights%unbalance - [0.0365675675675676_dp, 0.0667027027027027_dp]), "<", 1.0e-15_dp * 10, &
+      & "crank and rocker")
+    call check_that(error, abs(abs(weights%angle) - pi), "<", 1.0e-12_dp, "opposite to their links")
+    call shake(linkage, rigid, weights, found, error)
+    if (allocated(error)) return
+    ! terms of 0.1 kg m cancel to their roundings
+    call check_that(error, found%peak(4) / speed**2, "<", 1.0e-15_dp, "no force")
+    call measure_left(rigid, weights, speed, left)
+    call check_that(error, left%rms(1), "==", 0.0_dp, "told as none")
+    call with_counterweights(linkage, rigid%bodies, weights, weight_names, other, failure)
+    call check_success(error, failure, "with counterweights")
+    if (allocated(error)) return
+    call other%prepare(failure)
+    call examine(other, .false., [0.0_dp, 0.0_dp], rigid, failure)
+    call balance_force(rigid, none, state)
+    call check_that(error, state, "==", balanced_already, "balanced as it is then")
+    call skew_four_bar(linkage, error)
+    call look_at(linkage, rigid, error)
+    call balance_force(rigid, weights, state)
+    call shake(linkage, rigid, weights, found, error)
+    if (allocated(error)) return
+    call check_that(error, size(weights), "==", 2, "skew, counterweights")
+    call check_that(error, found%peak(4) / speed**2, "<", 1.0e-14_dp, "skew, no force")
+  end subroutine test_four_bar
+
+  !> The rod has to carry its common centre with the piston in A: -(0.6 (0.065 + 0.02 i) + 0.5 0.2) kg m; the crank carries all in
+  !> A: -(2 0.01 + (0.6 + 0.5 + m) 0.05), m the rod's counterweight at its radius, that is its length 0.2 m.
+  subroutine test_slider_crank(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(rigid_ground_type) :: rigid
+    type(shaking_type) :: found
+    type(counterweight_type), allocatable :: weights(:)
+    type(gestell_error), allocatable :: failure
+    complex(dp), parameter :: rod = -(0.6_dp * (0.065_dp, 0.02_dp) + 0.5_dp * 0.2_dp)
+    complex(dp), allocatable :: u(:)
+    real(dp) :: radius
+    integer :: state, k
+
+    call slider_crank(linkage, error)
+    if (allocated(error)) return
+    do k = 1, 2
+      radius = merge(0.2_dp, 0.03_dp, k == 1)
+      if (k == 1) call examine(linkage, .false., [0.0_dp, 0.0_dp], rigid, failure)
+      if (k == 2) call examine(linkage, .false., [0.0_dp, 0.0_dp], rigid, failure, radii=[radius])
+      call check_success(error, failure, "bodies")
+      if (allocated(error)) return
+      call balance_force(rigid, weights, state)
+      call check_that(error, state, "==", balanced, "complete balance")
+      call check_that(error, size(weights), "==", 2, "counterweights")
+      if (allocated(error)) return
+      u = weights%unbalance * exp(cmplx(0, weights%angle, dp))
+      call check_that(error, abs(u(2) - rod), "<", 1.0e-14_dp, "rod")
+      call check_that(error, abs(u(1) + 0.02_dp + (1.1_dp + abs(rod) / radius) * 0.05_dp), "<", 1.0e-14_dp, "crank")
+      call shake(linkage, rigid, weights, found, error)
+      if (allocated(error)) return
+      call check_that(error, found%peak(4) / speed**2, "<", 1.0e-14_dp, "no force")
+    end do
+    ! about the pivot alone nothing but the first order with the crank can go
+    call examine(linkage, .false., [0.0_dp, 0.0_dp], rigid, failure, links=[1])
+    call balance_force(rigid, weights, state)
+    call check_that(error, state, "==", not_balanced, "by the crank alone")
+    call shake(linkage, rigid, weights, found, error)
+    if (allocated(error)) return
+    call check_that(error, abs(found%unbalance(1)), "<", 1.0e-15_dp * 10, "nothing with the crank")
+    call examine(linkage, .false., [0.0_dp, 0.0_dp], rigid, failure, links=[2])
+    call balance_force(rigid, weights, state)
+    call check_that(error, state, "==", no_pivots, "by the rod alone")
+  end subroutine test_slider_crank
+
+  !> A Watt six-bar: three for six links, as Lowen's and Tepper's theory has it.
+  subroutine test_six_bar(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(rigid_ground_type) :: rigid
+    type(shaking_type) :: before, found
+    type(counterweight_type), allocatable :: weights(:)
+    type(gestell_error), allocatable :: failure
+    integer :: state
+
+    call linkage%ground("A0", [0.0_dp, 0.0_dp], failure)
+    call linkage%ground("B0", [0.22_dp, 0.0_dp], failure)
+    call linkage%crank("A", "A0", 0.08_dp, 0.0_dp, failure)
+    call linkage%rrr("B", ["A ", "B0"], [0.24_dp, 0.18_dp], 1, failure)
+    call linkage%rigid("C", ["A", "B"], [0.12_dp, 0.10_dp], failure)
+    call linkage%rigid("E", ["B0", "B "], [0.18_dp, -0.12_dp], failure)
+    call linkage%rrr("D", ["C", "E"], [0.22_dp, 0.20_dp], 1, failure)
+    call linkage%link("crank", "A0", "A", 0.9_dp, 0.0015_dp, [0.02_dp, 0.0_dp], failure)
+    call linkage%link("coupler", "A", "B", 1.4_dp, 0.011_dp, [0.12_dp, 0.033_dp], failure)
+    call linkage%link("rocker", "B0", "B", 1.2_dp, 0.008_dp, [0.12_dp, -0.04_dp], failure)
+    call linkage%link("arm", "C", "D", 0.7_dp, 0.003_dp, [0.11_dp, 0.0_dp], failure)
+    call linkage%link("fold", "E", "D", 1.0_dp, 0.006_dp, [0.10_dp, 0.0_dp], failure)
+    call prepared(linkage, error)
+    call look_at(linkage, rigid, error)
+    if (allocated(error)) return
+    call balance_force(rigid, weights, state)
+    call check_that(error, state, "==", balanced, "complete balance")
+    call check_that(error, size(weights), "==", 3, "counterweights")
+    if (allocated(error)) return
+    call shake(linkage, rigid, [counterweight_type ::], before, error)
+    call shake(linkage, rigid, weights, found, error)
+    if (allocated(error)) return
+    call check_that(error, found%peak(4) / before%peak(4), "<", 1.0e-13_dp, "no force")
+  end subroutine test_six_bar
+
+  !> A yoke slides: its mass can be balanced by no turning link, but for half of it by the crank.
+  subroutine test_none(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: yoke = 3, radius = 0.1_dp
+    type(linkage_type) :: linkage
+    type(rigid_ground_type) :: rigid
+    type(counterweight_type), allocatable :: weights(:)
+    type(gestell_error), allocatable :: failure
+    integer :: state
+
+    call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
+    call linkage%crank("A", "O", radius, 0.0_dp, failure)
+    call linkage%rpp("Y", "A", guide_type(point=[0.0_dp, 0.0_dp]), pi / 2, failure)
+    call linkage%link("crank", "O", "A", 0.0_dp, 0.0_dp, [0.0_dp, 0.0_dp], failure)
+    call linkage%link("yoke", "Y", "", yoke, 0.0_dp, [0.0_dp, 0.0_dp], failure)
+    call prepared(linkage, error)
+    call look_at(linkage, rigid, error)
+    if (allocated(error)) return
+    call balance_force(rigid, weights, state)
+    call check_that(error, state, "==", not_balanced, "no complete balance")
+    call check_that(error, size(weights), "==", 1, "counterweights")
+    if (allocated(error)) return
+    call check_that(error, abs(weights(1)%unbalance - yoke * radius / 2), "<", 1.0e-14_dp, "half of the yoke's mass")
+  end subroutine test_none
+
+  !> Force and moment, by peaks and rms, of several counterweights together, with the crank's speed held by motor and flywheel.
+  subroutine test_left(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(rigid_ground_type) :: rigid
+    type(shaking_type) :: found
+    type(counterweight_type) :: weights(3)
+    type(gestell_error), allocatable :: failure
+    type(left_type) :: left
+    integer :: k
+
+    weights = [(counterweight_type(k, 0.02_dp * k, 0.7_dp * k), k = 1, 3)]
+    call skew_four_bar(linkage, error)
+    if (allocated(error)) return
+    do k = 1, 2
+      call examine(linkage, k == 2, [0.0_dp, 0.0_dp], rigid, failure)
+      call check_success(error, failure, "bodies")
+      call shake(linkage, rigid, weights, found, error, k == 2)
+      if (allocated(error)) return
+      call measure_left(rigid, weights, speed, left)
+      call check_that(error, abs(left%rms / found%rms([4, 3]) - 1), "<", 1.0e-11_dp, "rms")
+      call check_that(error, abs(left%peak / found%peak([4, 3]) - 1), "<", 1.0e-9_dp, "peak")
+      call check_that(error, abs(left%order_rms(2, 2) * sqrt(2.0_dp) / found%series(3)%amplitude(2) - 1), "<", 1.0e-11_dp, &
+        & "second order of the moment")
+    end do
+  end subroutine test_left
+
+  !> The rocker's link told from B to B0, a second link on the crank by a joint on it, a body whose pivot is no joint of its axes:
+  !> each body once, its counterweight where it is on the others.
+  subroutine test_bodies(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage, other
+    type(rigid_ground_type) :: rigid, turned
+    type(counterweight_type), allocatable :: weights(:), again(:)
+    type(shaking_type) :: found
+    type(gestell_error), allocatable :: failure
+    integer :: state
+
+    call four_bar(linkage, error)
+    call look_at(linkage, rigid, error)
+    call balance_force(rigid, weights, state)
+    if (allocated(error)) return
+    call check_that(error, (rigid%bodies%pivoted), "==", [.true., .false., .true.], "pivots")
+    call check_that(error, abs(rigid%bodies%length - [0.07_dp, 0.37_dp, 0.16_dp]), "<", 1.0e-14_dp, "lengths")
+
+    call other%ground("A0", [0.0_dp, 0.0_dp], failure)
+    call other%ground("B0", [0.4_dp, 0.0_dp], failure)
+    call other%crank("A", "A0", 0.07_dp, 0.0_dp, failure)
+    call other%rrr("B", ["A ", "B0"], [0.37_dp, 0.16_dp], 1, failure)
+    call other%rigid("P", ["A0", "A "], [0.02_dp, 0.03_dp], failure)
+    ! on the crank, from the joint P along its own axes: 0.5 kg at (0.03, 0)
+    call other%link("plate", "P", "A", 0.5_dp, 0.0035_dp, plate([0.03_dp, 0.0_dp]), failure)
+    call other%link("coupler", "A", "B", 0.6_dp, 0.007_dp, [0.18_dp, 0.0_dp], failure)
+    call other%link("rocker", "B", "B0", 0.25_dp, 0.006_dp, [0.08_dp, 0.0_dp], failure)
+    call other%link("nothing on it", "A0", "P", 0.0_dp, 0.0_dp, [0.0_dp, 0.0_dp], failure)
+    call prepared(other, error)
+    call look_at(other, turned, error)
+    if (allocated(error)) return
+    call check_that(error, size(turned%bodies), "==", 3, "bodies")
+    if (allocated(error)) return
+    call check_that(error, (turned%bodies%link), "==", [1, 2, 3], "their first links")
+    call check_that(error, (turned%bodies%pivoted), "==", [.true., .false., .true.], "pivots")
+    call check_that(error, abs(turned%bodies(3)%pivot - 0.16_dp), "<", 1.0e-14_dp, "B0 on the link from B")
+    call check_that(error, abs(turned%bodies(1)%pivot - pivot_of_plate()), "<", 1.0e-14_dp, "A0 on the plate")
+    call balance_force(turned, again, state)
+    call check_that(error, size(again), "==", 2, "counterweights")
+    if (allocated(error)) return
+    call check_that(error, abs(again%unbalance - weights%unbalance), "<", 1.0e-14_dp, "the same unbalances")
+    call shake(other, turned, again, found, error)
+    if (allocated(error)) return
+    call check_that(error, found%peak(4) / speed**2, "<", 1.0e-14_dp, "no force")
+
+  contains
+
+    !> A place on the crank in the axes from P = (0.02, 0.03) to A = (0.07, 0).
+    pure function plate(place)
+      real(dp), intent(in) :: place(2)
+      real(dp) :: plate(2)
+      complex(dp) :: c
+
+      c = (cmplx(place(1), place(2), dp) - (0.02_dp, 0.03_dp)) / axis()
+      plate = [real(c, dp), aimag(c)]
+    end function plate
+
+    pure complex(dp) function pivot_of_plate()
+      real(dp) :: c(2)
+
+      c = plate([0.0_dp, 0.0_dp])
+      pivot_of_plate = cmplx(c(1), c(2), dp)
+    end function pivot_of_plate
+
+    pure complex(dp) function axis()
+      axis = (0.05_dp, -0.03_dp) / abs((0.05_dp, -0.03_dp))
+    end function axis
+
+  end subroutine test_bodies
+
+end module test_balance

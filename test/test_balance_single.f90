@@ -1,0 +1,158 @@
+!> The best single counterweights against a closed form, what lies beside them, and a search.
+module test_balance_single
+  use balance_linkages, only: four_bar, look_at, objective, shake, skew_four_bar, slider_crank, speed
+  use checks, only: check_that
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_mechanism_shaking, only: shaking_type
+  use gestell_study_balance, only: counterweight_type, left_type, measure_left, rigid_ground_type
+  use gestell_study_balance_single, only: best_single
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_balance_single
+
+  !> What is weighted: the force, the moment, both.
+  real(dp), parameter :: weights_of(3, 3) = reshape([1.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.6_dp, 0.6_dp, 4.0_dp], &
+    & [3, 3])
+
+contains
+
+  subroutine collect_balance_single(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("the crank's for force: minus the first positive coefficient of a1 + i a2", test_crank), &
+      & new_unittest("worse beside it, in all directions", test_optimality), &
+      & new_unittest("a search finds none better, and one as good", test_search)]
+  end subroutine collect_balance_single
+
+  !> With F+ the crank takes its part of the mean square away, and nothing else. A crank at the phase 0.4 carries its weight there.
+  subroutine test_crank(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(rigid_ground_type) :: rigid
+    type(shaking_type) :: before, after
+    type(counterweight_type) :: best
+    type(left_type) :: left
+    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+    complex(dp) :: unbalance
+    real(dp) :: phase
+    integer :: k
+
+    do k = 1, 3
+      phase = 0
+      if (k == 1) call four_bar(linkage, error)
+      if (k == 2) call slider_crank(linkage, error)
+      if (k == 3) call skew_four_bar(linkage, error)
+      if (k == 3) phase = 0.4_dp
+      if (allocated(error)) return
+      call look_at(linkage, rigid, error)
+      call best_single(rigid, 1, weights_of(:, 1), best)
+      call shake(linkage, rigid, [counterweight_type ::], before, error)
+      if (allocated(error)) return
+      unbalance = best%unbalance * exp(i * (best%angle + phase))
+      call check_that(error, abs(unbalance + before%unbalance(1)) / abs(before%unbalance(1)), "<", 1.0e-13_dp, "closed form")
+      call shake(linkage, rigid, [best], after, error)
+      if (allocated(error)) return
+      call check_that(error, abs(after%unbalance(1)) / abs(before%unbalance(1)), "<", 1.0e-13_dp, "nothing with the crank")
+      call check_that(error, abs(after%rms(4)**2 / (before%rms(4)**2 - (speed**2 * abs(before%unbalance(1)))**2) - 1), "<", &
+        & 1.0e-11_dp, "mean square")
+      call measure_left(rigid, [best], speed, left)
+      call check_that(error, abs(left%rms(1) / after%rms(4) - 1), "<", 1.0e-11_dp, "rms")
+    end do
+  end subroutine test_crank
+
+  !> On each body, for each aim, about two points: a little more or less unbalance, a little beside it, is worse, and twice as far
+  !> away four times as much.
+  subroutine test_optimality(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(linkage_type) :: linkage
+    type(rigid_ground_type) :: rigid
+    type(shaking_type) :: found
+    type(counterweight_type) :: best, beside
+    complex(dp) :: u
+    real(dp) :: least, about(2), step, more(2)
+    integer :: b, aim, k, n, place
+
+    call skew_four_bar(linkage, error)
+    if (allocated(error)) return
+    do place = 1, 2
+      about = merge([0.0_dp, 0.0_dp], [0.2_dp, -0.15_dp], place == 1)
+      call look_at(linkage, rigid, error, about)
+      if (allocated(error)) return
+      do b = 1, 3
+        do aim = 1, 3
+          call best_single(rigid, b, weights_of(:, aim), best)
+          if (.not. best%unbalance > 0) cycle
+          call shake(linkage, rigid, [best], found, error)
+          if (allocated(error)) return
+          least = objective(found, weights_of(:, aim), about)
+          do k = 1, 8
+            do n = 1, 2
+              step = n * 1.0e-3_dp * best%unbalance
+              u = best%unbalance * exp(cmplx(0, best%angle, dp)) + step * exp(cmplx(0, k * pi / 4, dp))
+              beside = counterweight_type(b, abs(u), atan2(aimag(u), real(u, dp)))
+              call shake(linkage, rigid, [beside], found, error)
+              if (allocated(error)) return
+              more(n) = objective(found, weights_of(:, aim), about) - least
+            end do
+            call check_that(error, more(1), ">", 0.0_dp, "worse beside it")
+            call check_that(error, abs(more(2) / more(1) - 4), "<", 0.05_dp, "a minimum: no slope")
+          end do
+        end do
+      end do
+    end do
+  end subroutine test_optimality
+
+  !> All places of a grid of unbalances and angles are no better; the best of them is nearly as good. Where none helps, none does.
+  subroutine test_search(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: angles = 36, sizes = 24
+    type(linkage_type) :: linkage
+    type(rigid_ground_type) :: rigid
+    type(shaking_type) :: found
+    type(counterweight_type) :: best
+    real(dp), parameter :: about(2) = [0.2_dp, -0.15_dp]
+    real(dp) :: least, as_found, searched, most
+    integer :: b, aim, k, n
+
+    call skew_four_bar(linkage, error)
+    call look_at(linkage, rigid, error, about)
+    call shake(linkage, rigid, [counterweight_type ::], found, error)
+    if (allocated(error)) return
+    do b = 1, 3
+      do aim = 2, 3
+        as_found = objective(found, weights_of(:, aim), about)
+        call best_single(rigid, b, weights_of(:, aim), best)
+        least = as_found
+        if (best%unbalance > 0) least = told(best)
+        ! the grid goes on to three times what was found
+        most = 3 * max(best%unbalance, 0.05_dp)
+        searched = as_found
+        do k = 0, angles - 1
+          do n = 1, sizes
+            searched = min(searched, told(counterweight_type(b, most * n / sizes, 2 * pi * k / angles)))
+          end do
+        end do
+        if (allocated(error)) return
+        call check_that(error, searched, ">=", least * (1 - 1.0e-10_dp), "none better")
+        call check_that(error, (searched - least) / as_found, "<", 0.02_dp, "one as good")
+      end do
+    end do
+
+  contains
+
+    real(dp) function told(weight)
+      type(counterweight_type), intent(in) :: weight
+      type(shaking_type) :: shaken
+
+      call shake(linkage, rigid, [weight], shaken, error)
+      told = huge(told)
+      if (.not. allocated(error)) told = objective(shaken, weights_of(:, aim), about)
+    end function told
+
+  end subroutine test_search
+
+end module test_balance_single
