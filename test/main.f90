@@ -156,7 +156,7 @@ program main
     & new_testsuite("newton", collect_newton), &
     & new_testsuite("axes", collect_axes), &
     & new_testsuite("balance", collect_balance), &
-    & new_testsuite("balance_single", collect_balance_single), &
+    & new_testsuite("balance-single", collect_balance_single), &
     & new_testsuite("held", collect_held), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("averaged", collect_averaged), &
