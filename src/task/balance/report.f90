@@ -202,7 +202,7 @@ contains
     case (balanced_already)
       line = "  the force is balanced as it is"
     case (no_pivots)
-      line = "  no link turns about a point of the frame"
+      line = "  none of these links turns about a point of the frame"
     case default
       line = "  no counterweights on these links balance the force completely"
     end select
