@@ -11,6 +11,7 @@ program main
   use test_base, only: collect_base
   use test_bounds, only: collect_bounds
   use test_boundary, only: collect_boundary
+  use test_boundary_level, only: collect_boundary_level
   use test_boundary_machines, only: collect_boundary_machines
   use test_boundary_map, only: collect_boundary_map
   use test_boundary_tongues, only: collect_boundary_tongues
@@ -175,6 +176,7 @@ program main
     & new_testsuite("campaign", collect_campaign), &
     & new_testsuite("peaks", collect_peaks), &
     & new_testsuite("boundary", collect_boundary), &
+    & new_testsuite("boundary-level", collect_boundary_level), &
     & new_testsuite("boundary-machines", collect_boundary_machines), &
     & new_testsuite("boundary-map", collect_boundary_map), &
     & new_testsuite("boundary-tongues", collect_boundary_tongues), &

@@ -3,6 +3,7 @@
 import math
 import re
 
+from borders import DAMPING as SIEVE_DAMPING, SIEVE, SPEED as SIEVE_SPEED
 from broken_inputs import SOUND
 from harness import Folder, Run, check, equal, files, near
 from quantities import BAND, DAMPING, MASS, ROTOR, STIFFNESS, UNBALANCE
@@ -168,6 +169,161 @@ REFUSED = [
 ]
 
 
+MAP_HEADER = "curve,{0},{1},kind,{0}_error,{1}_error,state"
+
+
+def vertices_on(what, folder, paths, function, level):
+    """Rows of a map's boundary.csv; the curve passes within the error of each vertex: the square about it has both sides."""
+    header, table = rows(folder)
+    equal(f"{what}, header", header, MAP_HEADER.format(*paths))
+    for row in table:
+        x, y, dx, dy = (float(row[i]) for i in (1, 2, 4, 5))
+        # the closed form's own roundings beside the errors, which lie along the line of the search
+        corners = [function(x + i * (1.01 * dx + 1e-12 * x), y + j * (1.01 * dy + 1e-12 * y)) for i in (-1, 1) for j in (-1, 1)]
+        check(f"{what}, vertex {x!r}, {y!r}", min(corners) <= level <= max(corners), level, corners)
+    return table
+
+
+def follows(what, table, function, level, axes, deviation):
+    """On the ways between vertices: above the level on the left, within it on the right, at one and a half of the deviation."""
+    place = lambda value, a, b, log: math.log(value / a) / math.log(b / a) if log else (value - a) / (b - a)
+    value = lambda u, a, b, log: a * (b / a) ** u if log else a + u * (b - a)
+    # a range that descends turns the plane over: on the left where the first parameter points to the right, the second upward
+    turned = (axes[0][1] < axes[0][0]) != (axes[1][1] < axes[1][0])
+    seen = 0
+    for row, after in zip(table, table[1:]):
+        if row[0] != after[0]:
+            continue
+        u, v = ([place(float(r[i + 1]), *axes[i]) for i in (0, 1)] for r in (row, after))
+        length = math.dist(u, v)
+        left = [(u[1] - v[1]) / length, (v[0] - u[0]) / length]
+        for part in range(1, 20):
+            for side in (-1, 1):
+                at = [u[i] + (v[i] - u[i]) * part / 20 + 1.5 * side * deviation * left[i] for i in (0, 1)]
+                if 0 <= min(at) and max(at) <= 1:
+                    came, above = function(*(value(at[i], *axes[i]) for i in (0, 1))), (side > 0) != turned
+                    check(f"{what}, {'left' if side > 0 else 'right'} of {at}", (came > level) == above, level, came)
+                    seen += 1
+    check(f"{what}, points beside the curve", seen > 200, "many", seen)
+
+
+def test_map():
+    """Over speed and stiffness: every vertex, and the ways between them, against the closed form; whichever way the axes run."""
+    text = LEVEL + "&boundary quantity='fx', level=1000 /\n"
+    speed, stiffness = (300, 900, False), (4e4, 2e5, False)
+    for what, paths, axes in (
+            ("map", (FIRST, ALONG), (speed, stiffness)),
+            ("map, axes exchanged", (ALONG, FIRST), ((4e4, 2e5, True), (900, 300, False)))):
+        groups = "".join(axis(path, a, b, 9, ", spacing='log'" * log) for path, (a, b, log) in zip(paths, axes))
+        function = lambda x, y: force(*((x, y) if paths[0] == FIRST else (y, x)))
+        with Folder(input=text + groups) as folder:
+            run = Run(folder, "input.nml")
+            run.done(what)
+            equal(f"{what}, files", files(folder / "input"), ["boundary.csv"])
+            table = vertices_on(what, folder / "input", paths, function, 1000)
+            equal(f"{what}, one curve", {(row[0], row[3], row[6]) for row in table}, {("1", "level", "ok")})
+            follows(what, table, function, 1000, axes, 1e-3)
+            for found in ("BORDERS OF A LEVEL  fx peak = 1000 N, to 0.001 of the ranges\n", "  1 curve, ", ": level\n",
+                          f"Border fx peak = 1000 N over {paths[0]} and {paths[1]}: 1 curve"):
+                check(f"{what}, report", found in run.out, found, run.out)
+            script = (folder / "input" / "boundary.gp").read_text()
+            for words in ("'above the level'", "'input'", "Where fx peak crosses 1000 N: 1 found"):
+                check(f"{what}, picture", words in script, words, script[:2000])
+    # rather exactly, of the rms
+    words = f"&boundary quantity='fx', measure='rms', level={1000 / math.sqrt(2)!r}, tolerance=1e-4 /\n"
+    with Folder(input=LEVEL + words + axis(FIRST, *speed[:2], 4) + axis(ALONG, *stiffness[:2], 4)) as folder:
+        Run(folder, "-q", "input.nml").done("a finer map")
+        follows("a finer map", vertices_on("a finer map", folder / "input", (FIRST, ALONG), force_rms, 1000 / math.sqrt(2)), force,
+                1000, (speed, stiffness), 1e-4)
+        run = Run(folder, "input.nml", "-s", "boundary.level=1e7", "-o", "high")
+        check("a map without curves", "  0 curves" in run.out and "  in the middle of the ranges: within\n" in run.out
+              and rows(folder / "high")[1] == [], "within", run.out)
+        run = Run(folder, "input.nml", "-s", "boundary.level=1", "-o", "low")
+        check("a map above its level", "  0 curves" in run.out and "  in the middle of the ranges: above\n" in run.out, "above", run.out)
+
+
+def force_rms(rpm, stiffness):
+    return force(rpm, stiffness) / math.sqrt(2)
+
+
+def test_narrow_map():
+    """A ridge far narrower than the search points are apart, damped or not: its two sides, the ridge on the left of both."""
+    groups = axis(FIRST, 300, 900, 4) + axis(ALONG, 4e4, 2e5, 4)
+    for damping, state in ((0.2, "ok"), (0.0, "undecided")):
+        with Folder(input=LEVEL.replace(f"damping={DAMPING}", f"damping={damping}") + "&boundary quantity='fx', level=2e5 /\n"
+                    + groups) as folder:
+            run = Run(folder, "input.nml")
+            run.done(f"ridge, damping {damping}")
+            table = vertices_on(f"ridge, damping {damping}", folder / "input", (FIRST, ALONG),
+                                lambda n, c: force(n, c, damping), 2e5)
+            equal(f"ridge, damping {damping}, words", {(row[0], row[3], row[6]) for row in table},
+                  {("1", "level", state), ("2", "level", state)})
+            for row, after in zip(table, table[1:]):
+                faster = float(row[1]) > math.sqrt(float(row[2]) / MASS) * 60 / (2 * math.pi)
+                if row[0] == after[0]:
+                    equal(f"ridge, damping {damping}, upward at {row}", float(after[2]) > float(row[2]), faster)
+            # where nothing damps the number has no value on the ridge
+            text = (folder / "input" / "boundary.csv").read_text()
+            equal(f"ridge, damping {damping}, open places are told", ("# open: " in text, "open: a boundary" in run.out),
+                  (state != "ok",) * 2)
+
+
+def test_map_of_a_band():
+    """A level below what the band shows where it begins: a straight curve of jumps."""
+    words = "&boundary quantity='probe(foot).v', measure='band', level=100 /\n"
+    with Folder(input=LEVEL + words + axis(FIRST, 300, 900, 5) + axis(ALONG, 7e4, 9e4, 3)) as folder:
+        run = Run(folder, "input.nml")
+        run.done("map of a band")
+        table = rows(folder / "input")[1]
+        equal("map of a band, words", {(row[0], row[3], row[6]) for row in table}, {("1", "jump", "ok")})
+        for row in table:
+            near("map of a band, where the band begins", float(row[1]), 60 * BAND, float(row[4]))
+        equal("map of a band, from end to end", sorted(float(row[2]) for row in (table[0], table[-1])), [7e4, 9e4])
+        check("map of a band, report", ": jump\n" in run.out, "jump", run.out)
+
+
+def test_map_where_unstable():
+    """A level's curve through a tongue of instability: `state` is what single runs tell, the corners are found to the deviation."""
+    ranges = [(120.0, 300.0), (0.2, 10.0)]
+    with Folder(input=SIEVE + SIEVE_SPEED + SIEVE_DAMPING + "&boundary quantity='f', level=800 /\n") as folder:
+        run = Run(folder, "input.nml")
+        run.done("map of a sieve")
+        paths = ("drive.speed_rpm", "foundation.damping(3)")
+        header, table = rows(folder / "input")
+        equal("map of a sieve, header", header, MAP_HEADER.format(*paths))
+        check("map of a sieve, report", ": level, level of a vibration that" in run.out, "both", run.out)
+        place = lambda row: [(float(row[i + 1]) - a) / (b - a) for i, (a, b) in enumerate(ranges)]
+        corners = [math.dist(place(row), place(after)) for row, after in zip(table, table[1:])
+                   if row[0] == after[0] and row[6] != after[6]]
+        check("map of a sieve, corners", len(corners) == 1 and corners[0] <= 1e-3, "one, within the deviation", corners)
+        for row in table:
+            words = [word for path, value in zip(paths, row[1:3]) for word in ("-s", f"{path}={value}")]
+            single = Run(folder, "-s", "case.tasks=stability", "-s", "accuracy.tolerance=1e-12", *words, "input.nml")
+            verdict = {"ok": "stable", "unstable": "unstable"}[row[6]]
+            check(f"map of a sieve, {row[1:3]}", f"VERDICT  {verdict}" in single.out, verdict, single.out[-900:])
+
+
+def test_map_as_single_runs():
+    """The exact frame: single runs on both sides of vertices of a map."""
+    machine = SOUND.replace("'stability', 'response'", "'boundary'") + "&probe name='desk', position=0.3,0.25 /\n"
+    words = "&boundary quantity='probe(desk).v', measure='band', level=18 /\n&response quantities='probe(desk).v', measures='band' /\n"
+    with Folder(input=machine + axis(FIRST, 280, 310, 3) + axis(ALONG, 15000, 30000, 2) + words) as folder:
+        Run(folder, "-q", "input.nml").done("map of the exact frame")
+        table = rows(folder / "input")[1]
+        # the sides of the first order's resonance, which are unlike
+        equal("map of the exact frame, curves", {(row[0], row[3]) for row in table}, {("1", "level"), ("2", "level")})
+        for row in table:
+            x, y = float(row[1]), float(row[2])
+            came = []
+            for side in (-1, 1):
+                # along the speed, twice as far as the error tells, at least a billionth of the range
+                at = x + side * 2 * max(float(row[4]), 30e-9)
+                line = Run(folder, "--one-line", "-s", "case.tasks=response", "-s", f"{FIRST}={at!r}", "-s", f"{ALONG}={y!r}",
+                           "input.nml")
+                came.append(Points(line.out).column("probe(desk).v_band_mm_s")[0])
+            check(f"map of the exact frame, both sides of {x!r}, {y!r}", min(came) <= 18 <= max(came), 18, came)
+
+
 def test_refused():
     line = LEVEL.count("\n") + 1
     for what, words, message in REFUSED:
@@ -175,13 +331,11 @@ def test_refused():
             Run(folder, "input.nml").refused(f"level, {what}", 2,
                                              re.compile(re.escape(f"input.nml:{line + 1}: &boundary: ") + message.pattern))
             equal(f"level, {what}: nothing is written", files(folder), ["input.nml"])
-    with Folder(input=LEVEL + axis(FIRST, 300, 900, 3) + axis(ALONG, 1e4, 2e4, 3) + "&boundary quantity='f', level=1 /\n") as folder:
-        Run(folder, "input.nml").refused("level over two parameters", 2, f"input.nml:{line + 1}: &sweep 2: is one too many: the level "
-                                         "of a quantity is sought over one parameter")
     with Folder(input=LEVEL + axis(FIRST, 300, 900, 3) + "&boundary quantity='f', level=1 /\n") as folder:
         run = Run(folder, "--check", "input.nml")
         check("level, --check", run.code == 0 and "BORDERS OF A LEVEL  f peak = 1 N" in run.out and "STABILITY" not in run.out, "it",
               run.out)
 
 
-LEVEL_TESTS = [test_closed_form, test_between_points, test_error_across, test_of_a_band, test_as_single_runs, test_refused]
+LEVEL_TESTS = [test_closed_form, test_between_points, test_error_across, test_of_a_band, test_as_single_runs, test_map, test_narrow_map,
+               test_map_of_a_band, test_map_where_unstable, test_map_as_single_runs, test_refused]

@@ -12,6 +12,7 @@ from borders import DATA, SIEVE
 from broken_inputs import REST, SOUND
 from critical import NEEDLE
 from harness import Folder, Run, check, equal, files
+from quantities import ROTOR
 
 SPEEDS = "&sweep parameter='drive.speed_rpm', from={}, to={}, count={} /\n"
 OVER_SPEED = "'campbell', 'critical', 'resonance'"
@@ -28,6 +29,8 @@ CASES = {
                           " count=4 /\n",
     "a level": SOUND.replace("'stability', 'response'", "'boundary'") + REST + SPEEDS.format(250, 330, 5)
                + "&boundary quantity='f', level=300 /\n",
+    "a level in a plane": ROTOR.replace("'sweep'", "'boundary'") + SPEEDS.format(300, 900, 4) + "&sweep "
+                          "parameter='support(1).stiffness(1)', from=4e4, to=2e5, count=3 /\n&boundary quantity='fx', level=1000 /\n",
     "sensitivity": SOUND.replace("'stability', 'response'", "'sensitivity'"),
 }
 # The record of a piece begins with "gestell" and 2.

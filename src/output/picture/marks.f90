@@ -14,7 +14,8 @@ module gestell_output_picture_marks
 
   !> Fill of what is unstable, and the colour of motions beyond small ones.
   character(len=*), parameter, public :: unstable_fill = "fillcolor rgb '#F9E0C7' fillstyle solid 1 noborder", &
-    & unstable_entry = ", keyentry with boxes lc rgb '#F9E0C7' fs solid 1 noborder title 'unstable'", &
+    & shaded_entry = ", keyentry with boxes lc rgb '#F9E0C7' fs solid 1 noborder title ", &
+    & unstable_entry = shaded_entry // "'unstable'", &
     & beyond_colour = "999999"
   character(len=*), parameter :: own_line = "lc rgb '#8E24AA' dt (7,4) lw 1.2"
   character, parameter :: newline = new_line("a")

@@ -10,8 +10,8 @@ module gestell_task_boundary_keys
     &   "where `spacing='log'`: of the critical values, or of the curves' deviation from the border", &
     &   otherwise="`1e-10` for one parameter, `1e-3` for two", &
     &   range=range_type(least_tolerance, greatest_tolerance, above_zero=.true.)), &
-    & key_type("boundary", "quantity", text_key, "whose level is sought in place of stability, over one parameter: a name as " // &
-    &   "for `&resonance`", otherwise="none: borders of stability"), &
+    & key_type("boundary", "quantity", text_key, "whose level is sought in place of stability: a name as for `&resonance`", &
+    &   otherwise="none: borders of stability"), &
     & key_type("boundary", "measure", text_key, "what of it comes to the level, as for `&sweep`", word="peak", &
     &   words="peak, rms, band"), &
     & key_type("boundary", "level", real_key, "in the unit of the quantity (m, rad, m/s, rad/s, m/s^2, N, N m), of `'band'` " // &

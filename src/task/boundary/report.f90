@@ -7,17 +7,14 @@ module gestell_task_boundary_report
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_task_boundary, only: border_rest_type, nearest_type
   use gestell_task_boundary_line_functions, only: flutter, kind_names
-  use gestell_task_boundary_map, only: border_map_type, border_vertex_type
-  use gestell_task_boundary_vertex, only: finest_lines
+  use gestell_task_boundary_map_report, only: curve_lines, curves_over, left_out, most_listed, thin_places, words
   use gestell_task_boundary_solution, only: border_results_type
   implicit none (type, external)
   private
 
-  public :: report_borders, report_search, summary, way_to_stable
+  public :: axes_lines, report_borders, report_search, summary, way_to_stable
 
   character, parameter :: newline = new_line("a")
-  !> Curves that are listed, at the most.
-  integer, parameter :: most_listed = 40
 
 contains
 
@@ -25,15 +22,9 @@ contains
   pure function report_search(plan) result(report)
     type(sweep_plan_type), intent(in) :: plan
     character(len=:), allocatable :: report
-    integer :: k
 
-    report = newline // "STABILITY BOUNDARIES  to " // concise(plan%borders%tolerance, 2) // " of the ranges" // newline
-    do k = 1, size(plan%grid%axes)
-      associate (axis => plan%grid%axes(k))
-        report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9) // " to " // concise(axis%to, 9) // ", " &
-          & // counted(axis%count, "search point") // ", " // trim(merge("logarithmic", "linear     ", axis%logarithmic)) // newline
-      end associate
-    end do
+    report = newline // "STABILITY BOUNDARIES  to " // concise(plan%borders%tolerance, 2) // " of the ranges" // newline &
+      & // axes_lines(plan)
     if (plan%order%model /= "exact") return
     if (size(plan%grid%axes) == 1) then
       report = report // "  of every vibration met when the one at the start of the range is followed; at a turning point a " &
@@ -44,6 +35,21 @@ contains
     end if
   end function report_search
 
+  !> The ranges of the parameters.
+  pure function axes_lines(plan) result(report)
+    type(sweep_plan_type), intent(in) :: plan
+    character(len=:), allocatable :: report
+    integer :: k
+
+    report = ""
+    do k = 1, size(plan%grid%axes)
+      associate (axis => plan%grid%axes(k))
+        report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9) // " to " // concise(axis%to, 9) // ", " &
+          & // counted(axis%count, "search point") // ", " // trim(merge("logarithmic", "linear     ", axis%logarithmic)) // newline
+      end associate
+    end do
+  end function axes_lines
+
   !> What was found.
   pure function report_borders(plan, results) result(report)
     type(sweep_plan_type), intent(in) :: plan
@@ -53,7 +59,7 @@ contains
 
     report = newline
     if (allocated(results%map)) then
-      report = report // curves_of(results%map, plan%paths) // rest_of_map(results%map, plan%paths)
+      report = report // curve_lines(results%map, plan%paths)
     else
       if (size(results%values) == 0) report = report // "  no boundary in the range" // newline
       rows = ""
@@ -86,8 +92,7 @@ contains
     integer :: i
 
     if (allocated(results%map)) then
-      line = "Stability boundaries over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)) // ": " &
-        & // counted(results%map%curves, "curve")
+      line = "Stability boundaries" // curves_over(results%map, plan%paths)
       return
     end if
     line = "Stability boundaries over " // trim(plan%paths(1)) // ": "
@@ -124,42 +129,6 @@ contains
     if (size(rest%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
   end function rest_of
 
-  !> The same of the lines of a map.
-  pure function rest_of_map(map, paths) result(report)
-    type(border_map_type), intent(in) :: map
-    character(len=*), intent(in) :: paths(:)
-    character(len=:), allocatable :: report
-    integer :: i
-
-    report = thin_places(map%thin, 2 * finest_lines) // left_out(map%left_out)
-    do i = 1, min(size(map%places), most_listed)
-      associate (along => maxloc(map%places(i)%width, dim=1))
-        report = report // "  open: a boundary could not be excluded at " // place(map%places(i)%parameters) // ", within " &
-          & // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
-      end associate
-    end do
-    if (size(map%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
-  end function rest_of_map
-
-  pure function left_out(number) result(report)
-    integer, intent(in) :: number
-    character(len=:), allocatable :: report
-
-    report = ""
-    if (number > 0) report = "  note: multipliers meet so often that " // counted(number, "place") // &
-      & " were not looked at; they lie in the open ranges below: search these apart" // newline
-  end function left_out
-
-  pure function thin_places(number, width) result(report)
-    integer, intent(in) :: number
-    real(dp), intent(in) :: width
-    character(len=:), allocatable :: report
-
-    report = ""
-    if (number > 0) report = "  note: without damping, at " // counted(number, "more place") // " multipliers meet; if a " &
-      & // "tongue is there, it is narrower than " // concise(width, 2) // " of the range" // newline
-  end function thin_places
-
   pure function way_to(nearest) result(sentence)
     type(nearest_type), intent(in) :: nearest
     character(len=:), allocatable :: sentence
@@ -171,59 +140,5 @@ contains
       sentence = "none in the range"
     end if
   end function way_to
-
-  pure function curves_of(map, paths) result(report)
-    type(border_map_type), intent(in) :: map
-    character(len=*), intent(in) :: paths(:)
-    character(len=:), allocatable :: report
-    integer :: c, first, last
-
-    report = "  " // counted(map%curves, "curve") // ", " // text(size(map%vertices)) // " vertices; (" &
-      & // trim(paths(1)) // ", " // trim(paths(2)) // ")" // newline
-    do c = 1, min(map%curves, most_listed)
-      first = findloc(map%vertices%curve, c, dim=1)
-      last = findloc(map%vertices%curve, c, dim=1, back=.true.)
-      report = report // "  curve " // text(c) // " from " // place(map%vertices(first)%parameters)
-      if (all(abs(map%vertices(first)%parameters - map%vertices(last)%parameters) <= 0)) then
-        report = report // " round and back"
-      else
-        report = report // " to " // place(map%vertices(last)%parameters)
-      end if
-      report = report // kinds_of(map%vertices(first:last)) // newline
-    end do
-    if (map%curves > most_listed) report = report // "  ... all in boundary.csv" // newline
-    if (map%rough > 0) report = report // "  note: " // counted(map%rough, "way") // " between vertices could " &
-      & // "not be refined, as at the tip of a tongue" // newline
-  end function curves_of
-
-  !> ": divergence, flutter", in the order in which they follow each other first.
-  pure function kinds_of(curve) result(list)
-    type(border_vertex_type), intent(in) :: curve(:)
-    character(len=:), allocatable :: list
-    integer :: i
-
-    list = ": " // words(curve(1)%kind)
-    do i = 2, size(curve)
-      if (index(list, words(curve(i)%kind)) == 0) list = list // ", " // words(curve(i)%kind)
-    end do
-  end function kinds_of
-
-  pure function place(parameters)
-    real(dp), intent(in) :: parameters(2)
-    character(len=:), allocatable :: place
-
-    place = "(" // concise(parameters(1), 6) // ", " // concise(parameters(2), 6) // ")"
-  end function place
-
-  !> With blanks in place of underscores.
-  pure function words(kind)
-    character(len=*), intent(in) :: kind
-    character(len=:), allocatable :: words
-    integer :: k
-
-    words = trim(kind)
-    k = index(words, "_")
-    if (k > 0) words(k:k) = " "
-  end function words
 
 end module gestell_task_boundary_report

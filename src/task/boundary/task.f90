@@ -1,13 +1,15 @@
 !> The task `boundary`: borders of stability over one or two parameters.
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
-  use gestell_base_text, only: exact, text
+  use gestell_base_text, only: exact
   use gestell_input_namelist_document, only: has, the_group
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: radian, unit_type
   use gestell_task, only: all_machines, longest_table, task_type
   use gestell_task_boundary, only: border_accuracy
+  use gestell_task_boundary_map_plot, only: over_chart
+  use gestell_task_boundary_map_table, only: add_curves
   use gestell_task_boundary_order, only: border_order_type
   use gestell_task_boundary_plot, only: plot_borders
   use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to_stable
@@ -72,9 +74,9 @@ contains
     if (allocated(error)) return
     associate (plan => context%configuration%plan)
       if (allocated(results%map)) then
-        table = table_of_curves(plan, results)
-        if (results%map%curves > 0) call result%draw_over("sweep", ", for [c=1:" // text(results%map%curves) // "] " &
-          & // "'boundary.csv' using (column(1) == c ? X(column(2)) : NaN):(Y(column(3))) with lines lt 7 dt 1 lw 1.5")
+        table = empty_table()
+        call add_curves(plan, results%map, "divergence, period_doubling or flutter", table, of_level=.false.)
+        call result%draw_over("sweep", over_chart(results%map))
       else
         table = table_of_values(plan, results)
       end if
@@ -147,35 +149,5 @@ contains
       end do
     end associate
   end function table_of_values
-
-  !> The same over two.
-  pure type(table_type) function table_of_curves(plan, results) result(table)
-    type(sweep_plan_type), intent(in) :: plan
-    type(border_results_type), intent(in) :: results
-    integer :: i, k
-
-    table = empty_table()
-    associate (vertices => results%map%vertices, places => results%map%places, paths => plan%paths)
-      call table%add("curve", "its number", (vertices%curve))
-      do k = 1, 2
-        call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "of the vertex, in the units of the input", &
-          & [(vertices(i)%parameters(k), i = 1, size(vertices))], error=trim(paths(k)) // "_error")
-      end do
-      call table%add("arg", radian, "argument of the critical multiplier", (vertices%arg_rad))
-      call table%add("kind", "divergence, period_doubling or flutter", (vertices%kind))
-      do k = 1, 2
-        call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "the same along the line of the search", &
-          & [(vertices(i)%error(k), i = 1, size(vertices))])
-      end do
-      do i = 1, size(places)
-        k = maxloc(places(i)%width, dim=1)
-        table%remarks = table%remarks // "open: " // trim(paths(1)) // " = " // exact(places(i)%parameters(1)) // ", " &
-          & // trim(paths(2)) &
-          & // " = " &
-          & // exact(places(i)%parameters(2)) // " within " // exact(places(i)%width(k)) // " along " // trim(paths(k)) &
-          & // ": a border could not be excluded" // new_line("a")
-      end do
-    end associate
-  end function table_of_curves
 
 end module gestell_task_boundary_task

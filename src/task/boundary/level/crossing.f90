@@ -17,12 +17,14 @@ module gestell_task_boundary_level_crossing
     character(len=9) :: below = "undecided", above = "undecided"
     !> Whether the machine keeps to this vibration, as numbered in gestell_study_speed_point.
     integer :: state = no_solution
+    !> Whether the number is above the level behind it.
+    logical :: rises = .false.
     !> Whether the number jumps there, as where the band's end meets an order of the crank, or another vibration is found.
     logical :: jumps = .false.
     !> Whether it was found: there are vibrations all the way.
     logical :: found = .false.
-    !> The places on the line between which it lies for certain.
-    real(dp) :: ends(2) = 0
+    !> Its x on the line, and those between which it lies for certain.
+    real(dp) :: x = 0, ends(2) = 0
   end type crossing_type
 
   !> A number that changes by more than this part of its level within the tolerance jumps.
@@ -43,6 +45,7 @@ contains
     real(dp) :: x, step
 
     crossing%ends = [a%speed, b%speed]
+    crossing%rises = b%values(1, 1) > line%level
     call search%start(b%speed, b%values(1, 1) - line%level, a%speed, a%values(1, 1) - line%level)
     do
       x = search%root()
@@ -58,6 +61,7 @@ contains
     if (allocated(error)) return
     crossing%found = .true.
     crossing%state = point%state
+    crossing%x = x
     crossing%value = line%value(x)
     crossing%jumps = abs(search%f(1) - search%f(2)) > jump * line%level .and. minval(abs(search%f)) > 0
     call tell_sides(line, a, b, x, max(step, search%width()), crossing, error)

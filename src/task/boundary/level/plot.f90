@@ -11,11 +11,23 @@ module gestell_task_boundary_level_plot
   implicit none (type, external)
   private
 
-  public :: plot_levels
+  public :: level_title, plot_levels
 
   character, parameter :: newline = new_line("a")
+  !> Of level_kinds with level_states.
+  character(len=*), parameter, public :: level_meanings(6) = [character(len=30) :: "level", "level (undecided)", &
+    & "level (unstable)", "jump", "jump (undecided)", "jump (unstable)"]
 
 contains
+
+  pure function level_title(measure, level) result(title)
+    type(measure_type), intent(in) :: measure
+    real(dp), intent(in) :: level
+    character(len=:), allocatable :: title
+
+    title = "Where " // trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " crosses " // concise(level, 6) &
+      & // " " // trim(measure%unit)
+  end function level_title
 
   !> boundary.gp, from boundary.csv and level.csv.
   function plot_levels(path, unit, axis, input, measure, level, results) result(figure)
@@ -62,8 +74,7 @@ contains
       & // "over(column(2)) : NaN) with points lt 2 pt 7 ps 0.4 title 'unstable'"
     if (size(results%crossings) > 0) lines = lines // ", 'boundary.csv' using (X(column(2))):(level) with points lt 7 pt 7 " &
       & // "ps 0.9 title 'crossings'"
-    figure = new_figure("boundary", "Where " // trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " crosses " &
-      & // concise(level, 6) // " " // trim(measure%unit), lines // marks%entries // newline, width=800, height=480)
+    figure = new_figure("boundary", level_title(measure, level), lines // marks%entries // newline, width=800, height=480)
   end function plot_levels
 
 end module gestell_task_boundary_level_plot

@@ -6,12 +6,13 @@ module gestell_task_boundary_level_report
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_measure, only: measure_names, measure_type
   use gestell_study_speed_point, only: reached, state_names
+  use gestell_task_boundary_report, only: axes_lines
   use gestell_task_boundary_level_search, only: level_results_type
   use gestell_task_sweep_plan, only: sweep_plan_type
   implicit none (type, external)
   private
 
-  public :: level_heading, level_lines, level_name, level_sentence
+  public :: level_heading, level_lines, level_name, level_sentence, middle_line
 
   character, parameter :: newline = new_line("a")
   !> Crossings and open places that are listed, at the most.
@@ -36,12 +37,8 @@ contains
     type(sweep_plan_type), intent(in) :: plan
     character(len=:), allocatable :: report
 
-    associate (axis => plan%grid%axes(1))
-      report = newline // "BORDERS OF A LEVEL  " // level_name(measure, level) // ", to " // concise(plan%borders%tolerance, 2) &
-        & // " of the range" // newline &
-        & // "  " // trim(plan%paths(1)) // "  " // concise(axis%from, 9) // " to " // concise(axis%to, 9) // ", " &
-        & // counted(axis%count, "search point") // ", " // trim(merge("logarithmic", "linear     ", axis%logarithmic)) // newline
-    end associate
+    report = newline // "BORDERS OF A LEVEL  " // level_name(measure, level) // ", to " // concise(plan%borders%tolerance, 2) &
+      & // trim(merge(" of the range ", " of the ranges", size(plan%grid%axes) == 1)) // newline // axes_lines(plan)
   end function level_heading
 
   !> What was found.
@@ -71,17 +68,24 @@ contains
     report = report // "  from " // counted(size(results%values), "point") // " of the curve, in level.csv" // newline
   end function level_lines
 
-  !> Where it is crossed.
-  pure function level_sentence(measure, level, path, results) result(line)
-    type(measure_type), intent(in) :: measure
-    real(dp), intent(in) :: level
+  !> What there is where no curve was found.
+  pure function middle_line(side) result(line)
+    character(len=*), intent(in) :: side
+    character(len=:), allocatable :: line
+
+    line = ""
+    if (side /= "") line = "  in the middle of the ranges: " // trim(side) // newline
+  end function middle_line
+
+  !> Over what, and where it is crossed.
+  pure function level_sentence(path, results) result(line)
     character(len=*), intent(in) :: path
     type(level_results_type), intent(in) :: results
     character(len=:), allocatable :: line
     integer, parameter :: most = 6
     integer :: i
 
-    line = "Border " // level_name(measure, level) // " over " // path // ": "
+    line = " over " // path // ": "
     if (size(results%crossings) == 0) line = line // "not crossed in the range"
     do i = 1, min(size(results%crossings), most)
       if (i > 1) line = line // ", "

@@ -8,7 +8,7 @@ module gestell_task_boundary_level_search
   use gestell_study_speed_point, only: in_resonance, no_solution, speed_point_type, unreached
   use gestell_task_boundary_level_crossing, only: crossing_type, find_crossing, side_of
   use gestell_task_boundary_level_line, only: level_line_type
-  use gestell_task_executor, only: executor_type, spread_over, work_type
+  use gestell_task_executor, only: spread_over, work_type
   use gestell_task_record, only: record_type
   use gestell_task_resonance_record, only: exchange_point
   use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
@@ -18,9 +18,9 @@ module gestell_task_boundary_level_search
 
   public :: find_levels
 
-  !> A part of the range where a crossing could not be excluded: its middle, and half of its length.
+  !> A part of the line where a crossing could not be excluded, by its x; its middle, and half of its length.
   type, public :: open_type
-    real(dp) :: value = 0, width = 0
+    real(dp) :: ends(2) = 0, value = 0, width = 0
   end type open_type
 
   type, public :: level_results_type
@@ -55,31 +55,30 @@ module gestell_task_boundary_level_search
 
 contains
 
-  !> All crossings within the range of the line, from its beginning on. `executor`: who does the work, where members of the family
-  !> may be asked for by several threads. Error: the parameters make no sense, or the order.
-  subroutine find_levels(line, results, error, executor)
+  !> All crossings on the line, from its beginning on; `nodes`: the x where the search begins. By the line's executor, if it has
+  !> one. Error: the parameters make no sense, or the order.
+  subroutine find_levels(line, nodes, results, error)
     type(level_line_type), intent(in) :: line
+    real(dp), intent(in) :: nodes(:)
     type(level_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
-    class(executor_type), intent(inout), optional :: executor
     type(resonance_curve_type) :: curve
     type(points_type) :: work
-    integer :: k
 
     work%line = line
-    call start_curve(curve, line%order, line%coordinate_of(line%axis%value([(k, k = 1, line%axis%count)])), error)
+    call start_curve(curve, line%order, nodes, error)
     do while (.not. allocated(error))
       call curve%wanted(work%at)
       if (size(work%at) == 0) exit
       if (allocated(work%points)) deallocate(work%points)
       allocate(work%points(size(work%at)))
-      call spread_over(work, size(work%at), error, executor)
+      call spread_over(work, size(work%at), error, line%line%executor)
       if (.not. allocated(error)) call curve%add(work%points)
     end do
     if (allocated(error)) return
     results%complete = curve%complete
     call take_curve(line, curve, results)
-    call search_crossings(line, curve, results, error, executor)
+    call search_crossings(line, curve, results, error)
     if (.not. allocated(error)) call list_open(line, curve, results)
   end subroutine find_levels
 
@@ -134,12 +133,11 @@ contains
   end subroutine take_curve
 
   !> One between neighbours on different sides of the level. Error: a parameter makes no sense.
-  subroutine search_crossings(line, curve, results, error, executor)
+  subroutine search_crossings(line, curve, results, error)
     type(level_line_type), intent(in) :: line
     type(resonance_curve_type), intent(in) :: curve
     type(level_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
-    class(executor_type), intent(inout), optional :: executor
     type(crossings_type) :: work
     integer, allocatable :: first(:)
     integer :: i, k, n
@@ -153,7 +151,7 @@ contains
         work%points(i, k) = curve%points(first(k) + i - 1)%speed_point_type
       end do
     end do
-    call spread_over(work, size(first), error, executor)
+    call spread_over(work, size(first), error, line%line%executor)
     if (.not. allocated(error)) results%crossings = work%crossings
 
   contains
@@ -216,6 +214,7 @@ contains
       real(dp), intent(in) :: from, to
 
       places_found = places_found + 1
+      places(places_found)%ends = [from, to]
       places(places_found)%value = (line%value(from) + line%value(to)) / 2
       places(places_found)%width = abs(line%value(from) - line%value(to)) / 2
     end subroutine add

@@ -4,20 +4,28 @@ module gestell_task_boundary_level_task
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, exact
   use gestell_input_machine_quantities, only: kind_of_measure
-  use gestell_input_namelist_document, only: group_type, groups_named, has, the_group
+  use gestell_input_namelist_document, only: group_type, has, the_group
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: read
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, unit_type
   use gestell_study_measure, only: band_measure, measure_names, measure_type, new_measure
-  use gestell_study_speed_point, only: state_names
+  use gestell_study_speed_point, only: speed_order_type, state_names
   use gestell_task, only: all_machines, longest_table, task_type
+  use gestell_task_boundary, only: line_along
   use gestell_task_boundary_keys, only: boundary_keys
   use gestell_task_boundary_level_line, only: level_line_type
-  use gestell_task_boundary_level_plot, only: plot_levels
-  use gestell_task_boundary_level_report, only: level_heading, level_lines, level_sentence
+  use gestell_task_boundary_level_plane, only: level_kinds, level_plane_type, level_states
+  use gestell_task_boundary_level_plot, only: level_meanings, level_title, plot_levels
+  use gestell_task_boundary_level_report, only: level_heading, level_lines, level_name, level_sentence, middle_line
   use gestell_task_boundary_level_search, only: find_levels, level_results_type
+  use gestell_task_boundary_line, only: coordinate
+  use gestell_task_boundary_map, only: border_map_type, trace_curves
+  use gestell_task_boundary_map_plot, only: over_chart, plot_curves
+  use gestell_task_boundary_map_report, only: curve_lines, curves_over
+  use gestell_task_boundary_map_table, only: add_curves
+  use gestell_task_boundary_order, only: border_order_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_locked_family, only: locked_family_type
@@ -37,6 +45,8 @@ module gestell_task_boundary_level_task
     procedure :: run
   end type level_task
 
+  character(len=*), parameter :: kinds_told = "level, or jump where the number jumps across it"
+
 contains
 
   pure subroutine describe(self)
@@ -52,7 +62,6 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
-    type(group_type), allocatable :: sweeps(:)
     type(group_type) :: group
     character(len=:), allocatable :: name
     integer :: kind
@@ -64,11 +73,6 @@ contains
       if (has(group, "measure")) call input_error(group, "measure", "tells of a quantity: none is named", error)
       if (has(group, "level") .and. .not. allocated(error)) call input_error(group, "level", "is one of a quantity: none is " &
         & // "named", error)
-      return
-    end if
-    sweeps = groups_named(configuration%document, "sweep")
-    if (size(sweeps) > 1) then
-      call input_error(sweeps(2), "", "is one too many: the level of a quantity is sought over one parameter", error)
       return
     end if
     call read_borders(configuration%document, configuration%plan, error)
@@ -120,33 +124,115 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    type(locked_family_type), target :: family
-    type(level_line_type) :: line
     type(level_results_type) :: results
+    type(border_map_type) :: map
+    type(table_type) :: table
+    character(len=10) :: middle
 
-    call context%members(context%configuration%plan%family, family)
-    associate (configuration => context%configuration, plan => context%configuration%plan)
-      line%family => family
-      line%axis = plan%grid%axes(1)
-      line%over_speed = plan%paths(1) == "drive.speed_rpm"
-      line%level = self%level
-      line%tolerance = plan%borders%tolerance
-      line%order%names = [self%measure%quantity]
-      line%order%measures = [self%measure]
-      line%order%probes = configuration%probes
-      line%order%orders = 0
-      line%order%accuracy = configuration%accuracy
-      call find_levels(line, results, error, context%executor)
-      if (allocated(error)) return
-      call result%add(table_of(self, plan, results), plot_levels(plan%paths(1), plan%units(1), plan%grid%axes(1), plan%base, &
-        & self%measure, self%level, results))
-      call result%add(curve_of(self, plan, results))
-      call result%warn("", level_sentence(self%measure, self%level, trim(plan%paths(1)), results))
-      call result%say(level_heading(self%measure, self%level, plan) // level_lines(results))
+    associate (plan => context%configuration%plan)
+      if (size(plan%grid%axes) == 2) then
+        call solve_map(self, context, map, middle, error)
+        if (allocated(error)) return
+        table = empty_table(self)
+        call add_curves(plan, map, kinds_told, table, of_level=.true.)
+        call result%add(table, plot_curves(plan, map, level_kinds, level_states, level_meanings, &
+          & level_title(self%measure, self%level), "above the level"))
+        call result%draw_over("sweep", over_chart(map))
+        call result%warn("", "Border " // level_name(self%measure, self%level) // curves_over(map, plan%paths))
+        call result%say(level_heading(self%measure, self%level, plan) // new_line("a") // curve_lines(map, plan%paths) &
+          & // middle_line(middle))
+      else
+        call solve_line(self, context, results, error)
+        if (allocated(error)) return
+        call result%add(table_of(self, plan, results), plot_levels(plan%paths(1), plan%units(1), plan%grid%axes(1), plan%base, &
+          & self%measure, self%level, results))
+        call result%add(curve_of(self, plan, results))
+        call result%warn("", "Border " // level_name(self%measure, self%level) // level_sentence(trim(plan%paths(1)), results))
+        call result%say(level_heading(self%measure, self%level, plan) // level_lines(results))
+      end if
     end associate
   end subroutine run
 
-  !> boundary.csv, with a remark for each place that the search left open.
+  !> What is wanted of each machine.
+  pure type(speed_order_type) function order_of(self, configuration) result(order)
+    class(level_task), intent(in) :: self
+    type(configuration_type), intent(in) :: configuration
+
+    order%names = [self%measure%quantity]
+    order%measures = [self%measure]
+    order%probes = configuration%probes
+    order%orders = 0
+    order%accuracy = configuration%accuracy
+  end function order_of
+
+  !> The crossings over one parameter. Error: it makes no sense.
+  subroutine solve_line(self, context, results, error)
+    class(level_task), intent(in) :: self
+    type(context_type), intent(inout), target :: context
+    type(level_results_type), intent(out) :: results
+    type(error_type), allocatable, intent(out) :: error
+    type(locked_family_type), target :: family
+    type(level_line_type) :: line
+    type(border_order_type) :: order
+    real(dp), allocatable :: nodes(:)
+    integer :: k
+
+    associate (plan => context%configuration%plan)
+      call context%members(plan%family, family)
+      order = plan%borders
+      order%accuracy = context%configuration%accuracy
+      order%executor => context%executor
+      associate (axis => plan%grid%axes(1))
+        call line_along(family, [axis], 1, [axis%from], order, line%line)
+        line%order = order_of(self, context%configuration)
+        line%level = self%level
+        line%over_speed = plan%paths(1) == "drive.speed_rpm"
+        nodes = axis%value([(k, k = 1, axis%count)])
+        if (.not. line%over_speed) nodes = 1 + coordinate(axis, nodes)
+      end associate
+      call find_levels(line, nodes, results, error)
+    end associate
+  end subroutine solve_line
+
+  !> The curves over two; where there are none, on which side the `middle` of the ranges lies, else empty. Error: the
+  !> parameters make no sense.
+  subroutine solve_map(self, context, map, middle, error)
+    class(level_task), intent(in) :: self
+    type(context_type), intent(inout), target :: context
+    type(border_map_type), intent(out) :: map
+    character(len=10), intent(out) :: middle
+    type(error_type), allocatable, intent(out) :: error
+    type(locked_family_type), target :: family
+    type(level_plane_type) :: plane
+
+    associate (plan => context%configuration%plan)
+      call context%members(plan%family, family)
+      plane%family => family
+      plane%accuracy = context%configuration%accuracy
+      plane%deviation = plan%borders%tolerance
+      plane%executor => context%executor
+      plane%kinds = level_kinds
+      plane%states = level_states
+      plane%order = order_of(self, context%configuration)
+      plane%level = self%level
+      plane%speed_axis = findloc(plan%paths == "drive.speed_rpm", .true., dim=1)
+      call trace_curves(plane, plan%grid, map, error)
+      middle = ""
+      if (.not. allocated(error) .and. map%curves == 0) call plane%in_the_middle(middle, error)
+    end associate
+  end subroutine solve_map
+
+  !> boundary.csv without its columns.
+  pure type(table_type) function empty_table(self) result(table)
+    class(level_task), intent(in) :: self
+
+    table = new_table("boundary", "Crossings of a level", "Where " // trim(self%measure%name()) // " comes to " &
+      & // concise(self%level, 9) // " " // trim(self%measure%unit) // ".", "", shown=.true.)
+    table%remarks = "level: " // trim(self%measure%name()) // " = " // exact(self%level) // " " // trim(self%measure%unit) &
+      & // new_line("a")
+  end function empty_table
+
+  !> The same over one parameter, with a remark for each place that the search left open.
   pure type(table_type) function table_of(self, plan, results) result(table)
     class(level_task), intent(in) :: self
     type(sweep_plan_type), intent(in) :: plan
@@ -157,19 +243,16 @@ contains
 
     path = trim(plan%paths(1))
     unit = unit_type(words=plan%units(1))
-    table = new_table("boundary", "Crossings of a level", "Where " // trim(self%measure%name()) // " comes to " &
-      & // concise(self%level, 9) // " " // trim(self%measure%unit) // ".", "", shown=.true.)
+    table = empty_table(self)
     associate (crossings => results%crossings)
       call table%add("curve", "number of the crossing", [(i, i = 1, size(crossings))])
       call table%add(path, unit, "where it is, in the units of the input", (crossings%value), error=path // "_error")
-      call table%add("kind", "level, or jump where the number jumps across it", merge("jump ", "level", crossings%jumps))
+      call table%add("kind", kinds_told, merge("jump ", "level", crossings%jumps))
       call table%add(path // "_error", unit, "the crossing lies within the value plus and minus this", (crossings%error))
       call table%add("below", "at the smaller value: within, above or undecided", (crossings%below))
       call table%add("above", "at the greater value", (crossings%above))
       call table%add("state", "of the machine: ok, undecided or unstable", state_names(crossings%state))
     end associate
-    table%remarks = "level: " // trim(self%measure%name()) // " = " // exact(self%level) // " " // trim(self%measure%unit) &
-      & // new_line("a")
     do i = 1, size(results%places)
       table%remarks = table%remarks // "open: " // path // " = " // exact(results%places(i)%value) // " within " &
         & // exact(results%places(i)%width) // ": a crossing could not be excluded" // new_line("a")

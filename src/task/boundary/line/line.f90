@@ -19,7 +19,7 @@ module gestell_task_boundary_line
   implicit none (type, external)
   private
 
-  public :: coordinate, parameter_at, probe_line, sensitivity, skewed
+  public :: coordinate, parameter_at, parameters_at, probe_line, sensitivity, skewed
 
   !> u(t) = start + t way through the parameters of a family, and what is ordered of its borders.
   type, public :: line_type

@@ -1,8 +1,8 @@
 !> Borders that pass through a box side by side, as those of many tongues do.
-module gestell_task_boundary_bands
+module gestell_task_boundary_map_bands
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
-  use gestell_task_boundary_vertex, only: vertices_type
+  use gestell_task_boundary_map_vertex, only: vertices_type
   implicit none (type, external)
   private
 
@@ -135,4 +135,4 @@ contains
     end do
   end subroutine link_through
 
-end module gestell_task_boundary_bands
+end module gestell_task_boundary_map_bands

@@ -1,10 +1,10 @@
 !> Curves that follow a border to a tolerance.
-module gestell_task_boundary_refine
+module gestell_task_boundary_map_refine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_task_boundary_line_search, only: search_line, search_type, short_nodes
-  use gestell_task_boundary_vertex, only: plane_type, vertex_of, vertex_type, vertices_type
+  use gestell_task_boundary_line, only: line_type, probe_type
+  use gestell_task_boundary_line_search, only: search_type, short_nodes
+  use gestell_task_boundary_map_vertex, only: plane_type, vertex_of, vertex_type, vertices_type
   use gestell_task_executor, only: spread_over, work_type
   use gestell_task_record, only: record_type
   implicit none (type, external)
@@ -14,7 +14,7 @@ module gestell_task_boundary_refine
 
   !> A piece is a stretch of a curve, between two vertices.
   type, extends(work_type) :: stretches_type
-    type(plane_type) :: plane
+    class(plane_type), pointer :: plane => null()
     type(vertex_type), allocatable :: ends(:, :)
     type(vertices_type), allocatable :: between(:)
   contains
@@ -26,7 +26,7 @@ contains
 
   !> The vertices that belong between each of `vertices` that has a next one and that. Error: the parameters make no sense.
   subroutine refine_stretches(plane, vertices, between, error)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in), target :: plane
     type(vertices_type), intent(in) :: vertices
     type(vertices_type), allocatable, intent(out) :: between(:)
     type(error_type), allocatable, intent(out) :: error
@@ -37,7 +37,7 @@ contains
     allocate(between(vertices%count))
     if (vertices%count == 0) return
     first = pack([(i, i = 1, vertices%count)], vertices%list(:vertices%count)%next > 0)
-    work%plane = plane
+    work%plane => plane
     allocate(work%ends(2, size(first)), work%between(size(first)))
     do i = 1, size(first)
       work%ends(:, i) = vertices%list([first(i), vertices%list(first(i))%next])
@@ -71,7 +71,7 @@ contains
   !> corner lies between vertices as near to each other as that. Stretches where no border was
   !> found are rough. Error: the parameters make no sense.
   recursive subroutine refine(plane, p, q, divisions, curve, error)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
     integer, intent(in) :: divisions
     type(vertices_type), intent(inout) :: curve
@@ -104,7 +104,7 @@ contains
   !> asked; or nothing can be known, at the edge of the ranges.
   !> Nine arguments: the way, and two answers beside the vertex.
   subroutine cross(plane, p, q, part, near_will_do, vertex, found, near, error)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
     real(dp), intent(in) :: part
     logical, intent(in) :: near_will_do
@@ -121,7 +121,7 @@ contains
     middle = p%u + part * (q%u - p%u)
     left = [p%u(2) - q%u(2), q%u(1) - p%u(1)] / norm2(q%u - p%u)
     call plane%line(middle, left, line)
-    call probe_line(line, 0.0_dp, here, error)
+    call plane%probe(line, 0.0_dp, here, error)
     if (allocated(error)) return
     if (here%missing()) return
     ! Where regions are wide.
@@ -130,7 +130,7 @@ contains
     near = near_will_do .and. edge <= plane%deviation
     if (near) return
     call plane%line(middle, outward, line)
-    call probe_line(line, min(plane%deviation, edge), next, error)
+    call plane%probe(line, min(plane%deviation, edge), next, error)
     if (allocated(error) .or. next%missing()) return
     near = near_will_do .and. (next%is_unstable() .neqv. here%is_unstable())
     if (near) return
@@ -146,7 +146,7 @@ contains
 
   !> The border nearest to `middle`, as far as `distance` along `left` and back, that is unstable there on the `left`.
   subroutine nearest_crossing(plane, middle, left, distance, vertex, found, error)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in) :: plane
     real(dp), intent(in) :: middle(2), left(2), distance
     type(vertex_type), intent(out) :: vertex
     logical, intent(out) :: found
@@ -159,7 +159,7 @@ contains
     back = min(distance, to_edge(middle, -left))
     ahead = min(distance, to_edge(middle, left))
     call plane%line(middle - back * left, (back + ahead) * left, line)
-    call search_line(line, short_nodes, search, error)
+    call plane%search(line, short_nodes, search, error)
     found = .false.
     if (allocated(error)) return
     associate (list => search%found%list)
@@ -183,4 +183,4 @@ contains
     distance = max(distance, 0.0_dp)
   end function to_edge
 
-end module gestell_task_boundary_refine
+end module gestell_task_boundary_map_refine

@@ -1,11 +1,11 @@
 !> How the borders on the sides of a cell hang together within it.
-module gestell_task_boundary_cells
+module gestell_task_boundary_map_cells
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_task_boundary_bands, only: box_type, link_through, opposite_sides, pass_straight
-  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_task_boundary_line_search, only: search_line, search_type, short_nodes
-  use gestell_task_boundary_vertex, only: plane_type, vertex_type, vertices_type
+  use gestell_task_boundary_map_bands, only: box_type, link_through, opposite_sides, pass_straight
+  use gestell_task_boundary_line, only: line_type, probe_type
+  use gestell_task_boundary_line_search, only: search_type, short_nodes
+  use gestell_task_boundary_map_vertex, only: plane_type, vertex_type, vertices_type
   use gestell_task_executor, only: spread_over, work_type
   use gestell_task_record, only: record_type
   implicit none (type, external)
@@ -22,7 +22,7 @@ module gestell_task_boundary_cells
 
   !> A piece is a cell.
   type, extends(work_type) :: cells_type
-    type(plane_type) :: plane
+    class(plane_type), pointer :: plane => null()
     integer :: count = 0
     type(cell_type), allocatable :: cells(:)
   contains
@@ -36,7 +36,7 @@ contains
   !> Links the vertices on the lines of the search grid, at u1 and u2, from side to side of its cells. `first1`, `first2`: the
   !> number of the first vertex of each line, and one more. Error: the parameters make no sense.
   subroutine connect_cells(plane, u1, u2, first1, first2, vertices, error)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in), target :: plane
     real(dp), intent(in) :: u1(:), u2(:)
     integer, intent(in) :: first1(:), first2(:)
     type(vertices_type), intent(inout) :: vertices
@@ -44,7 +44,7 @@ contains
     type(cells_type) :: work
     integer :: i, j, k
 
-    work%plane = plane
+    work%plane => plane
     allocate(work%cells(size(u1) * size(u2)))
     do i = 1, size(u1) - 1
       do j = 1, size(u2) - 1
@@ -125,7 +125,7 @@ contains
   !> way between these. Where that is not certain, systems are missing, or a narrow tongue ends in the box, it is halved, down to
   !> the size of the deviation allowed. Error: the parameters make no sense.
   recursive subroutine connect_cell(plane, box, pool, vertices, error)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
     type(vertices_type), intent(inout) :: vertices
@@ -243,10 +243,10 @@ contains
 
   !> Whether the unstable stretches of four hang together. The system at their mean tells, if it agrees with their distances:
   !> near ones are the sides of a tongue, unstable or stable. If not, the tongue may pass beside the mean, or end: a line
-  !> through the mean, across it, is searched for its sides.
+  !> through the mean, across it, is searched for its sides, between which it lies.
   !> Nine arguments: the vertices around a cell with their senses, and two answers.
   subroutine mean_tells(plane, box, ids, enter, opposite, vertices, joined, certain, error)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:)
     logical, intent(in) :: enter(:), opposite
@@ -269,7 +269,7 @@ contains
     end do
     joined = lengths(1) < lengths(2)
     call plane%line(mean, [1.0_dp, 0.0_dp], line)
-    call probe_line(line, 0.0_dp, probe, error)
+    call plane%probe(line, 0.0_dp, probe, error)
     certain = .not. probe%missing() .and. (probe%is_unstable() .eqv. joined)
     if (allocated(error) .or. certain .or. opposite) return
 
@@ -281,9 +281,11 @@ contains
     across = across * min(1.0_dp, within(mean, across))
     if (norm2(across) < plane%precision()) return
     call plane%line(mean - across, 2 * across, line)
-    call search_line(line, short_nodes, search, error)
+    call plane%search(line, short_nodes, search, error)
     if (allocated(error)) return
-    certain = size(search%found%list) == 2
+    associate (sides => search%found%list%unstable_above)
+      if (size(sides) == 2) certain = (sides(1) .eqv. joined) .and. (sides(2) .neqv. joined)
+    end associate
   end subroutine mean_tells
 
   !> The greatest factor that keeps center +- factor way within the ranges.
@@ -313,7 +315,7 @@ contains
   !> halves, if it is not too `small` for that: then it is `left` as it is. Error: the parameters make no sense.
   !> Nine arguments: the vertices around a box, and what is known of it.
   recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, left, error)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), k
     logical, intent(in) :: parallel, small
@@ -334,7 +336,7 @@ contains
     way = box%high - box%low
     way(k) = 0
     call plane%line(start, way, line)
-    call search_line(line, short_nodes, search, error)
+    call plane%search(line, short_nodes, search, error)
     if (allocated(error)) return
     call vertices%add_search(line, search)
     associate (half_way => [(i, i = before + 1, vertices%count)])
@@ -356,4 +358,4 @@ contains
     end associate
   end subroutine divide
 
-end module gestell_task_boundary_cells
+end module gestell_task_boundary_map_cells

@@ -3,13 +3,13 @@ module gestell_task_boundary_map
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_task_boundary_cells, only: connect_cells
+  use gestell_task_boundary_map_cells, only: connect_cells
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: line_type, parameter_at, sensitivity, skewed
   use gestell_task_boundary_order, only: check_search
-  use gestell_task_boundary_refine, only: refine_stretches
-  use gestell_task_boundary_line_search, only: range_nodes, search_line, search_type
-  use gestell_task_boundary_vertex, only: plane_type, vertex_type, vertices_type
+  use gestell_task_boundary_map_refine, only: refine_stretches
+  use gestell_task_boundary_line_search, only: range_nodes, search_type
+  use gestell_task_boundary_map_vertex, only: plane_type, vertex_type, vertices_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
   use gestell_task_executor, only: executor_type, spread_over, work_type
@@ -17,7 +17,7 @@ module gestell_task_boundary_map
   implicit none (type, external)
   private
 
-  public :: trace_borders
+  public :: trace_borders, trace_curves
 
   !> A vertex of a curve.
   type, public :: border_vertex_type
@@ -28,6 +28,8 @@ module gestell_task_boundary_map
     !> As of a border_type.
     real(dp) :: arg_rad = 0
     character(len=15) :: kind = ""
+    !> Of a level: whether the machine keeps to the vibration, as in gestell_study_speed_point.
+    character(len=15) :: state = ""
   end type border_vertex_type
 
   !> A place on a line where a border could not be excluded, and the width, along that line, of what may
@@ -50,7 +52,7 @@ module gestell_task_boundary_map
 
   !> A piece is a line of the search grid.
   type, extends(work_type) :: lines_type
-    type(grid_type) :: grid
+    class(plane_type), pointer :: plane => null()
     type(line_type), allocatable :: lines(:)
     type(search_type), allocatable :: found(:)
   contains
@@ -72,32 +74,43 @@ contains
     type(border_map_type), intent(out) :: map
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional, target :: executor
-    type(plane_type) :: plane
+    type(plane_type), target :: plane
+
+    plane%family => family
+    plane%accuracy = accuracy
+    plane%deviation = deviation
+    plane%kinds = kind_names
+    plane%states = spread(repeat(" ", len(plane%states)), 1, size(kind_names))
+    if (present(executor)) plane%executor => executor
+    call trace_curves(plane, grid, map, error)
+  end subroutine trace_borders
+
+  !> The same of what a plane seeks, which knows all but its axes.
+  subroutine trace_curves(plane, grid, map, error)
+    class(plane_type), intent(inout), target :: plane
+    type(grid_type), intent(in) :: grid
+    type(border_map_type), intent(out) :: map
+    type(error_type), allocatable, intent(out) :: error
     type(vertices_type) :: vertices
     integer :: k
 
     allocate(map%vertices(0), map%places(0))
-    call check_plane(grid, accuracy, deviation, error)
+    call check_plane(grid, plane%accuracy, plane%deviation, error)
     if (allocated(error)) return
-    plane%family => family
     plane%axes = grid%axes
-    plane%accuracy = accuracy
-    plane%deviation = deviation
-    if (present(executor)) plane%executor => executor
-    call search_grid(plane, grid, vertices, error)
+    call search_grid(plane, vertices, error)
     if (.not. allocated(error)) call follow_curves(plane, vertices, map, error)
     if (allocated(error)) return
     map%thin = vertices%thin
     map%left_out = vertices%left_out
     map%places = [(open_place_type(parameter_at(plane%axes, vertices%open(k)%u), &
       & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
-  end subroutine trace_borders
+  end subroutine trace_curves
 
   !> Searches the lines of the grid, first those on which the second parameter is constant, and connects what is found within its
   !> cells. Error: the parameters make no sense.
-  subroutine search_grid(plane, grid, vertices, error)
-    type(plane_type), intent(in) :: plane
-    type(grid_type), intent(in) :: grid
+  subroutine search_grid(plane, vertices, error)
+    class(plane_type), intent(in), target :: plane
     type(vertices_type), intent(out) :: vertices
     type(error_type), allocatable, intent(out) :: error
     type(lines_type) :: work
@@ -106,9 +119,9 @@ contains
     integer, allocatable :: first(:)
     integer :: k
 
-    u1 = skewed(grid%axes(1)%count)
-    u2 = skewed(grid%axes(2)%count)
-    work%grid = grid
+    u1 = skewed(plane%axes(1)%count)
+    u2 = skewed(plane%axes(2)%count)
+    work%plane => plane
     allocate(work%lines(size(u2) + size(u1)), work%found(size(u2) + size(u1)), first(size(u2) + size(u1) + 1))
     do k = 1, size(u2)
       call plane%line([0.0_dp, u2(k)], [1.0_dp, 0.0_dp], work%lines(k))
@@ -135,9 +148,7 @@ contains
     integer :: along
 
     along = maxloc(self%lines(k)%way, dim=1)
-    call search_line(self%lines(k), range_nodes(min(self%grid%axes(along)%count, most_nodes)), self%found(k), error)
-    ! The systems on the way are of no more use.
-    call self%found(k)%forget_marks()
+    call self%plane%search(self%lines(k), range_nodes(min(self%plane%axes(along)%count, most_nodes)), self%found(k), error)
   end subroutine compute
 
   subroutine exchange(self, k, record)
@@ -166,7 +177,7 @@ contains
 
   !> The curves one after the other, refined: first those that begin and end somewhere, then the closed ones.
   subroutine follow_curves(plane, vertices, map, error)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in) :: plane
     type(vertices_type), intent(in) :: vertices
     type(border_map_type), intent(inout) :: map
     type(error_type), allocatable, intent(out) :: error
@@ -208,14 +219,15 @@ contains
     do start = 1, curves%count
       associate (v => curves%list(start))
         map%vertices(start) = border_vertex_type(numbers(start), parameter_at(plane%axes, v%u), &
-          & abs(sensitivity(plane%axes, v%u)) * v%error, v%arg, kind_names(v%kind))
+          & abs(sensitivity(plane%axes, v%u)) * v%error, v%arg, plane%kinds(v%kind), &
+          & plane%states(v%kind))
       end associate
     end do
   end subroutine follow_curves
 
   !> Whether left is right in the plane of the parameters: one of the ranges descends.
   pure logical function mirrored(plane)
-    type(plane_type), intent(in) :: plane
+    class(plane_type), intent(in) :: plane
 
     mirrored = (plane%axes(1)%to < plane%axes(1)%from) .neqv. (plane%axes(2)%to < plane%axes(2)%from)
   end function mirrored

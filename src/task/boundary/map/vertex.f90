@@ -1,11 +1,11 @@
 !> Points of borders in the plane of two parameters, measured by u (gestell_task_boundary_line), and the plane itself.
-module gestell_task_boundary_vertex
+module gestell_task_boundary_map_vertex
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_line_crossing, only: crossing_type
-  use gestell_task_boundary_line, only: line_type
-  use gestell_task_boundary_line_search, only: search_type
+  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
+  use gestell_task_boundary_line_search, only: search_line, search_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_task_executor, only: executor_type
@@ -47,10 +47,13 @@ module gestell_task_boundary_vertex
     procedure :: exchange
   end type vertices_type
 
-  !> What is sought, and where.
+  !> What is sought, and where: borders of stability, or what an extension seeks by its own `probe` and `search`; it calls unstable
+  !> what its curves have on their left.
   type, public :: plane_type
     class(family_type), pointer :: family => null()
     type(axis_type) :: axes(2)
+    !> Names of the kinds of borders, and what else is told of each.
+    character(len=15), allocatable :: kinds(:), states(:)
     type(accuracy_type) :: accuracy
     !> How far curves may pass by the border, in u.
     real(dp) :: deviation = 1.0e-3_dp
@@ -58,6 +61,8 @@ module gestell_task_boundary_vertex
     class(executor_type), pointer :: executor => null()
   contains
     procedure :: line
+    procedure :: probe
+    procedure :: search
     procedure :: precision => precision_of_lines
   end type plane_type
 
@@ -134,6 +139,35 @@ contains
     precision = share * self%deviation
   end function precision_of_lines
 
+  !> The system at a point of a line. Error: the parameters make no sense.
+  subroutine probe(self, along, t, found, error)
+    class(plane_type), intent(in) :: self
+    type(line_type), intent(in) :: along
+    real(dp), intent(in) :: t
+    type(probe_type), intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+
+    call probe_line(along, t, found, error)
+    associate (unused_plane => self)
+    end associate
+  end subroutine probe
+
+  !> All borders along a line, from 0 to 1; `nodes`: where the search begins, ascending from 0 to 1. Error: the parameters make no
+  !> sense.
+  subroutine search(self, along, nodes, found, error)
+    class(plane_type), intent(in) :: self
+    type(line_type), intent(in) :: along
+    real(dp), intent(in) :: nodes(:)
+    type(search_type), intent(out) :: found
+    type(error_type), allocatable, intent(out) :: error
+
+    call search_line(along, nodes, found, error)
+    ! the systems on the way are of no more use
+    call found%forget_marks()
+    associate (unused_plane => self)
+    end associate
+  end subroutine search
+
   !> The line start + t way.
   subroutine line(self, start, way, along)
     class(plane_type), intent(in) :: self
@@ -149,4 +183,4 @@ contains
     along%tolerance = min(self%precision(), finest_lines)
   end subroutine line
 
-end module gestell_task_boundary_vertex
+end module gestell_task_boundary_map_vertex

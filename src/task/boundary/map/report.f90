@@ -1,0 +1,139 @@
+!> The report on curves in the plane of two parameters for people.
+module gestell_task_boundary_map_report
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_input_wording, only: counted
+  use gestell_study_speed_point, only: reached, state_names
+  use gestell_task_boundary_map, only: border_map_type, border_vertex_type
+  use gestell_task_boundary_map_vertex, only: finest_lines
+  implicit none (type, external)
+  private
+
+  public :: curve_lines, curves_over, left_out, thin_places, words
+
+  character, parameter :: newline = new_line("a")
+  !> Curves that are listed, at the most.
+  integer, parameter, public :: most_listed = 40
+
+contains
+
+  !> Over what, and how many.
+  pure function curves_over(map, paths) result(line)
+    type(border_map_type), intent(in) :: map
+    character(len=*), intent(in) :: paths(:)
+    character(len=:), allocatable :: line
+
+    line = " over " // trim(paths(1)) // " and " // trim(paths(2)) // ": " // counted(map%curves, "curve")
+  end function curves_over
+
+  !> What was found, and what the search leaves open.
+  pure function curve_lines(map, paths) result(report)
+    type(border_map_type), intent(in) :: map
+    character(len=*), intent(in) :: paths(:)
+    character(len=:), allocatable :: report
+
+    report = curves_of(map, paths) // rest_of_map(map, paths)
+  end function curve_lines
+
+  !> What the search leaves open.
+  pure function rest_of_map(map, paths) result(report)
+    type(border_map_type), intent(in) :: map
+    character(len=*), intent(in) :: paths(:)
+    character(len=:), allocatable :: report
+    integer :: i
+
+    report = thin_places(map%thin, 2 * finest_lines) // left_out(map%left_out)
+    do i = 1, min(size(map%places), most_listed)
+      associate (along => maxloc(map%places(i)%width, dim=1))
+        report = report // "  open: a boundary could not be excluded at " // place(map%places(i)%parameters) // ", within " &
+          & // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
+      end associate
+    end do
+    if (size(map%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
+  end function rest_of_map
+
+  pure function left_out(number) result(report)
+    integer, intent(in) :: number
+    character(len=:), allocatable :: report
+
+    report = ""
+    if (number > 0) report = "  note: multipliers meet so often that " // counted(number, "place") // &
+      & " were not looked at; they lie in the open ranges below: search these apart" // newline
+  end function left_out
+
+  pure function thin_places(number, width) result(report)
+    integer, intent(in) :: number
+    real(dp), intent(in) :: width
+    character(len=:), allocatable :: report
+
+    report = ""
+    if (number > 0) report = "  note: without damping, at " // counted(number, "more place") // " multipliers meet; if a " &
+      & // "tongue is there, it is narrower than " // concise(width, 2) // " of the range" // newline
+  end function thin_places
+
+  pure function curves_of(map, paths) result(report)
+    type(border_map_type), intent(in) :: map
+    character(len=*), intent(in) :: paths(:)
+    character(len=:), allocatable :: report
+    integer :: c, first, last
+
+    report = "  " // counted(map%curves, "curve") // ", " // text(size(map%vertices)) // " vertices; (" &
+      & // trim(paths(1)) // ", " // trim(paths(2)) // ")" // newline
+    do c = 1, min(map%curves, most_listed)
+      first = findloc(map%vertices%curve, c, dim=1)
+      last = findloc(map%vertices%curve, c, dim=1, back=.true.)
+      report = report // "  curve " // text(c) // " from " // place(map%vertices(first)%parameters)
+      if (all(abs(map%vertices(first)%parameters - map%vertices(last)%parameters) <= 0)) then
+        report = report // " round and back"
+      else
+        report = report // " to " // place(map%vertices(last)%parameters)
+      end if
+      report = report // kinds_of(map%vertices(first:last)) // newline
+    end do
+    if (map%curves > most_listed) report = report // "  ... all in boundary.csv" // newline
+    if (map%rough > 0) report = report // "  note: " // counted(map%rough, "way") // " between vertices could " &
+      & // "not be refined, as at the tip of a tongue" // newline
+  end function curves_of
+
+  !> ": divergence, flutter", in the order in which they follow each other first.
+  pure function kinds_of(curve) result(list)
+    type(border_vertex_type), intent(in) :: curve(:)
+    character(len=:), allocatable :: list
+    integer :: i
+
+    list = ""
+    do i = 1, size(curve)
+      if (index(list // ",", " " // description(curve(i)) // ",") == 0) list = list // ", " // description(curve(i))
+    end do
+    list(1:1) = ":"
+  end function kinds_of
+
+  !> The kind; whether the machine does not keep to the vibration.
+  pure function description(vertex) result(kind)
+    type(border_vertex_type), intent(in) :: vertex
+    character(len=:), allocatable :: kind
+
+    kind = words(vertex%kind)
+    if (vertex%state == "" .or. vertex%state == state_names(reached)) return
+    kind = kind // " of a vibration that is " // trim(vertex%state)
+  end function description
+
+  pure function place(parameters)
+    real(dp), intent(in) :: parameters(2)
+    character(len=:), allocatable :: place
+
+    place = "(" // concise(parameters(1), 6) // ", " // concise(parameters(2), 6) // ")"
+  end function place
+
+  !> With blanks in place of underscores.
+  pure function words(kind)
+    character(len=*), intent(in) :: kind
+    character(len=:), allocatable :: words
+    integer :: k
+
+    words = trim(kind)
+    k = index(words, "_")
+    if (k > 0) words(k:k) = " "
+  end function words
+
+end module gestell_task_boundary_map_report
