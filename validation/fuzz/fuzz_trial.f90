@@ -40,7 +40,7 @@ contains
   real(dp) function allowed(input)
     type(input_type), intent(in) :: input
     character(len=*), parameter :: slow(*) = [character(len=11) :: "resonance", "critical", "campbell", "sensitivity", "trade", &
-      & "boundary"]
+      & "boundary", "balance"]
     integer :: i, k
 
     allowed = usual
