@@ -37,6 +37,9 @@ module gestell_floquet_period_quick_motion
     real(dp) :: phase_advance = 0, amplification = usual_amplification
     !> Sizes of its harmonics from order 0 upward in these units, relative to the whole.
     real(dp), allocatable :: spectrum(:)
+    !> Whether [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, is kept, shape (n, n + 1, phases).
+    logical :: keeps = .false.
+    real(dp), allocatable :: maps(:, :, :)
   end type quick_motion_type
 
   !> Where the fastest vibration turns further (rad) reduction is quicker.
@@ -87,6 +90,7 @@ contains
       if (.not. all(ieee_is_finite(motion%x))) return
       motion%truncation = motion%amplification * error_of(system, motion, method, between * phases)
       fits = motion%truncation <= slack * of_motion
+      if (fits .and. motion%keeps) motion%maps = maps
       if (fits) return
     end do
   end subroutine solve_quickly

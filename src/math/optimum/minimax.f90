@@ -34,6 +34,10 @@ module gestell_math_optimum_minimax
     !> Shape (parameters): dL/dx of those at a bound that holds them: > 0 at the lower, < 0 at the upper, 0 in between; of
     !> fixed ones dL/dx of either sign.
     real(dp), allocatable :: bound_price(:)
+    !> dL/dx, shape (parameters), zero of fixed ones, and what the objective is above L: by that branches with multipliers miss
+    !> their groups' values.
+    real(dp), allocatable :: slope(:)
+    real(dp) :: slack = 0
     !> The sum of the objectives; the greatest constraint where that is > 0, else 0.
     real(dp) :: objective = 0, violation = 0
     !> How far the conditions of Karush, Kuhn and Tucker are missed, relative to the objective: the larger of
@@ -359,6 +363,9 @@ contains
     slope = matmul(here%slope, lambda)
     slack = dot_product(lambda, top(here%group) - here%value)
     now%bound_price = merge(slope, 0.0_dp, held(here%s, slope) .or. problem%lower >= problem%upper) * search%unit(1) / search%span
+    now%slope = spread(0.0_dp, 1, size(slope))
+    now%slope(search%free) = slope(search%free) * search%unit(1) / search%span(search%free)
+    now%slack = (objective - dot_product(lambda, here%value)) * search%unit(1)
     associate (s => here%s(search%free), sloping => slope(search%free))
       scale = max(floor_of_size, abs(objective) + maxval([0.0_dp, abs(here%slope(search%free, :)) &
         & * spread(lambda, 1, size(search%free))]))

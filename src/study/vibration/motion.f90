@@ -13,7 +13,7 @@ module gestell_study_vibration_motion
   implicit none (type, external)
   private
 
-  public :: motion_errors, whole_motion
+  public :: complete_motion, motion_errors, whole_motion
 
   !> Phases that are sampled at a time.
   integer, parameter :: block_length = 1024
@@ -29,7 +29,6 @@ contains
     real(dp), intent(in) :: x(:, :)
     integer, intent(in) :: rows
     real(dp), allocatable, intent(out) :: motion(:, :)
-    class(second_order_system), allocatable :: whole
     integer :: f, first, last
 
     f = size(frame%free)
@@ -37,14 +36,33 @@ contains
     motion(frame%free, :) = x(:f, :)
     motion(displacements + frame%free, :) = x(f + 1:, :)
     if (rows <= velocities) return
-    if (rows >= guide_forces) call free_all(frame, system, whole)
     do first = 1, size(phases), block_length
       last = min(first + block_length - 1, size(phases))
       call add_accelerations(frame, system, phases(first:last), x(:, first:last), motion(:, first:last))
-      if (rows >= guide_forces .and. f < 3) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
-      if (rows > guide_forces) call add_turned(frame, x(:, first:last), motion(:, first:last))
     end do
+    if (rows >= guide_forces) call complete_motion(frame, system, phases, motion)
   end subroutine whole_motion
+
+  !> The rows beyond the accelerations, guides' forces and what the exact frame has, of a `motion`, shape (rows, phases), whose
+  !> first nine are there: it need not be a solution.
+  subroutine complete_motion(frame, system, phases, motion)
+    class(frame_type), intent(in) :: frame
+    class(periodic_system), intent(in) :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(inout) :: motion(:, :)
+    class(second_order_system), allocatable :: whole
+    real(dp), allocatable :: x(:, :)
+    integer :: first, last
+
+    call free_all(frame, system, whole)
+    do first = 1, size(phases), block_length
+      last = min(first + block_length - 1, size(phases))
+      if (size(frame%free) < 3) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
+      if (size(motion, 1) == guide_forces) cycle
+      x = motion([frame%free, displacements + frame%free], first:last)
+      call add_turned(frame, x, motion(:, first:last))
+    end do
+  end subroutine complete_motion
 
   !> The rows that the exact frame has beyond the others (gestell_model_frame_quantity); the guides' moment is that about F at rest
   !> too.

@@ -1,0 +1,142 @@
+!> Measures of periodic functions as the greatest of smooth branches, with their derivatives: a peak has a branch for every local
+!> maximum over the turn, for where that lies does not count in its derivative (the envelope theorem); an rms, and that within a
+!> band, have one.
+module gestell_study_design_branches
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_study_measure, only: measure_type, peak_measure, rms_measure
+  implicit none (type, external)
+  private
+
+  public :: measure_branches
+
+  !> Local maxima below this part of the greatest are no branches, samples above that are some; iterations for where maxima are.
+  real(dp), parameter :: counts = 0.3_dp, near = 0.95_dp
+  integer, parameter :: iterations = 6
+
+contains
+
+  !> Values, shape (branches), and derivatives, shape (parameters, branches), from the components' `samples` over the turn, shape
+  !> (samples, components), and their derivatives `slopes`, shape (samples, components, parameters). `period` in s.
+  pure subroutine measure_branches(measure, period, samples, slopes, values, changes)
+    type(measure_type), intent(in) :: measure
+    real(dp), intent(in) :: period, samples(:, :), slopes(:, :, :)
+    real(dp), allocatable, intent(out) :: values(:), changes(:, :)
+    real(dp) :: unit
+    integer :: k
+
+    unit = maxval(abs(samples))
+    if (.not. unit > 0) then
+      values = [0.0_dp]
+      allocate(changes(size(slopes, 3), 1), source=0.0_dp)
+    else if (measure%kind == peak_measure) then
+      call find_tops(samples / unit, slopes / unit, values, changes)
+    else if (measure%kind == rms_measure) then
+      values = [norm2(samples / unit) / sqrt(real(size(samples, 1), dp))]
+      allocate(changes(size(slopes, 3), 1))
+      do k = 1, size(slopes, 3)
+        changes(k, 1) = sum(samples / unit * slopes(:, :, k) / unit) / size(samples, 1) / values(1)
+      end do
+    else
+      call within_band(measure%band, period, samples / unit, slopes / unit, values, changes)
+      unit = 1000 * unit ! a vibration meter shows mm/s
+    end if
+    values = unit * values
+    changes = unit * changes
+  end subroutine measure_branches
+
+  !> Every local maximum of the size of a vector y: where y . y' = 0, by Newton's method from the samples; and the samples near the
+  !> greatest, for where the size hardly changes over the turn the maximum jumps.
+  pure subroutine find_tops(samples, slopes, values, changes)
+    real(dp), intent(in) :: samples(:, :), slopes(:, :, :)
+    real(dp), allocatable, intent(out) :: values(:), changes(:, :)
+    type(series_type) :: along, change
+    real(dp) :: square(size(samples, 1)), y(1, size(samples, 2)), y_d(1, size(samples, 2)), y_dd(1, size(samples, 2)), bend, step, &
+      & start
+    real(dp), dimension(1, size(samples, 2) * size(slopes, 3)) :: s, unused, also_unused
+    real(dp), allocatable :: places(:)
+    integer, allocatable :: high(:)
+    integer :: i, k, n, iteration
+
+    n = size(samples, 1)
+    square = sum(samples**2, dim=2)
+    places = pack([(real(i, dp) / n, i = 0, n - 1)], square >= cshift(square, 1) .and. square > cshift(square, -1) &
+      & .and. square >= counts**2 * maxval(square))
+    high = pack([(i, i = 1, n)], square >= near**2 * maxval(square))
+    along = series_through(samples)
+    change = series_through(reshape(slopes, [n, size(samples, 2) * size(slopes, 3)]))
+    allocate(values(size(places) + size(high)), changes(size(slopes, 3), size(places) + size(high)))
+    do i = 1, size(places)
+      start = places(i)
+      do iteration = 1, iterations
+        call along%values(places(i:i), y, y_d, y_dd)
+        bend = sum(y_d**2 + y * y_dd)
+        if (.not. bend < 0) exit
+        step = -sum(y * y_d) / bend / (2 * pi)
+        places(i) = min(max(places(i) + step, start - 1.0_dp / n), start + 1.0_dp / n)
+      end do
+      call along%values(places(i:i), y, y_d, y_dd)
+      values(i) = norm2(y)
+      call change%values(places(i:i), s, unused, also_unused)
+      do k = 1, size(slopes, 3)
+        changes(k, i) = sum(y(1, :) * s(1, (k - 1) * size(y) + 1:k * size(y))) / values(i)
+      end do
+    end do
+    do i = 1, size(high)
+      values(size(places) + i) = sqrt(square(high(i)))
+      do k = 1, size(slopes, 3)
+        changes(k, size(places) + i) = sum(samples(high(i), :) * slopes(high(i), :, k)) / sqrt(square(high(i)))
+      end do
+    end do
+  end subroutine find_tops
+
+  !> The root of the greater eigenvalue of the mean of y y^T, of the orders within the band (gestell_study_vibration_statistics), as
+  !> the greatest of u^T y y^T u over directions u: that of the eigenvector, and others, for where both eigenvalues are equal it
+  !> jumps.
+  pure subroutine within_band(band, period, samples, slopes, values, changes)
+    real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
+    real(dp), allocatable, intent(out) :: values(:), changes(:, :)
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    integer, parameter :: directions = 12
+    type(series_type) :: along, change
+    real(dp) :: square(2, 2), slope(2, 2), angles(directions + 1), u(2)
+    integer :: d, k, first, last
+
+    along = series_through(samples)
+    first = max(1, ceiling(band(1) * period * (1 - rounding)))
+    last = min(ubound(along%cosine, 1), floor(min(band(2) * period * (1 + rounding), 1.0e9_dp)))
+    call add_orders(along, along, first, last, square)
+    angles = [atan2(2 * square(1, 2), square(1, 1) - square(2, 2)) / 2, [(pi * d / directions, d = 1, directions)]]
+    allocate(values(merge(size(angles), 1, size(samples, 2) == 2)))
+    allocate(changes(size(slopes, 3), size(values)), source=0.0_dp)
+    do d = 1, size(values)
+      u = [cos(angles(d)), sin(angles(d))]
+      values(d) = sqrt(max(dot_product(u, matmul(square, u)), 0.0_dp))
+    end do
+    do k = 1, size(slopes, 3)
+      change = series_through(slopes(:, :, k))
+      call add_orders(along, change, first, last, slope)
+      do d = 1, size(values)
+        u = [cos(angles(d)), sin(angles(d))]
+        if (values(d) > 0) changes(k, d) = dot_product(u, matmul(slope, u)) / values(d)
+      end do
+    end do
+  end subroutine within_band
+
+  !> The mean of y z^T, orders `first` to `last`.
+  pure subroutine add_orders(y, z, first, last, mean)
+    type(series_type), intent(in) :: y, z
+    integer, intent(in) :: first, last
+    real(dp), intent(out) :: mean(2, 2)
+    integer :: i, j
+
+    mean = 0
+    do j = 1, size(z%cosine, 2)
+      do i = 1, size(y%cosine, 2)
+        mean(i, j) = (dot_product(y%cosine(first:last, i), z%cosine(first:last, j)) &
+          & + dot_product(y%sine(first:last, i), z%sine(first:last, j))) / 2
+      end do
+    end do
+  end subroutine add_orders
+
+end module gestell_study_design_branches

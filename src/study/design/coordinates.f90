@@ -1,0 +1,160 @@
+!> A second-order system in Floquet's coordinates. With its free vibrations x_i(t) = p_i(t) exp(lambda_i t), p_i periodic, and
+!> P = [p_1 ... p_n], W = P^-1, the equations x' = A x + f become, with x = P z, those of single numbers with constant coefficients,
+!>
+!>     z_i' = lambda_i z_i + w_i f,
+!>
+!> whose periodic solution has the harmonics (w_i f)_k / (i k 2 pi/T - lambda_i): any number of loads costs little more than one.
+!> (Yakubovich, Starzhinskii, Linear Differential Equations with Periodic Coefficients, 1975, chapter II.)
+module gestell_study_design_coordinates
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_period_quick_motion, only: quick_motion_type, solve_quickly
+  use gestell_math_dft, only: dft
+  use gestell_math_lapack, only: eigensystem
+  use gestell_math_matrix, only: balanced
+  use gestell_system_mass, only: solve_mass
+  use gestell_system_second_order, only: sample_in_units, second_order_system
+  implicit none (type, external)
+  private
+
+  public :: find_coordinates, respond
+
+  type, public :: coordinates_type
+    real(dp) :: period = 0
+    !> lambda (1/s), imaginary parts up to multiples of 2 pi/T, shape (n); P and W at equidistant phases, shapes (n, n, phases),
+    !> over units that make the states comparable, shape (n).
+    complex(dp), allocatable :: lambda(:), p(:, :, :), w(:, :, :)
+    real(dp), allocatable :: scale(:)
+    !> What each adds to a real motion: twice the real part of the first of a conjugate pair, nothing of the second; shape (n).
+    real(dp), allocatable :: share(:)
+  end type coordinates_type
+
+  !> The error of P, which is to be periodic, and its condition that are allowed: more tells of modes that are lost beside others,
+  !> or coincide.
+  real(dp), parameter :: of_modes = 1.0e-7_dp, most_condition = 1.0e6_dp
+
+contains
+
+  !> At the phases (k - 1)/`phases`, to `tolerance`, relative to Phi. `fits`: they are known well enough (see `of_modes`).
+  subroutine find_coordinates(system, phases, tolerance, found, fits)
+    class(second_order_system), intent(in) :: system
+    integer, intent(in) :: phases
+    real(dp), intent(in) :: tolerance
+    type(coordinates_type), intent(out) :: found
+    logical, intent(out) :: fits
+    type(quick_motion_type) :: quick
+    type(error_type), allocatable :: error
+    complex(dp), allocatable :: rho(:), vectors(:, :), left(:, :)
+    complex(dp) :: last(system%states, system%states)
+    integer :: i, k, n
+
+    n = system%states
+    quick%keeps = .true.
+    call solve_quickly(system, phases, tolerance, quick, fits)
+    if (.not. fits) return
+    found%period = system%period
+    found%scale = quick%scale
+    call eigensystem(balanced(quick%maps(:, :n, phases), quick%scale), rho, vectors, left, error)
+    fits = .not. allocated(error)
+    if (fits) fits = all(abs(rho) > 0)
+    if (.not. fits) return
+    found%lambda = log(rho) / system%period
+    found%share = [(merge(1.0_dp, merge(2.0_dp, 0.0_dp, aimag(rho(i)) > 0), .not. abs(aimag(rho(i))) > 0), i = 1, n)]
+    allocate(found%p(n, n, phases), found%w(n, n, phases))
+    found%p(:, :, 1) = vectors
+    do k = 1, phases
+      last = matmul(balanced(quick%maps(:, :n, k), quick%scale), vectors)
+      do i = 1, n
+        last(:, i) = last(:, i) * exp(-log(rho(i)) * k / phases)
+      end do
+      if (k < phases) found%p(:, :, k + 1) = last
+    end do
+    fits = maxval(abs(last - vectors)) <= of_modes
+    do k = 1, phases
+      if (.not. fits) return
+      call invert(found%p(:, :, k), found%w(:, :, k), fits)
+    end do
+  end subroutine find_coordinates
+
+  !> The inverse of a small complex matrix by Gauss and Jordan's elimination; not where its condition is above what is allowed.
+  subroutine invert(a, b, fits)
+    complex(dp), intent(in) :: a(:, :)
+    complex(dp), intent(out) :: b(:, :)
+    logical, intent(out) :: fits
+    complex(dp) :: w(size(a, 1), 2 * size(a, 1)), row(2 * size(a, 1))
+    integer :: j, k, n, pivot
+
+    n = size(a, 1)
+    w = 0
+    w(:, :n) = a
+    do j = 1, n
+      w(j, n + j) = 1
+    end do
+    do j = 1, n
+      pivot = j - 1 + maxloc(abs(real(w(j:, j))) + abs(aimag(w(j:, j))), dim=1)
+      fits = abs(w(pivot, j)) > 0
+      if (.not. fits) return
+      row = w(pivot, :) / w(pivot, j)
+      w(pivot, :) = w(j, :)
+      w(j, :) = row
+      do k = 1, n
+        if (k /= j) w(k, :) = w(k, :) - w(k, j) * row
+      end do
+    end do
+    b = w(:, n + 1:)
+    fits = norm2([real(a), aimag(a)]) * norm2([real(b), aimag(b)]) <= most_condition
+  end subroutine invert
+
+  !> The periodic motions of `system`, whose coordinates these are, under other `loads`, shape (phases, degrees of freedom, loads):
+  !> q and its first and second derivatives over theta = 2 pi t/T, shape (phases, degrees of freedom, 0:2, loads). Not finite in
+  !> resonance.
+  subroutine respond(system, coordinates, phases, loads, motions)
+    class(second_order_system), intent(in) :: system
+    type(coordinates_type), intent(in) :: coordinates
+    real(dp), contiguous, intent(in) :: phases(:), loads(:, :, :)
+    real(dp), intent(out) :: motions(:, :, 0:, :)
+    real(dp), dimension(size(phases), size(loads, 2), size(loads, 2)) :: m, b, c
+    real(dp) :: r(size(phases), size(loads, 2), 2 * size(loads, 2) + size(loads, 3)), units(size(loads, 2)), &
+      & x(2 * size(loads, 2)), unit
+    complex(dp) :: z(size(phases), 2 * size(loads, 2))
+    integer :: f, i, j, k, l, n
+
+    f = size(loads, 2)
+    n = size(phases)
+    unit = system%period / (2 * pi)
+    ! U^-1 q'' = -M^-1 C (U^-1 q) - M^-1 B (U^-1 q') + M^-1 (U h) in the units of gestell_system_second_order
+    call sample_in_units(system, phases, m, b, c, units)
+    r(:, :, :f) = -c
+    r(:, :, f + 1:2 * f) = -b
+    do l = 1, size(loads, 3)
+      do j = 1, f
+        r(:, j, 2 * f + l) = units(j) * loads(:, j, l)
+      end do
+    end do
+    call solve_mass(m, r)
+    do l = 1, size(loads, 3)
+      do i = 1, 2 * f
+        z(:, i) = 0
+        if (.not. coordinates%share(i) > 0) cycle
+        do k = 1, n
+          z(k, i) = coordinates%share(i) * sum(coordinates%w(i, f + 1:, k) * (units * r(k, :, 2 * f + l) &
+            & / coordinates%scale(f + 1:)))
+        end do
+        z(:, i) = dft(z(:, i))
+        do j = 0, n - 1
+          z(j + 1, i) = z(j + 1, i) / (cmplx(0, merge(j, j - n, 2 * j < n) / unit, dp) - coordinates%lambda(i)) / n
+        end do
+        if (modulo(n, 2) == 0) z(n / 2 + 1, i) = 0
+        z(:, i) = conjg(dft(conjg(z(:, i))))
+      end do
+      do k = 1, n
+        x = coordinates%scale * real(matmul(coordinates%p(:, :, k), z(k, :)))
+        motions(k, :, 0, l) = x(:f)
+        motions(k, :, 1, l) = unit * x(f + 1:)
+        x = x / [units, units]
+        motions(k, :, 2, l) = unit**2 * units * (matmul(r(k, :, :2 * f), x) + r(k, :, 2 * f + l))
+      end do
+    end do
+  end subroutine respond
+
+end module gestell_study_design_coordinates

@@ -1,0 +1,170 @@
+!> The best machine of a family: from several starts, or proved to be the best of all where the problem is convex.
+!>
+!> On rigid ground the samples of the shaking forces are linear in m, m x, m y of each link, those of the moment in m and J where
+!> the place stays, and the norms of linear functions are convex; so is their sum, and their greatest. In these coordinates L lies
+!> above its tangent (gestell_math_optimum_minimax), whose least value in the box of m, x, y is at one of its corners, for it is
+!> linear in each of them. Nothing has an objective below what L then has. (J. Verschuure, B. Demeulenaere, J. Swevers, J. De
+!> Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
+module gestell_study_design
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_math_optimum_minimax, only: minimise, optimum_type
+  use gestell_study_design_goal, only: goal_type, of_machine, of_shaking
+  use gestell_study_design_moments, only: new_moments
+  use gestell_study_design_parts, only: mass_part, other_part, place_parts
+  use gestell_study_design_problem, only: design_order_type, design_problem, is_squared
+  use gestell_study_family, only: family_type
+  implicit none (type, external)
+  private
+
+  public :: halton, is_convex, prove, search_from
+
+  !> Stationarity that is asked for.
+  real(dp), parameter, public :: usual_tolerance = 1.0e-8_dp
+
+contains
+
+  !> A local optimum; its `slope` and `slack` are those of the square where `is_squared`. Errors: there is no machine at the start;
+  !> as of `minimise`.
+  subroutine search_from(family, order, start, optimum, error)
+    class(family_type), intent(in), target :: family
+    type(design_order_type), intent(in) :: order
+    real(dp), intent(in) :: start(:)
+    type(optimum_type), intent(out) :: optimum
+    type(error_type), allocatable, intent(out) :: error
+    type(design_problem) :: problem
+    real(dp), dimension(size(start)) :: corner
+    integer :: i
+
+    problem%family => family
+    problem%order = order
+    problem%moments = new_moments(order%lower, order%upper, order%body, order%part)
+    ! the least and greatest products are at corners
+    problem%lower = problem%moments%from(order%lower)
+    problem%upper = problem%lower
+    do i = 1, 3
+      corner = merge(order%upper, order%lower, merge(btest(i, 0), btest(i, 1), order%part == mass_part))
+      problem%lower = min(problem%lower, problem%moments%from(corner))
+      problem%upper = max(problem%upper, problem%moments%from(corner))
+    end do
+    problem%objectives = merge(1, size(order%objectives), order%largest)
+    problem%constraints = size(order%constraints) + problem%moments%limits()
+    problem%squared = is_squared(order)
+    call minimise(problem, problem%moments%from(start), usual_tolerance, optimum, error)
+    if (.not. allocated(error)) call problem%moments%turn_optimum(optimum)
+    if (allocated(error) .or. .not. problem%squared) return
+    ! d(f^2) = 2 f df
+    optimum%objective = sqrt(optimum%objective)
+    if (.not. optimum%objective > 0) return
+    optimum%price = optimum%price / (2 * optimum%objective)
+    optimum%bound_price = optimum%bound_price / (2 * optimum%objective)
+  end subroutine search_from
+
+  !> Whether the problem is convex in the masses and first moments of links.
+  pure logical function is_convex(order)
+    type(design_order_type), intent(in) :: order
+    logical :: places
+
+    places = any(order%part == place_parts(1)) .or. any(order%part == place_parts(2))
+    is_convex = all(order%part /= other_part) .and. all(goes(order%objectives, .true.)) .and. all(goes(order%constraints, .false.))
+
+  contains
+
+    !> Goals of which greater values are worse are to be convex, others concave, as the mass, which is both.
+    elemental logical function goes(goal, is_objective)
+      type(goal_type), intent(in) :: goal
+      logical, intent(in) :: is_objective
+
+      goes = (goal%about == of_machine .and. goal%measure%quantity == "added_mass") .or. (goal%about == of_shaking &
+        & .and. (goal%sense > 0 .or. is_objective) .and. .not. (places .and. goal%measure%quantity == "shaking.m"))
+    end function goes
+
+  end function is_convex
+
+  !> By how much the objective of an optimum can be above that of any other machine, of a convex problem.
+  pure real(dp) function prove(order, optimum) result(gap)
+    type(design_order_type), intent(in) :: order
+    type(optimum_type), intent(in) :: optimum
+    integer :: i, j, k, mass, place(2), corner
+    real(dp) :: m, x(2), least, slope_m, slope_x(2), there
+
+    gap = max(optimum%slack, 0.0_dp)
+    do i = 1, size(order%body)
+      ! each link once, at the first of its parameters
+      if (any(order%body(:i - 1) == order%body(i))) cycle
+      mass = 0
+      place = 0
+      least = 0
+      do k = i, size(order%body)
+        if (order%body(k) /= order%body(i)) cycle
+        if (order%part(k) == mass_part) then
+          mass = k
+        else if (any(order%part(k) == place_parts)) then
+          j = findloc(place_parts, order%part(k), dim=1)
+          place(j) = k
+        else
+          least = least + min(optimum%slope(k) * (order%lower(k) - optimum%x(k)), &
+            & optimum%slope(k) * (order%upper(k) - optimum%x(k)))
+        end if
+      end do
+      m = 1
+      x = 0
+      slope_m = 0
+      slope_x = 0
+      if (mass > 0) m = optimum%x(mass)
+      do j = 1, 2
+        if (place(j) == 0) cycle
+        x(j) = optimum%x(place(j))
+        if (m > 0) slope_x(j) = optimum%slope(place(j)) / m
+      end do
+      if (mass > 0) slope_m = optimum%slope(mass) - dot_product(slope_x, x)
+      there = huge(there)
+      do corner = 0, 7
+        there = min(there, at_corner(corner))
+      end do
+      if (.not. m > 0 .and. any(place > 0)) there = -huge(there)
+      gap = gap - min(least + there, 0.0_dp)
+    end do
+    if (is_squared(order)) gap = optimum%objective - sqrt(max(0.0_dp, optimum%objective**2 - gap))
+
+  contains
+
+    !> The change of L's tangent from the optimum to a corner of this link's box.
+    pure real(dp) function at_corner(corner) result(change)
+      integer, intent(in) :: corner
+      real(dp) :: mass_there, place_there(2)
+      integer :: c
+
+      mass_there = m
+      place_there = x
+      if (mass > 0) mass_there = merge(order%upper(mass), order%lower(mass), btest(corner, 0))
+      do c = 1, 2
+        if (place(c) > 0) place_there(c) = merge(order%upper(place(c)), order%lower(place(c)), btest(corner, c))
+      end do
+      change = slope_m * (mass_there - m) + dot_product(slope_x, mass_there * place_there - m * x)
+    end function at_corner
+
+  end function prove
+
+  !> The n-th point of Halton's sequence in the unit cube, one base a parameter (J. H. Halton, Numer. Math. 2, 1960, 84-90).
+  pure function halton(n, parameters) result(point)
+    integer, intent(in) :: n, parameters
+    real(dp) :: point(parameters)
+    integer, parameter :: primes(40) = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83, &
+      & 89, 97, 101, 103, 107, 109, 113, 127, 131, 137, 139, 149, 151, 157, 163, 167, 173]
+    real(dp) :: part
+    integer :: i, left
+
+    do i = 1, parameters
+      point(i) = 0
+      part = 1
+      left = n
+      do while (left > 0)
+        part = part / primes(i)
+        point(i) = point(i) + part * modulo(left, primes(i))
+        left = left / primes(i)
+      end do
+    end do
+  end function halton
+
+end module gestell_study_design

@@ -1,0 +1,198 @@
+!> What a design is judged by: measures of quantities of the vibration, of the shaking forces on rigid ground and of the torque,
+!> the greatest multiplier, and numbers of the machine that need no solution.
+module gestell_study_design_goal
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_quantity, only: accelerations, exact_rows, guide_forces, look_up_quantity, probe_type, quantity_type
+  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_mechanism, only: a1_dd, a2_dd, a4_v, drive_columns, energy_d, table_columns
+  use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
+  use gestell_study_measure, only: band_measure, measure_type, new_measure
+  use gestell_study_vibration_motion, only: complete_motion
+  implicit none (type, external)
+  private
+
+  public :: new_goal, plain_values, take_samples
+
+  !> What is looked at: a quantity of the motion, a shaking force, the torque, multipliers, a number of the machine.
+  integer, parameter, public :: of_motion = 1, of_shaking = 2, of_torque = 3, of_multipliers = 4, of_machine = 5
+
+  character(len=10), parameter :: shaking_names(4) = [character(len=10) :: "shaking.fx", "shaking.fy", "shaking.f", "shaking.m"]
+  character(len=10), parameter :: machine_names(3) = [character(len=10) :: "added_mass", "sag", "separation"]
+
+  type, public :: goal_type
+    type(measure_type) :: measure
+    integer :: about = of_motion
+    !> What it weighs in the objective, or the limit of a constraint and its sense, 1: at most, -1: at least; what is taken from it.
+    real(dp) :: weight = 1, limit = 0, offset = 0
+    integer :: sense = 1
+  contains
+    procedure :: needs_motion
+    procedure :: is_periodic
+    procedure :: name => name_of
+  end type goal_type
+
+contains
+
+  !> A goal by its name and measure. Errors: there is no such quantity, or it has no such measure; nothing weighs anything.
+  pure subroutine new_goal(frame, probes, name, kind, goal, error)
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: kind
+    type(goal_type), intent(out) :: goal
+    type(error_type), allocatable, intent(out) :: error
+
+    goal%measure%quantity = name
+    goal%measure%kind = kind
+    if (any(name == shaking_names)) then
+      goal%about = of_shaking
+      goal%measure%unit = merge("Nm", "N ", name == "shaking.m")
+    else if (name == "torque") then
+      goal%about = of_torque
+      goal%measure%unit = "Nm"
+    else if (name == "rho_max") then
+      goal%about = of_multipliers
+    else if (any(name == machine_names)) then
+      goal%about = of_machine
+      if (name == "added_mass") goal%measure%unit = "kg"
+      if (name == "sag") goal%measure%unit = "m"
+      if (name == "separation") goal%measure%unit = "%"
+      if (name == "sag" .and. .not. frame%weights%act) call fatal_error(error, "'sag' needs the group &gravity", invalid_input)
+    else
+      call new_measure(frame, probes, name, kind, goal%measure, error)
+      if (allocated(error)) error%message = error%message // "; and shaking.fx (.fy, .f, .m), torque, rho_max, added_mass, sag, " &
+        & // "separation"
+      return
+    end if
+    if (kind == band_measure .and. .not. allocated(error)) call fatal_error(error, &
+      & "'band' is for velocities of probes, probe(NAME).v, .vx, .vy", invalid_input)
+  end subroutine new_goal
+
+  !> Whether the vibration has to be known.
+  elemental logical function needs_motion(self)
+    class(goal_type), intent(in) :: self
+
+    needs_motion = any(self%about == [of_motion, of_torque, of_multipliers])
+  end function needs_motion
+
+  !> Whether it is measured of a function of time.
+  elemental logical function is_periodic(self)
+    class(goal_type), intent(in) :: self
+
+    is_periodic = any(self%about == [of_motion, of_shaking, of_torque])
+  end function is_periodic
+
+  !> As it is called in reports: f rms, added_mass.
+  pure function name_of(self) result(name)
+    class(goal_type), intent(in) :: self
+    character(len=:), allocatable :: name
+    character(len=4), parameter :: kinds(3) = [character(len=4) :: "peak", "rms", "band"]
+
+    name = trim(self%measure%quantity)
+    if (self%is_periodic()) name = name // " " // trim(kinds(self%measure%kind))
+  end function name_of
+
+  !> The components of the periodic goals at `phases` of the turn, shape (phases, 2, goals), the second of a magnitude only, of a
+  !> frame that moves by q and its derivatives over theta, shape (phases, 3, 0:2). Errors: there is no such quantity; the mechanism
+  !> does not tell its energy.
+  subroutine take_samples(goals, frame, probes, phases, q, samples, error)
+    type(goal_type), intent(in) :: goals(:)
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: q(:, :, 0:)
+    real(dp), intent(out) :: samples(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: motion(:, :), first_rows(:, :), forces(:, :), power(:, :)
+    type(quantity_type) :: quantity
+    logical :: known
+    integer :: i, k, rows
+
+    samples = 0
+    rows = accelerations
+    if (size(frame%free) < 3) rows = guide_forces
+    select type (frame)
+    class is (varied_frame_type)
+      rows = exact_rows(frame)
+    end select
+    allocate(motion(rows, size(phases)), source=0.0_dp)
+    if (any(goals%needs_motion())) then
+      do k = 0, 2
+        motion(3 * k + 1:3 * k + 3, :) = (2 * pi / frame%period)**k * transpose(q(:, :, k))
+      end do
+      if (rows > accelerations) call complete_motion(frame, frame, phases, motion)
+    end if
+    if (any(goals%about == of_shaking)) call shaking_forces(frame, phases, forces)
+    do i = 1, size(goals)
+      select case (goals(i)%about)
+      case (of_motion)
+        call look_up_quantity(frame, probes, trim(goals(i)%measure%quantity), quantity, error)
+        if (allocated(error)) return
+        do k = 1, size(quantity%weights, 2)
+          samples(:, k, i) = matmul(quantity%weights(:rows, k), motion)
+        end do
+      case (of_shaking)
+        k = findloc(shaking_names, goals(i)%measure%quantity, dim=1)
+        if (k == 3) then
+          samples(:, :, i) = forces(:, :2)
+        else
+          samples(:, 1, i) = forces(:, min(k, 3))
+        end if
+      case (of_torque)
+        allocate(power(power_rows, size(phases)))
+        first_rows = motion(:accelerations, :)
+        call drive_power(frame, phases, first_rows, power, known)
+        if (.not. known) then
+          call fatal_error(error, "'torque' needs the mechanism's energy, key energy of &mass_functions", invalid_input)
+          return
+        end if
+        samples(:, 1, i) = power(torque, :)
+        deallocate(power)
+      case default
+        cycle
+      end select
+    end do
+  end subroutine take_samples
+
+  !> Forces along x and y and the moment about O on a frame at rest (gestell_model_mechanism_shaking), shape (phases, 3).
+  subroutine shaking_forces(frame, phases, forces)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), allocatable, intent(out) :: forces(:, :)
+    real(dp) :: table(size(phases), table_columns), drive(size(phases), drive_columns)
+    logical :: known
+
+    call frame%mechanism%tabulate(frame%crank_angles(phases), table)
+    drive = 0
+    if (frame%even_in_space()) call frame%mechanism%tabulate_drive(frame%crank_angles(phases), drive, known)
+    forces = -frame%speed**2 * table(:, [a1_dd, a2_dd, a4_v])
+    forces(:, 3) = forces(:, 3) + frame%speed**2 * drive(:, energy_d) / 2
+  end subroutine shaking_forces
+
+  !> A number of the machine, or for the separation one for each natural frequency f and order k of the crank, which turns n times a
+  !> second: 100 |f / (k n) - 1|. Error: as of `natural_frequencies`.
+  subroutine plain_values(goal, frame, values, error)
+    type(goal_type), intent(in) :: goal
+    class(frame_type), intent(in) :: frame
+    real(dp), allocatable, intent(out) :: values(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: orders = 4
+    real(dp), allocatable :: frequencies(:)
+    integer :: k
+
+    select case (goal%measure%quantity)
+    case ("added_mass")
+      values = [frame%mass + frame%mechanism%mass]
+    case ("sag")
+      values = [norm2(frame%weights%sag(:2))]
+    case default
+      call frame%natural_frequencies(frequencies, error)
+      if (allocated(error)) return
+      values = [(100 * abs(frequencies / (k * abs(frame%speed)) - 1), k = 1, orders)]
+    end select
+    values = values - goal%offset
+  end subroutine plain_values
+
+end module gestell_study_design_goal

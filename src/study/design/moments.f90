@@ -1,0 +1,147 @@
+!> The coordinates in which a design is sought: where mass m and place c of a link are both parameters, m and the first moment m c,
+!> of which forces are linear functions. The range of c becomes two linear limits, m c - c_max m <= 0 and c_min m - m c <= 0.
+module gestell_study_design_moments
+  use gestell_base_kinds, only: dp
+  use gestell_math_optimum_minimax, only: branches_type, optimum_type
+  use gestell_study_design_parts, only: mass_part, place_parts
+  implicit none (type, external)
+  private
+
+  public :: new_moments
+
+  type, public :: moments_type
+    !> The parameter that is the mass of the link whose place a parameter is; 0: it is itself. Shape (parameters).
+    integer, allocatable :: mass(:)
+    real(dp), allocatable :: lower(:), upper(:)
+  contains
+    procedure :: limits
+    procedure :: from
+    procedure :: to
+    procedure :: add_limits
+    procedure :: turn_slopes
+    procedure :: turn_optimum
+  end type moments_type
+
+contains
+
+  !> Of parameters with these ranges, which link each is of and what of it, shapes (parameters).
+  pure function new_moments(lower, upper, body, part) result(moments)
+    real(dp), intent(in) :: lower(:), upper(:)
+    integer, intent(in) :: body(:), part(:)
+    type(moments_type) :: moments
+    integer :: k, m
+
+    moments%lower = lower
+    moments%upper = upper
+    allocate(moments%mass(size(body)), source=0)
+    do k = 1, size(body)
+      if (.not. any(part(k) == place_parts)) cycle
+      m = findloc(body == body(k) .and. part == mass_part, .true., dim=1)
+      if (m == 0) cycle
+      if (lower(m) > 0) moments%mass(k) = m
+    end do
+  end function new_moments
+
+  !> How many limits they bring.
+  pure integer function limits(self)
+    class(moments_type), intent(in) :: self
+
+    limits = 2 * count(self%mass > 0)
+  end function limits
+
+  !> These coordinates from parameters.
+  pure function from(self, x) result(y)
+    class(moments_type), intent(in) :: self
+    real(dp), intent(in) :: x(:)
+    real(dp) :: y(size(x))
+    integer :: k
+
+    y = x
+    do k = 1, size(x)
+      if (self%mass(k) > 0) y(k) = x(self%mass(k)) * x(k)
+    end do
+  end function from
+
+  !> Parameters from these coordinates.
+  pure function to(self, y) result(x)
+    class(moments_type), intent(in) :: self
+    real(dp), intent(in) :: y(:)
+    real(dp) :: x(size(y))
+    integer :: k
+
+    x = y
+    do k = 1, size(y)
+      if (self%mass(k) > 0) x(k) = y(k) / y(self%mass(k))
+    end do
+  end function to
+
+  !> Derivatives with respect to parameters x, shape (parameters, values), become those with respect to these coordinates.
+  pure subroutine turn_slopes(self, x, slopes)
+    class(moments_type), intent(in) :: self
+    real(dp), intent(in) :: x(:)
+    real(dp), intent(inout) :: slopes(:, :)
+    integer :: k
+
+    do k = 1, size(x)
+      associate (m => self%mass(k))
+        if (m == 0) cycle
+        slopes(k, :) = slopes(k, :) / x(m)
+        slopes(m, :) = slopes(m, :) - x(k) * slopes(k, :)
+      end associate
+    end do
+  end subroutine turn_slopes
+
+  !> Adds the limits at y, as groups from `first` on.
+  pure subroutine add_limits(self, y, first, at)
+    class(moments_type), intent(in) :: self
+    real(dp), intent(in) :: y(:)
+    integer, intent(in) :: first
+    type(branches_type), intent(inout) :: at
+    real(dp) :: value(self%limits()), slope(size(y), self%limits())
+    integer :: i, k
+
+    slope = 0
+    i = 0
+    do k = 1, size(y)
+      associate (m => self%mass(k))
+        if (m == 0) cycle
+        slope(k, i + 1:i + 2) = [1.0_dp, -1.0_dp]
+        slope(m, i + 1:i + 2) = [-self%upper(k), self%lower(k)]
+        value(i + 1:i + 2) = y(k) * slope(k, i + 1:i + 2) + y(m) * slope(m, i + 1:i + 2)
+      end associate
+      i = i + 2
+    end do
+    at%group = [at%group, [(first + k, k = 0, size(value) - 1)]]
+    at%value = [at%value, value]
+    if (.not. allocated(at%slope)) return
+    at%slope = reshape([at%slope, slope], [size(y), size(at%value)])
+  end subroutine add_limits
+
+  !> An optimum in these coordinates becomes one in the parameters, its prices those of the ranges, its slope without these.
+  pure subroutine turn_optimum(self, optimum)
+    class(moments_type), intent(in) :: self
+    type(optimum_type), intent(inout) :: optimum
+    real(dp) :: x(size(optimum%x)), y(size(optimum%x)), pull
+    integer :: i, k, limits
+
+    y = optimum%x
+    x = self%to(y)
+    limits = size(optimum%price) - self%limits()
+    i = limits
+    do k = 1, size(x)
+      associate (m => self%mass(k))
+        if (m == 0) cycle
+        pull = optimum%price(i + 1) - optimum%price(i + 2)
+        optimum%slope(k) = (optimum%slope(k) - pull) * y(m)
+        optimum%slope(m) = optimum%slope(m) + optimum%price(i + 1) * self%upper(k) - optimum%price(i + 2) * self%lower(k) &
+          & + optimum%slope(k) * x(k) / y(m)
+        optimum%bound_price(k) = (optimum%bound_price(k) - pull) * y(m)
+        x(k) = min(max(x(k), self%lower(k)), self%upper(k))
+      end associate
+      i = i + 2
+    end do
+    optimum%x = x
+    optimum%price = optimum%price(:limits)
+  end subroutine turn_optimum
+
+end module gestell_study_design_moments

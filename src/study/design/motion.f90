@@ -1,0 +1,329 @@
+!> The periodic vibration of a machine and its derivatives with respect to parameters, by direct differentiation of the periodic
+!> problem: with the equations R(q, p) = 0 at every phase theta of the turn, s = dq/dp is the periodic motion of
+!>
+!>     M s'' + B s' + C s = -dR/dp,
+!>
+!> M, B, C of the equations varied about q. R is algebraic in p and in q, q', q'' (gestell_study_design_neighbours).
+module gestell_study_design_motion
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
+  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_study_design_coordinates, only: coordinates_type, find_coordinates, respond
+  use gestell_study_design_neighbours, only: at_condition, condition_type, neighbours_type
+  use gestell_study_frame_model, only: settle
+  use gestell_study_frame_model_newton, only: next_motion, next_type
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: beside, coarse, usual_phases, solve_motion, solve_slopes
+
+  !> The machine as it is run and settled by its model, and how it moves: q and its first and second derivatives with respect to
+  !> theta = 2 pi t/T at equidistant phases, of xi, eta, psi, shape (phases, 3, 0:2); with parameters dq/dp in the same way, shape
+  !> (phases, 3, 0:2, parameters).
+  type, public :: motion_type
+    type(condition_type) :: condition
+    class(frame_type), allocatable :: frame
+    real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
+  contains
+    procedure :: parameters
+  end type motion_type
+
+  !> The system `inner` under another load, that of its free degrees of freedom over theta.
+  type, extends(second_order_system) :: loaded_type
+    class(second_order_system), pointer :: inner => null()
+    type(series_type) :: force
+  contains
+    procedure :: matrices
+    procedure :: sample_second_order
+    procedure :: coupled
+  end type loaded_type
+
+  !> Equidistant phases at the least; errors of the derivatives that are allowed, and, for the part of R that its linear part lacks,
+  !> of R as well, relative to the greatest; corrections for that part.
+  integer, parameter :: fewest = 64, most_corrections = 6
+  real(dp), parameter :: of_slope = 1.0e-10_dp
+
+contains
+
+  !> The phases at which most motions are taken.
+  pure function usual_phases() result(phases)
+    real(dp) :: phases(fewest)
+    integer :: k
+
+    phases = [(real(k, dp) / fewest, k = 0, fewest - 1)]
+  end function usual_phases
+
+  !> With respect to how many parameters it is differentiated.
+  pure integer function parameters(self)
+    class(motion_type), intent(in) :: self
+
+    parameters = 0
+    if (allocated(self%slope)) parameters = size(self%slope, 4)
+  end function parameters
+
+  !> The error of Phi that is allowed for derivatives: the exact frame's coefficients are known to the tolerance of its motion.
+  pure real(dp) function coarse(accuracy)
+    type(accuracy_type), intent(in) :: accuracy
+
+    coarse = max(of_slope, 10 * accuracy%tolerance)
+  end function coarse
+
+  !> The motion of `neighbours%frame` as it is run, by its `model`; where it does not move, `moves`, the frame rests. Errors: there
+  !> is no vibration that could be told; as of `settle`.
+  subroutine solve_motion(neighbours, condition, model, accuracy, moves, motion, error)
+    type(neighbours_type), intent(in) :: neighbours
+    type(condition_type), intent(in) :: condition
+    character(len=*), intent(in) :: model
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: moves
+    type(motion_type), intent(out) :: motion
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: run
+    type(series_type) :: series
+    integer :: k, n
+
+    motion%condition = condition
+    call at_condition(neighbours%frame, condition, run)
+    if (moves) then
+      call settle(run, model, accuracy, motion%frame, error)
+      if (.not. allocated(error)) call take_series(motion%frame, accuracy, series, error)
+      if (allocated(error)) return
+    else
+      allocate(motion%frame, source=run)
+      allocate(series%cosine(0:0, 3), series%sine(0:0, 3), source=0.0_dp)
+    end if
+    n = max(fewest, 8 * ((2 * ubound(series%cosine, 1) + 9) / 8), 8 * ((min(4 * run%least_steps, 4096) + 7) / 8))
+    motion%phases = [(real(k, dp) / n, k = 0, n - 1)]
+    allocate(motion%q(n, 3, 0:2))
+    call series%values(motion%phases, motion%q(:, :, 0), motion%q(:, :, 1), motion%q(:, :, 2))
+  end subroutine solve_motion
+
+  !> The derivatives of a motion that was solved with these arguments. Errors: as of `find_slopes`.
+  subroutine solve_slopes(neighbours, model, accuracy, moves, motion, error)
+    type(neighbours_type), intent(in) :: neighbours
+    character(len=*), intent(in) :: model
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: moves
+    type(motion_type), intent(inout) :: motion
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: run
+
+    allocate(motion%slope(size(motion%phases), 3, 0:2, size(neighbours%beside, 2)), source=0.0_dp)
+    if (.not. moves) return
+    if (model == "exact") then
+      call find_slopes(neighbours, motion%frame, accuracy, motion, error)
+    else
+      call at_condition(neighbours%frame, motion%condition, run)
+      call find_slopes(neighbours, run, accuracy, motion, error)
+    end if
+  end subroutine solve_slopes
+
+  !> The vibration of a frame that is settled.
+  subroutine take_series(frame, accuracy, series, error)
+    class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
+    type(series_type), intent(out) :: series
+    type(error_type), allocatable, intent(out) :: error
+    type(next_type) :: next
+
+    select type (frame)
+    class is (varied_frame_type)
+      series = frame%motion
+    class default
+      next%of_step = of_slope
+      call next_motion(frame, frame, accuracy, fewest, next, error)
+      if (.not. allocated(error)) series = next%series
+    end select
+  end subroutine take_series
+
+  !> `system`: M, B, C of the equations that the motion satisfies. Error: as of `follow_loads`.
+  subroutine find_slopes(neighbours, system, accuracy, motion, error)
+    type(neighbours_type), intent(in) :: neighbours
+    class(frame_type), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    type(motion_type), intent(inout) :: motion
+    type(error_type), allocatable, intent(out) :: error
+    type(coordinates_type) :: coordinates
+    real(dp), dimension(motion%parameters()) :: most, lacking
+    real(dp) :: lack(size(motion%phases), 3)
+    real(dp), allocatable :: loads(:, :, :), changes(:, :, :, :)
+    integer :: k, correction
+    logical :: fits
+
+    associate (phases => size(motion%phases), f => size(system%free), parameters => motion%parameters())
+      call find_coordinates(system, phases, coarse(accuracy), coordinates, fits)
+      allocate(loads(phases, f, parameters), changes(phases, f, 0:2, parameters))
+      most = 0
+      ! the linear part is all, but for the torque of a motor with flywheel, a constant moment that depends on the whole motion
+      do correction = 1, merge(most_corrections, 1, system%held_by == "flywheel")
+        do k = 1, parameters
+          call differentiate_equations(neighbours, system, motion, k, lack)
+          if (correction > 1) lack = spread(sum(lack, dim=1) / phases, 1, phases)
+          loads(:, :, k) = -lack(:, system%free)
+          lacking(k) = maxval(norm2(lack, dim=1))
+        end do
+        most = max(most, lacking)
+        if (correction > 1 .and. all(lacking <= 10 * of_slope * most)) exit
+        if (fits) then
+          call respond(system, coordinates, motion%phases, loads, changes)
+        else
+          call follow_loads(system, accuracy, motion%phases, loads, changes, error)
+          if (allocated(error)) return
+        end if
+        motion%slope(:, system%free, :, :) = motion%slope(:, system%free, :, :) + changes
+      end do
+    end associate
+    if (.not. all(abs(motion%slope) <= huge(most))) call fatal_error(error, "the derivatives of the vibration overflow", &
+      & failed_computation)
+  end subroutine find_slopes
+
+  !> The same as `respond`, load by load, where free vibrations are too fast, or some are lost beside others. Errors: as of
+  !> `solve_floquet` and `solve_periodic`.
+  subroutine follow_loads(system, accuracy, phases, loads, changes, error)
+    class(frame_type), intent(in), target :: system
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: phases(:), loads(:, :, :)
+    real(dp), intent(out) :: changes(:, :, 0:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(loaded_type) :: loaded
+    type(floquet_type) :: floquet
+    type(periodic_solution_type) :: start
+    real(dp), allocatable :: x(:, :), p(:, :, :), f(:, :)
+    integer :: k, l, n
+
+    loaded%states = system%states
+    call loaded%inherit(system)
+    loaded%inner => system
+    n = size(system%free)
+    allocate(p(2 * n, 2 * n, size(phases)), f(2 * n, size(phases)))
+    associate (unit => system%period / (2 * pi))
+      do l = 1, size(loads, 3)
+        loaded%force = series_through(loads(:, :, l))
+        call solve_floquet(loaded, accuracy, .true., floquet, error)
+        if (.not. allocated(error)) call solve_periodic(floquet, start, error)
+        if (.not. allocated(error)) call follow(loaded, floquet, start, phases, x, error)
+        if (allocated(error)) return
+        call loaded%sample(phases, p, f)
+        do k = 1, size(phases)
+          changes(k, :, 0, l) = x(:n, k)
+          changes(k, :, 1, l) = unit * x(n + 1:, k)
+          changes(k, :, 2, l) = unit**2 * (matmul(p(n + 1:, :, k), x(:, k)) + f(n + 1:, k))
+        end do
+      end do
+    end associate
+  end subroutine follow_loads
+
+  !> dR/dp + dR/dq s by the neighbours along parameter `k`, at all phases, s being the derivatives that the motion has.
+  subroutine differentiate_equations(neighbours, system, motion, k, lack)
+    type(neighbours_type), intent(in) :: neighbours
+    class(frame_type), intent(in) :: system
+    type(motion_type), intent(in) :: motion
+    integer, intent(in) :: k
+    real(dp), intent(out) :: lack(:, :)
+    class(frame_type), allocatable :: frame
+    real(dp) :: q(size(motion%phases), 3, 0:2), r(size(lack, 1), 3)
+    integer :: i
+
+    lack = 0
+    if (abs(neighbours%weight(0, k)) > 0) then
+      call take_equations(system, motion%phases, motion%q, r)
+      lack = neighbours%weight(0, k) * r
+    end if
+    do i = 1, 2
+      q = motion%q + neighbours%distance(i, k) * motion%slope(:, :, :, k)
+      call beside(neighbours, system, motion, q, k, i, frame)
+      call take_equations(frame, motion%phases, q, r)
+      lack = lack + neighbours%weight(i, k) * r
+    end do
+  end subroutine differentiate_equations
+
+  !> Neighbour `i` along parameter `k` as it is run, and varied about the motion q as `system` is about its own.
+  subroutine beside(neighbours, system, motion, q, k, i, frame)
+    type(neighbours_type), intent(in) :: neighbours
+    class(frame_type), intent(in) :: system
+    type(motion_type), intent(in) :: motion
+    real(dp), intent(in) :: q(:, :, 0:)
+    integer, intent(in) :: k, i
+    class(frame_type), allocatable, intent(out) :: frame
+    type(frame_type), allocatable :: run
+    type(varied_frame_type), allocatable :: varied
+
+    allocate(run)
+    call at_condition(neighbours%beside(i, k), motion%condition, run)
+    select type (system)
+    class is (varied_frame_type)
+      allocate(varied)
+      varied = varied_frame(run, series_through(q(:, :, 0)))
+      varied%newton = system%newton
+      call move_alloc(varied, frame)
+    class default
+      call move_alloc(run, frame)
+    end select
+  end subroutine beside
+
+  !> R of the frame at a motion q, shape (phases, 3); only the equations of its free degrees of freedom are there.
+  subroutine take_equations(frame, phases, q, r)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: q(:, :, 0:)
+    real(dp), intent(out) :: r(:, :)
+    type(varied_frame_type) :: lacking
+    real(dp), dimension(size(phases), size(frame%free), size(frame%free)) :: m, b, c
+    real(dp) :: h(size(phases), size(frame%free)), unit
+    integer :: i, j
+
+    r = 0
+    select type (frame)
+    class is (varied_frame_type)
+      lacking = frame
+      lacking%lacking = .true.
+      call lacking%sample_second_order(phases, m, b, c, h)
+      r(:, frame%free) = -h
+    class default
+      call frame%sample_second_order(phases, m, b, c, h)
+      unit = 2 * pi / frame%period
+      do j = 1, size(frame%free)
+        r(:, frame%free(j)) = -h(:, j)
+        do i = 1, size(frame%free)
+          associate (free => frame%free)
+            r(:, free(j)) = r(:, free(j)) + m(:, j, i) * unit**2 * q(:, free(i), 2) + b(:, j, i) * unit * q(:, free(i), 1) &
+              & + c(:, j, i) * q(:, free(i), 0)
+          end associate
+        end do
+      end do
+    end select
+  end subroutine take_equations
+
+  subroutine matrices(self, t, m, b, c)
+    class(loaded_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    call self%inner%matrices(t, m, b, c)
+  end subroutine matrices
+
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(loaded_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp), dimension(size(phases), size(m, 2)) :: unused, also_unused
+
+    call self%inner%sample_second_order(phases, m, b, c)
+    if (present(h)) call self%force%values(phases, h, unused, also_unused)
+  end subroutine sample_second_order
+
+  function coupled(self)
+    class(loaded_type), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+
+    coupled = self%inner%coupled()
+  end function coupled
+
+end module gestell_study_design_motion

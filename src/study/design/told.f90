@@ -1,0 +1,183 @@
+!> The goals of one machine as they are told: solved as every machine is, with bounds on their errors, at the condition that is the
+!> worst.
+module gestell_study_design_told
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_quantity, only: accelerations
+  use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
+  use gestell_study_design_branches, only: measure_branches
+  use gestell_study_design_goal, only: goal_type, of_machine, of_motion, of_multipliers, of_shaking, of_torque, plain_values, &
+    & take_samples
+  use gestell_study_design_neighbours, only: at_condition
+  use gestell_study_design_problem, only: design_order_type
+  use gestell_study_frame_model, only: settle
+  use gestell_study_measure, only: rows_of, take_measures
+  use gestell_study_vibration, only: solve_vibration, vibration_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+  implicit none (type, external)
+  private
+
+  public :: tell_goals
+
+  type, public :: told_type
+    !> Of every goal and condition, its value and a bound on its error, shapes (goals, conditions); NaN: it could not be told.
+    real(dp), allocatable :: values(:, :), errors(:, :)
+    !> The verdict on the machine at every condition.
+    character(len=9), allocatable :: verdicts(:)
+  contains
+    procedure :: worst
+    procedure :: verdict
+  end type told_type
+
+contains
+
+  !> The condition at which a goal is the worst for its sense; 0: none is told.
+  pure integer function worst(self, g, sense)
+    class(told_type), intent(in) :: self
+    integer, intent(in) :: g, sense
+
+    worst = maxloc(sense * self%values(g, :), dim=1, mask=ieee_is_finite(self%values(g, :)))
+  end function worst
+
+  !> That on all conditions.
+  pure function verdict(self)
+    class(told_type), intent(in) :: self
+    character(len=9) :: verdict
+
+    verdict = "undecided"
+    if (all(self%verdicts == "stable")) verdict = "stable"
+    if (any(self%verdicts == "unstable")) verdict = "unstable"
+  end function verdict
+
+  !> Of a machine. Error: the goals make no sense.
+  subroutine tell_goals(machine, order, goals, told, error)
+    type(frame_type), intent(in) :: machine
+    type(design_order_type), intent(in) :: order
+    type(goal_type), intent(in) :: goals(:)
+    type(told_type), intent(out) :: told
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: run
+    type(error_type), allocatable :: failure
+    integer :: c
+
+    associate (conditions => size(order%conditions))
+      allocate(told%values(size(goals), conditions), told%errors(size(goals), conditions), source=ieee_value(1.0_dp, &
+        & ieee_quiet_nan))
+      allocate(told%verdicts(conditions))
+      told%verdicts = "undecided"
+    end associate
+    do c = 1, size(order%conditions)
+      call at_condition(machine, order%conditions(c), run)
+      call tell_rest(goals, run, order, told%values(:, c), told%errors(:, c), error)
+      if (allocated(error)) return
+      call tell_motion(goals, run, order, told%values(:, c), told%errors(:, c), told%verdicts(c), failure)
+    end do
+  end subroutine tell_goals
+
+  !> What needs no solution. The forces are sums that may cancel: they are known to the roundings of their terms.
+  subroutine tell_rest(goals, run, order, values, errors, error)
+    type(goal_type), intent(in) :: goals(:)
+    type(frame_type), intent(in) :: run
+    type(design_order_type), intent(in) :: order
+    real(dp), intent(inout) :: values(:), errors(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: roundings = 16
+    type(goal_type) :: one(1)
+    real(dp), allocatable :: phases(:), samples(:, :, :), slopes(:, :, :), found(:), unused(:, :)
+    integer :: g, k, n
+
+    n = 64 * ceiling(max(128, min(4 * run%least_steps, 8192)) / 64.0_dp)
+    do g = 1, size(goals)
+      one = goals(g)
+      select case (goals(g)%about)
+      case (of_machine)
+        call plain_values(goals(g), run, found, error)
+        if (allocated(error)) return
+        values(g) = goals(g)%sense * maxval(goals(g)%sense * found)
+        errors(g) = roundings * epsilon(1.0_dp) * maxval(abs(found + goals(g)%offset))
+      case (of_shaking)
+        phases = [(real(k, dp) / n, k = 0, n - 1)]
+        allocate(samples(n, 2, 1), slopes(n, 2, 0))
+        call take_samples(one, run, order%probes, phases, reshape([(0.0_dp, k = 1, 9 * n)], [n, 3, 3]), samples, error)
+        if (allocated(error)) return
+        call measure_branches(goals(g)%measure, run%period, samples(:, :, 1), slopes, found, unused)
+        values(g) = maxval(found)
+        errors(g) = roundings * run%rounding * run%speed**2 * merge(run%mechanism%terms(3), norm2(run%mechanism%terms(:2)), &
+          & goals(g)%measure%quantity == "shaking.m")
+        deallocate(samples, slopes)
+      case default
+        cycle
+      end select
+    end do
+  end subroutine tell_rest
+
+  !> What needs the vibration and the multipliers.
+  subroutine tell_motion(goals, run, order, values, errors, verdict, error)
+    type(goal_type), intent(in) :: goals(:)
+    type(frame_type), intent(in) :: run
+    type(design_order_type), intent(in) :: order
+    real(dp), intent(inout) :: values(:), errors(:)
+    character(len=9), intent(inout) :: verdict
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: points = 64, harmonics = 20
+    class(frame_type), allocatable :: frame
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(vibration_type) :: vibration
+    real(dp) :: found(2, 1)
+    integer :: g, rows
+
+    call settle(run, trim(order%model), order%accuracy, frame, error)
+    if (.not. allocated(error)) call solve_floquet(frame, order%accuracy, .true., floquet, error)
+    if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
+    if (allocated(error)) return
+    verdict = multipliers%verdict()
+    do g = 1, size(goals)
+      if (goals(g)%about /= of_multipliers) cycle
+      values(g) = abs(multipliers%rho(1))
+      errors(g) = multipliers%error(1)
+    end do
+    if (.not. any(goals%about == of_motion .or. goals%about == of_torque)) return
+    call rows_of(frame, order%probes, pack(goals%measure, goals%about == of_motion), rows, error)
+    if (.not. allocated(error)) call solve_vibration(frame, floquet, points, harmonics, vibration, error, max(rows, accelerations))
+    if (allocated(error)) return
+    do g = 1, size(goals)
+      if (goals(g)%about == of_motion) then
+        call take_measures(frame, order%probes, vibration, [goals(g)%measure], found, error)
+      else if (goals(g)%about == of_torque) then
+        call take_torque(goals(g), frame, vibration, found(:, 1), error)
+      else
+        cycle
+      end if
+      if (allocated(error)) return
+      values(g) = found(1, 1)
+      errors(g) = found(2, 1)
+    end do
+  end subroutine tell_motion
+
+  subroutine take_torque(goal, frame, vibration, found, error)
+    type(goal_type), intent(in) :: goal
+    class(frame_type), intent(in) :: frame
+    type(vibration_type), intent(in) :: vibration
+    real(dp), intent(out) :: found(2)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: power(:, :), values(:), unused(:, :), motion(:, :), slopes(:, :, :)
+    logical :: known
+    integer :: k, n
+
+    n = size(vibration%motion, 2)
+    allocate(power(power_rows, n), slopes(n, 1, 0))
+    motion = vibration%motion(:accelerations, :)
+    call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], motion, power, known, vibration%motion_errors%bounds(), found(2))
+    if (.not. known) then
+      call fatal_error(error, "the mechanism does not tell its energy", failed_computation)
+      return
+    end if
+    call measure_branches(goal%measure, frame%period, reshape(power(torque, :), [n, 1]), slopes, values, unused)
+    found(1) = maxval(values)
+  end subroutine take_torque
+
+end module gestell_study_design_told
