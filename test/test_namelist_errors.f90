@@ -81,7 +81,8 @@ contains
     call refused(error, rest // nl // nl // "&suport /", "in.nml:3: unknown group &suport: did you mean &support?")
     call refused(error, "&zzz /", "in.nml:1: unknown group &zzz: allowed are &case, &drive, &units, &joint, " &
       // "&link, &mass_functions, &frame, &support, &foundation, &gravity, &probe, &model, &accuracy, &response, &sweep, " &
-      // "&boundary, &resonance, &balance, &sensitivity, &separation")
+      // "&boundary, &resonance, &balance, &sensitivity, &separation, &design, " &
+      & // "&objective, &constraint, &robust")
     call refused(error, nl // "&joint" // nl // "lenghts=1, name='B' /", &
       "in.nml:3: &joint 'B': unknown key 'lenghts': did you mean 'lengths'?")
     call refused(error, "&drive xyz=1 /", "in.nml:1: &drive: unknown key 'xyz': allowed are speed_rpm, " &

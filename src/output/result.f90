@@ -2,6 +2,7 @@
 module gestell_output_result
   use gestell_base_error, only: error_type
   use gestell_input_wording, only: counted
+  use gestell_output_file_output, only: write_file
   use gestell_output_picture_script, only: figure_type, write_figure
   use gestell_output_head, only: head_type
   use gestell_output_report_verdict, only: alarm
@@ -17,10 +18,16 @@ module gestell_output_result
     character(len=:), allocatable :: words
   end type headline_type
 
+  !> A file that is no table.
+  type :: attachment_type
+    character(len=:), allocatable :: name, bytes
+  end type attachment_type
+
   type, public :: result_type
     type(table_type), allocatable :: tables(:)
     type(figure_type), allocatable :: figures(:)
     type(headline_type), allocatable :: headlines(:)
+    type(attachment_type), allocatable, private :: attachments(:)
     !> The report, and what of it was not yet said.
     character(len=:), allocatable :: report
     integer, private :: said = 0, room = -1
@@ -45,6 +52,7 @@ module gestell_output_result
     procedure :: draw
     procedure :: draw_over
     procedure :: add
+    procedure :: attach
     procedure :: say
     procedure :: detail
     procedure :: note
@@ -68,7 +76,7 @@ contains
     logical, intent(in) :: verbose
 
     self%verbose = verbose
-    allocate(self%tables(0), self%figures(0), self%headlines(0))
+    allocate(self%tables(0), self%figures(0), self%headlines(0), self%attachments(0))
     self%report = ""
     self%details = ""
     self%judgement = ""
@@ -94,6 +102,17 @@ contains
     self%tables = [self%tables, table]
     if (present(figure)) self%figures = [self%figures, figure]
   end subroutine add
+
+  !> A file that stands beside the tables.
+  pure subroutine attach(self, name, bytes)
+    class(result_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, bytes
+    type(attachment_type) :: attachment
+
+    attachment%name = name
+    attachment%bytes = bytes
+    self%attachments = [self%attachments, attachment]
+  end subroutine attach
 
   !> Pictures of tables that are there.
   pure subroutine draw(self, figures)
@@ -253,6 +272,10 @@ contains
     character(len=:), allocatable :: warning
     integer :: i, k
 
+    do i = 1, size(self%attachments)
+      call write_file(folder // "/" // self%attachments(i)%name, self%attachments(i)%bytes, error)
+      if (allocated(error)) return
+    end do
     do i = 1, size(self%tables)
       if (.not. self%tables(i)%written) call write_csv(folder, self%tables(i), head%lines(self%tables(i)), error)
       if (allocated(error)) return

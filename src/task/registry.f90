@@ -12,6 +12,7 @@ module gestell_task_registry
   use gestell_task_campbell_task, only: campbell_task
   use gestell_task_configuration, only: configuration_type, read_machine, read_plan
   use gestell_task_critical_task, only: critical_task
+  use gestell_task_design_task, only: design_task
   use gestell_task_drawing, only: drawing_task
   use gestell_task_forces, only: forces_task
   use gestell_task_keys, only: case_keys_of, schema_of
@@ -56,6 +57,7 @@ contains
     call add(balance_task())
     call add(sensitivity_task())
     call add(separation_task())
+    call add(design_task())
     call add(sweep_task())
     call add(boundary_task())
     call add(level_task())

@@ -6,7 +6,8 @@ A message is a text, or a pattern where a number in it depends on how finely the
 import re
 
 # All tasks, as messages list them.
-TASKS = ("'drawing', 'stability', 'modes', 'response', 'forces', 'power', 'trade', 'balance', 'sensitivity', 'separation', 'sweep', "
+TASKS = ("'drawing', 'stability', 'modes', 'response', 'forces', 'power', 'trade', 'balance', 'sensitivity', 'separation', 'design', "
+         "'sweep', "
          "'boundary', 'campbell', 'critical', 'resonance'")
 
 # The four-bar mechanism of data/khang_four_bar.nml; messages name its lines.
@@ -60,7 +61,7 @@ INPUTS = [
     ("unknown group, nothing near", added("&engine power=1 /"), 2,
      "input.nml:16: unknown group &engine: allowed are &case, &drive, &units, &joint, &link, "
      "&mass_functions, &frame, &support, &foundation, &gravity, &probe, &model, &accuracy, &response, &sweep, &boundary, "
-     "&resonance, &balance, &sensitivity, &separation"),
+     "&resonance, &balance, &sensitivity, &separation, &design, &objective, &constraint, &robust"),
     ("group given twice", added("&drive speed_rpm=1 /"), 2,
      "input.nml:16: &drive: may stand only once (first in line 2)"),
     ("no drive", without(2), 2,
@@ -428,5 +429,5 @@ OPTIONS = [
      "its ends are 0.33 m apart, lengths of 0.1 m and 0.16 m reach from 0.06 m to 0.26 m"),
     ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
      "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'balance', "
-     "'sensitivity', 'separation', 'sweep', 'campbell', 'critical' or 'resonance'"),
+     "'sensitivity', 'separation', 'design', 'sweep', 'campbell', 'critical' or 'resonance'"),
 ]

@@ -30,6 +30,7 @@ from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
 from faults import FAULT_TESTS  # noqa: E402
 from findings import FINDINGS_TESTS, write_findings_golden  # noqa: E402
 from critical import CRITICAL_TESTS  # noqa: E402
+from design import DESIGN_TESTS  # noqa: E402
 from follower import FOLLOWER_TESTS  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
                      Table, body, check, equal, files, near, printed, series, tables)
@@ -620,7 +621,7 @@ def main():
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *FOLLOWER_TESTS, *NAME_TESTS,
                      *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *LEVEL_TESTS,
                      *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
-                     *BALANCE_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
+                     *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
                      *FAULT_TESTS,
                      *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS):
             test()

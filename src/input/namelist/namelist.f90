@@ -61,6 +61,7 @@ contains
       return
     end if
     doc%groups = groups(:n)
+    doc%text = text
   end subroutine parse_document
 
   !> Goes to the & of the next group or to the end; anything else is refused.

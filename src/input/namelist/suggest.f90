@@ -28,18 +28,18 @@ contains
     end if
   end function suggestion
 
-  !> The candidates in one line, each between `before` and `after`; at most 20 of them.
+  !> The candidates in one line, each between `before` and `after`; at most 30 of them.
   pure function listed(candidates, before, after) result(text)
     character(len=*), intent(in) :: candidates(:), before, after
     character(len=:), allocatable :: text
     integer :: i
 
     text = ""
-    do i = 1, min(20, size(candidates))
+    do i = 1, min(30, size(candidates))
       if (i > 1) text = text // ", "
       text = text // before // trim(candidates(i)) // after
     end do
-    if (size(candidates) > 20) text = text // ", ..."
+    if (size(candidates) > 30) text = text // ", ..."
   end function listed
 
   !> Index of the candidate that a misspelt word most likely means, zero where none is near or two are equally near.

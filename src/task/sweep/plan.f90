@@ -26,7 +26,7 @@ module gestell_task_sweep_plan
   implicit none (type, external)
   private
 
-  public :: read_borders, read_speeds, read_sweep, refuse_standstill
+  public :: find_number, overlap, read_borders, read_speeds, read_sweep, refuse_standstill
 
   !> A sweep as it was ordered. Accuracy and model stand in the same `order`, but come from their own groups.
   type, public :: sweep_plan_type
@@ -205,7 +205,7 @@ contains
     plan%base = base
   end subroutine read_base
 
-  !> The path that runs and what it names. Error: it names no number of the machine.
+  !> The path that runs and what it names. Error: as of `find_number`.
   subroutine read_parameter(doc, schema, group, path, target, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -213,28 +213,39 @@ contains
     character(len=:), allocatable, intent(out) :: path
     type(target_type), intent(out) :: target
     type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: reason
 
     call read(group, sweep_keys, "parameter", path, error)
-    if (allocated(error)) return
+    if (.not. allocated(error)) call find_number(doc, schema, group, "parameter", path, target, error)
+  end subroutine read_parameter
+
+  !> What a path names that the `key` of a group gives. Error: it names no number of the machine that can run.
+  subroutine find_number(doc, schema, group, key, path, target, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(group_type), intent(in) :: group
+    character(len=*), intent(in) :: key, path
+    type(target_type), intent(out) :: target
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+
     call find_target(doc, schema, path, "", target, reason)
     if (allocated(reason)) then
-      call input_error(group, "parameter", reason%message(3:), error)
+      call input_error(group, key, reason%message(3:), error)
       return
     end if
     associate (rule => schema%keys(target%rule))
       if (rule%kind == text_key) then
-        call input_error(group, "parameter", "is a text, only numbers can run", error)
+        call input_error(group, key, "is a text, only numbers can run", error)
       else if (schema%groups(find_group_rule(schema, rule%group))%about == option_group) then
-        call input_error(group, "parameter", "&" // trim(rule%group) // " gives orders, only numbers of the machine can run", error)
+        call input_error(group, key, "&" // trim(rule%group) // " gives orders, only numbers of the machine can run", error)
       else if (rule%kind == integer_key) then
-        call input_error(group, "parameter", "is a whole number, which cannot run", error)
+        call input_error(group, key, "is a whole number, which cannot run", error)
       else if (rule%least > 1 .and. target%element == 0 .and. .not. rule%alike) then
-        call input_error(group, "parameter", "has " // decimal(rule%least) // " values: name one, as in " // shown(path) // &
+        call input_error(group, key, "has " // decimal(rule%least) // " values: name one, as in " // shown(path) // &
           & trim(merge("(1,1)", "(1)  ", rule%rank == 2)), error)
       end if
     end associate
-  end subroutine read_parameter
+  end subroutine find_number
 
   subroutine read_axis(group, axis, error)
     type(group_type), intent(in) :: group

@@ -1,0 +1,146 @@
+!> Changes in the text of an input file that leave all else as it was typed, comments and spaces too.
+module gestell_input_namelist_edit
+  use gestell_input_namelist_document, only: entry_type
+  use gestell_input_namelist_scanner, only: bare, end_of_text, mark, next_token, scanner_type, skip_blanks, token_type
+  use gestell_input_wording, only: lower
+  implicit none (type, external)
+  private
+
+  public :: set_entry, spelled
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> A key with its values as they are typed; elements of its own where some are not given.
+  pure function spelled(entry) result(words)
+    type(entry_type), intent(in) :: entry
+    character(len=:), allocatable :: words, value
+    character(len=24) :: number
+    logical :: whole
+    integer :: i
+
+    whole = all([(allocated(entry%values(i)%text), i = 1, size(entry%values))])
+    words = ""
+    if (whole) words = ", " // entry%key // "="
+    do i = 1, size(entry%values)
+      if (.not. allocated(entry%values(i)%text)) cycle
+      value = entry%values(i)%text
+      if (entry%values(i)%quoted) value = "'" // doubled(value) // "'"
+      if (whole) then
+        if (i > 1) words = words // ","
+      else if (entry%rank == 2) then
+        write (number, "(i0,',',i0)") 1 + mod(i - 1, entry%rows), 1 + (i - 1) / entry%rows
+        words = words // ", " // entry%key // "(" // trim(number) // ")="
+      else
+        write (number, "(i0)") i
+        words = words // ", " // entry%key // "(" // trim(number) // ")="
+      end if
+      words = words // value
+    end do
+    words = words(3:)
+  end function spelled
+
+  !> A text for between quotes.
+  pure function doubled(text) result(words)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, len(text)
+      words = words // text(i:i)
+      if (text(i:i) == "'") words = words // "'"
+    end do
+  end function doubled
+
+  !> Puts `entry` in place of all that group number `group` of the text says of its key, or adds it at the group's end, with a
+  !> `remark` at the end of the line. The text is known to parse.
+  pure subroutine set_entry(text, group, entry, remark)
+    character(len=:), allocatable, intent(inout) :: text
+    integer, intent(in) :: group
+    type(entry_type), intent(in) :: entry
+    character(len=*), intent(in) :: remark
+    integer, allocatable :: first(:), last(:)
+    character(len=:), allocatable :: comma
+    integer :: i, at, ending
+
+    call find_entries(text, group, entry%key, first, last, ending)
+    do i = size(first), 2, -1
+      text = text(:first(i) - 1) // text(last(i) + 1:)
+    end do
+    if (size(first) > 0) then
+      at = first(1)
+      text = text(:at - 1) // spelled(entry) // text(last(1) + 1:)
+    else
+      at = ending
+      text = trim(text(:at - 1)) // " " // spelled(entry) // " " // text(at:)
+    end if
+    i = index(text(at:), newline)
+    if (i == 0) i = len(text) - at + 2
+    at = at + i - 1
+    comma = "   ! "
+    if (index(text(index(text(:at - 1), newline, back=.true.) + 1:at - 1), "!") > 0) comma = "; "
+    text = text(:at - 1) // comma // remark // text(at:)
+  end subroutine set_entry
+
+  !> From the first to the last character of each entry of this key, commas behind it aside, and the place of the group's end.
+  pure subroutine find_entries(text, group, key, first, last, ending)
+    character(len=*), intent(in) :: text, key
+    integer, intent(in) :: group
+    integer, allocatable, intent(out) :: first(:), last(:)
+    integer, intent(out) :: ending
+    type(scanner_type) :: scanner, ahead
+    type(token_type) :: token
+    integer :: number, start, value_end
+    logical :: inside, wanted
+
+    allocate(first(0), last(0))
+    scanner%text = text
+    number = 0
+    inside = .false.
+    wanted = .false.
+    value_end = 0
+    ending = len(text) + 1
+    do
+      call skip_blanks(scanner)
+      start = scanner%position
+      call next_token(scanner, token)
+      if (token%kind == end_of_text) return
+      if (token%kind == mark .and. token%text == "&" .and. .not. inside) then
+        number = number + 1
+        inside = .true.
+        call next_token(scanner, token)
+        cycle
+      end if
+      if (.not. inside) cycle
+      if (token%kind == mark .and. token%text == "/") then
+        if (wanted) last = [last, value_end]
+        ending = start
+        if (number == group) return
+        inside = .false.
+        cycle
+      end if
+      if (number /= group) cycle
+      if (token%kind == bare) then
+        ahead = scanner
+        call skip_blanks(ahead)
+        if (is_key(ahead)) then
+          if (wanted) last = [last, value_end]
+          wanted = lower(token%text) == key
+          if (wanted) first = [first, start]
+        end if
+      end if
+      if (token%kind /= mark .or. token%text /= ",") value_end = scanner%position - 1
+    end do
+  end subroutine find_entries
+
+  !> Whether a sign of equality or a subscript follows.
+  pure logical function is_key(scanner)
+    type(scanner_type), intent(in) :: scanner
+
+    is_key = scanner%position <= len(scanner%text)
+    if (is_key) is_key = scan(scanner%text(scanner%position:scanner%position), "=(") > 0
+  end function is_key
+
+end module gestell_input_namelist_edit

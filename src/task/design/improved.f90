@@ -1,0 +1,63 @@
+!> The input file of the machine that a design has found: what was typed, with the numbers that have changed.
+module gestell_task_design_improved
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_input_namelist, only: parse_document
+  use gestell_input_namelist_document, only: document_type, entry_type, find_entry
+  use gestell_input_namelist_edit, only: set_entry, spelled
+  use gestell_input_schema, only: schema_type
+  use gestell_input_schema_check, only: check_document
+  use gestell_input_schema_path, only: set_path_text
+  implicit none (type, external)
+  private
+
+  public :: improved_text
+
+  !> Of the numbers of a design.
+  integer, parameter, public :: digits = 9
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> The text of the input with all that --set and the design have changed, marked; empty where the input was no text. Error: a path
+  !> cannot be set.
+  subroutine improved_text(doc, schema, paths, values, text, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: paths(:)
+    real(dp), intent(in) :: values(:)
+    character(len=:), allocatable, intent(out) :: text
+    type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: typed, changed
+    type(entry_type) :: entry
+    integer :: i, k, e
+
+    text = ""
+    if (.not. allocated(doc%text)) return
+    changed = doc
+    do k = 1, size(paths)
+      call set_path_text(changed, schema, trim(paths(k)), concise(values(k), digits), error)
+      if (allocated(error)) return
+    end do
+    text = doc%text
+    call parse_document(text, doc%file, typed, error)
+    if (.not. allocated(error)) call check_document(typed, schema, error)
+    if (allocated(error)) return
+    do i = 1, size(changed%groups)
+      if (i > size(typed%groups)) text = text // newline // "&" // changed%groups(i)%name // " /   ! added" // newline
+      do k = 1, size(changed%groups(i)%entries)
+        entry = changed%groups(i)%entries(k)
+        e = 0
+        if (i <= size(typed%groups)) e = find_entry(typed%groups(i), entry%key)
+        if (e == 0) then
+          call set_entry(text, i, entry, entry%key // " was not given")
+        else if (spelled(entry) /= spelled(typed%groups(i)%entries(e))) then
+          call set_entry(text, i, entry, "was " // spelled(typed%groups(i)%entries(e)))
+        end if
+      end do
+    end do
+  end subroutine improved_text
+
+end module gestell_task_design_improved

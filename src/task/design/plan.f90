@@ -1,0 +1,373 @@
+!> The groups of the task `design`: what may be changed, what is to be small, what is limited.
+module gestell_task_design_plan
+  use gestell_base_error, only: error_type
+  use gestell_base_key, only: key_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_input_machine_family, only: document_family_type, new_document_family
+  use gestell_input_machine_quantities, only: kind_of_measure
+  use gestell_input_namelist_document, only: count_groups, document_type, group_type, groups_named, has, the_group, word_length
+  use gestell_input_namelist_message, only: in_group, input_error
+  use gestell_input_schema_locate, only: target_type
+  use gestell_input_schema_path, only: get_path
+  use gestell_input_schema_read, only: read
+  use gestell_input_schema_units, only: unit_symbol
+  use gestell_input_wording, only: lower, shown
+  use gestell_study_design, only: is_convex
+  use gestell_study_design_goal, only: goal_type, new_goal, of_machine
+  use gestell_study_design_neighbours, only: condition_type
+  use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
+  use gestell_study_design_problem, only: design_order_type
+  use gestell_study_family, only: family_type
+  use gestell_study_measure, only: peak_measure
+  use gestell_system_periodic, only: periodic_system
+  use gestell_task_configuration, only: configuration_type, read_plan
+  use gestell_task_design_keys, only: constraint_keys, design_keys, fewest_of_curve, objective_keys, robust_keys
+  use gestell_task_sweep_plan, only: find_number, overlap
+  implicit none (type, external)
+  private
+
+  public :: read_design
+
+  !> Machines of an input whose numbers several paths share.
+  type, extends(family_type) :: linked_family_type
+    type(document_family_type) :: inner
+    !> Which parameter each of the inner family's takes, and by which factor.
+    integer, allocatable :: owner(:)
+  contains
+    procedure :: member
+  end type linked_family_type
+
+  type, public :: design_plan_type
+    !> The parameters' paths, those that take their values with them, all in a row with their `owners`, and their units.
+    character(len=word_length), allocatable :: paths(:), all_paths(:)
+    integer, allocatable :: owners(:)
+    character(len=16), allocatable :: units(:)
+    type(linked_family_type) :: family
+    type(design_order_type) :: order
+    !> The values of the file, and those within the ranges.
+    real(dp), allocatable :: base(:), start(:)
+    !> Local searches; points of the curve between two objectives.
+    integer :: starts = 1, curve = 0
+    logical :: convex = .false., robust = .false.
+  end type design_plan_type
+
+  integer, parameter :: most_parameters = 40
+
+contains
+
+  subroutine member(self, parameters, system, error)
+    class(linked_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+
+    call self%inner%member(parameters(self%owner), system, error)
+  end subroutine member
+
+  !> The plan of a checked document. Errors: no group &design or &objective; a path that cannot change, or twice; an empty range;
+  !> values that make no sense; goals that there are not; averaged masses.
+  subroutine read_design(configuration, plan, error)
+    type(configuration_type), intent(inout) :: configuration
+    type(design_plan_type), intent(out) :: plan
+    type(error_type), allocatable, intent(out) :: error
+
+    if (configuration%tasks%averaged) then
+      call input_error(the_group(configuration%document, "model"), "coefficients", "the task 'design' needs 'periodic'", error)
+      return
+    end if
+    call read_parameters(configuration, plan, error)
+    if (.not. allocated(error)) call read_goals(configuration, "objective", objective_keys, plan%order%objectives, error)
+    if (.not. allocated(error)) call read_goals(configuration, "constraint", constraint_keys, plan%order%constraints, error)
+    if (.not. allocated(error)) call read_choices(configuration%document, plan, error)
+    if (.not. allocated(error)) call read_conditions(configuration, plan, error)
+    if (allocated(error)) return
+    plan%order%probes = configuration%probes
+    plan%order%model = configuration%model()
+    plan%order%accuracy = configuration%accuracy
+    plan%convex = is_convex(plan%order)
+    if (plan%convex) plan%starts = 1
+  end subroutine read_design
+
+  subroutine read_parameters(configuration, plan, error)
+    type(configuration_type), intent(in) :: configuration
+    type(design_plan_type), intent(inout) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:)
+    type(target_type), allocatable :: targets(:)
+    character(len=word_length), allocatable :: with(:)
+    character(len=:), allocatable :: path
+    integer :: i, k
+
+    associate (doc => configuration%document, schema => configuration%schema)
+      groups = groups_named(doc, "design")
+      if (size(groups) == 0) then
+        call input_error(the_group(doc, "case"), "tasks", "the task 'design' needs a group &design: parameter, from, to", error)
+        return
+      else if (size(groups) > most_parameters) then
+        call input_error(groups(most_parameters + 1), "", "is one too many: a design has up to 40 parameters", error)
+        return
+      end if
+      associate (n => size(groups))
+        allocate(plan%paths(n), plan%units(n), plan%order%lower(n), plan%order%upper(n), plan%order%body(n), plan%order%part(n), &
+          & plan%base(n), plan%start(n), plan%all_paths(0), plan%owners(0), targets(0))
+      end associate
+      do i = 1, size(groups)
+        call read(groups(i), design_keys, "parameter", path, error)
+        if (.not. allocated(error)) call add_path("parameter", trim(adjustl(path)))
+        if (allocated(error)) return
+        plan%paths(i) = adjustl(path)
+        associate (target => targets(size(targets)))
+          plan%units(i) = unit_symbol(schema%keys(target%rule), target%element, configuration%units)
+        end associate
+        if (has(groups(i), "with")) then
+          call read(groups(i), design_keys, "with", with, error)
+          do k = 1, size(with)
+            if (.not. allocated(error)) call add_path("with", trim(adjustl(with(k))))
+          end do
+        end if
+        if (.not. allocated(error)) call read(groups(i), design_keys, "from", plan%order%lower(i), error)
+        if (.not. allocated(error)) call read(groups(i), design_keys, "to", plan%order%upper(i), error)
+        if (allocated(error)) return
+        if (.not. plan%order%upper(i) > plan%order%lower(i)) then
+          call input_error(groups(i), "to", "must be greater than from", error)
+          return
+        end if
+        call take_part(plan%paths(i), has(groups(i), "with"), plan%order%body(i), plan%order%part(i))
+        call take_start(configuration, plan, i)
+      end do
+      do i = 1, size(groups)
+        plan%order%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
+      end do
+      plan%family%owner = plan%owners
+      call new_document_family(plan%family%inner, doc, schema, configuration%units, plan%all_paths, plan%start(plan%owners), error)
+    end associate
+    if (allocated(error)) then
+      if (index(error%message, configuration%document%file // ":") /= 1) call in_group(groups(1), error)
+      return
+    end if
+    call try_values(groups, plan, error)
+
+  contains
+
+    subroutine add_path(key, name)
+      character(len=*), intent(in) :: key, name
+      type(target_type) :: target, both(2)
+      integer :: j
+
+      call find_number(configuration%document, configuration%schema, groups(i), key, name, target, error)
+      if (allocated(error)) return
+      do j = 1, size(targets)
+        both(1) = targets(j)
+        both(2) = target
+        if (overlap(configuration%document, both)) call input_error(groups(i), key, shown(name) &
+          & // " is changed already", error)
+        if (allocated(error)) return
+      end do
+      targets = [targets, target]
+      plan%all_paths = [character(len=word_length) :: plan%all_paths, name]
+      plan%owners = [plan%owners, i]
+    end subroutine add_path
+
+  end subroutine read_parameters
+
+  !> What a parameter is of a link, where it stands alone.
+  pure subroutine take_part(path, shared, body, part)
+    character(len=*), intent(in) :: path
+    logical, intent(in) :: shared
+    integer, intent(out) :: body, part
+    integer :: closing
+
+    body = 0
+    part = other_part
+    closing = index(path, ").")
+    if (shared .or. index(lower(path), "link(") /= 1 .or. closing == 0) return
+    select case (lower(trim(path(closing + 2:))))
+    case ("mass")
+      part = mass_part
+    case ("center(1)")
+      part = place_parts(1)
+    case ("center(2)")
+      part = place_parts(2)
+    case ("inertia")
+      part = inertia_part
+    case default
+      part = other_part
+    end select
+  end subroutine take_part
+
+  pure logical function same_link(one, other)
+    character(len=*), intent(in) :: one, other
+
+    same_link = one(:index(one, ").")) == other(:index(other, ")."))
+  end function same_link
+
+  !> The value of the file where it gives one, within the range.
+  subroutine take_start(configuration, plan, i)
+    type(configuration_type), intent(in) :: configuration
+    type(design_plan_type), intent(inout) :: plan
+    integer, intent(in) :: i
+    type(document_type) :: copy
+    type(error_type), allocatable :: none
+    real(dp), allocatable :: values(:)
+
+    plan%base(i) = 0
+    copy = configuration%document
+    call get_path(copy, configuration%schema, trim(plan%paths(i)), values, none)
+    if (.not. allocated(none)) then
+      if (size(values) > 0) plan%base(i) = values(1)
+    end if
+    plan%start(i) = min(max(plan%base(i), plan%order%lower(i)), plan%order%upper(i))
+  end subroutine take_start
+
+  !> Tries the ends of every range beside the start. Error: a value that makes no sense.
+  subroutine try_values(groups, plan, error)
+    type(group_type), intent(in) :: groups(:)
+    type(design_plan_type), intent(in) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: x(size(groups))
+    integer :: i, side
+
+    do i = 1, size(groups)
+      do side = 1, 2
+        x = plan%start
+        x(i) = merge(plan%order%lower(i), plan%order%upper(i), side == 1)
+        call plan%family%inner%check(x(plan%owners), error)
+        if (.not. allocated(error)) cycle
+        if (index(error%message, groups(i)%file // ":") /= 1) call in_group(groups(i), error)
+        return
+      end do
+    end do
+  end subroutine try_values
+
+  !> The goals of the groups of this name. Errors: no objective; as of `new_goal`; a constraint without limit, or with two.
+  subroutine read_goals(configuration, name, keys, goals, error)
+    type(configuration_type), intent(in) :: configuration
+    character(len=*), intent(in) :: name
+    type(key_type), intent(in) :: keys(:)
+    type(goal_type), allocatable, intent(out) :: goals(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+    type(group_type), allocatable :: groups(:)
+    character(len=:), allocatable :: quantity
+    integer :: i, kind
+    real(dp) :: base
+
+    groups = groups_named(configuration%document, name)
+    allocate(goals(size(groups)))
+    if (size(groups) == 0 .and. name == "objective") call input_error(the_group(configuration%document, "case"), "tasks", &
+      & "the task 'design' needs a group &objective: quantity, measure", error)
+    if (allocated(error)) return
+    do i = 1, size(groups)
+      call read(groups(i), keys, "quantity", quantity, error)
+      if (.not. allocated(error)) call kind_of_measure(groups(i), keys, "measure", kind, error)
+      if (allocated(error)) return
+      call new_goal(configuration%frame, configuration%probes, trim(adjustl(quantity)), kind, goals(i), reason)
+      if (allocated(reason)) then
+        call input_error(groups(i), trim(merge("measure ", "quantity", index(reason%message, "'band'") == 1)), reason%message, &
+          & error)
+        return
+      end if
+      if (goals(i)%about == of_machine .and. goals(i)%measure%quantity == "added_mass") then
+        base = configuration%frame%mass + configuration%frame%mechanism%mass
+        goals(i)%offset = base
+      end if
+      if (name == "objective") then
+        call read(groups(i), keys, "weight", goals(i)%weight, error)
+        if (.not. allocated(error) .and. goals(i)%measure%quantity == "separation") call input_error(groups(i), "quantity", &
+          & "a separation is limited from below: &constraint at_least", error)
+      else if (has(groups(i), "at_most") .eqv. has(groups(i), "at_least")) then
+        call input_error(groups(i), "", "needs at_most or at_least, one of them", error)
+      else
+        goals(i)%sense = merge(1, -1, has(groups(i), "at_most"))
+        call read(groups(i), keys, trim(merge("at_most ", "at_least", has(groups(i), "at_most"))), goals(i)%limit, error)
+      end if
+      if (allocated(error)) return
+    end do
+  end subroutine read_goals
+
+  !> What stands in any of several groups.
+  subroutine read_choices(doc, plan, error)
+    type(document_type), intent(in) :: doc
+    type(design_plan_type), intent(inout) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: designs(:), objectives(:)
+    character(len=:), allocatable :: combine
+    integer :: i
+
+    designs = groups_named(doc, "design")
+    objectives = groups_named(doc, "objective")
+    call read(designs(having(designs, "starts")), design_keys, "starts", plan%starts, error)
+    if (.not. allocated(error)) call read(objectives(having(objectives, "combine")), objective_keys, "combine", combine, error)
+    if (.not. allocated(error)) call read(objectives(having(objectives, "trade_off")), objective_keys, "trade_off", plan%curve, &
+      & error)
+    if (allocated(error)) return
+    plan%order%largest = combine == "largest"
+    i = having(objectives, "trade_off")
+    if (plan%curve > 0 .and. size(objectives) /= 2) then
+      call input_error(objectives(i), "trade_off", "is between two objectives: there must be two", error)
+    else if (plan%curve > 0 .and. plan%curve < fewest_of_curve) then
+      call input_error(objectives(i), "trade_off", "a curve has 3 points at least", error)
+    end if
+  end subroutine read_choices
+
+  !> The first group that has a key; the first of all where none has it.
+  pure integer function having(groups, key)
+    type(group_type), intent(in) :: groups(:)
+    character(len=*), intent(in) :: key
+    integer :: i
+
+    having = 1
+    do i = size(groups), 1, -1
+      if (has(groups(i), key)) having = i
+    end do
+  end function having
+
+  !> All speeds of the sweep, where there is one, each with all that may differ.
+  subroutine read_conditions(configuration, plan, error)
+    type(configuration_type), intent(inout) :: configuration
+    type(design_plan_type), intent(inout) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type) :: group
+    type(condition_type), allocatable :: longer(:)
+    real(dp), allocatable :: speeds(:)
+    real(dp) :: scatter(3)
+    integer :: i, j, k, s, n
+
+    allocate(speeds(1))
+    speeds = 0
+    if (all(lower(plan%all_paths) /= "drive.speed_rpm")) speeds = configuration%frame%speed
+    if (count_groups(configuration%document, "sweep") > 0) then
+      if (any(lower(plan%all_paths) == "drive.speed_rpm")) then
+        call input_error(the_group(configuration%document, "sweep"), "parameter", "the speed is a parameter of the design", error)
+        return
+      end if
+      if (.not. allocated(configuration%plan)) call read_plan(configuration, .true., error)
+      if (allocated(error)) return
+      speeds = configuration%speeds() * pi / 30
+    end if
+    group = the_group(configuration%document, "robust")
+    call read(group, robust_keys, "speed_percent", scatter(1), error)
+    if (.not. allocated(error)) call read(group, robust_keys, "mounting_percent", scatter(2), error)
+    if (.not. allocated(error)) call read(group, robust_keys, "damping_percent", scatter(3), error)
+    if (allocated(error)) return
+    scatter = scatter / 100
+    plan%robust = any(scatter > 0)
+    allocate(longer(27 * size(speeds)))
+    n = 0
+    do s = 1, size(speeds)
+      do k = -1, 1
+        if (k /= 0 .and. .not. scatter(3) > 0) cycle
+        do j = -1, 1
+          if (j /= 0 .and. .not. scatter(2) > 0) cycle
+          do i = -1, 1
+            if (i /= 0 .and. .not. scatter(1) > 0) cycle
+            n = n + 1
+            longer(n) = condition_type(speeds(s), 1 + i * scatter(1), 1 + j * scatter(2), 1 + k * scatter(3))
+          end do
+        end do
+      end do
+    end do
+    plan%order%conditions = longer(:n)
+  end subroutine read_conditions
+
+end module gestell_task_design_plan

@@ -1,0 +1,145 @@
+!> The pictures of a design.
+module gestell_task_design_plot
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_output_picture_script, only: figure_type, new_figure
+  use gestell_task_design_plan, only: design_plan_type
+  use gestell_task_design_report, only: worst_of
+  use gestell_task_design_search, only: design_type
+  implicit none (type, external)
+  private
+
+  public :: plot_curve, plot_goals, plot_parameters, plot_range, plot_starts
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> design.gp: where the parameters lie in their ranges, before and after.
+  function plot_parameters(plan) result(figure)
+    type(design_plan_type), intent(in) :: plan
+    type(figure_type) :: figure
+    character(len=:), allocatable :: lines
+    integer :: n
+
+    n = size(plan%paths)
+    lines = "set title heading noenhanced" // newline // "set xrange [-0.05:1.05]; set yrange [" // text(n) // ".5:0.5]" &
+      & // newline &
+      & // "set xlabel 'place in the range, from its least (0) to its greatest (1)'; set ytics noenhanced" // newline &
+      & // "set key at screen 0.5,screen 0.01 bottom center horizontal; set bmargin 6; set lmargin " &
+      & // text(4 + maxval(len_trim(plan%paths))) // newline &
+      & // "place(x) = (column(x) - column('lower')) / (column('upper') - column('lower'))" // newline &
+      & // "plot 'design.csv' using (0):($0 + 1):(1):(0):ytic(stringcolumn('parameter')) with vectors nohead lt 8 notitle, " &
+      & // "'' using (place('before')):($0 + 1) with points lt 8 pt 6 ps 1.5 lw 2 title 'before', " &
+      & // "'' using (place('after')):($0 + 1) with points lt 1 pt 7 ps 1.3 title 'after'" // newline
+    figure = new_figure("design", "The parameters of the design within their ranges", lines, width=800, height=160 + 34 * n)
+  end function plot_parameters
+
+  !> design_starts.gp: the local optima from all starts.
+  function plot_starts() result(figure)
+    type(figure_type) :: figure
+
+    figure = new_figure("design_starts", "Objective of the local optima from all starts", "set title heading noenhanced" &
+      & // newline // "set xlabel 'start'; set ylabel 'objective, weighted'; set yrange [0:*]; set xtics 1" // newline &
+      & // "set offsets 0.5, 0.5, graph 0.05, 0; set key bottom right" // newline &
+      & // "plot 'design_starts.csv' using 1:(column('violation') > 0 ? NaN : $2) with points lt 1 pt 7 ps 1.2 " &
+      & // "title 'limits met', '' using 1:(column('violation') > 0 ? $2 : NaN) with points lt 2 pt 6 ps 1.2 lw 2 " &
+      & // "title 'limits not met'" // newline, &
+      & width=800, height=400)
+  end function plot_starts
+
+  !> design_goals.gp: all of them after the design, in per cent of what they were, with the limits.
+  function plot_goals(plan, design) result(figure)
+    type(design_plan_type), intent(in) :: plan
+    type(design_type), intent(in) :: design
+    type(figure_type) :: figure
+    character(len=:), allocatable :: block, lines
+    real(dp) :: before(3), after(3), top
+    integer :: g
+
+    block = ""
+    top = 110
+    do g = 1, size(design%goals)
+      before = worst_of(design%before, design%goals(g), g, plan)
+      after = worst_of(design%after, design%goals(g), g, plan)
+      if (.not. abs(before(1)) > 0) cycle
+      block = block // text(g) // ",""" // design%goals(g)%name() // """," // concise(100 * after(1) / before(1), 6) // ","
+      if (g > size(plan%order%objectives)) then
+        block = block // concise(100 * design%goals(g)%limit / before(1), 6)
+        top = max(top, 110 * design%goals(g)%limit / before(1))
+      else
+        block = block // "NaN"
+      end if
+      block = block // newline
+      top = max(top, 110 * after(1) / before(1))
+    end do
+    lines = "set title heading noenhanced" // newline // "$goals << END" // newline // "g,name,after,limit" // newline // block &
+      & // "END" // newline // "set boxwidth 0.6; set style fill solid 0.6" // newline &
+      & // "set bmargin 5; set key at screen 0.5,screen 0.01 bottom center horizontal" // newline &
+      & // "set xrange [0.3:" // concise(size(design%goals) + 0.7_dp, 4) // "]; set yrange [0:" // concise(top, 5) // "]" &
+      & // newline &
+      & // "set ylabel 'after the design (% of before)'; set xtics noenhanced" // newline &
+      & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:3:xtic(2) with boxes lt 1 title 'after', " &
+      & // "'' using ($1 - 0.35):4:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
+    figure = new_figure("design_goals", "Objectives and limits before and after the design", lines, width=800, height=480)
+  end function plot_goals
+
+  !> design_range.gp: the first objective over the speed, before and after.
+  function plot_range(plan) result(figure)
+    type(design_plan_type), intent(in) :: plan
+    type(figure_type) :: figure
+    character(len=:), allocatable :: lines, style
+
+    ! the corners of a scatter are no curve
+    style = trim(merge("points     ", "linespoints", plan%robust))
+    lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel '" &
+      & // plan%order%objectives(1)%name() // " (" // trim(plan%order%objectives(1)%measure%unit) // ")' noenhanced" // newline &
+      & // "set yrange [0:*]; set key top left" // newline &
+      & // "plot 'design_range.csv' using (abs($1)):5 with " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
+      & // "'' using (abs($1)):7 with " // style // " lt 1 pt 7 ps 0.4 title 'after'" // newline
+    figure = new_figure("design_range", "Before and after the design over the speed", lines, width=800, height=480)
+  end function plot_range
+
+  !> design_trade_off.gp: the curve, where the machine stands and where the design does.
+  function plot_curve(plan, design) result(figure)
+    type(design_plan_type), intent(in) :: plan
+    type(design_type), intent(in) :: design
+    type(figure_type) :: figure
+    character(len=:), allocatable :: lines
+    real(dp) :: numbers(3, 2, 2)
+    integer :: g
+
+    do g = 1, 2
+      numbers(:, g, 1) = worst_of(design%before, design%goals(g), g, plan)
+      numbers(:, g, 2) = worst_of(design%after, design%goals(g), g, plan)
+    end do
+    lines = "set title heading noenhanced" // newline // "set key top right; set offsets graph 0.05, graph 0.05, graph 0.05, " &
+      & // "graph 0.05" // newline // axis("x", 1) // axis("y", 2) // point("before", 1) // point("after", 2) &
+      & // "plot 'design_trade_off.csv' using 1:2 with linespoints lt 1 pt 7 ps 0.6 title 'the least that can be had', " &
+      & // "$before using 1:2 with points lt 8 pt 2 ps 1.5 lw 2 title 'the machine of the file', " &
+      & // "$after using 1:2 with points lt 2 pt 6 ps 1.8 lw 2 title 'the design'" // newline
+    figure = new_figure("design_trade_off", "What of one objective the other costs", lines, width=800, height=520)
+
+  contains
+
+    function axis(which, k) result(line)
+      character(len=*), intent(in) :: which
+      integer, intent(in) :: k
+      character(len=:), allocatable :: line
+
+      line = "set " // which // "label '" // plan%order%objectives(k)%name() // " (" &
+        & // trim(plan%order%objectives(k)%measure%unit) // ")' noenhanced" // newline
+    end function axis
+
+    function point(name, k) result(line)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: k
+      character(len=:), allocatable :: line
+
+      line = "$" // name // " << END" // newline // "x,y" // newline // concise(numbers(1, 1, k), 7) // "," &
+        & // concise(numbers(1, 2, k), 7) // newline // "END" // newline
+    end function point
+
+  end function plot_curve
+
+end module gestell_task_design_plot

@@ -1,0 +1,204 @@
+!> What the report tells of a design.
+module gestell_task_design_report
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, text
+  use gestell_input_wording, only: counted
+  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_verdict, only: section
+  use gestell_study_design_goal, only: goal_type
+  use gestell_study_design_told, only: told_type
+  use gestell_task_design_plan, only: design_plan_type
+  use gestell_task_design_search, only: design_type, is_there
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: design_headline, limit_state, limit_worth, proof_words, report_design, worst_of
+
+  character, parameter :: newline = new_line("a")
+  !> A gap below which the objective is called the least there is.
+  real(dp), parameter :: proved = 1.0e-6_dp
+
+contains
+
+  !> A goal at its worst condition: value, error, speed (1/min; 0: the machine's own).
+  pure function worst_of(told, goal, g, plan) result(numbers)
+    type(told_type), intent(in) :: told
+    type(goal_type), intent(in) :: goal
+    integer, intent(in) :: g
+    type(design_plan_type), intent(in) :: plan
+    real(dp) :: numbers(3)
+    integer :: c
+
+    c = told%worst(g, goal%sense)
+    numbers = [told%values(g, max(c, 1)), told%errors(g, max(c, 1)), 0.0_dp]
+    if (c > 0) numbers(3) = plan%order%conditions(c)%speed * plan%order%conditions(c)%speed_factor * 30 / pi
+  end function worst_of
+
+  !> met, violated or undecided.
+  pure function limit_state(goal, value, error) result(state)
+    type(goal_type), intent(in) :: goal
+    real(dp), intent(in) :: value, error
+    character(len=9) :: state
+
+    state = "undecided"
+    if (goal%sense * (value - goal%limit) + error <= 0) state = "met"
+    if (goal%sense * (value - goal%limit) - error > 0) state = "violated"
+  end function limit_state
+
+  !> global, or best of n starts.
+  pure function proof_words(design) result(words)
+    type(design_type), intent(in) :: design
+    character(len=:), allocatable :: words
+
+    associate (best => design%found(design%best))
+      if (best%feasible .and. design%gap <= proved) then
+        words = "global: no machine of these ranges is better by more than " // concise(100 * max(design%gap, 0.0_dp), 2) &
+          & // " % of before"
+      else
+        words = "best of " // counted(size(design%found), "start")
+        if (.not. best%converged) words = words // ", not converged"
+      end if
+    end associate
+  end function proof_words
+
+  !> The sentence that is read first, and its state.
+  subroutine design_headline(plan, design, state, words)
+    type(design_plan_type), intent(in) :: plan
+    type(design_type), intent(in) :: design
+    character(len=:), allocatable, intent(out) :: state, words
+    real(dp) :: before(3), after(3)
+    integer :: g, n
+
+    n = size(plan%order%objectives)
+    before = worst_of(design%before, design%goals(1), 1, plan)
+    after = worst_of(design%after, design%goals(1), 1, plan)
+    words = "DESIGN: " // design%goals(1)%name() // " from " // concise(before(1), 4) // " to " // concise(after(1), 4) // " " &
+      & // trim(design%goals(1)%measure%unit) // change_words(before(1), after(1))
+    state = ""
+    do g = n + 1, size(design%goals)
+      after = worst_of(design%after, design%goals(g), g, plan)
+      if (limit_state(design%goals(g), after(1), after(2)) == "met") cycle
+      state = "unstable"
+      words = "DESIGN OUT OF REACH within these ranges: " // design%goals(g)%name() // " comes to " // concise(after(1), 4) // " " &
+        & // trim(design%goals(g)%measure%unit) // ", limit " // concise(design%goals(g)%limit, 4)
+      return
+    end do
+    if (design%after%verdict() /= "stable") then
+      state = design%after%verdict()
+      words = words // ", and the machine is then " // trim(state)
+    end if
+  end subroutine design_headline
+
+  pure function change_words(before, after) result(words)
+    real(dp), intent(in) :: before, after
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (.not. abs(before) > 0) return
+    words = concise(100 * (after / before - 1), 3) // " %)"
+    words = trim(merge(" ( ", " (+", words(1:1) == "-")) // words
+  end function change_words
+
+  function report_design(plan, design) result(report)
+    type(design_plan_type), intent(in) :: plan
+    type(design_type), intent(in) :: design
+    character(len=:), allocatable :: report, after
+
+    after = trim(design%after%verdict())
+    associate (best => design%found(design%best))
+      report = section("DESIGN", after) // "  " // proof_words(design) // newline &
+        & // "  optimality conditions met to " // concise(best%stationarity, 2) // "; " // text(sum(design%found%evaluations)) &
+        & // " machines solved" // newline // "  the machine is " // trim(design%before%verdict()) // " before, " // after &
+        & // " after" // newline
+      if (size(plan%order%conditions) > 1) report = report // "  worst of " // counted(size(plan%order%conditions), "condition") &
+        & // trim(merge(": speeds and scatter", ": speeds            ", plan%robust)) // newline
+      report = report // newline // goal_lines(plan, design) // newline // parameter_lines(plan, design)
+    end associate
+    if (size(design%found) > 1) report = report // newline // start_lines(design)
+  end function report_design
+
+  function goal_lines(plan, design) result(lines)
+    type(design_plan_type), intent(in) :: plan
+    type(design_type), intent(in) :: design
+    character(len=:), allocatable :: lines
+    real(dp) :: before(3), after(3), worth
+    integer :: g, n
+
+    n = size(plan%order%objectives)
+    lines = ""
+    do g = 1, size(design%goals)
+      associate (goal => design%goals(g))
+        before = worst_of(design%before, goal, g, plan)
+        after = worst_of(design%after, goal, g, plan)
+        lines = lines // goal%name() // tab // concise(before(1), 5) // tab // concise(after(1), 5) // tab &
+          & // concise(after(2), 1) // tab // trim(goal%measure%unit) // tab
+        if (g <= n) then
+          lines = lines // "objective" // tab
+        else
+          worth = limit_worth(design, g - n)
+          lines = lines // trim(merge("<= ", ">= ", goal%sense > 0)) // " " // concise(goal%limit, 5) // " " &
+            & // trim(limit_state(goal, after(1), after(2))) // tab
+          if (worth > 0) lines = lines // concise(worth, 2) // " %"
+        end if
+        lines = lines // newline
+      end associate
+    end do
+    lines = tabulated("lrrrllr", ",before,after,error,,,1 % is worth", lines)
+  end function goal_lines
+
+  !> By how many per cent the objective falls where limit `c` is wider by 1 %; 0 where the limits cannot be met.
+  pure real(dp) function limit_worth(design, c)
+    type(design_type), intent(in) :: design
+    integer, intent(in) :: c
+    integer :: g
+
+    limit_worth = 0
+    associate (best => design%found(design%best))
+      g = size(design%goals) - size(best%price) + c
+      if (best%feasible .and. best%objective > 0) limit_worth = best%price(c) * abs(design%goals(g)%limit) / best%objective
+    end associate
+  end function limit_worth
+
+  function parameter_lines(plan, design) result(lines)
+    type(design_plan_type), intent(in) :: plan
+    type(design_type), intent(in) :: design
+    character(len=:), allocatable :: lines
+    integer :: k
+
+    lines = ""
+    do k = 1, size(design%x)
+      associate (order => plan%order, price => design%found(design%best)%bound_price(k))
+        lines = lines // trim(plan%paths(k)) // tab // concise(plan%base(k), 5) // tab // concise(design%x(k), 6) // tab &
+          & // concise(order%lower(k), 5) // " to " // concise(order%upper(k), 5) // " " // trim(plan%units(k)) // tab
+        if (price > 0) lines = lines // "at its least"
+        if (price < 0) lines = lines // "at its greatest"
+        lines = lines // tab
+        if (ieee_is_finite(design%shares(k))) lines = lines // concise(100 * design%shares(k), 3) // " %"
+        lines = lines // newline
+      end associate
+    end do
+    lines = tabulated("lrrllr", "parameter,before,after,range,,back alone", lines)
+  end function parameter_lines
+
+  function start_lines(design) result(lines)
+    type(design_type), intent(in) :: design
+    character(len=:), allocatable :: lines
+    integer :: k
+
+    lines = ""
+    do k = 1, size(design%found)
+      if (.not. is_there(design%found(k))) then
+        lines = lines // text(k) // tab // tab // "no machine there" // newline
+      else
+        associate (one => design%found(k))
+          lines = lines // text(k) // tab // concise(one%objective, 6) // tab // trim(merge("limits met    ", "limits not met", &
+            & one%feasible)) // trim(merge("               ", ", not converged", one%converged)) &
+            & // trim(merge(", taken", "       ", k == design%best)) // newline
+        end associate
+      end if
+    end do
+    lines = tabulated("rrl", "start,objective,", lines)
+  end function start_lines
+
+end module gestell_task_design_report

@@ -1,0 +1,94 @@
+!> The task `design`: which counterweight, which mounts, at what price.
+module gestell_task_design_task
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_input_schema, only: group_rule, schema_type
+  use gestell_output_result, only: result_type
+  use gestell_task, only: longest_table, task_type, unsolved_machine
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_context, only: context_type
+  use gestell_task_design_improved, only: improved_text
+  use gestell_task_design_keys, only: constraint_keys, design_keys, objective_keys, robust_keys
+  use gestell_task_design_plan, only: design_plan_type, read_design
+  use gestell_task_design_plot, only: plot_curve, plot_goals, plot_parameters, plot_range, plot_starts
+  use gestell_task_design_report, only: design_headline, report_design
+  use gestell_task_design_search, only: design_type, find_curve, find_design
+  use gestell_task_design_tables, only: curve_table, goal_table, parameter_table, range_table, start_table
+  use gestell_task_locked_family, only: locked_family_type
+  implicit none (type, external)
+  private
+
+  type, extends(task_type), public :: design_task
+    private
+    type(design_plan_type) :: plan
+  contains
+    procedure :: describe
+    procedure, nopass :: extend
+    procedure :: read => read_task
+    procedure :: run
+  end type design_task
+
+contains
+
+  pure subroutine describe(self)
+    class(design_task), intent(inout) :: self
+
+    self%name = "design"
+    self%tables = [character(len=longest_table) :: "design", "design_goals", "design_range", "design_starts", "design_trade_off"]
+    self%about = unsolved_machine
+    self%judges = .true.
+  end subroutine describe
+
+  subroutine extend(schema)
+    type(schema_type), intent(inout) :: schema
+
+    call schema%add(group_rule("design", "for the task `design`: what may be changed, one group a parameter", repeatable=.true.), &
+      & design_keys)
+    call schema%add(group_rule("objective", "for the task `design`: what is to be small", repeatable=.true.), objective_keys)
+    call schema%add(group_rule("constraint", "for the task `design`: what is limited", repeatable=.true.), constraint_keys)
+    call schema%add(group_rule("robust", "for the task `design`: what may differ from what it should be"), robust_keys)
+  end subroutine extend
+
+  subroutine read_task(self, configuration, error)
+    class(design_task), intent(inout) :: self
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+
+    if (self%ordered) call read_design(configuration, self%plan, error)
+  end subroutine read_task
+
+  subroutine run(self, context, result, error)
+    class(design_task), intent(inout) :: self
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    type(locked_family_type) :: family
+    type(design_type) :: design
+    character(len=:), allocatable :: state, words, improved, verdict
+
+    ! what settles the machines is the search's own
+    call context%members(self%plan%family, family, "rest")
+    call find_design(family, self%plan, context%configuration%frame, design, error, context%executor)
+    if (.not. allocated(error) .and. design%best == 0) call fatal_error(error, "there is no machine, or no vibration of one, at " &
+      & // "any of the design's starts", failed_computation)
+    if (allocated(error)) return
+    associate (plan => self%plan, configuration => context%configuration)
+      if (plan%curve > 0) call find_curve(family, plan, design, error)
+      if (.not. allocated(error)) call improved_text(configuration%document, configuration%schema, plan%all_paths, &
+        & design%x(plan%owners), improved, error)
+      if (allocated(error)) return
+      verdict = trim(design%after%verdict())
+      call result%add(parameter_table(plan, design, verdict), plot_parameters(plan))
+      call result%add(goal_table(plan, design, verdict), plot_goals(plan, design))
+      if (size(plan%order%conditions) > 1) call result%add(range_table(plan, design, verdict), plot_range(plan))
+      if (size(design%found) > 1) call result%add(start_table(plan, design, verdict), plot_starts())
+      if (plan%curve > 0) call result%add(curve_table(plan, design), plot_curve(plan, design))
+      if (len(improved) > 0) call result%attach("design.nml", improved)
+      call design_headline(plan, design, state, words)
+      call result%warn(state, words)
+      if (verdict == "unstable") call result%judge("UNSTABLE: the design does not keep to its vibration")
+      if (verdict == "undecided") call result%judge("UNDECIDED: whether the design keeps to its vibration is within the errors")
+      call result%say(report_design(plan, design))
+    end associate
+  end subroutine run
+
+end module gestell_task_design_task

@@ -1,0 +1,146 @@
+"""The task `design` against closed forms and against runs of its own: design.csv and its companions, design.nml, what is refused."""
+
+import csv
+import math
+import re
+
+from broken_inputs import SOUND
+from harness import Folder, Run, check, equal, files, near
+from plots import GNUPLOT, drawn
+
+# A rotor with an unbalance of 0.05 kg m at 30 deg, in a frame that moves along xi alone, and a counterweight of 1 kg.
+MASS, SPRING, DAMPING, SPEED = 20.0, 5.0e4, 40.0, 900.0
+ROTOR = f"""\
+&case title = 'a rotor', tasks = 'design' /
+&model frame='rest' /
+&drive speed_rpm = {SPEED} /     ! its speed
+&joint name='O', type='ground', position=0.0, 0.0 /
+&joint name='A', type='crank', pivot='O', radius=0.1 /
+&link name='rotor', from='O', to='A', mass=2.0, inertia=0.01, center={0.025 * math.cos(math.pi / 6)!r},{0.025 * math.sin(math.pi / 6)!r} /
+&link name='cw', from='O', to='A', mass=1.0, inertia=0.0 /     ! the counterweight
+&frame mass={MASS - 3}, inertia=0.8, origin=0.0,0.0, dof='xi' /
+&foundation stiffness={SPRING},0,0,0,0,0,0,0,0, damping={DAMPING},0,0 /
+"""
+PLACES = ("&design parameter='link(cw).center(1)', from=-0.08, to=0.08 /\n"
+          "&design parameter='link(cw).center(2)', from=-0.08, to=0.08 /\n")
+
+
+def table(folder, name):
+    """Rows of a table."""
+    lines = [line for line in (folder / f"{name}.csv").read_text().splitlines() if line[0] != "#"]
+    return list(csv.DictReader(lines))
+
+
+def force(unbalance, speed=SPEED):
+    """Rms of the force on the ground: (c + i b w) U w^2 / (c - m w^2 + i b w), of one harmonic."""
+    w = speed * math.pi / 30
+    return abs(complex(SPRING, DAMPING * w) * unbalance * w**2 / complex(SPRING - MASS * w**2, DAMPING * w)) / math.sqrt(2)
+
+
+def design_tests():
+    """All of them."""
+    with Folder(input=ROTOR + PLACES + "&objective quantity='fx' /\n") as folder:
+        run = Run(folder, "input.nml")
+        if run.done("design"):
+            equal("design: files", files(folder / "input"), ["design.csv", "design.nml", "design_goals.csv", "design_starts.csv"])
+            rows = table(folder / "input", "design")
+            for row, wanted in zip(rows, (-0.05 * math.cos(math.pi / 6), -0.05 * math.sin(math.pi / 6))):
+                near(f"design: {row['parameter']}", float(row["after"]), wanted, 1e-7)
+            goal = table(folder / "input", "design_goals")[0]
+            near("design: force before", float(goal["before"]), force(0.05), 1e-9 * force(0.05))
+            check("design: force after", float(goal["after"]) < 1e-6 * force(0.05), "nothing", goal["after"])
+            check("design: report", "  global: " in run.out, "global", run.out)
+            check("design: lines of the report", max(map(len, run.out[run.out.index("DESIGN"):].splitlines())) <= 80, "80", run.out)
+            text = (folder / "input" / "design.nml").read_text()
+            check("design: what is typed stays", "! its speed" in text and "! the counterweight; center was not given" in text,
+                  "comments", text)
+    # three quarters of the range: the bound holds both, and an inch of it is worth its share of the force
+    reach = PLACES.replace("-0.08", "-0.02")
+    with Folder(input=ROTOR + reach + "&objective quantity='fx' /\n") as folder:
+        if Run(folder, "-q", "input.nml").done("design, bounds"):
+            rows = table(folder / "input", "design")
+            goal = table(folder / "input", "design_goals")[0]
+            rest = (0.05 * math.cos(math.pi / 6) - 0.02, 0.05 * math.sin(math.pi / 6) - 0.02)
+            near("design, bounds: force", float(goal["after"]), force(math.hypot(*rest)), 1e-7 * force(0.05))
+            for row, left in zip(rows, rest):
+                near(f"design, bounds: {row['parameter']}", float(row["after"]), -0.02, 1e-9)
+                # d|u| = left / |u| of a hundredth of the range
+                near(f"design, bounds: worth of {row['parameter']}", float(row["bound_worth_percent"]),
+                     left / math.hypot(*rest)**2 * 0.10, 1e-3)
+            other = Folder(input=(folder / "input" / "design.nml").read_text().replace("'design'", "'response', 'stability'")
+                           + "&response quantities='fx', measures='rms' /\n")
+            with other as again:
+                if Run(again, "-q", "input.nml").done("design.nml runs"):
+                    value = float(table(again / "input", "quantities")[0]["value"])
+                    near("design.nml: the same force", value, float(goal["after"]), 1e-9 * force(0.05))
+    # a limit on the mass, at the price of differences
+    masses = ("&design parameter='link(cw).center(1)', from=-0.08, to=0 /\n&design parameter='link(cw).mass', from=0.1, to=3 /\n"
+              "&objective quantity='fx' /\n&constraint quantity='added_mass', at_most=LIMIT /\n")
+    found = {}
+    for limit in (-0.8, -0.792):
+        with Folder(input=ROTOR + masses.replace("LIMIT", str(limit))) as folder:
+            if Run(folder, "-q", "input.nml").done(f"design, added mass {limit}"):
+                found[limit] = table(folder / "input", "design_goals")
+                near(f"design: added mass {limit}", float(found[limit][1]["after"]), limit, 2e-6)
+    if len(found) == 2:
+        values = [float(goals[0]["after"]) for goals in found.values()]
+        near("design: worth of a limit", float(found[-0.8][1]["limit_worth_percent"]), 100 * (1 - values[1] / values[0]), 0.02)
+    # the worst of a range, and of a scatter
+    sweep = "&sweep parameter='drive.speed_rpm', from=300, to=900, count=7 /\n"
+    mounts = "&design parameter='foundation.stiffness(1,1)', from=2e4, to=4e5 /\n&objective quantity='fx' /\n&robust speed_percent=5 /\n"
+    with Folder(input=ROTOR + sweep + mounts) as folder:
+        if Run(folder, "input.nml").done("design, range"):
+            rows = table(folder / "input", "design_range")
+            equal("design, range: conditions", len(rows), 21)
+            goal = table(folder / "input", "design_goals")[0]
+            near("design, range: the worst", max(float(row["fx_rms_after_N"]) for row in rows), float(goal["after"]), 1e-9)
+            for row in rows:
+                near("design, range: before", float(row["fx_rms_before_N"]), force(0.05, float(row["speed_rpm"])), 1e-6)
+    # a curve between two objectives, and pictures
+    curve = PLACES + "&objective quantity='fx', trade_off=5 /\n&objective quantity='torque', measure='peak' /\n"
+    with Folder(input=ROTOR.replace("dof='xi'", "dof='xi','psi'").replace("{SPRING},0,0,0,0,0,0,0,0", "x") + curve) as folder:
+        text = (folder / "input.nml").read_text().replace(",0,0,0,0,0,0,0,0, damping=", ",0,0,0,0,0,0,0,3e4, damping=")
+        (folder / "input.nml").write_text(text)
+        if Run(folder, "-q", "input.nml").done("design, trade-off"):
+            rows = table(folder / "input", "design_trade_off")
+            equal("design, trade-off: points", len(rows), 5)
+            values = [(float(row["first_N"]), float(row["second_Nm"])) for row in rows]
+            check("design, trade-off: one falls where the other rises", all(
+                one[0] <= two[0] * (1 + 1e-6) + 1e-9 and one[1] >= two[1] * (1 - 1e-6) for one, two in zip(values, values[1:])),
+                "a curve", values)
+            texts = drawn("design, trade-off", folder / "input").get("design_trade_off", "")
+            check("design, trade-off: picture", not GNUPLOT or "the design" in texts, "the design", texts)
+    # out of reach
+    with Folder(input=ROTOR + reach + "&objective quantity='fx' /\n&constraint quantity='xi', measure='peak', at_most=1e-6 /\n") \
+            as folder:
+        run = Run(folder, "input.nml")
+        if run.done("design, out of reach"):
+            check("design, out of reach: said", "DESIGN OUT OF REACH within these ranges: xi peak comes to" in run.out, "out", run.out)
+            equal("design, out of reach: state", table(folder / "input", "design_goals")[1]["state"], "violated")
+    for what, words, message in REFUSED:
+        with Folder(input=SOUND.replace("'stability', 'response'", "'design'") + words) as folder:
+            run = Run(folder, "input.nml")
+            equal(f"design, {what}: code", run.code, 2)
+            check(f"design, {what}: message", re.search(message, run.err), message, run.err)
+            equal(f"design, {what}: nothing written", files(folder), ["input.nml"])
+
+
+D = "&design parameter='frame.mass', from=10, to=20 /\n"
+O = "&objective quantity='f' /\n"
+REFUSED = [
+    ("no parameter", O, "needs a group &design"),
+    ("no objective", D, "needs a group &objective"),
+    ("no such path", "&design parameter='frame.weight', from=1, to=2 /\n" + O, "&design.*unknown key 'weight'"),
+    ("an empty range", "&design parameter='frame.mass', from=2, to=2 /\n" + O, "to.*must be greater than from"),
+    ("a value that makes no sense", "&design parameter='frame.mass', from=-1, to=2 /\n" + O, "frame.mass = -1.*must be positive"),
+    ("twice", D + D.replace("10", "11") + O, "is changed already"),
+    ("no such quantity", D + "&objective quantity='g' /\n", "'g' is no quantity.*shaking.fx"),
+    ("no band", D + "&objective quantity='f', measure='band' /\n", "'band' is for velocities of probes"),
+    ("no limit", D + O + "&constraint quantity='f' /\n", "needs at_most or at_least, one of them"),
+    ("two limits", D + O + "&constraint quantity='f', at_most=1, at_least=0 /\n", "needs at_most or at_least, one of them"),
+    ("no gravity", D + O + "&constraint quantity='sag', at_most=1 /\n", "'sag' needs the group &gravity"),
+    ("a separation as objective", D + "&objective quantity='separation' /\n", "is limited from below"),
+    ("a curve of one", D + "&objective quantity='f', trade_off=5 /\n", "there must be two"),
+    ("scatter out of range", D + O + "&robust speed_percent=60 /\n", "must lie between 0 and 50"),
+]
+DESIGN_TESTS = (design_tests,)
