@@ -34,7 +34,7 @@ module gestell_study_design_problem
   end type design_order_type
 
   !> By so much, relative to it, the search stays within a limit, so that it is met when the search ends within its tolerance.
-  real(dp), parameter :: inside = 2.0e-6_dp
+  real(dp), parameter, public :: inside = 2.0e-6_dp
 
   !> Branches of goals, each at a condition, shape (branches).
   type, extends(branches_type), public :: goal_branches_type
