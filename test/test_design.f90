@@ -18,6 +18,7 @@ module test_design
   use gestell_study_measure, only: band_measure, peak_measure, rms_measure
   use gestell_task_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
+  use slow_tests, only: new_slow
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -63,12 +64,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("gradients against differences of solutions", test_gradients), &
+      & new_unittest("gradients about rest against differences of solutions", test_gradients), &
+      & new_slow("gradients of all models against differences of solutions", test_all_gradients), &
       & new_unittest("the best counterweight of a crank, in closed form", test_crank), &
       & new_unittest("complete balance of a four-bar linkage", test_complete), &
       & new_unittest("masses, places and limits: proved to be the best, and against all others", test_proof), &
       & new_unittest("a convex design against SciPy", test_convex), &
-      & new_unittest("a mounted machine against differential evolution", test_evolution)]
+      & new_slow("a mounted machine against differential evolution", test_evolution)]
   end subroutine collect_design
 
   !> The family of the machine with `paths` as parameters.
@@ -100,7 +102,8 @@ contains
 
   !> Every kind of parameter and goal, by all models and holders: relative changes of the values over the parameters' ranges. The
   !> differences are extrapolated from steps of a 200th, 400th and 800th of these ranges: solutions to 1e-11 leave 1e-8 of them.
-  subroutine test_gradients(error)
+  subroutine compare_gradients(variants, error)
+    character(len=*), intent(in) :: variants(:)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: names(14) = [character(len=12) :: "f", "f", "probe(p).v", "probe(p).a", "support(2).f", "m", &
       & "shaking.f", "shaking.m", "torque", "added_mass", "sag", "separation", "rho_max", "psi"]
@@ -111,8 +114,6 @@ contains
       & "drive.speed_rpm"]
     real(dp), parameter :: start(8) = [0.01_dp, 0.5_dp, 0.2_dp, 1.2e5_dp, 5.0_dp, -0.2_dp, 0.6_dp, 900.0_dp]
     real(dp), parameter :: range(8) = [0.1_dp, 1.0_dp, 0.1_dp, 1.0e5_dp, 40.0_dp, 0.2_dp, 0.5_dp, 400.0_dp]
-    character(len=*), parameter :: variants(6) = [character(len=80) :: "&model frame='rest' /", "&model frame='first_order' /", &
-      & "&model frame='exact' /", "&drive held_by='outside' /", "&drive held_by='flywheel' /", "&frame dof='xi','psi' /"]
     character(len=:), allocatable :: text
     type(document_family_type) :: family
     type(design_order_type) :: order
@@ -182,7 +183,20 @@ contains
       top = there%value(i_top)
     end function top
 
+  end subroutine compare_gradients
+
+  subroutine test_gradients(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare_gradients([character(len=80) :: "&model frame='rest' /"], error)
   end subroutine test_gradients
+
+  subroutine test_all_gradients(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare_gradients([character(len=80) :: "&model frame='first_order' /", "&model frame='exact' /", &
+      & "&drive held_by='outside' /", "&drive held_by='flywheel' /", "&frame dof='xi','psi' /"], error)
+  end subroutine test_all_gradients
 
   !> A design of the four-bar linkage with these parameters within -0.2 to 0.2, masses 0.1 to 2.
   subroutine new_design(paths, quantity, measure, family, order, configuration, error)
