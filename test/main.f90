@@ -74,6 +74,7 @@ program main
   use test_quadratic_program, only: collect_quadratic_program
   use test_rows, only: collect_rows
   use test_design, only: collect_design
+  use test_design_gradients, only: collect_design_gradients
   use test_sensitivity, only: collect_sensitivity
   use test_separation, only: collect_separation
   use test_set, only: collect_set
@@ -172,6 +173,7 @@ program main
     & new_testsuite("critical", collect_campbell_critical), &
     & new_testsuite("resonance-curve", collect_resonance_curve), &
     & new_testsuite("design", collect_design), &
+    & new_testsuite("design-gradients", collect_design_gradients), &
     & new_testsuite("sensitivity", collect_sensitivity), &
     & new_testsuite("separation", collect_separation), &
     & new_testsuite("sweep", collect_sweep), &

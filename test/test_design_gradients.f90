@@ -1,0 +1,128 @@
+!> Gradients of designs against differences of solutions.
+module test_design_gradients
+  use checks, only: check_success, check_that
+  use design_families, only: machine, new_family, newline
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_input_machine_family, only: document_family_type
+  use gestell_study_design_goal, only: goal_type, new_goal
+  use gestell_study_design_neighbours, only: condition_type
+  use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type
+  use gestell_study_measure, only: band_measure, peak_measure, rms_measure
+  use gestell_task_configuration, only: configuration_type
+  use slow_tests, only: new_slow
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_design_gradients
+
+contains
+
+  subroutine collect_design_gradients(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("gradients about rest against differences of solutions", test_gradients), &
+      & new_slow("gradients of all models against differences of solutions", test_all_gradients)]
+  end subroutine collect_design_gradients
+
+  !> Every kind of parameter and goal, by all models and holders: relative changes of the values over the parameters' ranges. The
+  !> differences are extrapolated from steps of a 200th, 400th and 800th of these ranges: solutions to 1e-11 leave 1e-8 of them.
+  subroutine compare_gradients(variants, error)
+    character(len=*), intent(in) :: variants(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: names(14) = [character(len=12) :: "f", "f", "probe(p).v", "probe(p).a", "support(2).f", "m", &
+      & "shaking.f", "shaking.m", "torque", "added_mass", "sag", "separation", "rho_max", "psi"]
+    integer, parameter :: kinds(14) = [rms_measure, peak_measure, band_measure, peak_measure, rms_measure, peak_measure, &
+      & peak_measure, rms_measure, peak_measure, peak_measure, peak_measure, peak_measure, peak_measure, peak_measure]
+    character(len=*), parameter :: paths(8) = [character(len=28) :: "link(crank).center(1)", "link(piston).mass", &
+      & "joint(B).lengths(1)", "support(1).stiffness(2)", "support(2).angle", "support(1).position(1)", "frame.inertia", &
+      & "drive.speed_rpm"]
+    real(dp), parameter :: start(8) = [0.01_dp, 0.5_dp, 0.2_dp, 1.2e5_dp, 5.0_dp, -0.2_dp, 0.6_dp, 900.0_dp]
+    real(dp), parameter :: range(8) = [0.1_dp, 1.0_dp, 0.1_dp, 1.0e5_dp, 40.0_dp, 0.2_dp, 0.5_dp, 400.0_dp]
+    character(len=:), allocatable :: text
+    type(document_family_type) :: family
+    type(design_order_type) :: order
+    type(configuration_type) :: configuration
+    type(goal_branches_type) :: at
+    type(goal_type) :: goals(size(names))
+    type(gestell_error), allocatable :: failure
+    real(dp) :: table(3), h, change, found, unit
+    integer :: v, g, k, i, b
+
+    do v = 1, size(variants)
+      text = machine // variants(v)
+      if (variants(v)(:6) == "&drive") text = "&drive speed_rpm=900, " // trim(variants(v)(8:)) // machine(index(machine, newline):)
+      if (variants(v)(:6) == "&frame") then
+        i = index(machine, "&frame")
+        text = machine(:i + 6) // "dof='xi','psi', " // machine(i + 7:)
+      end if
+      call new_family(text, paths, start, family, order, configuration, error)
+      if (allocated(error)) return
+      order%lower = start - range / 2
+      order%upper = start + range / 2
+      order%conditions = [condition_type()]
+      do g = 1, size(names)
+        call new_goal(configuration%frame, configuration%probes, trim(names(g)), kinds(g), goals(g), failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+      end do
+      call evaluate_goals(family, order, goals, start, .true., at, failure)
+      call check_success(error, failure)
+      call check_that(error, at%known, "==", .true., trim(variants(v)) // " known")
+      if (allocated(error)) return
+      do g = 1, size(names)
+        b = maxloc(merge(at%value, -huge(h), at%group == g), dim=1)
+        unit = max(at%value(b), tiny(unit))
+        do k = 1, size(paths)
+          do i = 1, 3
+            h = range(k) * 0.01_dp / 2**i
+            table(i) = (top(k, h) - top(k, -h)) / (2 * h)
+          end do
+          ! Neville's table, twice
+          table(:2) = table(2:) + (table(2:) - table(:2)) / 3
+          change = (table(2) + (table(2) - table(1)) / 15) * range(k) / unit
+          found = at%slope(k, b) * range(k) / unit
+          call check_that(error, abs(found - change), "<=", 1.0e-7_dp * max(abs(change), 1.0_dp), trim(variants(v)) // " d " // &
+            & goals(g)%name() // " / d " // trim(paths(k)))
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+
+  contains
+
+    real(dp) function top(k, step)
+      integer, intent(in) :: k
+      real(dp), intent(in) :: step
+      type(goal_branches_type) :: there
+      real(dp) :: x(size(start))
+      integer :: i_top
+
+      x = start
+      x(k) = x(k) + step
+      ! the same of several local maxima: both slopes tell its value, and samples beside it are lower
+      call evaluate_goals(family, order, goals(g:g), x, kinds(g) == peak_measure, there, failure)
+      i_top = maxloc(there%value, dim=1)
+      if (kinds(g) == peak_measure) i_top = maxloc(there%value, dim=1, mask=abs(there%value - at%value(b) &
+        & - step * (at%slope(k, b) + there%slope(k, :)) / 2) <= 1.0e-4_dp * at%value(b))
+      top = there%value(i_top)
+    end function top
+
+  end subroutine compare_gradients
+
+  subroutine test_gradients(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare_gradients([character(len=80) :: "&model frame='rest' /"], error)
+  end subroutine test_gradients
+
+  subroutine test_all_gradients(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare_gradients([character(len=80) :: "&model frame='first_order' /", "&model frame='exact' /", &
+      & "&drive held_by='outside' /", "&drive held_by='flywheel' /", "&frame dof='xi','psi' /"], error)
+  end subroutine test_all_gradients
+
+end module test_design_gradients
