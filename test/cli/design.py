@@ -110,6 +110,13 @@ def design_tests():
                 "a curve", values)
             texts = drawn("design, trade-off", folder / "input").get("design_trade_off", "")
             check("design, trade-off: picture", not GNUPLOT or "the design" in texts, "the design", texts)
+    # from a mass of zero, where its place does not count
+    free = ("&design parameter='link(cw).center(1)', from=-0.08, to=0.08 /\n&design parameter='link(cw).mass', from=0, to=3 /\n"
+            "&objective quantity='shaking.fx' /\n")
+    with Folder(input=ROTOR.replace("mass=1.0, inertia=0.0 /", "mass=0.0, inertia=0.0 /") + free) as folder:
+        if Run(folder, "-q", "input.nml").done("design, no mass yet"):
+            goal = table(folder / "input", "design_goals")[0]
+            near("design, no mass yet: the sine is left", float(goal["after"]) / float(goal["before"]), 0.5, 1e-6)
     # out of reach
     with Folder(input=ROTOR + reach + "&objective quantity='fx' /\n&constraint quantity='xi', measure='peak', at_most=1e-6 /\n") \
             as folder:

@@ -85,7 +85,8 @@ contains
     plan%order%model = configuration%model()
     plan%order%accuracy = configuration%accuracy
     plan%convex = is_convex(plan%order)
-    if (plan%convex) plan%starts = 1
+    ! from a mass of zero its place does not count: one start may stay there
+    if (plan%convex .and. all(plan%order%lower > 0 .or. plan%order%part /= mass_part)) plan%starts = 1
   end subroutine read_design
 
   subroutine read_parameters(configuration, plan, error)
