@@ -50,7 +50,7 @@ module gestell_model_frame
     procedure :: load
     procedure :: sample_second_order
     procedure :: crank_angles, even_in_space
-    procedure :: remember
+    procedure :: remember, weigh
     procedure :: coupled
     procedure :: check
     procedure :: averaged
@@ -138,9 +138,18 @@ contains
     frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia, &
       & frame%even_in_space()))
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%angle_scale))
-    if (present(gravity)) call new_weights(frame%weights, gravity, frame%mechanism, mass, origin, frame%stiffness, &
-      & frame%supports, frame%free, error)
+    if (present(gravity)) call frame%weigh(gravity, error)
   end subroutine new_frame
+
+  !> The weights and what carries them, of the masses as they are, under `gravity` (m/s^2, along xi and eta). Error: as of
+  !> `new_weights`.
+  subroutine weigh(self, gravity, error)
+    class(frame_type), intent(inout) :: self
+    real(dp), intent(in) :: gravity(2)
+    type(error_type), allocatable, intent(out) :: error
+
+    call new_weights(self%weights, gravity, self%mechanism, self%mass, self%origin, self%stiffness, self%supports, self%free, error)
+  end subroutine weigh
 
   !> As of any second-order system; what `new_frame` set is there, and the period is still that of the speed.
   subroutine check(self, error)

@@ -50,6 +50,7 @@ module gestell_model_linkage
     procedure :: tabulate_drive
     procedure :: prepare
     procedure :: check
+    procedure :: link_offset
   end type linkage_type
 
 contains
@@ -382,5 +383,17 @@ contains
     end do
     known = .true.
   end subroutine tabulate_drive
+
+  !> The distance (m) of a link's centre of mass from the joint that it begins at; negative: there is no such link.
+  pure real(dp) function link_offset(self, name) result(offset)
+    class(linkage_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+    integer :: i
+
+    offset = -1
+    do i = 1, size(self%links)
+      if (self%links(i)%name == name) offset = norm2(self%links(i)%center)
+    end do
+  end function link_offset
 
 end module gestell_model_linkage

@@ -39,6 +39,7 @@ module gestell_model_mechanism
     procedure :: tabulate_drive => drive_is_unknown
     procedure :: prepare => nothing_to_prepare
     procedure :: check => nothing_to_check
+    procedure :: link_offset => no_link_offset
   end type mechanism_type
 
   abstract interface
@@ -102,5 +103,15 @@ contains
     end associate
     if (allocated(error)) deallocate(error)
   end subroutine nothing_to_check
+
+  !> The distance (m) of a link's centre of mass from the joint that it begins at; negative: there is no such link.
+  pure real(dp) function no_link_offset(self, name) result(offset)
+    class(mechanism_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+
+    associate (unused_mechanism => self, unused_name => name)
+    end associate
+    offset = -1
+  end function no_link_offset
 
 end module gestell_model_mechanism

@@ -22,10 +22,12 @@ module gestell_model_mechanism_tabulated
     type(table_type), allocatable :: tables(:)
   contains
     procedure :: remember
+    procedure :: know_drive
     procedure :: mass_functions
     procedure :: tabulate
     procedure :: tabulate_drive
     procedure :: prepare
+    procedure :: link_offset
   end type tabulated_type
 
 contains
@@ -67,6 +69,14 @@ contains
     end associate
     call move_alloc(longer, self%tables)
   end subroutine remember
+
+  !> What the drive feels at the angles that were remembered last, shape (angles, drive_columns), where that is known otherwise.
+  pure subroutine know_drive(self, drive)
+    class(tabulated_type), intent(inout) :: self
+    real(dp), intent(in) :: drive(:, :)
+
+    self%tables(size(self%tables))%drive = drive
+  end subroutine know_drive
 
   subroutine mass_functions(self, crank_angle, a)
     class(tabulated_type), intent(in) :: self
@@ -110,6 +120,13 @@ contains
     call self%source%prepare(error)
     call take_over(self)
   end subroutine prepare
+
+  pure real(dp) function link_offset(self, name) result(offset)
+    class(tabulated_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+
+    offset = self%source%link_offset(name)
+  end function link_offset
 
   pure subroutine take_over(self)
     class(tabulated_type), intent(inout) :: self

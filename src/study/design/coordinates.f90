@@ -35,13 +35,15 @@ module gestell_study_design_coordinates
 
 contains
 
-  !> At the phases (k - 1)/`phases`, to `tolerance`, relative to Phi. `fits`: they are known well enough (see `of_modes`).
-  subroutine find_coordinates(system, phases, tolerance, found, fits)
+  !> At the phases (k - 1)/`phases`, to `tolerance`, relative to Phi. `fits`: they are known well enough (see `of_modes`). `known`:
+  !> a quick solution that may have kept its maps at these phases.
+  subroutine find_coordinates(system, phases, tolerance, found, fits, known)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: phases
     real(dp), intent(in) :: tolerance
     type(coordinates_type), intent(out) :: found
     logical, intent(out) :: fits
+    type(quick_motion_type), intent(in) :: known
     type(quick_motion_type) :: quick
     type(error_type), allocatable :: error
     complex(dp), allocatable :: rho(:), vectors(:, :), left(:, :)
@@ -49,8 +51,13 @@ contains
     integer :: i, k, n
 
     n = system%states
-    quick%keeps = .true.
-    call solve_quickly(system, phases, tolerance, quick, fits)
+    quick = known
+    fits = allocated(known%maps)
+    if (fits) fits = size(known%maps, 3) == phases
+    if (.not. fits) then
+      quick%keeps = .true.
+      call solve_quickly(system, phases, tolerance, quick, fits)
+    end if
     if (.not. fits) return
     found%period = system%period
     found%scale = quick%scale

@@ -9,6 +9,7 @@ module gestell_study_design
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: minimise, optimum_type
+  use gestell_study_design_exchange, only: add_worse
   use gestell_study_design_goal, only: goal_type, of_machine, of_shaking
   use gestell_study_design_moments, only: new_moments
   use gestell_study_design_parts, only: mass_part, other_part, place_parts
@@ -50,8 +51,7 @@ contains
     problem%objectives = merge(1, size(order%objectives), order%largest)
     problem%constraints = size(order%constraints) + problem%moments%limits()
     problem%squared = is_squared(order)
-    call minimise(problem, problem%moments%from(start), usual_tolerance, optimum, error)
-    if (.not. allocated(error)) call problem%moments%turn_optimum(optimum)
+    call minimise_under_all(problem, order, start, optimum, error)
     if (allocated(error) .or. .not. problem%squared) return
     ! d(f^2) = 2 f df
     optimum%objective = sqrt(optimum%objective)
@@ -59,6 +59,44 @@ contains
     optimum%price = optimum%price / (2 * optimum%objective)
     optimum%bound_price = optimum%bound_price / (2 * optimum%objective)
   end subroutine search_from
+
+  !> A local optimum in the problem's coordinates turned back to the parameters, under all conditions of `order`.
+  subroutine minimise_under_all(problem, order, start, optimum, error)
+    type(design_problem), intent(inout) :: problem
+    type(design_order_type), intent(in) :: order
+    real(dp), intent(in) :: start(:)
+    type(optimum_type), intent(out) :: optimum
+    type(error_type), allocatable, intent(out) :: error
+    logical :: used(size(order%conditions)), more, known
+    real(dp) :: x(size(start))
+    integer :: evaluations, gradients, iterations
+
+    x = start
+    used = size(used) == 1
+    if (.not. all(used)) call add_worse(problem%family, order, x, used, more, known, error)
+    evaluations = merge(0, 1, size(used) == 1)
+    gradients = 0
+    iterations = 0
+    do
+      if (allocated(error)) return
+      problem%order%conditions = pack(order%conditions, used)
+      call minimise(problem, problem%moments%from(x), usual_tolerance, optimum, error)
+      if (allocated(error)) return
+      call problem%moments%turn_optimum(optimum)
+      evaluations = evaluations + optimum%evaluations
+      gradients = gradients + optimum%gradients
+      iterations = iterations + optimum%iterations
+      if (all(used)) exit
+      call add_worse(problem%family, order, optimum%x, used, more, known, error)
+      evaluations = evaluations + 1
+      if (.not. more) exit
+      x = start
+      if (known) x = optimum%x
+    end do
+    optimum%evaluations = evaluations
+    optimum%gradients = gradients
+    optimum%iterations = iterations
+  end subroutine minimise_under_all
 
   !> Whether the problem is convex in the masses and first moments of links.
   pure logical function is_convex(order)

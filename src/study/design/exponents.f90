@@ -35,7 +35,7 @@ contains
     integer :: i, j, k, n
 
     n = motion%frame%states
-    call find_coordinates(motion%frame, size(motion%phases), tolerance, free, fits)
+    call find_coordinates(motion%frame, size(motion%phases), tolerance, free, fits, motion%quick)
     if (.not. fits) then
       call fatal_error(error, "the multipliers' derivatives cannot be told", failed_computation)
       return

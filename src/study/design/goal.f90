@@ -60,15 +60,31 @@ contains
       if (name == "sag") goal%measure%unit = "m"
       if (name == "separation") goal%measure%unit = "%"
       if (name == "sag" .and. .not. frame%weights%act) call fatal_error(error, "'sag' needs the group &gravity", invalid_input)
+    else if (link_of(name) /= "") then
+      goal%about = of_machine
+      goal%measure%unit = "m"
+      if (frame%mechanism%link_offset(link_of(name)) < 0) call fatal_error(error, "there is no link '" // link_of(name) // "'", &
+        & invalid_input)
     else
       call new_measure(frame, probes, name, kind, goal%measure, error)
       if (allocated(error)) error%message = error%message // "; and shaking.fx (.fy, .f, .m), torque, rho_max, added_mass, sag, " &
-        & // "separation"
+        & // "separation, link(NAME).offset"
       return
     end if
     if (kind == band_measure .and. .not. allocated(error)) call fatal_error(error, &
       & "'band' is for velocities of probes, probe(NAME).v, .vx, .vy", invalid_input)
   end subroutine new_goal
+
+  !> NAME of link(NAME).offset; empty: it is no such name.
+  pure function link_of(name) result(link)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: link
+    character(len=*), parameter :: head = "link(", tail = ").offset"
+
+    link = ""
+    if (len(name) <= len(head // tail)) return
+    if (name(:len(head)) == head .and. name(len(name) - len(tail) + 1:) == tail) link = name(len(head) + 1:len(name) - len(tail))
+  end function link_of
 
   !> Whether the vibration has to be known.
   elemental logical function needs_motion(self)
@@ -187,10 +203,12 @@ contains
       values = [frame%mass + frame%mechanism%mass]
     case ("sag")
       values = [norm2(frame%weights%sag(:2))]
-    case default
+    case ("separation")
       call frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
       values = [(100 * abs(frequencies / (k * abs(frame%speed)) - 1), k = 1, orders)]
+    case default
+      values = [frame%mechanism%link_offset(link_of(trim(goal%measure%quantity)))]
     end select
     values = values - goal%offset
   end subroutine plain_values

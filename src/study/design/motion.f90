@@ -9,6 +9,7 @@ module gestell_study_design_motion
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_period_quick_motion, only: quick_motion_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
   use gestell_math_trigonometric, only: series_through, series_type
   use gestell_model_frame, only: frame_type
@@ -30,6 +31,8 @@ module gestell_study_design_motion
     type(condition_type) :: condition
     class(frame_type), allocatable :: frame
     real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
+    !> The solution that it comes from, with its maps, where it was quick and about rest.
+    type(quick_motion_type) :: quick
   contains
     procedure :: parameters
   end type motion_type
@@ -92,7 +95,8 @@ contains
     call at_condition(neighbours%frame, condition, run)
     if (moves) then
       call settle(run, model, accuracy, motion%frame, error)
-      if (.not. allocated(error)) call take_series(motion%frame, accuracy, series, error)
+      if (.not. allocated(error)) call take_series(motion%frame, accuracy, allocated(neighbours%beside), series, &
+        & motion%quick, error)
       if (allocated(error)) return
     else
       allocate(motion%frame, source=run)
@@ -124,11 +128,13 @@ contains
     end if
   end subroutine solve_slopes
 
-  !> The vibration of a frame that is settled.
-  subroutine take_series(frame, accuracy, series, error)
+  !> The vibration of a frame that is settled; `quick`: its solution, which `keeps` its maps, if it was quick and about rest.
+  subroutine take_series(frame, accuracy, keeps, series, quick, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: keeps
     type(series_type), intent(out) :: series
+    type(quick_motion_type), intent(out) :: quick
     type(error_type), allocatable, intent(out) :: error
     type(next_type) :: next
 
@@ -137,8 +143,11 @@ contains
       series = frame%motion
     class default
       next%of_step = of_slope
+      next%quick%keeps = keeps
       call next_motion(frame, frame, accuracy, fewest, next, error)
-      if (.not. allocated(error)) series = next%series
+      if (allocated(error)) return
+      series = next%series
+      if (next%quickly) quick = next%quick
     end select
   end subroutine take_series
 
@@ -157,7 +166,7 @@ contains
     logical :: fits
 
     associate (phases => size(motion%phases), f => size(system%free), parameters => motion%parameters())
-      call find_coordinates(system, phases, coarse(accuracy), coordinates, fits)
+      call find_coordinates(system, phases, coarse(accuracy), coordinates, fits, motion%quick)
       allocate(loads(phases, f, parameters), changes(phases, f, 0:2, parameters))
       most = 0
       ! the linear part is all, but for the torque of a motor with flywheel, a constant moment that depends on the whole motion

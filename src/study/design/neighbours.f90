@@ -10,7 +10,12 @@ module gestell_study_design_neighbours
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
+  use gestell_model_joints_joint, only: point_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_bodies, only: sum_drive
+  use gestell_model_mechanism, only: drive_columns
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
+  use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
   use gestell_study_family, only: family_type, take_member
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -24,8 +29,17 @@ module gestell_study_design_neighbours
     real(dp) :: speed = 0, speed_factor = 1, stiffness_factor = 1, damping_factor = 1
   end type condition_type
 
+  !> How a parameter is changed for derivatives: its range; where it is the `part` of one link alone, its index in the linkage and
+  !> the parameter's unit in SI, so that the link is changed as it stands: the joints' positions are the same.
+  type, public :: step_type
+    real(dp) :: range = 0
+    integer :: link = 0, part = other_part
+    real(dp) :: unit = 1
+  end type step_type
+
   type, public :: neighbours_type
     type(frame_type) :: frame
+    type(step_type), allocatable :: steps(:)
     !> Shape (2, parameters), and how they are weighed, shapes (2, parameters) and, w_0 / h, w_1 / h, w_2 / h, (0:2, parameters).
     type(frame_type), allocatable :: beside(:, :)
     real(dp), allocatable :: distance(:, :), weight(:, :)
@@ -37,30 +51,40 @@ module gestell_study_design_neighbours
 
 contains
 
-  !> The machine at `parameters`, and with `ranges`, shape (parameters), its neighbours; `known`: there is one. Errors: the
+  !> The machine at `parameters`, and with `steps`, shape (parameters), its neighbours; `known`: there is one. Errors: the
   !> parameters make no sense; the members are no frames.
-  subroutine find_neighbours(family, parameters, neighbours, known, error, ranges)
+  subroutine find_neighbours(family, parameters, neighbours, known, error, steps)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(neighbours_type), intent(out) :: neighbours
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(in), optional :: ranges(:)
+    type(step_type), intent(in), optional :: steps(:)
     real(dp) :: h
     integer :: k, side, i
 
     call take_frame(family, parameters, neighbours%frame, known, error)
-    if (allocated(error) .or. .not. known .or. .not. present(ranges)) return
+    if (allocated(error) .or. .not. known .or. .not. present(steps)) return
+    neighbours%steps = steps
+    select type (mechanism => neighbours%frame%mechanism)
+    type is (linkage_type)
+    class default
+      neighbours%steps%link = 0
+    end select
     associate (n => size(parameters))
       allocate(neighbours%beside(2, n), neighbours%distance(2, n), neighbours%weight(0:2, n))
     end associate
     do k = 1, size(parameters)
-      h = epsilon(h)**(1.0_dp / 3) * max(ranges(k), epsilon(h)**(1.0_dp / 3) * abs(parameters(k)))
+      h = epsilon(h)**(1.0_dp / 3) * max(steps(k)%range, epsilon(h)**(1.0_dp / 3) * abs(parameters(k)))
       do side = 1, size(offsets, 2)
         do i = 1, 2
           if (allocated(error)) deallocate(error)
           neighbours%distance(i, k) = offsets(i, side) * h
-          call take_frame(family, moved(parameters, k, neighbours%distance(i, k)), neighbours%beside(i, k), known, error)
+          if (neighbours%steps(k)%link > 0) then
+            call change_link(neighbours%frame, steps(k), neighbours%distance(i, k), neighbours%beside(i, k), error)
+          else
+            call take_frame(family, moved(parameters, k, neighbours%distance(i, k)), neighbours%beside(i, k), known, error)
+          end if
           if (allocated(error)) known = .false.
           if (.not. known) exit
         end do
@@ -70,6 +94,38 @@ contains
       neighbours%weight(:, k) = weights(:, side) / h
     end do
   end subroutine find_neighbours
+
+  !> `frame` where a link is heavier, or elsewhere, by `distance` in the parameter's unit. A mass may become negative: what is
+  !> differentiated is linear in it. Error: nothing carries the weights.
+  subroutine change_link(frame, step, distance, changed, error)
+    type(frame_type), intent(in) :: frame
+    type(step_type), intent(in) :: step
+    real(dp), intent(in) :: distance
+    type(frame_type), intent(out) :: changed
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: change
+
+    change = step%unit * distance
+    changed = frame
+    select type (linkage => changed%mechanism)
+    type is (linkage_type)
+      associate (link => linkage%links(step%link))
+        select case (step%part)
+        case (mass_part)
+          link%mass = link%mass + change
+          linkage%mass = linkage%mass + change
+        case (inertia_part)
+          link%inertia = link%inertia + change
+          linkage%inertia = linkage%inertia + change
+        case default
+          link%center(step%part - place_parts(1) + 1) = link%center(step%part - place_parts(1) + 1) + change
+        end select
+      end associate
+    end select
+    associate (gravity => changed%weights%gravity)
+      if (changed%weights%act) call changed%weigh([real(gravity, dp), aimag(gravity)], error)
+    end associate
+  end subroutine change_link
 
   pure function moved(parameters, k, distance)
     real(dp), intent(in) :: parameters(:), distance
@@ -103,30 +159,66 @@ contains
   end subroutine take_frame
 
   !> Tabulates all mechanisms at these phases, with what the drive feels where it is asked for: they are asked again and again, at
-  !> all speeds.
+  !> all speeds. Links that are changed in place move as those of the machine: the joints are located once for all.
   subroutine remember(neighbours, phases, drive)
     type(neighbours_type), intent(inout) :: neighbours
     real(dp), intent(in) :: phases(:)
     logical, intent(in) :: drive
+    type(linkage_type), allocatable :: linkage
+    type(point_type), allocatable :: at(:, :)
+    real(dp) :: angles(size(phases)), felt(size(phases), drive_columns)
+    logical :: known
     integer :: i, k
 
+    angles = neighbours%frame%crank_angles(phases)
+    if (drive .and. allocated(neighbours%beside)) then
+      select type (mechanism => neighbours%frame%mechanism)
+      type is (linkage_type)
+        allocate(linkage, source=mechanism)
+      end select
+    end if
+    if (allocated(linkage)) then
+      allocate(at(size(linkage%joints), size(phases)))
+      do i = 1, size(phases)
+        call linkage%points(angles(i), at(:, i))
+      end do
+    end if
     call remember_one(neighbours%frame)
     if (.not. allocated(neighbours%beside)) return
+    if (allocated(linkage)) call neighbours%frame%mechanism%tabulate_drive(angles, felt, known)
     do k = 1, size(neighbours%beside, 2)
       do i = 1, size(neighbours%beside, 1)
-        call remember_one(neighbours%beside(i, k))
+        call remember_one(neighbours%beside(i, k), neighbours%steps(k)%link)
       end do
     end do
 
   contains
 
-    subroutine remember_one(frame)
+    subroutine remember_one(frame, link)
       type(frame_type), intent(inout) :: frame
+      integer, intent(in), optional :: link
       type(tabulated_type), allocatable :: tabulated
+      real(dp), dimension(drive_columns) :: before, after
+      real(dp), allocatable :: changed(:, :)
+      integer :: k
 
+      if (present(link) .and. allocated(linkage)) then
+        select type (mechanism => frame%mechanism)
+        type is (linkage_type)
+          if (link > 0) then
+            changed = felt
+            do k = 1, size(phases)
+              call sum_drive(linkage%links(link:link), at(:, k), before)
+              call sum_drive(mechanism%links(link:link), at(:, k), after)
+              changed(k, :) = changed(k, :) + (after - before)
+            end do
+          end if
+        end select
+      end if
       allocate(tabulated)
       call new_tabulated(tabulated, frame%mechanism)
-      call tabulated%remember(frame%crank_angles(phases), drive)
+      call tabulated%remember(angles, drive .and. .not. allocated(changed))
+      if (allocated(changed)) call tabulated%know_drive(changed)
       call move_alloc(tabulated, frame%mechanism)
     end subroutine remember_one
 

@@ -11,7 +11,7 @@ module gestell_study_design_problem
   use gestell_study_design_goal, only: goal_type, of_machine, of_multipliers, of_torque, plain_values, take_samples
   use gestell_study_design_moments, only: moments_type
   use gestell_study_design_motion, only: beside, coarse, motion_type, solve_motion, solve_slopes, usual_phases
-  use gestell_study_design_neighbours, only: condition_type, find_neighbours, neighbours_type, remember
+  use gestell_study_design_neighbours, only: condition_type, find_neighbours, neighbours_type, remember, step_type
   use gestell_study_family, only: family_type
   use gestell_study_measure, only: rms_measure
   implicit none (type, external)
@@ -29,8 +29,14 @@ module gestell_study_design_problem
     type(accuracy_type) :: accuracy
     !> Ranges of the parameters, shape (parameters).
     real(dp), allocatable :: lower(:), upper(:)
-    !> Which link each is of, and what of it; shapes (parameters).
+    !> Which of them is the first of its link, and what of it each is; shapes (parameters).
     integer, allocatable :: body(:), part(:)
+    !> The links that they are of, 0: of none alone, and their units in SI; shapes (parameters). Where they are not allocated, all
+    !> neighbours are members of the family.
+    integer, allocatable :: link(:)
+    real(dp), allocatable :: unit(:)
+  contains
+    procedure :: steps
   end type design_order_type
 
   !> By so much, relative to it, the search stays within a limit, so that it is met when the search ends within its tolerance.
@@ -98,6 +104,22 @@ contains
     call self%moments%add_limits(x, self%objectives + size(self%order%constraints) + 1, at)
   end subroutine evaluate
 
+  !> How the parameters are changed for derivatives, shape (parameters).
+  pure function steps(self)
+    class(design_order_type), intent(in) :: self
+    type(step_type) :: steps(size(self%lower))
+    integer :: k
+
+    steps%range = self%upper - self%lower
+    if (allocated(self%link)) then
+      do k = 1, size(steps)
+        steps(k)%link = self%link(k)
+        steps(k)%part = self%part(k)
+        steps(k)%unit = self%unit(k)
+      end do
+    end if
+  end function steps
+
   !> Whether the objective is one rms.
   pure logical function is_squared(order)
     type(design_order_type), intent(in) :: order
@@ -125,7 +147,7 @@ contains
     call begin(at)
     call begin(values)
     if (gradients) then
-      call find_neighbours(family, x, neighbours, at%known, error, order%upper - order%lower)
+      call find_neighbours(family, x, neighbours, at%known, error, order%steps())
     else
       call find_neighbours(family, x, neighbours, at%known, error)
     end if

@@ -110,14 +110,19 @@ contains
       end if
       associate (n => size(groups))
         allocate(plan%paths(n), plan%units(n), plan%order%lower(n), plan%order%upper(n), plan%order%body(n), plan%order%part(n), &
-          & plan%base(n), plan%start(n), plan%all_paths(0), plan%owners(0), targets(0))
+          & plan%order%link(n), plan%order%unit(n), plan%base(n), plan%start(n), plan%all_paths(0), plan%owners(0), targets(0))
       end associate
       do i = 1, size(groups)
         call read(groups(i), design_keys, "parameter", path, error)
         if (.not. allocated(error)) call add_path("parameter", trim(adjustl(path)))
         if (allocated(error)) return
         plan%paths(i) = adjustl(path)
+        call take_part(plan%paths(i), has(groups(i), "with"), plan%order%body(i), plan%order%part(i))
         associate (target => targets(size(targets)))
+          plan%order%link(i) = 0
+          if (plan%order%part(i) /= other_part .and. size(target%groups) > 0) plan%order%link(i) &
+            & = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
+          plan%order%unit(i) = configuration%units%to_si(schema%keys(target%rule), target%element, 1.0_dp)
           plan%units(i) = unit_symbol(schema%keys(target%rule), target%element, configuration%units)
         end associate
         if (has(groups(i), "with")) then
@@ -133,7 +138,6 @@ contains
           call input_error(groups(i), "to", "must be greater than from", error)
           return
         end if
-        call take_part(plan%paths(i), has(groups(i), "with"), plan%order%body(i), plan%order%part(i))
         call take_start(configuration, plan, i)
       end do
       do i = 1, size(groups)

@@ -111,6 +111,8 @@ contains
         & // "  optimality conditions met to " // concise(best%stationarity, 2) // "; " // text(sum(design%found%evaluations)) &
         & // " machines solved" // newline // "  the machine is " // trim(design%before%verdict()) // " before, " // after &
         & // " after" // newline
+      if (after /= "stable") report = report // "  a limit keeps it stable: &constraint quantity='rho_max', at_most=0.999 /" &
+        & // newline
       if (size(plan%order%conditions) > 1) report = report // "  worst of " // counted(size(plan%order%conditions), "condition") &
         & // trim(merge(": speeds and scatter", ": speeds            ", plan%robust)) // newline
       report = report // newline // goal_lines(plan, design) // newline // parameter_lines(plan, design)
