@@ -164,7 +164,8 @@ contains
         call check_text(error, text, failure, trim(key%group) // "." // trim(key%name) // ": ")
         if (allocated(error)) return
         call check(error, index(text, "can run in &sweep") > 0 .eqv. (key%kind == real_key .and. any(key%group == &
-          & [character(len=16) :: "drive", "joint", "link", "mass_functions", "frame", "support", "foundation", "gravity"])), text)
+          & [character(len=16) :: "drive", "joint", "link", "mass_functions", "frame", "support", "foundation", "gravity", &
+          & "mechanism", "repeat"])), text)
       end associate
     end do
     call help_on(schema, "groups", text, failure)

@@ -287,8 +287,6 @@ INPUTS = [
      "input.nml:9: &link 'rrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrr...': name = "
      "'rrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrr...': must not be longer than 64 "
      "characters"),
-    ("two cranks", changed("type='ground', position=0.40, 0.0", "type='crank', pivot='A0', radius=0.1"), 2,
-     "input.nml:5: &joint 'A': type = 'crank': a mechanism has only one crank"),
     ("no crank", changed("type='crank', pivot='A0', radius=0.07, phase=0.0", "type='ground', position=0.07, 0.0"), 2,
      "input.nml: no joint has type = 'crank', one must"),
     ("key of another type", changed("position=0.40, 0.0", "position=0.40, 0.0, radius=1.0"), 2,

@@ -46,6 +46,7 @@ from plots import PLOT_TESTS  # noqa: E402
 from quantities import QUANTITY_TESTS  # noqa: E402
 from report import REPORT_TESTS  # noqa: E402
 from resonance import RESONANCE_TESTS  # noqa: E402
+from several import SEVERAL_TESTS  # noqa: E402
 from sensitivity import SENSITIVITY_TESTS  # noqa: E402
 from separation import SEPARATION_TESTS  # noqa: E402
 from spread import SPREAD_TESTS  # noqa: E402
@@ -621,7 +622,7 @@ def main():
                      test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *FOLLOWER_TESTS, *NAME_TESTS,
                      *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *LEVEL_TESTS,
                      *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
-                     *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
+                     *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
                      *FAULT_TESTS,
                      *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS):
             test()

@@ -5,6 +5,7 @@ module gestell_input_machine_groups
   use gestell_input_machine_frame, only: drive_keys, foundation_keys, frame_keys, gravity_keys, support_keys
   use gestell_input_machine_joints, only: joint_keys, joint_variants
   use gestell_input_machine_mechanism, only: link_keys, mass_function_keys
+  use gestell_input_machine_mechanisms, only: mechanism_keys, repeat_keys
   use gestell_input_machine_quantities, only: probe_keys
   use gestell_input_namelist_document, only: document_type, the_group
   use gestell_input_schema, only: frame_group, group_rule, mechanism_group, schema_type
@@ -18,6 +19,9 @@ module gestell_input_machine_groups
   type(group_rule), parameter :: groups(*) = [ &
     & group_rule("drive", "the crank's speed and who holds it", required=.true., about=frame_group), &
     & group_rule("units", "units in which the other groups are typed (not `mass_functions`); results stay in SI"), &
+    & group_rule("mechanism", "one of several mechanisms: where it stands, how it turns with the drive", repeatable=.true., &
+    &   about=mechanism_group), &
+    & group_rule("repeat", "a mechanism once more", repeatable=.true., about=mechanism_group), &
     & group_rule("joint", "a point of the mechanism", repeatable=.true., about=mechanism_group), &
     & group_rule("link", "a body on the joints", repeatable=.true., about=mechanism_group), &
     & group_rule("mass_functions", "in place of joints and links: the sums over the moving masses, in SI", &
@@ -39,8 +43,8 @@ contains
     type(schema_type) :: schema
 
     schema%groups = groups
-    schema%keys = [drive_keys, unit_keys(), joint_keys(), link_keys, mass_function_keys, frame_keys, support_keys, &
-      & foundation_keys, gravity_keys, probe_keys]
+    schema%keys = [drive_keys, unit_keys(), mechanism_keys, repeat_keys, joint_keys(), link_keys, mass_function_keys, frame_keys, &
+      & support_keys, foundation_keys, gravity_keys, probe_keys]
     schema%variants = joint_variants()
   end function machine_schema
 

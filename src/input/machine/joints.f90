@@ -6,6 +6,7 @@ module gestell_input_machine_joints
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: group_names, group_type, has, name_of, word_length
+  use gestell_input_machine_mechanisms, only: membership_key
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema, only: variant_type
@@ -13,6 +14,7 @@ module gestell_input_machine_joints
   use gestell_input_schema_units, only: units_type
   use gestell_model_joints_data, only: joint_data_type
   use gestell_model_joints_joint, only: form_type, joint_type
+  use gestell_model_joints_placement, only: placement_type
   use gestell_model_joints_registry, only: joint_forms, new_joint
   use gestell_model_linkage, only: linkage_type
   implicit none (type, external)
@@ -22,7 +24,7 @@ module gestell_input_machine_joints
 
   type(key_type), parameter :: common_keys(*) = [ &
     & key_type("joint", "name", text_key, "what other groups call it", required=.true.), &
-    & key_type("joint", "type", text_key, "one of those below", required=.true.)]
+    & key_type("joint", "type", text_key, "one of those below", required=.true.), membership_key(1)]
 
 contains
 
@@ -97,14 +99,15 @@ contains
     call input_error(group, "type", "unknown" // suggestion(type, names), error)
   end subroutine type_of_joint
 
-  !> Adds joint `i` of `joints`, whose names are `names`, to the linkage, built on those before it.
+  !> Adds joint `i` of `joints`, whose names are `names`, to the linkage, built on those before it, where its mechanism stands.
   !> Errors: keys that do not fit the joint's type, joints that are not there (yet), values out of range.
-  subroutine read_joint(joints, names, i, forms, units, linkage, error)
+  subroutine read_joint(joints, names, i, forms, units, placement, linkage, error)
     type(group_type), intent(in) :: joints(:)
     type(dictionary_type), intent(in) :: names
     integer, intent(in) :: i
     type(form_type), intent(in) :: forms(:)
     type(units_type), intent(in) :: units
+    type(placement_type), intent(in) :: placement
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
     class(joint_type), allocatable :: joint
@@ -126,6 +129,7 @@ contains
     if (reason /= "") then
       call input_error(joints(i), key, reason, error)
     else
+      call joint%move(placement)
       call linkage%add_joint(name_of(joints(i)), joint, error)
       if (allocated(error)) call in_group(joints(i), error)
     end if
@@ -181,7 +185,7 @@ contains
 
     do i = 1, size(group%entries)
       associate (key => group%entries(i)%key)
-        if (key == "name" .or. key == "type" .or. find_key(form%keys, key) > 0) cycle
+        if (key == "name" .or. key == "type" .or. key == "mechanism" .or. find_key(form%keys, key) > 0) cycle
         known = ""
         do k = 1, size(form%keys)
           known = known // trim(merge(", ", "  ", k > 1)) // " " // trim(form%keys(k)%name)
@@ -255,7 +259,7 @@ contains
     named = .false.
     do e = 1, size(joints(i)%entries)
       associate (entry => joints(i)%entries(e))
-        if (entry%key == "name" .or. entry%key == "type") cycle
+        if (entry%key == "name" .or. entry%key == "type" .or. entry%key == "mechanism") cycle
         do v = 1, size(entry%values)
           if (entry%values(v)%quoted) named = named .or. group_names(joints) == entry%values(v)%text
         end do

@@ -4,14 +4,16 @@ module gestell_input_machine_mechanism
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_key, only: key_type, nonnegative, of_inertia, of_length, of_mass, real_key, text_key
   use gestell_base_kinds, only: dp
-  use gestell_input_namelist_document, only: count_groups, document_type, group_type, groups_named, has, name_of, the_group
+  use gestell_input_namelist_document, only: count_groups, document_type, group_type, has, name_of, the_group
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_machine_joints, only: check_known, read_joint, type_of_joint
+  use gestell_input_machine_mechanisms, only: members_type, membership_key, read_parts
   use gestell_input_namelist_message, only: in_group, input_error, location
   use gestell_input_schema_units, only: units_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_joint, only: form_type
   use gestell_model_joints_registry, only: joint_forms
+  use gestell_model_joints_placement, only: placement_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mechanism_type
   implicit none (type, external)
@@ -28,7 +30,7 @@ module gestell_input_machine_mechanism
     & key_type("link", "inertia", real_key, "about the centre of mass; also of a link that only translates: it turns with the " // &
     &   "frame", unit=of_inertia, range=nonnegative), &
     & key_type("link", "center", real_key, "centre of mass in the link's system: along the xi-axis from `from`, and across it " // &
-    &   "to the left", 1, 2, 2, unit=of_length, default=0.0_dp)]
+    &   "to the left", 1, 2, 2, unit=of_length, default=0.0_dp), membership_key(2)]
 
   !> Most coefficients of a mass function: mean, cosines and sines of 500 orders.
   integer, parameter :: most_harmonics = 1001
@@ -116,45 +118,64 @@ contains
       & "is a mean and then pairs of cosine and sine: needs an odd number of values", error)
   end subroutine get_harmonics
 
-  !> The linkage of a checked document. Errors: keys that do not fit the joint's type, joints that are not there (yet),
-  !> names given twice, values out of range.
+  !> The linkage of a checked document: all its mechanisms. Errors: keys that do not fit the joint's type, joints that are not there
+  !> (yet), names given twice, values out of range; as of `read_parts`.
   subroutine read_linkage(doc, units, forms, linkage, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
     type(form_type), intent(in) :: forms(:)
     type(linkage_type), intent(out) :: linkage
     type(error_type), allocatable, intent(out) :: error
-    type(group_type), allocatable :: joints(:), links(:)
+    type(members_type) :: joints, links
+    type(placement_type), allocatable :: placements(:)
     type(dictionary_type) :: names, link_names
     integer :: i
 
-    joints = groups_named(doc, "joint")
-    if (size(joints) == 0) then
+    call read_parts(doc, units, joints, links, placements, error)
+    if (allocated(error)) return
+    if (size(joints%groups) == 0) then
       call fatal_error(error, doc%file // ": the mechanism is missing: groups &joint and &link (or &mass_functions) are " // &
         & "required", invalid_input)
       return
     end if
-    links = groups_named(doc, "link")
-    call take_names(joints, names, error)
+    call take_names(joints%groups, names, error)
     if (allocated(error)) return
-    call take_names(links, link_names, error)
+    call take_names(links%groups, link_names, error)
     if (allocated(error)) return
-    call check_crank(joints, forms, error)
-    if (allocated(error)) return
-    do i = 1, size(joints)
-      call read_joint(joints, names, i, forms, units, linkage, error)
+    do i = 1, size(placements)
+      call check_crank(pack_groups(joints, i), forms, error)
       if (allocated(error)) return
     end do
-    if (size(links) == 0) then
+    do i = 1, size(joints%groups)
+      call read_joint(joints%groups, names, i, forms, units, placements(joints%mechanism(i)), linkage, error)
+      if (allocated(error)) return
+    end do
+    if (size(links%groups) == 0) then
       call fatal_error(error, doc%file // ": the mechanism has no mass: a group &link is required", &
         & invalid_input)
       return
     end if
-    do i = 1, size(links)
-      call read_link(links(i), joints, names, units, linkage, error)
+    do i = 1, size(links%groups)
+      call read_link(links%groups(i), joints%groups, names, units, placements(links%mechanism(i)), linkage, error)
       if (allocated(error)) return
     end do
   end subroutine read_linkage
+
+  !> The joints of one mechanism.
+  pure function pack_groups(joints, mechanism) result(groups)
+    type(members_type), intent(in) :: joints
+    integer, intent(in) :: mechanism
+    type(group_type), allocatable :: groups(:)
+    integer :: i, n
+
+    allocate(groups(count(joints%mechanism == mechanism)))
+    n = 0
+    do i = 1, size(joints%groups)
+      if (joints%mechanism(i) /= mechanism) cycle
+      n = n + 1
+      groups(n) = joints%groups(i)
+    end do
+  end function pack_groups
 
   !> The names of joints or links, in their order. Errors: an empty name; one that is taken.
   subroutine take_names(groups, names, error)
@@ -176,33 +197,27 @@ contains
     end do
   end subroutine take_names
 
-  !> A mechanism has one crank.
+  !> A mechanism has a crank at least.
   subroutine check_crank(joints, forms, error)
     type(group_type), intent(in) :: joints(:)
     type(form_type), intent(in) :: forms(:)
     type(error_type), allocatable, intent(out) :: error
-    logical :: found
     integer :: i, number
 
-    found = .false.
     do i = 1, size(joints)
       call type_of_joint(joints(i), forms, number, error)
       if (allocated(error)) return
-      if (forms(number)%name /= "crank") cycle
-      if (found) then
-        call input_error(joints(i), "type", "a mechanism has only one crank", error)
-        return
-      end if
-      found = .true.
+      if (forms(number)%name == "crank") return
     end do
-    if (.not. found) call fatal_error(error, joints(1)%file // ": no joint has type = 'crank', one must", invalid_input)
+    call fatal_error(error, joints(1)%file // ": no joint has type = 'crank', one must", invalid_input)
   end subroutine check_crank
 
   !> A link on any of the joints.
-  subroutine read_link(group, joints, names, units, linkage, error)
+  subroutine read_link(group, joints, names, units, placement, linkage, error)
     type(group_type), intent(in) :: group, joints(:)
     type(dictionary_type), intent(in) :: names
     type(units_type), intent(in) :: units
+    type(placement_type), intent(in) :: placement
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: from, to
@@ -222,6 +237,7 @@ contains
     if (.not. allocated(error)) call read(group, link_keys, "inertia", inertia, error, units)
     if (.not. allocated(error)) call read(group, link_keys, "center", center, error, units)
     if (allocated(error)) return
+    if (.not. has(group, "to")) center = placement%vector(center)
     call linkage%link(name_of(group), from, to, mass, inertia, center, error)
     if (allocated(error)) call in_group(group, error)
   end subroutine read_link

@@ -6,6 +6,7 @@ module gestell_model_joints_guide
   use gestell_model_joints_data, only: check_coordinates, check_finite, joint_data_type
   use gestell_model_joints_path, only: batch, carried, carry, cross, direction, find_direction, keep, path_type, point_type, &
     & slack, turn, turning_scale
+  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
@@ -22,6 +23,7 @@ module gestell_model_joints_guide
     procedure :: motion
     procedure :: define
     procedure :: check
+    procedure :: move
   end type guide_type
 
   !> The keys of a guide, and of a second one.
@@ -83,6 +85,16 @@ contains
     if (reason /= "") reason = "a guide: " // reason
     if (self%carriers(1) == self%carriers(2)) reason = "its guide needs two different joints"
   end subroutine check
+
+  !> Puts a guide that is fixed to the frame where its mechanism stands.
+  pure subroutine move(self, placement)
+    class(guide_type), intent(inout) :: self
+    type(placement_type), intent(in) :: placement
+
+    if (any(self%carriers /= 0)) return
+    self%point = placement%point(self%point)
+    self%angle = self%angle + placement%angle
+  end subroutine move
 
   !> The guide's point and its unit direction.
   pure subroutine line(self, points, origin, along)

@@ -6,6 +6,7 @@ module gestell_model_joints_joint
   use gestell_model_joints_data, only: joint_data_type
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_path, only: batch, path_type, point_type, slack
+  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
@@ -78,6 +79,7 @@ module gestell_model_joints_joint
     procedure :: define
     procedure :: check
     procedure :: carriers
+    procedure :: move
   end type joint_type
 
   type, public :: named_joint_type
@@ -217,6 +219,16 @@ contains
     associate (unused_self => self, unused => reason)
     end associate
   end subroutine check
+
+  !> Puts what is fixed to the frame, and the crank, where the mechanism stands. Joints that earlier ones carry have nothing to
+  !> move.
+  pure subroutine move(self, placement)
+    class(joint_type), intent(inout) :: self
+    type(placement_type), intent(in) :: placement
+
+    associate (unused_self => self, unused_placement => placement)
+    end associate
+  end subroutine move
 
   !> The earlier joints that this one is built on, as its bars and guides name them.
   pure subroutine carriers(self, joints)

@@ -205,13 +205,47 @@ contains
 
     diagnosis%links = 1
     do i = 1, size(linkage%joints)
+      if (on_shaft(linkage, i)) cycle
       call linkage%joints(i)%joint%describe(form)
       diagnosis%links = diagnosis%links + form%links
       diagnosis%pairs = diagnosis%pairs + form%pairs
       diagnosis%higher_pairs = diagnosis%higher_pairs + form%higher_pairs
     end do
+    diagnosis%higher_pairs = diagnosis%higher_pairs + shafts(linkage) - 1
     diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
+
+  !> Whether a joint is a crank pin on a shaft that carries an earlier one.
+  pure logical function on_shaft(linkage, i)
+    class(linkage_type), intent(in) :: linkage
+    integer, intent(in) :: i
+    integer :: k
+
+    on_shaft = .false.
+    select type (pin => linkage%joints(i)%joint)
+    class is (crank_joint)
+      do k = 1, i - 1
+        select type (other => linkage%joints(k)%joint)
+        class is (crank_joint)
+          on_shaft = on_shaft .or. (other%pivot == pin%pivot .and. other%ratio == pin%ratio)
+        end select
+      end do
+    end select
+  end function on_shaft
+
+  !> How many shafts turn with the drive; a pair of gears joins each but the first to another.
+  pure integer function shafts(linkage)
+    class(linkage_type), intent(in) :: linkage
+    integer :: i
+
+    shafts = 0
+    do i = 1, size(linkage%joints)
+      select type (pin => linkage%joints(i)%joint)
+      class is (crank_joint)
+        if (.not. on_shaft(linkage, i)) shafts = shafts + 1
+      end select
+    end do
+  end function shafts
 
   !> A four-bar is one RRR dyad between the crank's joint and a ground joint. It turns, so by Grashof's rule the shortest
   !> and the longest link together are shorter than the other two; which one is shortest makes the class.
@@ -230,6 +264,7 @@ contains
       if (form%links == 0) cycle
       select type (joint => linkage%joints(i)%joint)
       class is (crank_joint)
+        if (crank > 0) return
         crank = i
       class is (rrr_joint)
         if (dyad > 0) return

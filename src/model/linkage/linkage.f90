@@ -310,7 +310,7 @@ contains
   end subroutine points
 
   !> Turns the linkage once and finds its `angle_scale`.
-  !> Errors: no crank, or more than one; no link; it cannot be assembled somewhere (see `prove_assembly`).
+  !> Errors: no crank; no link; it cannot be assembled somewhere (see `prove_assembly`).
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -326,8 +326,8 @@ contains
         end select
       end do
     end if
-    if (cranks /= 1) then
-      call fatal_error(error, "a mechanism needs exactly one crank", invalid_input)
+    if (cranks == 0) then
+      call fatal_error(error, "a mechanism needs a crank", invalid_input)
     else if (.not. allocated(self%links)) then
       call fatal_error(error, "a mechanism needs at least one link", invalid_input)
     end if

@@ -120,8 +120,10 @@ contains
         call take_part(plan%paths(i), has(groups(i), "with"), plan%order%body(i), plan%order%part(i))
         associate (target => targets(size(targets)))
           plan%order%link(i) = 0
-          if (plan%order%part(i) /= other_part .and. size(target%groups) > 0) plan%order%link(i) &
-            & = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
+          ! of several mechanisms a group may be several links, and their axes are turned
+          if (plan%order%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) then
+            plan%order%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
+          end if
           plan%order%unit(i) = configuration%units%to_si(schema%keys(target%rule), target%element, 1.0_dp)
           plan%units(i) = unit_symbol(schema%keys(target%rule), target%element, configuration%units)
         end associate

@@ -1,28 +1,33 @@
 !> The joint that the crank carries.
 module gestell_model_joints_types_crank
-  use gestell_base_key, only: key_type, of_angle, of_length, positive, real_key, text_key
+  use gestell_base_key, only: integer_key, key_type, of_angle, of_length, positive, range_type, real_key, text_key
   use gestell_base_kinds, only: dp, pi
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
   use gestell_model_joints_data, only: check_finite, check_lengths, joint_data_type
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
   use gestell_model_joints_path, only: batch, path_type
+  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
   type(key_type), parameter :: keys(*) = [ &
     & key_type("joint", "pivot", text_key, "the joint about which the crank turns", required=.true.), &
     & key_type("joint", "radius", real_key, "of the crank", required=.true., unit=of_length, range=positive), &
-    & key_type("joint", "phase", real_key, "of the crank, added to Omega t", unit=of_angle, default=0.0_dp)]
+    & key_type("joint", "phase", real_key, "of the crank, added to Omega t", unit=of_angle, default=0.0_dp), &
+    & key_type("joint", "ratio", integer_key, "turns of this crank in one of the drive's, against it negative", default=1.0_dp, &
+    &   range=range_type(-64.0_dp, 64.0_dp, not_zero=.true.))]
 
-  !> A point that turns about the joint `pivot`, at `radius` (m) and the crank angle + `phase` (rad).
+  !> A point that turns about the joint `pivot`, at `radius` (m) and the angle `ratio` phi + `phase` (rad).
   type, extends(joint_type), public :: crank_joint
     integer :: pivot = 0
     real(dp) :: radius = 0, phase = 0
+    integer :: ratio = 1
   contains
     procedure :: describe
     procedure :: define
     procedure :: check
+    procedure :: move
     procedure :: locate
     procedure :: trace
     procedure :: reach
@@ -34,8 +39,8 @@ contains
     class(crank_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("crank", "turns about the joint `pivot` at the angle Omega t + `phase`", links=1, pairs=1, keys=keys, &
-      & bars=[self%pivot, itself])
+    form = form_type("crank", "turns about the joint `pivot` at the angle `ratio` Omega t + `phase`", links=1, pairs=1, &
+      & keys=keys, bars=[self%pivot, itself])
   end subroutine describe
 
   pure subroutine define(self, data, key, reason)
@@ -48,6 +53,7 @@ contains
     self%pivot = sum(data%joints("pivot"))
     self%radius = data%number("radius")
     self%phase = data%number("phase")
+    self%ratio = nint(data%number("ratio"))
     if (abs(self%phase) > 2 * pi) self%phase = modulo(self%phase, 2 * pi)
   end subroutine define
 
@@ -59,6 +65,14 @@ contains
     call check_lengths([self%radius], 1, reason)
   end subroutine check
 
+  pure subroutine move(self, placement)
+    class(crank_joint), intent(inout) :: self
+    type(placement_type), intent(in) :: placement
+
+    self%phase = self%phase + self%ratio * placement%phase + placement%angle
+    self%ratio = self%ratio * placement%ratio
+  end subroutine move
+
   pure subroutine locate(self, crank_angle, points, here)
     class(crank_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
@@ -66,7 +80,7 @@ contains
     type(point_type), intent(out) :: here
     type(jet) :: angle
 
-    angle = jet(crank_angle + self%phase, 1.0_dp, 0.0_dp)
+    angle = jet(self%ratio * crank_angle + self%phase, real(self%ratio, dp), 0.0_dp)
     here%x = points(self%pivot)%x + self%radius * cos(angle)
     here%y = points(self%pivot)%y + self%radius * sin(angle)
   end subroutine locate
@@ -78,23 +92,23 @@ contains
     type(path_type), intent(out) :: here
     real(dp) :: c(batch), s(batch)
 
-    call cosine_sine(angles + self%phase, c, s)
-    call turn_about(points(self%pivot), self%radius, c, s, here)
+    call cosine_sine(self%ratio * angles + self%phase, c, s)
+    call turn_about(points(self%pivot), self%radius, real(self%ratio, dp), c, s, here)
   end subroutine trace
 
-  pure subroutine turn_about(pivot, radius, c, s, here)
+  pure subroutine turn_about(pivot, radius, ratio, c, s, here)
     type(path_type), intent(in) :: pivot
-    real(dp), intent(in) :: radius, c(batch), s(batch)
+    real(dp), intent(in) :: radius, ratio, c(batch), s(batch)
     type(path_type), intent(out) :: here
     integer :: k
 
     do k = 1, batch
       here%x(k) = pivot%x(k) + radius * c(k)
       here%y(k) = pivot%y(k) + radius * s(k)
-      here%vx(k) = pivot%vx(k) - radius * s(k)
-      here%vy(k) = pivot%vy(k) + radius * c(k)
-      here%ax(k) = pivot%ax(k) - radius * c(k)
-      here%ay(k) = pivot%ay(k) - radius * s(k)
+      here%vx(k) = pivot%vx(k) - ratio * radius * s(k)
+      here%vy(k) = pivot%vy(k) + ratio * radius * c(k)
+      here%ax(k) = pivot%ax(k) - ratio**2 * radius * c(k)
+      here%ay(k) = pivot%ay(k) - ratio**2 * radius * s(k)
     end do
   end subroutine turn_about
 
@@ -106,8 +120,9 @@ contains
 
     associate (unused_points => points, unused_width => half_width)
     end associate
-    reach%speed = speeds(self%pivot) + self%radius
-    reach%acceleration = accelerations(self%pivot) + self%radius
+    reach%speed = speeds(self%pivot) + abs(self%ratio) * self%radius
+    reach%acceleration = accelerations(self%pivot) + self%ratio**2 * self%radius
+    reach%angle_scale = 1.0_dp / abs(self%ratio)
   end function reach
 
 end module gestell_model_joints_types_crank

@@ -8,6 +8,7 @@ module gestell_model_joints_types_follower
   use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type, transmission_type
   use gestell_model_joints_path, only: batch, cross, dot, path_type
+  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
@@ -39,6 +40,7 @@ module gestell_model_joints_types_follower
     procedure :: carriers
     procedure :: define
     procedure :: check
+    procedure :: move
     procedure :: locate
     procedure :: trace
     procedure :: reach
@@ -178,6 +180,13 @@ contains
       slope = jet(l(2), l(3) * w, l(4) * w**2 + l(3) * w1)
     end associate
   end subroutine lift_here
+
+  pure subroutine move(self, placement)
+    class(follower_joint), intent(inout) :: self
+    type(placement_type), intent(in) :: placement
+
+    call self%guide%move(placement)
+  end subroutine move
 
   pure subroutine locate(self, crank_angle, points, here)
     class(follower_joint), intent(in) :: self

@@ -6,6 +6,7 @@ module gestell_model_joints_types_ground
   use gestell_model_joints_data, only: check_coordinates, joint_data_type
   use gestell_model_joints_joint, only: form_type, joint_type, point_type, reach_type
   use gestell_model_joints_path, only: batch, keep, path_type
+  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
@@ -19,6 +20,7 @@ module gestell_model_joints_types_ground
     procedure :: describe
     procedure :: define
     procedure :: check
+    procedure :: move
     procedure :: locate
     procedure :: trace
     procedure :: reach
@@ -51,6 +53,13 @@ contains
 
     call check_coordinates(self%position, reason)
   end subroutine check
+
+  pure subroutine move(self, placement)
+    class(ground_joint), intent(inout) :: self
+    type(placement_type), intent(in) :: placement
+
+    self%position = placement%point(self%position)
+  end subroutine move
 
   pure subroutine locate(self, crank_angle, points, here)
     class(ground_joint), intent(in) :: self

@@ -7,6 +7,7 @@ module gestell_model_joints_types_prp
     & parallel, second_guide_keys
   use gestell_model_joints_joint, only: form_type, greatest_change, joint_type, point_type, reach_type, steady, transmission_type
   use gestell_model_joints_path, only: batch, cross, dot, path_type
+  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
@@ -17,6 +18,7 @@ module gestell_model_joints_types_prp
     procedure :: describe
     procedure :: define
     procedure :: check
+    procedure :: move
     procedure :: locate
     procedure :: trace
     procedure :: reach
@@ -54,6 +56,14 @@ contains
     call self%guides(1)%check(reason)
     call self%guides(2)%check(reason)
   end subroutine check
+
+  pure subroutine move(self, placement)
+    class(prp_joint), intent(inout) :: self
+    type(placement_type), intent(in) :: placement
+
+    call self%guides(1)%move(placement)
+    call self%guides(2)%move(placement)
+  end subroutine move
 
   pure subroutine locate(self, crank_angle, points, here)
     class(prp_joint), intent(in) :: self

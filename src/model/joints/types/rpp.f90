@@ -9,6 +9,7 @@ module gestell_model_joints_types_rpp
     & parallel
   use gestell_model_joints_joint, only: form_type, itself, joint_type, one_end, point_type, reach_type, transmission_type
   use gestell_model_joints_path, only: batch, carried, dot, path_type, turn
+  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
@@ -25,6 +26,7 @@ module gestell_model_joints_types_rpp
     procedure :: describe
     procedure :: define
     procedure :: check
+    procedure :: move
     procedure :: locate
     procedure :: trace
     procedure :: reach
@@ -63,6 +65,13 @@ contains
     call self%guide%check(reason)
     call check_finite([self%slot_angle], reason)
   end subroutine check
+
+  pure subroutine move(self, placement)
+    class(rpp_joint), intent(inout) :: self
+    type(placement_type), intent(in) :: placement
+
+    call self%guide%move(placement)
+  end subroutine move
 
   !> The slot is a line through `end` at a fixed angle to the guide.
   pure subroutine locate(self, crank_angle, points, here)

@@ -8,6 +8,7 @@ module gestell_model_joints_types_rrp
   use gestell_model_joints_joint, only: branch_key, form_type, greatest_change, itself, joint_type, one_end, one_length, &
     & point_type, reach_type, steady, transmission_type
   use gestell_model_joints_path, only: batch, cross, dot, path_type
+  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
@@ -22,6 +23,7 @@ module gestell_model_joints_types_rrp
     procedure :: describe
     procedure :: define
     procedure :: check
+    procedure :: move
     procedure :: locate
     procedure :: trace
     procedure :: reach
@@ -60,6 +62,13 @@ contains
     call check_lengths([self%length], self%branch, reason)
     call self%guide%check(reason)
   end subroutine check
+
+  pure subroutine move(self, placement)
+    class(rrp_joint), intent(inout) :: self
+    type(placement_type), intent(in) :: placement
+
+    call self%guide%move(placement)
+  end subroutine move
 
   !> With the guide g + s u and r = end - g: s = r . u +- sqrt(l^2 - (r x u)^2).
   pure subroutine locate(self, crank_angle, points, here)

@@ -1,0 +1,274 @@
+!> Several mechanisms on one frame: where each stands, how its crank turns with the drive, and copies of it.
+module gestell_input_machine_mechanisms
+  use gestell_base_error, only: error_type
+  use gestell_base_key, only: integer_key, key_type, of_angle, of_length, range_type, real_key, text_key
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
+  use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, name_of, &
+    & word_length
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_namelist_suggest, only: suggestion
+  use gestell_input_schema_read, only: read
+  use gestell_input_schema_units, only: units_type
+  use gestell_model_joints_placement, only: placement_type
+  implicit none (type, external)
+  private
+
+  public :: read_parts
+
+  character(len=*), parameter :: as_there = "as there"
+  type(range_type), parameter :: ratios = range_type(-64.0_dp, 64.0_dp, not_zero=.true.)
+
+  type(key_type), parameter, public :: mechanism_keys(*) = [ &
+    & key_type("mechanism", "name", text_key, "what `&joint`, `&link` and `&repeat` call it", required=.true.), &
+    & key_type("mechanism", "origin", real_key, "of its own x-y system, in the one with its origin at O", 1, 2, 2, unit=of_length, &
+    &   default=0.0_dp), &
+    & key_type("mechanism", "angle", real_key, "of its x-axis", unit=of_angle, default=0.0_dp), &
+    & key_type("mechanism", "phase", real_key, "its crank angle where the drive's is 0", unit=of_angle, default=0.0_dp), &
+    & key_type("mechanism", "ratio", integer_key, "turns of its crank in one of the drive's, against it negative", &
+    &   default=1.0_dp, range=ratios)]
+
+  type(key_type), parameter, public :: repeat_keys(*) = [ &
+    & key_type("repeat", "of", text_key, "the mechanism whose joints and links stand here once more", required=.true.), &
+    & key_type("repeat", "name", text_key, "of the copy; its joints and links are called `NAME.joint`, `NAME.link`", &
+    &   required=.true.), &
+    & key_type("repeat", "origin", real_key, "as of `&mechanism`", 1, 2, 2, unit=of_length, otherwise=as_there), &
+    & key_type("repeat", "angle", real_key, "as of `&mechanism`", unit=of_angle, otherwise=as_there), &
+    & key_type("repeat", "phase", real_key, "as of `&mechanism`", unit=of_angle, otherwise=as_there), &
+    & key_type("repeat", "ratio", integer_key, "as of `&mechanism`", range=ratios, otherwise=as_there)]
+
+  type(key_type), parameter, public :: membership_key(2) = [ &
+    & key_type("joint", "mechanism", text_key, "which of several it belongs to", otherwise="the only one"), &
+    & key_type("link", "mechanism", text_key, "which of several it belongs to", otherwise="that of `from`")]
+
+  type(key_type), parameter :: from_key = key_type("link", "from", text_key, "")
+
+  !> Groups of joints or links, copies among them, and the mechanism each belongs to.
+  type, public :: members_type
+    type(group_type), allocatable :: groups(:)
+    integer, allocatable :: mechanism(:)
+  end type members_type
+
+  !> A mechanism or a copy: its name, the first one of its kind, where it stands.
+  type :: part_type
+    character(len=word_length) :: name = ""
+    integer :: original = 0
+    type(placement_type) :: placement
+  end type part_type
+
+contains
+
+  !> Joints and links of a checked document, those of copies behind all others, and where their mechanisms stand, shape
+  !> (mechanisms); without &mechanism there is one, at O. Errors: a mechanism that is not there, or without joints; a name that is
+  !> taken; a link that says it belongs where its joint does not.
+  subroutine read_parts(doc, units, joints, links, placements, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    type(members_type), intent(out) :: joints, links
+    type(placement_type), allocatable, intent(out) :: placements(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: mechanisms(:), copies(:)
+    type(part_type), allocatable :: parts(:)
+    type(members_type) :: originals
+    integer :: i, n
+
+    mechanisms = groups_named(doc, "mechanism")
+    copies = groups_named(doc, "repeat")
+    n = size(mechanisms)
+    allocate(parts(max(1, n) + size(copies)))
+    parts(1)%original = 1
+    do i = 1, n
+      call check_name(mechanisms(i), parts(:i - 1)%name, error)
+      if (allocated(error)) return
+      parts(i)%name = name_of(mechanisms(i))
+      parts(i)%original = i
+      call read_placement(mechanisms(i), mechanism_keys, units, parts(i)%placement, error)
+      if (allocated(error)) return
+    end do
+    do i = 1, size(copies)
+      call read_copy(copies(i), units, parts(:n + i - 1), parts(max(1, n) + i), error)
+      if (allocated(error)) return
+    end do
+    call take_joints(groups_named(doc, "joint"), mechanisms, joints, error)
+    if (allocated(error)) return
+    do i = 1, n
+      if (any(joints%mechanism == i)) cycle
+      call input_error(mechanisms(i), "name", "no joint belongs to it", error)
+      return
+    end do
+    allocate(links%groups, source=groups_named(doc, "link"))
+    call take_links(joints, links)
+    originals = joints
+    do i = n + 1, n + size(copies)
+      call add_copies(links, parts(i), i, originals, copies(i - n), error)
+      if (.not. allocated(error)) call add_copies(joints, parts(i), i, originals, copies(i - n), error)
+      if (allocated(error)) return
+    end do
+    call take_links(joints, links)
+    call check_links(links, parts%name, error)
+    if (allocated(error)) return
+    placements = parts%placement
+  end subroutine read_parts
+
+  !> Error: the group's name is empty, or one of those `taken`.
+  subroutine check_name(group, taken, error)
+    type(group_type), intent(in) :: group
+    character(len=*), intent(in) :: taken(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    if (name_of(group) == "") then
+      call input_error(group, "name", "must not be empty", error)
+    else if (any(taken == name_of(group))) then
+      call input_error(group, "name", "is taken already", error)
+    end if
+  end subroutine check_name
+
+  !> The keys that are given; the others stay.
+  subroutine read_placement(group, keys, units, placement, error)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    type(units_type), intent(in) :: units
+    type(placement_type), intent(inout) :: placement
+    type(error_type), allocatable, intent(out) :: error
+
+    if (has(group, "origin")) call read(group, keys, "origin", placement%origin, error, units)
+    if (allocated(error)) return
+    if (has(group, "angle")) call read(group, keys, "angle", placement%angle, error, units)
+    if (allocated(error)) return
+    if (has(group, "phase")) call read(group, keys, "phase", placement%phase, error, units)
+    if (allocated(error)) return
+    if (has(group, "ratio")) call read(group, keys, "ratio", placement%ratio, error)
+  end subroutine read_placement
+
+  !> A copy of one of the mechanisms `before`, or of a copy.
+  subroutine read_copy(group, units, before, copy, error)
+    type(group_type), intent(in) :: group
+    type(units_type), intent(in) :: units
+    type(part_type), intent(in) :: before(:)
+    type(part_type), intent(out) :: copy
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: of
+    integer :: i
+
+    call check_name(group, before%name, error)
+    if (.not. allocated(error)) call read(group, repeat_keys, "of", of, error)
+    if (allocated(error)) return
+    i = findloc(before%name == of, .true., dim=1)
+    if (i == 0) then
+      call input_error(group, "of", "there is no mechanism '" // of // "' before it" // suggestion(of, before%name), error)
+      return
+    end if
+    copy = before(i)
+    copy%name = name_of(group)
+    call read_placement(group, repeat_keys, units, copy%placement, error)
+  end subroutine read_copy
+
+  !> Joints as they stand in the document, with their mechanisms.
+  subroutine take_joints(groups, mechanisms, joints, error)
+    type(group_type), intent(in) :: groups(:), mechanisms(:)
+    type(members_type), intent(out) :: joints
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: name
+    integer :: i
+
+    allocate(joints%groups, source=groups)
+    allocate(joints%mechanism(size(groups)), source=1)
+    do i = 1, size(groups)
+      if (has(groups(i), "mechanism")) then
+        call read(groups(i), membership_key(1:1), "mechanism", name, error)
+        if (allocated(error)) return
+        joints%mechanism(i) = findloc(group_names(mechanisms) == name, .true., dim=1)
+        if (joints%mechanism(i) > 0) cycle
+        if (size(mechanisms) == 0) then
+          call input_error(groups(i), "mechanism", "needs a group &mechanism of this name", error)
+        else
+          call input_error(groups(i), "mechanism", "there is no mechanism '" // name // "'" // suggestion(name, &
+            & group_names(mechanisms)), error)
+        end if
+        return
+      else if (size(mechanisms) > 1) then
+        call input_error(groups(i), "", "needs the key 'mechanism': there are " // text(size(mechanisms)), error)
+        return
+      end if
+    end do
+  end subroutine take_joints
+
+  !> Links belong where the joint does that they begin at; 0: it is none of these joints.
+  subroutine take_links(joints, links)
+    type(members_type), intent(in) :: joints
+    type(members_type), intent(inout) :: links
+    character(len=:), allocatable :: from
+    type(error_type), allocatable :: none
+    integer :: i, k
+
+    if (.not. allocated(links%mechanism)) allocate(links%mechanism(size(links%groups)), source=0)
+    do i = 1, size(links%groups)
+      if (links%mechanism(i) > 0) cycle
+      call read(links%groups(i), [from_key], "from", from, none)
+      if (allocated(none)) cycle
+      k = findloc(group_names(joints%groups) == from, .true., dim=1)
+      if (k > 0) links%mechanism(i) = joints%mechanism(k)
+    end do
+  end subroutine take_links
+
+  !> Error: a link says that it belongs where the joint that it begins at does not. Where there is no such joint it is told later.
+  subroutine check_links(links, names, error)
+    type(members_type), intent(inout) :: links
+    character(len=*), intent(in) :: names(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: name
+    integer :: i
+
+    do i = 1, size(links%groups)
+      links%mechanism(i) = max(links%mechanism(i), 1)
+      if (.not. has(links%groups(i), "mechanism")) cycle
+      call read(links%groups(i), membership_key(2:2), "mechanism", name, error)
+      if (allocated(error)) return
+      if (name == names(links%mechanism(i))) cycle
+      call input_error(links%groups(i), "mechanism", "the joint of from belongs to '" // trim(names(links%mechanism(i))) // "'", &
+        & error)
+      return
+    end do
+  end subroutine check_links
+
+  !> Adds copies of the joints or links of the original, called PART.name; joints of the original that they name become those of
+  !> the part. Error: a name becomes too long.
+  subroutine add_copies(members, part, number, joints, group, error)
+    type(members_type), intent(inout) :: members
+    type(part_type), intent(in) :: part
+    integer, intent(in) :: number
+    type(members_type), intent(in) :: joints
+    type(group_type), intent(in) :: group
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: longer(:)
+    integer, allocatable :: chosen(:)
+    integer :: i, e, v, n
+
+    chosen = pack([(i, i = 1, size(members%groups))], members%mechanism == part%original)
+    n = size(members%groups)
+    allocate(longer(n + size(chosen)))
+    longer(:n) = members%groups
+    do i = 1, size(chosen)
+      longer(n + i) = members%groups(chosen(i))
+      do e = 1, size(longer(n + i)%entries)
+        associate (entry => longer(n + i)%entries(e))
+          if (entry%key == "mechanism") entry%values(1)%text = trim(part%name)
+          if (entry%key == "type" .or. entry%key == "mechanism") cycle
+          do v = 1, size(entry%values)
+            if (.not. entry%values(v)%quoted) cycle
+            if (entry%key /= "name" .and. .not. any(group_names(joints%groups) == entry%values(v)%text &
+              & .and. joints%mechanism == part%original)) cycle
+            entry%values(v)%text = trim(part%name) // "." // entry%values(v)%text
+            if (len(entry%values(v)%text) <= word_length) cycle
+            call input_error(group, "name", "is too long: '" // entry%values(v)%text // "' has more than " // text(word_length) &
+              & // " characters", error)
+            return
+          end do
+        end associate
+      end do
+    end do
+    call move_alloc(longer, members%groups)
+    members%mechanism = [members%mechanism, spread(number, 1, size(chosen))]
+  end subroutine add_copies
+
+end module gestell_input_machine_mechanisms

@@ -1,0 +1,202 @@
+"""Several mechanisms on one frame: engines in closed form, machines that stand elsewhere or turn otherwise against others."""
+
+import cmath
+import csv
+import math
+
+from harness import Folder, Run, check, equal, near
+
+# A cylinder upright on its crankshaft; all that moves is its piston.
+RADIUS, ROD, PISTON = 0.04, 0.14, 0.5
+CYLINDER = f"""\
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius={RADIUS} /
+&joint name='B', type='RRP', ends='A', lengths={ROD}, guide_point=0,0, guide_angle=90, branch=1 /
+&link name='piston', from='B', mass={PISTON}, inertia=0 /
+"""
+MASS, SPRING, DAMPING, SPEED = 60.0, 4.0e5, 1800.0, 600.0
+ENGINE = (f"&case tasks='response' /\n&model frame='rest' /\n&drive speed_rpm={SPEED} /\n"
+          f"&frame mass={MASS}, inertia=1.5, origin=0,0, dof='xi','eta' /\n"
+          f"&foundation stiffness={SPRING},0,0,0,{SPRING},0,0,0,0, damping={DAMPING},{DAMPING},0 /\n")
+
+
+def rows(path):
+    """Rows of a table."""
+    return list(csv.DictReader(line for line in path.read_text().splitlines() if line[0] != "#"))
+
+
+def own(text, name):
+    """The joints and links as those of a mechanism."""
+    return text.replace(" /\n", f", mechanism='{name}' /\n")
+
+
+def lift_orders(highest):
+    """Cosine coefficients of a piston's way r cos(phi) + sqrt(l^2 - r^2 sin^2 phi), the angle from the upper dead centre."""
+    n = 256
+    ways = [RADIUS * math.cos(2 * math.pi * k / n) + math.sqrt(ROD**2 - (RADIUS * math.sin(2 * math.pi * k / n))**2)
+            for k in range(n)]
+    return [2 / n * sum(way * math.cos(2 * math.pi * k * order / n) for k, way in enumerate(ways)) for order in range(highest + 1)]
+
+
+def engine(cylinders):
+    """Cylinders by the phases of their cranks from the upper dead centre and the angles of their banks, deg."""
+    text = "&mechanism name='one', phase={}, angle={} /\n".format(90 + cylinders[0][0], cylinders[0][1]) + own(CYLINDER, "one")
+    for k, (phase, angle) in enumerate(cylinders[1:]):
+        text += f"&repeat of='one', name='c{k + 2}', phase={90 + phase}, angle={angle} /\n"
+    return text
+
+
+def amplitude(cylinders, order, axis, moving):
+    """Of xi or eta: the pistons' forces, one mass on springs and dampers along each axis."""
+    w = SPEED * math.pi / 30
+    force = sum(cmath.exp(1j * order * math.radians(phase)) * (math.cos, math.sin)[axis](math.radians(angle + 90))
+                for phase, angle in cylinders) * PISTON * lift_orders(order)[order] * (order * w)**2
+    return abs(force / complex(SPRING - (MASS + moving) * (order * w)**2, DAMPING * order * w))
+
+
+def engine_tests():
+    """Which orders of an engine's forces balance: of I2, I3, I4, I6 and V2, V8 by their cranks; with the amplitudes that are left."""
+    for name, cylinders in (
+            ("I2", [(0, 0), (180, 0)]), ("I3", [(0, 0), (120, 0), (240, 0)]), ("I4", [(0, 0), (180, 0), (180, 0), (0, 0)]),
+            ("I6", [(0, 0), (240, 0), (120, 0), (120, 0), (240, 0), (0, 0)]), ("V2", [(-45, 45), (45, -45)]),
+            ("V8", [(pin + side, side) for pin in (0, 90, 270, 180) for side in (45, -45)])):
+        if name[0] == "V":
+            # the angle of a crank from the upper dead centre of a bank that leans by `angle`
+            cylinders = [(phase - 2 * angle if name == "V8" else phase, angle) for phase, angle in cylinders]
+        with Folder(input=ENGINE + engine(cylinders)) as folder:
+            if not Run(folder, "-q", "input.nml").done(f"several, {name}"):
+                continue
+            greatest = max(amplitude([(0, 0)], order, 1, len(cylinders) * PISTON) for order in (1, 2))
+            for row in rows(folder / "input" / "harmonics.csv")[1:9]:
+                for axis, key in enumerate(("xi", "eta")):
+                    expected = amplitude(cylinders, int(row["order"]), axis, len(cylinders) * PISTON)
+                    near(f"several, {name}: order {row['order']} of {key}", float(row[f"{key}_m_amplitude"]), expected,
+                         1e-9 * greatest)
+    # Lanchester's balancer: two shafts that turn twice as fast, against each other, take the second order of four cylinders
+    cylinders = [(0, 0), (180, 0), (180, 0), (0, 0)]
+    unbalance = 4 * PISTON * lift_orders(2)[2] / 2
+    shafts = "".join(
+        f"&mechanism name='{name}', origin={x},0, ratio={ratio}, phase=-90 /\n" + own(
+            "&joint name='P{0}', type='ground', position=0,0 /\n&joint name='Q{0}', type='crank', pivot='P{0}', radius=0.03 /\n"
+            "&link name='weight{0}', from='P{0}', to='Q{0}', mass=0.6, inertia=0, center={1},0 /\n".format(name, unbalance / 0.6), name)
+        for name, x, ratio in (("left", -0.1, 2), ("right", 0.1, -2)))
+    shafts = shafts.replace("ratio=-2, phase=-90", "ratio=-2, phase=-90")
+    with Folder(input=ENGINE + engine(cylinders) + shafts) as folder:
+        if Run(folder, "-q", "input.nml").done("several, balancer"):
+            found = rows(folder / "input" / "harmonics.csv")
+            single = amplitude([(0, 0)], 2, 1, 2.0)
+            near("several, balancer: order 2", float(found[2]["eta_m_amplitude"]), 0, 1e-9 * single)
+            near("several, balancer: order 4", float(found[4]["eta_m_amplitude"]), amplitude(cylinders, 4, 1, 2.0 + 1.2),
+                 1e-9 * single)
+
+
+LINKAGE = """\
+&joint name='A0', type='ground', position={0[0]},{0[1]} /
+&joint name='B0', type='ground', position={1[0]},{1[1]} /
+&joint name='A', type='crank', pivot='A0', radius=0.07, phase={2} /
+&joint name='B', type='RRR', ends='A','B0', lengths=0.37,0.16, branch=1 /
+&joint name='C', type='RRP', ends='B', lengths=0.3, guide_point={3[0]},{3[1]}, guide_angle={4}, branch=1 /
+&link name='crank', from='A0', to='A', mass=0.50, inertia=0.0035, center=0.03,0 /
+&link name='coupler', from='A', to='B', mass=0.60, inertia=0.0070, center=0.18,0 /
+&link name='rocker', from='B0', to='B', mass=0.25, inertia=0.0060, center=0.08,0 /
+&link name='slider', from='C', mass=0.4, inertia=0.001, center={5[0]},{5[1]} /
+"""
+PLACES = ((0.0, 0.0), (0.40, 0.0), 20, (0.5, 0.1), 5, (0.02, 0.01))
+FRAME = ("&frame mass=18, inertia=0.78, origin=-0.20,0.20 /\n"
+         "&support position=-0.30,-0.20, stiffness=4e4,4e4, damping=60,60 /\n"
+         "&support position=0.30,-0.20, stiffness=4e4,4e4, damping=60,60 /\n&probe name='p', position=0.2,0.1 /\n")
+TASKS = ("&case tasks='stability','response','power' /\n&model frame='{}' /\n&drive speed_rpm={}, held_by='{}' /\n"
+         "&response quantities='f','psi','probe(p).a' /\n")
+
+
+def solve(name, text, model="rest", speed=240, held_by="motor"):
+    """Multipliers, rms and peaks, power by the drive over the turn."""
+    with Folder(input=TASKS.format(model, speed, held_by) + text + FRAME) as folder:
+        if not Run(folder, "-q", "input.nml").done(name):
+            return None
+        rho = [complex(float(row["re"]), float(row["im"])) for row in rows(folder / "input" / "multipliers.csv")]
+        values = [float(row["value"]) for row in rows(folder / "input" / "quantities.csv")]
+        watts = [float(row["drive_W"]) for row in rows(folder / "input" / "power.csv")]
+        return sorted(rho, key=lambda z: (-abs(z), z.imag)), values, watts
+
+
+def same(name, one, other, tolerance=1e-9):
+    """Both solutions agree."""
+    if not (one and other):
+        return
+    for k, (a, b) in enumerate(zip(one[0], other[0])):
+        near(f"{name}: multiplier {k + 1}", abs(a - b), 0, tolerance)
+    for k, (a, b) in enumerate(zip(one[1], other[1])):
+        near(f"{name}: quantity {k + 1}", a / b - 1, 0, tolerance)
+    if other[2]:
+        greatest = max(abs(watt) for watt in other[2])
+        near(f"{name}: power", max(abs(a - b) for a, b in zip(one[2], other[2])) / greatest, 0, 10 * tolerance)
+
+
+def placed_tests():
+    """A mechanism that stands elsewhere, turned, late; twice as fast; the other way round: against the same typed otherwise."""
+    def moved(point, turned=True):
+        z = complex(*point) * cmath.exp(1j * math.radians(35)) + (complex(0.1, -0.05) if turned else 0)
+        return z.real, z.imag
+
+    by_hand = LINKAGE.format(moved(PLACES[0]), moved(PLACES[1]), 20 + 35 + 70, moved(PLACES[3]), 5 + 35, moved(PLACES[5], False))
+    text = LINKAGE.format(*PLACES)
+    there = "&mechanism name='m', origin=0.1,-0.05, angle=35, phase=70 /\n"
+    for model in ("rest", "exact"):
+        same(f"several, placed, {model}", solve("several, placed", there + text, model), solve("several, by hand", by_hand, model))
+    # two turns of the mechanism in one of the drive
+    fast = solve("several, twice as fast", "&mechanism name='m', ratio=2 /\n" + text, "exact", 120)
+    drive = solve("several, drive twice as fast", text, "exact", 240)
+    if fast and drive:
+        squared = sorted((z * z for z in drive[0]), key=lambda z: (-abs(z), z.imag))
+        same("several, twice as fast", (fast[0], fast[1], []), (squared, drive[1], []), 1e-8)
+    # against the drive
+    for held_by in ("motor", "outside"):
+        backward = solve("several, backward", "&mechanism name='m', ratio=-1 /\n" + text, "exact", 240, "motor")
+        same("several, backward", backward, solve("several, drive backward", text, "exact", -240, "motor"))
+    # a crank's own ratio is that of its mechanism
+    same("several, crank's ratio", solve("several, ratio of a crank", text.replace("phase=20", "phase=20, ratio=3"), "exact", 80),
+         solve("several, ratio of its mechanism", "&mechanism name='m', ratio=3 /\n" + text, "exact", 80))
+    # a copy is what stands twice; the joints of a copy have names of their own
+    pair = "&mechanism name='m' /\n" + own(text, "m") + "&repeat of='m', name='n', phase=180, origin=0.1,0.2 /\n"
+    second = own(text, "n").replace("='A'", "='nA'").replace("'A0'", "'nA0'").replace("'B0'", "'nB0'").replace("='B'", "='nB'") \
+        .replace("='C'", "='nC'").replace("'A',", "'nA',").replace("name='", "name='n").replace("='nn", "='n")
+    typed = "&mechanism name='m' /\n" + own(text, "m") + "&mechanism name='n', phase=180, origin=0.1,0.2 /\n" + second
+    same("several, a copy", solve("several, copied", pair, "exact"), solve("several, typed twice", typed, "exact"))
+    # a counterweight of a copy alone
+    weight = "&link name='w', from='{}', to='{}', mass=0.3, inertia=0, center=-0.05,0.01 /\n"
+    same("several, a copy's link", solve("several, copied with a weight", pair + weight.format("n.A0", "n.A")),
+         solve("several, typed with a weight", typed + weight.format("nA0", "nA")))
+    with Folder(input=TASKS.format("rest", 240, "motor") + pair + FRAME) as folder:
+        run = Run(folder, "--check", "input.nml")
+        check("several, check: mobility", "mobility 1 (" in run.out, "mobility 1", run.out)
+        check("several, check: names", "n.B" in run.out, "n.B", run.out)
+
+
+REFUSED = (
+    ("another's link", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m") + own(CYLINDER, "n").replace("'O'", "'P'")
+     .replace("'A'", "'Q'").replace("name='B'", "name='R'").replace("from='B'", "from='R'").replace("name='piston'", "name='other'")
+     .replace("inertia=0, mechanism='n'", "inertia=0, mechanism='m'"), "the joint of from belongs to 'n'"),
+    ("no such mechanism", "&mechanism name='m' /\n" + own(CYLINDER, "k"), "there is no mechanism 'k'"),
+    ("no group for it", own(CYLINDER, "k"), "needs a group &mechanism of this name"),
+    ("which one", "&mechanism name='m' /\n&mechanism name='n' /\n" + CYLINDER, "needs the key 'mechanism'"),
+    ("taken", "&mechanism name='m' /\n&mechanism name='m' /\n" + own(CYLINDER, "m"), "is taken already"),
+    ("taken by a copy", "&mechanism name='m' /\n" + CYLINDER + "&repeat of='m', name='m' /\n", "is taken already"),
+    ("copy of nothing", CYLINDER + "&repeat of='m', name='n' /\n", "there is no mechanism 'm' before it"),
+    ("no joints", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m"), "no joint belongs to it"),
+    ("no turning", "&mechanism name='m', ratio=0 /\n" + CYLINDER, "ratio"),
+    ("half a turn", "&mechanism name='m', ratio=0.5 /\n" + CYLINDER, "ratio"),
+    ("too long", "&mechanism name='m' /\n" + CYLINDER + f"&repeat of='m', name='{'n' * 60}' /\n", "is too long"),
+)
+
+
+def refused_tests():
+    """One line that points into the file."""
+    for what, words, message in REFUSED:
+        with Folder(input=ENGINE + words) as folder:
+            run = Run(folder, "input.nml")
+            equal(f"several, {what}: code", run.code, 2)
+            check(f"several, {what}: line", message in run.err and "input.nml:" in run.err, message, run.err)
+
+
+SEVERAL_TESTS = [engine_tests, placed_tests, refused_tests]
