@@ -144,7 +144,7 @@ contains
     call try(no_links, 1.0_dp, 1.0_dp, 1.0_dp, springs, .true., "no links", complaints)
     call four_bar(two_cranks)
     call two_cranks%crank("A2", "A0", 0.1_dp, 0.0_dp, failure)
-    call try(two_cranks, 1.0_dp, 1.0_dp, 1.0_dp, springs, .true., "two cranks", complaints)
+    call try(two_cranks, 1.0_dp, 1.0_dp, 1.0_dp, springs, .false., "two cranks", complaints)
 
     ! Not an empty constructor, which gfortran takes for an absent argument.
     allocate(none(0))

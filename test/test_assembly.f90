@@ -275,9 +275,10 @@ contains
     call check(error, failure%code, 3)
     if (allocated(error)) return
 
+    ! a second crank pin on the shaft
     call linkage%crank("A2", "O", 0.1_dp, 0.0_dp, failure)
-    call linkage%prepare(failure)
-    call check_failure(error, failure, what="two cranks")
+    if (.not. allocated(failure)) call linkage%prepare(failure)
+    call check_success(error, failure)
   end subroutine test_refused
 
   subroutine test_dead_points(error)

@@ -79,7 +79,7 @@ contains
     type(test_error), allocatable, intent(out) :: error
 
     call refused(error, rest // nl // nl // "&suport /", "in.nml:3: unknown group &suport: did you mean &support?")
-    call refused(error, "&zzz /", "in.nml:1: unknown group &zzz: allowed are &case, &drive, &units, &joint, " &
+    call refused(error, "&zzz /", "in.nml:1: unknown group &zzz: allowed are &case, &drive, &units, &mechanism, &repeat, &joint, " &
       // "&link, &mass_functions, &frame, &support, &foundation, &gravity, &probe, &model, &accuracy, &response, &sweep, " &
       // "&boundary, &resonance, &balance, &sensitivity, &separation, &design, " &
       & // "&objective, &constraint, &robust")

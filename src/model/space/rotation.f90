@@ -1,0 +1,95 @@
+!> Rotations in space by the rotation vector theta, a = |theta|:
+!>
+!>     R = exp([theta]) = 1 + s_1 [theta] + s_2 [theta]^2,   s_1 = sin(a)/a,  s_2 = (1 - cos a)/a^2,
+!>
+!> [theta] x = theta x x. The angular velocity in the axes that turn is w = T theta' with
+!>
+!>     T = 1 - s_2 [theta] + s_3 [theta]^2,   s_3 = (a - sin a)/a^3.
+!>
+!> s_k are entire functions of a^2: s_k = sum over n of (-a^2)^n / (2 n + k)!. (A. Mueller, Applied Mechanics Reviews 73, 2021,
+!> 010803, doi 10.1115/1.4047987.)
+module gestell_model_space_rotation
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  public :: cross, cross_matrix, rotation_matrix, turning_matrices
+
+contains
+
+  pure function cross(a, b)
+    real(dp), intent(in) :: a(3), b(3)
+    real(dp) :: cross(3)
+
+    cross = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
+  end function cross
+
+  !> [a], so that [a] x = a x x.
+  pure function cross_matrix(a) result(c)
+    real(dp), intent(in) :: a(3)
+    real(dp) :: c(3, 3)
+
+    c = reshape([0.0_dp, a(3), -a(2), -a(3), 0.0_dp, a(1), a(2), -a(1), 0.0_dp], [3, 3])
+  end function cross_matrix
+
+  !> R.
+  pure function rotation_matrix(theta) result(r)
+    real(dp), intent(in) :: theta(3)
+    real(dp) :: r(3, 3), s(3, 0:2), c(3, 3)
+
+    s = coefficients(dot_product(theta, theta))
+    c = cross_matrix(theta)
+    r = s(1, 0) * c + s(2, 0) * matmul(c, c) + identity()
+  end function rotation_matrix
+
+  !> T and its first and second derivatives with respect to time, shape (3, 3, 0:2), of theta, theta', theta'', shape (3, 0:2).
+  pure function turning_matrices(theta) result(t)
+    real(dp), intent(in) :: theta(3, 0:2)
+    real(dp) :: t(3, 3, 0:2), s(3, 0:2), f(2:3, 0:2), c(3, 3, 0:2), cc(3, 3, 0:2), x_d, x_dd
+    integer :: k
+
+    s = coefficients(dot_product(theta(:, 0), theta(:, 0)))
+    x_d = 2 * dot_product(theta(:, 0), theta(:, 1))
+    x_dd = 2 * (dot_product(theta(:, 1), theta(:, 1)) + dot_product(theta(:, 0), theta(:, 2)))
+    f(:, 0) = s(2:3, 0)
+    f(:, 1) = s(2:3, 1) * x_d
+    f(:, 2) = s(2:3, 2) * x_d**2 + s(2:3, 1) * x_dd
+    do k = 0, 2
+      c(:, :, k) = cross_matrix(theta(:, k))
+    end do
+    cc(:, :, 0) = matmul(c(:, :, 0), c(:, :, 0))
+    cc(:, :, 1) = matmul(c(:, :, 1), c(:, :, 0)) + matmul(c(:, :, 0), c(:, :, 1))
+    cc(:, :, 2) = matmul(c(:, :, 2), c(:, :, 0)) + 2 * matmul(c(:, :, 1), c(:, :, 1)) + matmul(c(:, :, 0), c(:, :, 2))
+    t(:, :, 0) = identity() - f(2, 0) * c(:, :, 0) + f(3, 0) * cc(:, :, 0)
+    t(:, :, 1) = -f(2, 1) * c(:, :, 0) - f(2, 0) * c(:, :, 1) + f(3, 1) * cc(:, :, 0) + f(3, 0) * cc(:, :, 1)
+    t(:, :, 2) = -f(2, 2) * c(:, :, 0) - 2 * f(2, 1) * c(:, :, 1) - f(2, 0) * c(:, :, 2) &
+      & + f(3, 2) * cc(:, :, 0) + 2 * f(3, 1) * cc(:, :, 1) + f(3, 0) * cc(:, :, 2)
+  end function turning_matrices
+
+  !> s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), by their series: a frame turns by
+  !> no more than some radians, for which these terms leave less than rounding.
+  pure function coefficients(x) result(s)
+    real(dp), intent(in) :: x
+    real(dp) :: s(3, 0:2), term
+    integer, parameter :: terms = 24
+    integer :: k, n
+
+    s = 0
+    do k = 1, 3
+      ! the derivatives by Horner's rule too
+      do n = terms, 0, -1
+        term = (-1)**n / gamma(real(2 * n + k + 1, dp))
+        s(k, 2) = s(k, 2) * x + 2 * s(k, 1)
+        s(k, 1) = s(k, 1) * x + s(k, 0)
+        s(k, 0) = s(k, 0) * x + term
+      end do
+    end do
+  end function coefficients
+
+  pure function identity() result(e)
+    real(dp) :: e(3, 3)
+
+    e = reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [3, 3])
+  end function identity
+
+end module gestell_model_space_rotation

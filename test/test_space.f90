@@ -1,0 +1,318 @@
+!> The frame in space against d'Alembert's principle link by link (validation/space/newton_euler.py, numbers of
+!> doc/validation.md), against the plane, and its derivatives against differences.
+module test_space
+  use checks, only: check_success, check_that
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
+  use gestell_math_dft, only: dft
+  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_space_frame, only: new_space_frame, space_frame_type
+  use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
+  use gestell_model_space_mounting, only: space_support_type
+  use gestell_model_space_varied_frame, only: varied_space_frame, varied_space_frame_type, vary
+  use gestell_system_second_order, only: second_order_system
+  use slow_tests, only: new_slow
+  use space_machines, only: engine, four_bar_plane, three_planes, v_twin
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_space
+
+  integer, parameter :: points = 128
+  real(dp), parameter :: rpm = pi / 30
+
+contains
+
+  subroutine collect_space(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("in the plane: M, B, C, h of both models", test_plane), &
+      & new_unittest("derivatives of the exact equations against differences", test_derivatives), &
+      & new_unittest("engines: the orders of forces and couples that balance", test_engines), &
+      & new_slow("a V-twin and mechanisms in three planes against d'Alembert's principle", test_reference)]
+  end subroutine collect_space
+
+  !> The plane's own frame, with its mechanism in the plane zeta = 0.2: nothing of what psi, xi and eta feel depends on that.
+  subroutine test_plane(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: speed = -31.0_dp, origin(2) = [0.1_dp, -0.25_dp]
+    type(gestell_error), allocatable :: failure
+    type(plane_type) :: plane
+    type(space_support_type) :: support
+    type(space_frame_type) :: space
+    type(frame_type) :: flat
+    type(varied_frame_type) :: flat_varied
+    type(varied_space_frame_type) :: space_varied
+    type(series_type) :: motion, motion_6
+    real(dp) :: none(3, 3), inertia(3, 3), samples(16, 6)
+    integer :: k
+
+    call four_bar_plane(plane, failure)
+    plane%origin = [origin, 0.2_dp]
+    support%position = [-0.3_dp, 0.2_dp, 0.7_dp]
+    support%stiffness = [4.0e4_dp, 6.0e4_dp, 1.0e4_dp]
+    support%damping = [40.0_dp, 60.0_dp, 10.0_dp]
+    inertia = 0
+    inertia(3, 3) = 0.78_dp
+    if (.not. allocated(failure)) call new_space_frame(space, 18.0_dp, inertia, [plane], [support], speed, [1, 2, 6], failure)
+    none = 0
+    if (.not. allocated(failure)) call new_frame(flat, plane%linkage, 18.0_dp, 0.78_dp, origin, none, none, speed, failure, &
+      & supports=[support_type(support%position(:2), support%stiffness(:2), support%damping(:2))])
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call compare("rest", flat, space)
+    if (allocated(error)) return
+    ! a motion with two orders
+    samples = 0
+    do k = 1, 16
+      samples(k, 1) = 0.01_dp * cos(pi * k / 8) + 0.002_dp
+      samples(k, 2) = 0.02_dp * sin(pi * k / 4)
+      samples(k, 6) = 0.3_dp * cos(pi * k / 8 - 1) - 0.1_dp * sin(pi * k / 4)
+    end do
+    motion = series_through(samples(:, [1, 2, 6]))
+    motion_6 = series_through(samples)
+    flat_varied = varied_frame(flat, motion)
+    space_varied = varied_space_frame(space, motion_6)
+    call compare("exact", flat_varied, space_varied)
+
+  contains
+
+    !> To the roundings of the greatest.
+    subroutine compare(what, one, other)
+      character(len=*), intent(in) :: what
+      class(second_order_system), intent(in) :: one, other
+      real(dp), dimension(5, 3, 3) :: m, b, c, m_other, b_other, c_other
+      real(dp) :: h(5, 3), h_other(5, 3)
+      real(dp), parameter :: phases(5) = [0.0_dp, 0.21_dp, 0.42_dp, 0.63_dp, 0.84_dp]
+
+      call one%sample_second_order(phases, m, b, c, h)
+      call other%sample_second_order(phases, m_other, b_other, c_other, h_other)
+      call check_that(error, maxval(abs(m_other - m)), "<=", 1.0e-13_dp * maxval(abs(m)), what // ": M")
+      call check_that(error, maxval(abs(b_other - b)), "<=", 1.0e-13_dp * maxval(abs(b)), what // ": B")
+      call check_that(error, maxval(abs(c_other - c)), "<=", 1.0e-13_dp * maxval(abs(c)), what // ": C")
+      call check_that(error, maxval(abs(h_other - h)), "<=", 1.0e-12_dp * maxval(abs(h)), what // ": h")
+    end subroutine compare
+
+  end subroutine test_plane
+
+  !> Central differences of steps h and h/2, extrapolated: h^4 and roundings over h leave 1e-9 of the greatest.
+  subroutine test_derivatives(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: t = 0.0123_dp, step = 1.0e-3_dp
+    type(space_frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+    real(dp) :: q(6, 0:2), derivatives(6, 6, 0:2), found(6, 2), scale(0:2)
+    integer :: i, k, n
+
+    call three_planes(-420 * rpm, 1.0_dp, frame, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    q(:, 0) = [0.02_dp, -0.01_dp, 0.03_dp, 0.4_dp, -0.3_dp, 0.5_dp]
+    q(:, 1) = [0.5_dp, 0.3_dp, -0.4_dp, 3.0_dp, 5.0_dp, -4.0_dp]
+    q(:, 2) = [-9.0_dp, 20.0_dp, 10.0_dp, 90.0_dp, -60.0_dp, 50.0_dp]
+    scale = [1.0_dp, 10.0_dp, 100.0_dp]
+    derivatives = 0
+    call derive(q, derivatives)
+    do k = 0, 2
+      do i = 1, 6
+        do n = 1, 2
+          found(:, n) = (left(i, k, scale(k) * step / n) - left(i, k, -scale(k) * step / n)) / (2 * scale(k) * step / n)
+        end do
+        found(:, 1) = found(:, 2) + (found(:, 2) - found(:, 1)) / 3
+        call check_that(error, maxval(abs(found(:, 1) - derivatives(:, i, k))), "<=", &
+          & 1.0e-9_dp * maxval(abs(derivatives(:, :, k))), "derivative by q")
+        if (allocated(error)) return
+      end do
+    end do
+
+  contains
+
+    subroutine derive(q, derivatives)
+      real(dp), intent(in) :: q(6, 0:2)
+      real(dp), intent(out) :: derivatives(6, 6, 0:2)
+      real(dp) :: r(6)
+
+      call vary(frame, t, q, r, derivatives(:, :, 2), derivatives(:, :, 1), derivatives(:, :, 0))
+    end subroutine derive
+
+    function left(i, k, change) result(r)
+      integer, intent(in) :: i, k
+      real(dp), intent(in) :: change
+      real(dp) :: r(6), there(6, 0:2), m(6, 6), b(6, 6), c(6, 6)
+
+      there = q
+      there(i, k) = there(i, k) + change
+      call vary(frame, t, there, r, m, b, c)
+    end function left
+
+  end subroutine test_derivatives
+
+  !> Of equal cylinders every order k of the force is a sum of exp(i k pin) over the cylinders of a bank, of the couple the same
+  !> with their places: those that vanish do so to 1e-12 of what one cylinder makes, the others are there. The orders 1 to 4, of
+  !> force and couple, are those of every book of engines (W. Thomson, Fundamentals of Automotive Engine Balance, 1978).
+  subroutine test_engines(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: c = 0.1_dp
+    integer :: i
+
+    call compare("I2", [0, 180], [0, 0], [(c * i, i = 1, 2)] - 1.5_dp * c, [.false., .true., .false., .true.], &
+      & [.true., .false., .true., .false.])
+    call compare("I3", [0, 120, 240], [0, 0, 0], [(c * i, i = 1, 3)] - 2 * c, [.false., .false., .false., .false.], &
+      & [.true., .true., .false., .true.])
+    call compare("I4", [0, 180, 180, 0], [(0, i = 1, 4)], [(c * i, i = 1, 4)] - 2.5_dp * c, [.false., .true., .false., .true.], &
+      & [.false., .false., .false., .false.])
+    call compare("I5", [0, 144, 216, 288, 72], [(0, i = 1, 5)], [(c * i, i = 1, 5)] - 3 * c, &
+      & [.false., .false., .false., .false.], [.true., .true., .true., .true.])
+    call compare("I6", [0, 240, 120, 120, 240, 0], [(0, i = 1, 6)], [(c * i, i = 1, 6)] - 3.5_dp * c, &
+      & [.false., .false., .false., .false.], [.false., .false., .false., .false.])
+    call compare("V2 90", [0, 0], [45, -45], [0.0_dp, 0.0_dp], [.true., .true., .false., .true.], &
+      & [.false., .false., .false., .false.])
+    call compare("V8 90", [0, 0, 90, 90, 270, 270, 180, 180], [(45, -45, i = 1, 4)], [(c * i, c * i, i = 1, 4)] - 2.5_dp * c, &
+      & [.false., .false., .false., .true.], [.true., .false., .false., .false.])
+
+  contains
+
+    subroutine compare(what, pins, banks, places, forces, couples)
+      character(len=*), intent(in) :: what
+      integer, intent(in) :: pins(:), banks(:)
+      real(dp), intent(in) :: places(:)
+      logical, intent(in) :: forces(4), couples(4)
+      type(plane_type), allocatable :: planes(:)
+      type(gestell_error), allocatable :: failure
+      real(dp) :: one(4, 2), all(4, 2)
+      integer :: k
+
+      if (allocated(error)) return
+      call engine(real(pins, dp), real(banks, dp), places, planes, failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      call find_orders(planes(1:1), one)
+      call find_orders(planes, all)
+      do k = 1, 4
+        call check_order(what // ", force", all(k, 1), one(1, 1), forces(k) .and. one(k, 1) > 1.0e-12_dp * one(1, 1))
+        call check_order(what // ", couple", all(k, 2), c * one(1, 1), couples(k) .and. one(k, 1) > 1.0e-12_dp * one(1, 1))
+      end do
+    end subroutine compare
+
+    subroutine check_order(what, found, unit, there)
+      character(len=*), intent(in) :: what
+      real(dp), intent(in) :: found, unit
+      logical, intent(in) :: there
+
+      if (there) then
+        call check_that(error, found, ">=", 1.0e-6_dp * unit, what)
+      else
+        call check_that(error, found, "<=", 1.0e-12_dp * unit, what)
+      end if
+    end subroutine check_order
+
+    !> Amplitudes of orders 1 to 4 of -S'' and of the moments about xi and eta in -H', at unit speed.
+    subroutine find_orders(planes, orders)
+      type(plane_type), intent(in) :: planes(:)
+      real(dp), intent(out) :: orders(4, 2)
+      integer, parameter :: n = 64
+      type(masses_type) :: masses
+      complex(dp) :: spectrum(n, 4)
+      real(dp) :: samples(n, 4)
+      integer :: k
+
+      do k = 1, n
+        call sum_planes(planes, 2 * pi * (k - 1) / n, masses)
+        samples(k, :) = [masses%s(:2, 2), masses%h(:2, 1)]
+      end do
+      do k = 1, 4
+        spectrum(:, k) = dft(cmplx(samples(:, k), 0, dp)) / n
+      end do
+      do k = 1, 4
+        orders(k, 1) = norm2(abs(spectrum(k + 1, :2)))
+        orders(k, 2) = norm2(abs(spectrum(k + 1, 3:)))
+      end do
+    end subroutine find_orders
+
+  end subroutine test_engines
+
+  !> Greatest multipliers and rms of the six coordinates, to the digits of the reference's integration (tolerance 1e-12).
+  subroutine test_reference(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(space_frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+
+    call v_twin(740 * rpm, frame, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call compare("V-twin, rest", 0, 0.9433670747951077_dp, [4.38387252492e-05_dp, 1.92707027743e-05_dp, 1.64141545544e-05_dp, &
+      & 6.72720456544e-05_dp, 9.90594359569e-05_dp, 0.000191243728223_dp])
+    if (allocated(error)) return
+    call compare("V-twin, exact", 6, 0.943366628829568_dp, [4.38364941633e-05_dp, 1.92650872662e-05_dp, 1.64130274167e-05_dp, &
+      & 6.72619173983e-05_dp, 9.90688415894e-05_dp, 0.000191245595175_dp])
+    if (allocated(error)) return
+    ! where equations about rest turn the verdict
+    call three_planes(-2235.13_dp * rpm, 0.05_dp, frame, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call compare("three planes, rest", 0, 1.0272182141905737_dp, [0.00275881086091_dp, 0.00145083812632_dp, 0.00157379413429_dp, &
+      & 0.0164785110992_dp, 0.0142192601326_dp, 0.0128757181346_dp])
+    if (allocated(error)) return
+    call compare("three planes, exact", 12, 0.9947397448917186_dp, [0.00274938133257_dp, 0.00147697951399_dp, 0.00168572090764_dp, &
+      & 0.0180730637641_dp, 0.0160932421814_dp, 0.0125588383234_dp])
+
+  contains
+
+    subroutine compare(what, steps, rho, rms)
+      character(len=*), intent(in) :: what
+      integer, intent(in) :: steps
+      real(dp), intent(in) :: rho, rms(6)
+      type(varied_space_frame_type), allocatable, target :: varied
+      real(dp) :: q(points, 6), found, change
+      integer :: k
+
+      call solve(frame, q, found, failure)
+      do k = 1, steps
+        if (allocated(failure)) exit
+        varied = varied_space_frame(frame, series_through(q))
+        call solve(varied, q, found, failure)
+      end do
+      call check_success(error, failure)
+      call check_that(error, abs(found - rho), "<=", 1.0e-9_dp, what // ": rho_max")
+      do k = 1, 6
+        change = norm2(q(:, k)) / sqrt(real(points, dp)) / rms(k) - 1
+        call check_that(error, abs(change), "<=", 1.0e-9_dp, what // ": rms")
+      end do
+    end subroutine compare
+
+  end subroutine test_reference
+
+  !> The periodic motion at equidistant phases and the greatest abs(rho).
+  subroutine solve(system, q, rho, error)
+    class(second_order_system), intent(in) :: system
+    real(dp), intent(out) :: q(points, 6), rho
+    type(gestell_error), allocatable, intent(out) :: error
+    type(floquet_type) :: floquet
+    type(periodic_solution_type) :: start
+    type(multipliers_type) :: multipliers
+    type(accuracy_type) :: accuracy
+    real(dp), allocatable :: x(:, :)
+    integer :: k
+
+    accuracy%tolerance = 1.0e-11_dp
+    rho = 0
+    q = 0
+    call solve_floquet(system, accuracy, .true., floquet, error)
+    if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
+    if (.not. allocated(error)) call solve_periodic(floquet, start, error)
+    if (.not. allocated(error)) call follow(system, floquet, start, [(real(k, dp) / points, k = 0, points - 1)], x, error)
+    if (allocated(error)) return
+    rho = abs(multipliers%rho(1))
+    q = transpose(x(:6, :))
+  end subroutine solve
+
+end module test_space
