@@ -3,8 +3,12 @@
 import cmath
 import csv
 import math
+import shutil
+from pathlib import Path
 
 from harness import Folder, Run, check, equal, near
+
+DATA = Path(__file__).resolve().parents[2] / "data"
 
 # A cylinder upright on its crankshaft; all that moves is its piston.
 RADIUS, ROD, PISTON = 0.04, 0.14, 0.5
@@ -173,6 +177,27 @@ def placed_tests():
         check("several, check: names", "n.B" in run.out, "n.B", run.out)
 
 
+def data_tests():
+    """data/inline_four.nml: stable; the shafts take the second order, and without them it is there; one shaft and two more."""
+    with Folder() as folder:
+        shutil.copy(DATA / "inline_four.nml", folder)
+        run = Run(folder, "--check", "inline_four.nml")
+        check("inline four: mobility", "mobility 1 (12 links with the frame, 15 pairs, 2 higher pairs)" in run.out, "12, 15, 2", run.out)
+        for what, words in (("with", ()), ("without", ("--set", "link(left).center(1)=0", "--set", "link(right).center(1)=0"))):
+            if not Run(folder, "-q", "-o", what, *words, "inline_four.nml").done(f"inline four, {what}"):
+                return
+        check("inline four: stable", "# verdict: stable" in (folder / "with" / "multipliers.csv").read_text(), "stable", "")
+        second = [float(rows(folder / what / "harmonics.csv")[2]["eta_m_amplitude"]) for what in ("with", "without")]
+        check("inline four: the second order of eta", second[0] < 0.01 * second[1], f"< {0.01 * second[1]}", second[0])
+        # (125 + 25.1 kg) on springs at 20 deg: four pistons' force m r Omega^2 (l' + l'^3/4 + 15 l'^5/128) of the second order
+        w, ratio = 30 * math.pi, 0.3
+        force = 4 * (0.75 + 0.7 / 3) * 0.045 * w**2 * (ratio + ratio**3 / 4 + 15 * ratio**5 / 128)
+        spring, damper = (2 * (side * math.sin(math.radians(20))**2 + up * math.cos(math.radians(20))**2)
+                          for side, up in ((1.2e5, 2.4e5), (250, 450)))
+        near("inline four: eta without shafts", second[1], abs(force / complex(spring - 150.1 * (2 * w)**2, 2 * w * damper)),
+             1e-3 * second[1])
+
+
 REFUSED = (
     ("another's link", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m") + own(CYLINDER, "n").replace("'O'", "'P'")
      .replace("'A'", "'Q'").replace("name='B'", "name='R'").replace("from='B'", "from='R'").replace("name='piston'", "name='other'")
@@ -199,4 +224,4 @@ def refused_tests():
             check(f"several, {what}: line", message in run.err and "input.nml:" in run.err, message, run.err)
 
 
-SEVERAL_TESTS = [engine_tests, placed_tests, refused_tests]
+SEVERAL_TESTS = [engine_tests, placed_tests, data_tests, refused_tests]

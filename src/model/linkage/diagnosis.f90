@@ -215,19 +215,23 @@ contains
     diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
 
-  !> Whether a joint is a crank pin on a shaft that carries an earlier one.
+  !> Whether a joint is a crank pin on a shaft that carries an earlier one: about the same place, with the same ratio.
   pure logical function on_shaft(linkage, i)
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: i
+    type(point_type) :: at(size(linkage%joints))
     integer :: k
 
     on_shaft = .false.
+    call linkage%points(0.0_dp, at)
     select type (pin => linkage%joints(i)%joint)
     class is (crank_joint)
       do k = 1, i - 1
         select type (other => linkage%joints(k)%joint)
         class is (crank_joint)
-          on_shaft = on_shaft .or. (other%pivot == pin%pivot .and. other%ratio == pin%ratio)
+          associate (one => at(pin%pivot), two => at(other%pivot))
+            on_shaft = on_shaft .or. (.not. abs(one%x%v - two%x%v) + abs(one%y%v - two%y%v) > 0 .and. other%ratio == pin%ratio)
+          end associate
         end select
       end do
     end select
