@@ -27,7 +27,7 @@ from scipy.spatial.transform import Rotation
 # the step; step of the differences (m, rad).
 STEPS = 400
 ROWS = 200
-STEP = 1e-4
+STEP = 3e-5
 JOINTS = exu.JointType
 SLIDES, HINGES = ([getattr(JOINTS, kind + axis) for axis in "XYZ"] for kind in ("Prismatic", "Revolute"))
 
