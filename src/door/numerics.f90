@@ -25,12 +25,17 @@ module gestell_door_numerics
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
   use gestell_model_joints_path, only: batch, path_type
+  use gestell_model_joints_placement, only: placement_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
     & mechanism_type, table_columns
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_frame_quantity, only: accelerations, displacements, find_quantity, guide_forces, point_quantity, probe_type, &
     & quantity_type, velocities
+  use gestell_model_space_frame, only: new_space_frame, space_dof_names, space_frame_type
+  use gestell_model_space_masses, only: plane_type
+  use gestell_model_space_mounting, only: space_support_type
+  use gestell_model_space_varied_frame, only: varied_space_frame, varied_space_frame_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, nearest_type, &
     & open_border_type

@@ -70,24 +70,29 @@ contains
     type(group_type), allocatable :: mechanisms(:), copies(:)
     type(part_type), allocatable :: parts(:)
     type(members_type) :: originals
+    character(len=word_length), allocatable :: names(:)
     integer :: i, n
 
     mechanisms = groups_named(doc, "mechanism")
     copies = groups_named(doc, "repeat")
     n = size(mechanisms)
-    allocate(parts(max(1, n) + size(copies)))
+    allocate(parts(max(1, n) + size(copies)), names(max(1, n) + size(copies)))
+    names = ""
     parts(1)%original = 1
     do i = 1, n
-      call check_name(mechanisms(i), parts(:i - 1)%name, error)
+      call check_name(mechanisms(i), names(:i - 1), error)
       if (allocated(error)) return
-      parts(i)%name = name_of(mechanisms(i))
+      names(i) = name_of(mechanisms(i))
+      parts(i)%name = names(i)
       parts(i)%original = i
       call read_placement(mechanisms(i), mechanism_keys, units, parts(i)%placement, error)
       if (allocated(error)) return
     end do
     do i = 1, size(copies)
-      call read_copy(copies(i), units, parts(:n + i - 1), parts(max(1, n) + i), error)
+      call check_name(copies(i), names(:n + i - 1), error)
+      if (.not. allocated(error)) call read_copy(copies(i), units, parts(:n + i - 1), parts(max(1, n) + i), error)
       if (allocated(error)) return
+      names(max(1, n) + i) = name_of(copies(i))
     end do
     call take_joints(groups_named(doc, "joint"), mechanisms, joints, error)
     if (allocated(error)) return
@@ -105,7 +110,7 @@ contains
       if (allocated(error)) return
     end do
     call take_links(joints, links)
-    call check_links(links, parts%name, error)
+    call check_links(links, names, error)
     if (allocated(error)) return
     placements = parts%placement
   end subroutine read_parts
@@ -150,8 +155,7 @@ contains
     character(len=:), allocatable :: of
     integer :: i
 
-    call check_name(group, before%name, error)
-    if (.not. allocated(error)) call read(group, repeat_keys, "of", of, error)
+    call read(group, repeat_keys, "of", of, error)
     if (allocated(error)) return
     i = findloc(before%name == of, .true., dim=1)
     if (i == 0) then

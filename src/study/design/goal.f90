@@ -44,8 +44,12 @@ contains
     type(goal_type), intent(out) :: goal
     type(error_type), allocatable, intent(out) :: error
 
+    real(dp) :: offset
+    logical :: named
+
     goal%measure%quantity = name
     goal%measure%kind = kind
+    call find_offset(frame, name, offset, named)
     if (any(name == shaking_names)) then
       goal%about = of_shaking
       goal%measure%unit = merge("Nm", "N ", name == "shaking.m")
@@ -60,11 +64,10 @@ contains
       if (name == "sag") goal%measure%unit = "m"
       if (name == "separation") goal%measure%unit = "%"
       if (name == "sag" .and. .not. frame%weights%act) call fatal_error(error, "'sag' needs the group &gravity", invalid_input)
-    else if (link_of(name) /= "") then
+    else if (named) then
       goal%about = of_machine
       goal%measure%unit = "m"
-      if (frame%mechanism%link_offset(link_of(name)) < 0) call fatal_error(error, "there is no link '" // link_of(name) // "'", &
-        & invalid_input)
+      if (offset < 0) call fatal_error(error, "there is no such link, " // name, invalid_input)
     else
       call new_measure(frame, probes, name, kind, goal%measure, error)
       if (allocated(error)) error%message = error%message // "; and shaking.fx (.fy, .f, .m), torque, rho_max, added_mass, sag, " &
@@ -75,16 +78,19 @@ contains
       & "'band' is for velocities of probes, probe(NAME).v, .vx, .vy", invalid_input)
   end subroutine new_goal
 
-  !> NAME of link(NAME).offset; empty: it is no such name.
-  pure function link_of(name) result(link)
+  !> The distance (m) that link(NAME).offset names; negative: there is no such link. `named`: the name is of this form.
+  pure subroutine find_offset(frame, name, offset, named)
+    class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
-    character(len=:), allocatable :: link
+    real(dp), intent(out) :: offset
+    logical, intent(out) :: named
     character(len=*), parameter :: head = "link(", tail = ").offset"
 
-    link = ""
-    if (len(name) <= len(head // tail)) return
-    if (name(:len(head)) == head .and. name(len(name) - len(tail) + 1:) == tail) link = name(len(head) + 1:len(name) - len(tail))
-  end function link_of
+    offset = -1
+    named = len(name) > len(head // tail)
+    if (named) named = name(:len(head)) == head .and. name(len(name) - len(tail) + 1:) == tail
+    if (named) offset = frame%mechanism%link_offset(name(len(head) + 1:len(name) - len(tail)))
+  end subroutine find_offset
 
   !> Whether the vibration has to be known.
   elemental logical function needs_motion(self)
@@ -196,6 +202,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: orders = 4
     real(dp), allocatable :: frequencies(:)
+    real(dp) :: offset
+    logical :: named
     integer :: k
 
     select case (goal%measure%quantity)
@@ -208,7 +216,8 @@ contains
       if (allocated(error)) return
       values = [(100 * abs(frequencies / (k * abs(frame%speed)) - 1), k = 1, orders)]
     case default
-      values = [frame%mechanism%link_offset(link_of(trim(goal%measure%quantity)))]
+      call find_offset(frame, trim(goal%measure%quantity), offset, named)
+      values = [offset]
     end select
     values = values - goal%offset
   end subroutine plain_values
