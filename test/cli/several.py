@@ -105,6 +105,18 @@ LINKAGE = """\
 &link name='rocker', from='B0', to='B', mass=0.25, inertia=0.0060, center=0.08,0 /
 &link name='slider', from='C', mass=0.4, inertia=0.001, center={5[0]},{5[1]} /
 """
+FIXED = """\
+&joint name='O', type='ground', position={0[0]},{0[1]} /
+&joint name='A', type='crank', pivot='O', radius=0.05, phase={4} /
+&joint name='Y', type='RPP', ends='A', slot_angle=80, guide_point={1[0]},{1[1]}, guide_angle={5} /
+&joint name='F', type='follower', cam='O','A', lift=0.02,-0.01,0.002,0.001,0.0, guide_point={2[0]},{2[1]}, guide_angle={6} /
+&joint name='P', type='PRP', guide='Y','F', guide_angle=40, guide2_point={3[0]},{3[1]}, guide2_angle={7} /
+&link name='crank', from='O', to='A', mass=0.5, inertia=0.003, center=0.02,0.01 /
+&link name='yoke', from='Y', mass=0.4, inertia=0.001, center={8[0]},{8[1]} /
+&link name='ram', from='F', mass=0.4, inertia=0.001, center={8[0]},{8[1]} /
+&link name='block', from='P', mass=0.4, inertia=0.001, center={8[0]},{8[1]} /
+"""
+FIXED_PLACES = ((0.0, 0.0), (0.0, 0.02), (0.0, -0.1), (0.0, 0.3), 0, 0, -90, -170, (0.02, 0.01))
 PLACES = ((0.0, 0.0), (0.40, 0.0), 20, (0.5, 0.1), 5, (0.02, 0.01))
 FRAME = ("&frame mass=18, inertia=0.78, origin=-0.20,0.20 /\n"
          "&support position=-0.30,-0.20, stiffness=4e4,4e4, damping=60,60 /\n"
@@ -148,6 +160,15 @@ def placed_tests():
     there = "&mechanism name='m', origin=0.1,-0.05, angle=35, phase=70 /\n"
     for model in ("rest", "exact"):
         same(f"several, placed, {model}", solve("several, placed", there + text, model), solve("several, by hand", by_hand, model))
+    # all types of joints with something on the frame
+    same("several, all types", solve("several, all types placed", there + FIXED.format(*FIXED_PLACES)),
+         solve("several, all types by hand", FIXED.format(*(moved(point) for point in FIXED_PLACES[:4]), 35 + 70, 35, 35 - 90, 35 - 170,
+                                                          moved(FIXED_PLACES[8], False))))
+    # a number of a mechanism in a sweep
+    with Folder(input=TASKS.format("rest", 240, "motor").replace("'stability','response','power'", "'sweep'") + there + text + FRAME
+                + "&sweep parameter='mechanism(m).phase', from=10, to=70, count=2 /\n") as folder:
+        if Run(folder, "-q", "input.nml").done("several, sweep of a phase"):
+            equal("several, sweep of a phase", len(rows(folder / "input" / "sweep.csv")), 2)
     # two turns of the mechanism in one of the drive
     fast = solve("several, twice as fast", "&mechanism name='m', ratio=2 /\n" + text, "exact", 120)
     drive = solve("several, drive twice as fast", text, "exact", 240)
@@ -210,6 +231,7 @@ REFUSED = (
     ("copy of nothing", CYLINDER + "&repeat of='m', name='n' /\n", "there is no mechanism 'm' before it"),
     ("no joints", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m"), "no joint belongs to it"),
     ("no turning", "&mechanism name='m', ratio=0 /\n" + CYLINDER, "ratio"),
+    ("mass functions", "&mechanism name='m' /\n&mass_functions mass=1, inertia=0.1 /\n", "stands in place of joints and links"),
     ("half a turn", "&mechanism name='m', ratio=0.5 /\n" + CYLINDER, "ratio"),
     ("too long", "&mechanism name='m' /\n" + CYLINDER + f"&repeat of='m', name='{'n' * 60}' /\n", "is too long"),
 )

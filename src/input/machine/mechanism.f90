@@ -85,9 +85,11 @@ contains
     type(group_type) :: group
     real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:), energy(:)
     real(dp) :: mass, inertia
+    character(len=9), parameter :: linkage_groups(4) = [character(len=9) :: "joint", "link", "mechanism", "repeat"]
+    integer :: i
 
     group = the_group(doc, "mass_functions")
-    if (count_groups(doc, "joint") + count_groups(doc, "link") > 0) then
+    if (sum([(count_groups(doc, trim(linkage_groups(i))), i = 1, size(linkage_groups))]) > 0) then
       call input_error(group, "", "stands in place of joints and links: give either", error)
       return
     end if

@@ -82,6 +82,7 @@ contains
           neighbours%distance(i, k) = offsets(i, side) * h
           if (neighbours%steps(k)%link > 0) then
             call change_link(neighbours%frame, steps(k), neighbours%distance(i, k), neighbours%beside(i, k), error)
+            known = .not. allocated(error)
           else
             call take_frame(family, moved(parameters, k, neighbours%distance(i, k)), neighbours%beside(i, k), known, error)
           end if
