@@ -9,7 +9,7 @@ module population_library
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: accelerations
+  use gestell_model_frame_rows, only: accelerations
   use gestell_study_vibration, only: quantities, solve_vibration, vibration_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data

@@ -5,24 +5,40 @@ module space_machines
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_placement, only: placement_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_space_frame, only: new_space_frame, space_frame_type
+  use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_frame_in_space, only: put_in_space
   use gestell_model_space_masses, only: plane_type
   use gestell_model_space_mounting, only: space_support_type
   use gestell_model_space_rotation, only: cross, rotation_matrix
   implicit none (type, external)
   private
 
-  public :: engine, four_bar_plane, three_planes, v_twin
+  public :: engine, four_bar_plane, new_space_frame, three_planes, v_twin
 
   real(dp), parameter :: degree = pi / 180
   integer, parameter :: all_free(6) = [1, 2, 3, 4, 5, 6]
 
 contains
 
+  !> A frame with these planes; its own mechanism is that of the first.
+  subroutine new_space_frame(frame, mass, inertia, planes, supports, speed, free, error)
+    type(frame_type), intent(out) :: frame
+    real(dp), intent(in) :: mass, inertia(3, 3), speed
+    type(plane_type), intent(in) :: planes(:)
+    type(space_support_type), intent(in) :: supports(:)
+    integer, intent(in) :: free(:)
+    type(gestell_error), allocatable, intent(out) :: error
+    real(dp) :: none(3, 3)
+
+    none = 0
+    call new_frame(frame, planes(1)%linkage, mass, inertia(3, 3), planes(1)%origin(:2), none, none, speed, error)
+    if (.not. allocated(error)) call put_in_space(frame, inertia, planes, supports, free, error)
+  end subroutine new_space_frame
+
   !> validation/space/v_twin.nml at a speed (rad/s).
   subroutine v_twin(speed, frame, error)
     real(dp), intent(in) :: speed
-    type(space_frame_type), intent(out) :: frame
+    type(frame_type), intent(out) :: frame
     type(gestell_error), allocatable, intent(out) :: error
     type(plane_type) :: planes(2)
     type(space_support_type) :: supports(4)
@@ -36,8 +52,8 @@ contains
       call set_crank(planes(i)%linkage, placement_type(phase=merge(45, -45, i == 1) * degree))
       planes(i)%axes = turned_axes([merge(-45.0_dp, 45.0_dp, i == 1), 0.0_dp, 0.0_dp])
       planes(i)%origin = [0.02_dp, -0.07_dp, merge(0.011_dp, -0.011_dp, i == 1)]
-      planes(i)%z = [0.0_dp, 0.0_dp, 0.0_dp]
-      planes(i)%inertia = reshape([0.006_dp, 0.006_dp, 1.5e-4_dp, 1.3e-3_dp, 3.0e-4_dp, 2.5e-4_dp], [2, 3])
+      planes(i)%linkage%links%along = [0.006_dp, 1.5e-4_dp, 3.0e-4_dp]
+      planes(i)%linkage%links%across = [0.006_dp, 1.3e-3_dp, 2.5e-4_dp]
     end do
     do i = 1, 4
       supports(i) = space_support_type([x(i), -0.17_dp, z(i)], [7.0e4_dp, 1.3e5_dp, 6.0e4_dp], [50.0_dp, 80.0_dp, 50.0_dp], &
@@ -63,8 +79,8 @@ contains
       call set_crank(planes(i)%linkage, placement_type(phase=(pins(i) - banks(i)) * degree))
       planes(i)%axes = turned_axes([banks(i), 0.0_dp, 0.0_dp])
       planes(i)%origin = [0.0_dp, 0.0_dp, places(i)]
-      planes(i)%z = [0.0_dp, 0.0_dp, 0.0_dp]
-      planes(i)%inertia = reshape([0.006_dp, 0.006_dp, 1.5e-4_dp, 1.3e-3_dp, 3.0e-4_dp, 2.5e-4_dp], [2, 3])
+      planes(i)%linkage%links%along = [0.006_dp, 1.5e-4_dp, 3.0e-4_dp]
+      planes(i)%linkage%links%across = [0.006_dp, 1.3e-3_dp, 2.5e-4_dp]
     end do
   end subroutine engine
 
@@ -85,7 +101,7 @@ contains
   !> ratios are whole.
   subroutine three_planes(speed, damping, frame, error)
     real(dp), intent(in) :: speed, damping
-    type(space_frame_type), intent(out) :: frame
+    type(frame_type), intent(out) :: frame
     type(gestell_error), allocatable, intent(out) :: error
     type(plane_type) :: planes(3)
     type(space_support_type) :: supports(4)
@@ -134,8 +150,9 @@ contains
       if (.not. allocated(error)) call linkage%link("coupler", "A", "B", 0.60_dp, 0.0070_dp, [0.18_dp, 0.01_dp], error)
       if (.not. allocated(error)) call linkage%link("rocker", "B0", "B", 0.25_dp, 0.0060_dp, [0.08_dp, 0.0_dp], error)
     end associate
-    plane%z = [0.0_dp, 0.02_dp, -0.01_dp]
-    plane%inertia = reshape([0.0_dp, 0.0035_dp, 0.001_dp, 0.0065_dp, 0.0_dp, 0.0060_dp], [2, 3])
+    plane%linkage%links%z = [0.0_dp, 0.02_dp, -0.01_dp]
+    plane%linkage%links%along = [0.0_dp, 0.001_dp, 0.0_dp]
+    plane%linkage%links%across = [0.0035_dp, 0.0065_dp, 0.0060_dp]
   end subroutine four_bar_plane
 
   !> A slotted lever.
@@ -152,8 +169,9 @@ contains
       if (.not. allocated(error)) call linkage%link("block", "A", "Q", 0.20_dp, 0.0002_dp, [0.0_dp, 0.0_dp], error)
       if (.not. allocated(error)) call linkage%link("lever", "Q", "T", 0.90_dp, 0.0070_dp, [0.14_dp, 0.0_dp], error)
     end associate
-    plane%z = [0.0_dp, 0.02_dp, 0.02_dp]
-    plane%inertia = reshape([0.0_dp, 0.0008_dp, 0.0001_dp, 0.0002_dp, 0.0001_dp, 0.0070_dp], [2, 3])
+    plane%linkage%links%z = [0.0_dp, 0.02_dp, 0.02_dp]
+    plane%linkage%links%along = [0.0_dp, 0.0001_dp, 0.0001_dp]
+    plane%linkage%links%across = [0.0008_dp, 0.0002_dp, 0.0070_dp]
   end subroutine lever
 
   !> How the crank of a linkage turns with the drive.

@@ -9,7 +9,7 @@ module test_exact
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
-  use gestell_model_frame_quantity, only: guide_forces
+  use gestell_model_frame_rows, only: guide_forces
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_frame_model, only: frame_models, newton_type
   use machines, only: frame_of_machine

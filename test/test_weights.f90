@@ -9,7 +9,7 @@ module test_weights
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_frame_mounting, only: support_type
-  use gestell_model_frame_quantity, only: guide_forces
+  use gestell_model_frame_rows, only: guide_forces
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_power_drive, only: drive_type, find_drive

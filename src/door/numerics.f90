@@ -30,12 +30,11 @@ module gestell_door_numerics
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
     & mechanism_type, table_columns
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
-  use gestell_model_frame_quantity, only: accelerations, displacements, find_quantity, guide_forces, point_quantity, probe_type, &
-    & quantity_type, velocities
-  use gestell_model_space_frame, only: new_space_frame, space_dof_names, space_frame_type
+  use gestell_model_frame_quantity, only: find_quantity, point_quantity
+  use gestell_model_frame_rows, only: accelerations, displacements, guide_forces, probe_type, quantity_type, velocities
+  use gestell_model_frame_in_space, only: planes_of, put_in_space
   use gestell_model_space_masses, only: plane_type
   use gestell_model_space_mounting, only: space_support_type
-  use gestell_model_space_varied_frame, only: varied_space_frame, varied_space_frame_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, nearest_type, &
     & open_border_type

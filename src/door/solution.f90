@@ -4,7 +4,8 @@ module gestell_door_solution
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
-  use gestell_model_frame_quantity, only: find_quantity, quantity_type
+  use gestell_model_frame_quantity, only: find_quantity
+  use gestell_model_frame_rows, only: quantity_type
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_output_head, only: setting_type
   use gestell_output_picture_gnuplot, only: draw_pictures

@@ -5,7 +5,8 @@ module gestell_study_measure
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
-  use gestell_model_frame_quantity, only: find_quantity, look_up_quantity, probe_type, quantity_type
+  use gestell_model_frame_quantity, only: find_quantity, look_up_quantity
+  use gestell_model_frame_rows, only: probe_type, quantity_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_study_vibration_statistics, only: band_rms, statistics_type, take_statistics
   use gestell_system_periodic, only: periodic_system

@@ -7,7 +7,8 @@ module gestell_study_speed_point
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
-  use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
+  use gestell_model_frame_quantity, only: find_quantity
+  use gestell_model_frame_rows, only: probe_type, quantity_type
   use gestell_study_family, only: family_type
   use gestell_study_measure, only: measure_type, take_measures
   use gestell_study_member, only: impossible_member, member_type
@@ -135,7 +136,7 @@ contains
       return
     end if
     point%state = state_of(multipliers)
-    point%moved = moved(frame, vibration%peak(:3))
+    point%moved = moved(frame, vibration%peak(:frame%dofs()))
     do i = 1, size(quantities)
       call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i), error)
       if (allocated(error)) return

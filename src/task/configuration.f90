@@ -18,7 +18,7 @@ module gestell_task_configuration
   use gestell_task_response_keys, only: response_keys
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism, only: mechanism_type
-  use gestell_model_frame_quantity, only: probe_type
+  use gestell_model_frame_rows, only: probe_type
   use gestell_study_vibration_analysis, only: tasks_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)

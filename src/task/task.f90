@@ -23,6 +23,8 @@ module gestell_task
     character(len=longest_table), allocatable :: tables(:)
     integer :: about = own_machine
     logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
+    !> Whether it knows a frame in space.
+    logical :: in_space = .false.
     !> Whether the input orders it; whether an option does, for its picture alone.
     logical :: ordered = .false., implied = .false.
   contains

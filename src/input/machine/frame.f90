@@ -6,13 +6,19 @@ module gestell_input_machine_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, the_group, word_length
-  use gestell_input_schema_read, only: count_values, read
+  use gestell_input_schema_read, only: count_values, read, read_place
+  use gestell_input_machine_mechanisms, only: read_planes
   use gestell_input_machine_mechanism, only: name_line
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, dof_names, new_frame
   use gestell_model_mechanism_held, only: held_subject, holders
   use gestell_model_mechanism, only: mechanism_type
+  use gestell_model_frame_in_space, only: planes_of, put_in_space
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_space_masses, only: plane_type
+  use gestell_model_space_mounting, only: space_support_type
+  use gestell_model_space_rotation, only: rotation_matrix
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_frame_weights, only: gravity_subject
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -32,19 +38,22 @@ module gestell_input_machine_frame
 
   type(key_type), parameter, public :: frame_keys(*) = [ &
     & key_type("frame", "mass", real_key, "m_F", unit=of_mass, range=positive), &
-    & key_type("frame", "inertia", real_key, "J_F about the frame's centre of mass F", unit=of_inertia, range=positive), &
-    & key_type("frame", "origin", real_key, "the mechanism's origin O in the frame's system, whose origin is F", 1, 2, 2, &
+    & key_type("frame", "inertia", real_key, "J_F about the frame's centre of mass F: about zeta; in space about xi, eta, " // &
+    &   "zeta, and then, where they are not zero, the tensor's xy, xz, yz, that is minus the sum of m x y and so on", 1, 1, 6, &
+    &   unit=of_inertia), &
+    & key_type("frame", "origin", real_key, "the mechanism's origin O in the frame's system, whose origin is F", 1, 2, 3, &
     &   unit=of_length), &
-    & key_type("frame", "dof", text_key, "the degrees of freedom that are free; the others rest", 1, 1, 3, word="xi, eta, psi", &
-    &   words="xi, eta, psi")]
+    & key_type("frame", "dof", text_key, "the degrees of freedom that are free; the others rest; with one of the last " // &
+    &   "three the frame moves in space", 1, 1, 6, word="xi, eta, psi", words="xi, eta, psi, zeta, rot_xi, rot_eta")]
 
   type(key_type), parameter, public :: support_keys(*) = [ &
-    & key_type("support", "position", real_key, "in the frame's system", 1, 2, 2, unit=of_length), &
-    & key_type("support", "stiffness", real_key, "along its two axes", 1, 2, 2, unit=of_stiffness, range=nonnegative, &
-    &   alike=.true.), &
-    & key_type("support", "damping", real_key, "along its two axes", 1, 2, 2, unit=of_damping, default=0.0_dp, &
-    &   range=nonnegative, alike=.true.), &
-    & key_type("support", "angle", real_key, "turns the two axes", unit=of_angle, default=0.0_dp), &
+    & key_type("support", "position", real_key, "in the frame's system", 1, 2, 3, unit=of_length), &
+    & key_type("support", "stiffness", real_key, "along its two axes, in space also along the third, else 0", 1, 2, 3, &
+    &   unit=of_stiffness, range=nonnegative, alike=.true.), &
+    & key_type("support", "damping", real_key, "along its two axes, in space also along the third, else 0", 1, 2, 3, &
+    &   unit=of_damping, default=0.0_dp, range=nonnegative, alike=.true.), &
+    & key_type("support", "angle", real_key, "turns the axes about zeta, in space before that about eta and first about xi", 1, 1, &
+    &   3, unit=of_angle, default=0.0_dp), &
     & key_type("support", "axes", text_key, "whether the axes stay in space or turn with the frame, see below", word="space", &
     &   words="space, frame")]
 
@@ -60,13 +69,15 @@ module gestell_input_machine_frame
     & key_type("gravity", "direction", real_key, "of the weights in the frame's axes: 0 along xi, -90 downwards against eta", &
     &   unit=of_angle, default=-90.0_dp)]
 
-  !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing.
+  !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing. `supports` are those
+  !> of a frame of the plane, `in_space` those of one in space.
   type, public :: frame_data_type
-    real(dp) :: mass = 0, inertia = 0, origin(2) = 0, stiffness(3, 3) = 0, damping(3, 3) = 0, speed = 0, gravity(2) = 0, &
+    real(dp) :: mass = 0, inertia(3, 3) = 0, origin(3) = 0, stiffness(3, 3) = 0, damping(3, 3) = 0, speed = 0, gravity(2) = 0, &
       & flywheel_inertia = 0
     character(len=8) :: held_by = "motor"
     integer, allocatable :: free(:)
     type(support_type), allocatable :: supports(:)
+    type(space_support_type), allocatable :: in_space(:)
   end type frame_data_type
 
 contains
@@ -82,8 +93,12 @@ contains
 
     call read_drive_and_frame(doc, units, data, error)
     if (allocated(error)) return
-    call new_frame(frame, mechanism, data%mass, data%inertia, data%origin, data%stiffness, data%damping, data%speed, error, &
-      & data%free, data%supports, data%gravity, trim(data%held_by))
+    if (any(data%free > 3)) then
+      call read_frame_in_space(doc, units, data, mechanism, frame, error)
+    else
+      call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness, data%damping, data%speed, &
+        & error, data%free, data%supports, data%gravity, trim(data%held_by))
+    end if
     frame%flywheel_inertia = data%flywheel_inertia
     if (.not. allocated(error)) return
     if (allocated(error%subject)) then
@@ -95,6 +110,39 @@ contains
     end if
   end subroutine read_frame
 
+  !> The same of a frame in space. Errors: what is of the plane only.
+  subroutine read_frame_in_space(doc, units, data, mechanism, frame, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    type(frame_data_type), intent(in) :: data
+    class(mechanism_type), intent(in) :: mechanism
+    type(frame_type), intent(out) :: frame
+    type(error_type), allocatable, intent(out) :: error
+    type(plane_type), allocatable :: planes(:)
+    real(dp), allocatable :: origins(:, :), axes(:, :, :)
+
+    if (any(abs(data%gravity) > 0)) then
+      call input_error(the_group(doc, "gravity"), "", "of a frame in space is not known yet: without it q = 0 is its static rest " &
+        & // "all the same", error)
+    else if (data%held_by /= "motor") then
+      call input_error(the_group(doc, "drive"), "held_by", "of a frame in space is 'motor' only, yet", error)
+    end if
+    if (allocated(error)) return
+    call read_planes(doc, units, origins, axes, error)
+    if (allocated(error)) return
+    select type (mechanism)
+    type is (linkage_type)
+      call planes_of(mechanism, data%origin, origins, axes, planes)
+    class default
+      call input_error(the_group(doc, "mass_functions"), "", "are those of the plane: a frame in space needs joints and links", &
+        & error)
+      return
+    end select
+    call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness, data%damping, data%speed, &
+      & error)
+    if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%in_space, data%free, error)
+  end subroutine read_frame_in_space
+
   !> All of it but the mechanism.
   subroutine read_drive_and_frame(doc, units, data, error)
     type(document_type), intent(in) :: doc
@@ -105,8 +153,6 @@ contains
 
     call read_drive(the_group(doc, "drive"), units, data, error)
     if (allocated(error)) return
-    call read_supports(groups_named(doc, "support"), units, data%supports, error)
-    if (allocated(error)) return
     call read_foundation(the_group(doc, "foundation"), units, data%stiffness, data%damping, error)
     if (allocated(error)) return
     call read_gravity(groups_named(doc, "gravity"), units, data%gravity, error)
@@ -114,10 +160,12 @@ contains
 
     group = the_group(doc, "frame")
     call read(group, frame_keys, "mass", data%mass, error, units)
-    if (.not. allocated(error)) call read(group, frame_keys, "inertia", data%inertia, error, units)
-    if (.not. allocated(error)) call read(group, frame_keys, "origin", data%origin, error, units)
     if (allocated(error)) return
     call read_dof(group, data%free, error)
+    if (.not. allocated(error)) call read_inertia(group, units, any(data%free > 4), data%inertia, error)
+    if (.not. allocated(error)) call read_place(group, frame_keys, "origin", units, data%origin, error)
+    if (.not. allocated(error)) call read_supports(groups_named(doc, "support"), units, any(data%free > 3), data, error)
+    if (.not. allocated(error) .and. .not. any(data%free > 3)) call refuse_tilted(doc, error)
   end subroutine read_drive_and_frame
 
   !> The speed and who holds it.
@@ -195,24 +243,91 @@ contains
     negative_somewhere = negative_somewhere .or. mixed > (1 + rounding) * products
   end function negative_somewhere
 
-  subroutine read_supports(groups, units, supports, error)
+  !> The tensor of inertia. Errors: a moment is not positive; `turning` about xi or eta one value does not do.
+  subroutine read_inertia(group, units, turning, inertia, error)
+    type(group_type), intent(in) :: group
+    type(units_type), intent(in) :: units
+    logical, intent(in) :: turning
+    real(dp), intent(out) :: inertia(3, 3)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: j(6)
+    integer :: i, n
+
+    inertia = 0
+    j = 0
+    n = max(1, count_values(group, "inertia"))
+    call read(group, frame_keys, "inertia", j(:n), error, units)
+    if (allocated(error)) return
+    do i = 1, min(n, 3)
+      if (j(i) > 0) cycle
+      if (n == 1) call input_error(group, "inertia", "must be positive", error)
+      if (n > 1) call input_error(group, "inertia", "must be positive", error, i)
+      return
+    end do
+    if (all(n /= [1, 3, 6])) then
+      call input_error(group, "inertia", "needs 1 value, 3, or 6, has " // text(n), error)
+    else if (n == 1 .and. turning) then
+      call input_error(group, "inertia", "needs 3 values, or 6: the frame turns about xi or eta too", error)
+    else if (n == 1) then
+      inertia(3, 3) = j(1)
+      ! held, where they stand for what a body must have
+      inertia(1, 1) = j(1)
+      inertia(2, 2) = j(1)
+    else
+      inertia = reshape([j(1), j(4), j(5), j(4), j(2), j(6), j(5), j(6), j(3)], [3, 3])
+    end if
+  end subroutine read_inertia
+
+  !> Error: what is turned out of the plane has to be in space.
+  subroutine refuse_tilted(doc, error)
+    type(document_type), intent(in) :: doc
+    type(error_type), allocatable, intent(out) :: error
+    character(len=9), parameter :: names(3) = [character(len=9) :: "support", "mechanism", "repeat"]
+    character(len=6), parameter :: keys(3) = [character(len=6) :: "angle", "axis", "axis"]
+    type(group_type), allocatable :: groups(:)
+    integer :: i, k
+
+    do k = 1, size(names)
+      groups = groups_named(doc, trim(names(k)))
+      do i = 1, size(groups)
+        if (count_values(groups(i), trim(keys(k))) < 2) cycle
+        call input_error(groups(i), trim(keys(k)), "turns out of the frame's plane: then &frame dof needs zeta, rot_xi or " &
+          & // "rot_eta", error)
+        return
+      end do
+    end do
+  end subroutine refuse_tilted
+
+  !> The supports of the plane or `in_space`.
+  subroutine read_supports(groups, units, in_space, data, error)
     type(group_type), intent(in) :: groups(:)
     type(units_type), intent(in) :: units
-    type(support_type), allocatable, intent(out) :: supports(:)
+    logical, intent(in) :: in_space
+    type(frame_data_type), intent(inout) :: data
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: axes
-    integer :: i
+    real(dp) :: angles(3)
+    integer :: i, n
 
-    allocate(supports(size(groups)))
+    allocate(data%supports(size(groups)), data%in_space(size(groups)))
     do i = 1, size(groups)
-      associate (support => supports(i), group => groups(i))
-        call read(group, support_keys, "position", support%position, error, units)
-        if (.not. allocated(error)) call read(group, support_keys, "stiffness", support%stiffness, error, units)
-        if (.not. allocated(error)) call read(group, support_keys, "damping", support%damping, error, units)
-        if (.not. allocated(error)) call read(group, support_keys, "angle", support%angle, error, units)
+      associate (support => data%supports(i), there => data%in_space(i), group => groups(i))
+        call read_place(group, support_keys, "position", units, there%position, error)
+        if (.not. allocated(error)) call read_place(group, support_keys, "stiffness", units, there%stiffness, error)
+        if (.not. allocated(error)) call read_place(group, support_keys, "damping", units, there%damping, error)
+        angles = 0
+        n = max(1, count_values(group, "angle"))
+        if (.not. allocated(error)) call read(group, support_keys, "angle", angles(:n), error, units)
         if (.not. allocated(error)) call read(group, support_keys, "axes", axes, error)
         if (allocated(error)) return
-        support%turning = axes == "frame"
+        support = support_type(there%position(:2), there%stiffness(:2), there%damping(:2), angles(1), axes == "frame")
+        angles = modulo(angles, 2 * pi)
+        there%axes = matmul(rotation_matrix([0.0_dp, 0.0_dp, angles(1)]), matmul(rotation_matrix([0.0_dp, angles(2), 0.0_dp]), &
+          & rotation_matrix([angles(3), 0.0_dp, 0.0_dp])))
+        if (in_space .and. axes == "frame") then
+          call input_error(group, "axes", "in space stay there, yet", error)
+          return
+        end if
         if (all(ieee_is_finite(stiffness_matrix([support])) .and. ieee_is_finite(damping_matrix([support])))) cycle
         call input_error(group, "position", "so far from F its stiffness or damping about F overflows", error)
         return
@@ -249,7 +364,7 @@ contains
 
     call read(group, frame_keys, "dof", names, error)
     if (allocated(error)) return
-    free = pack([1, 2, 3], [(any(names == dof_names(i)), i = 1, 3)])
+    free = pack([(i, i = 1, size(dof_names))], [(any(names == dof_names(i)), i = 1, size(dof_names))])
     if (size(free) /= size(names)) call input_error(group, "dof", "names a degree of freedom twice", error)
   end subroutine read_dof
 

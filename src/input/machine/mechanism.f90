@@ -27,10 +27,13 @@ module gestell_input_machine_mechanism
     & key_type("link", "to", text_key, "the joint that its xi-axis points to; without it the link only translates with " // &
     &   "`from`, its axes parallel to x and y", otherwise="none"), &
     & key_type("link", "mass", real_key, "mass of the body", unit=of_mass, range=nonnegative), &
-    & key_type("link", "inertia", real_key, "about the centre of mass; also of a link that only translates: it turns with the " // &
-    &   "frame", unit=of_inertia, range=nonnegative), &
+    & key_type("link", "inertia", real_key, "about the centre of mass, of the turning in the plane; also of a link that only " // &
+    &   "translates: it turns with the frame. In space about the link's xi-axis, across it, about the plane's normal; one " // &
+    &   "value J stands for the slender 0, J, J", 1, 1, 3, unit=of_inertia, range=nonnegative), &
     & key_type("link", "center", real_key, "centre of mass in the link's system: along the xi-axis from `from`, and across it " // &
-    &   "to the left", 1, 2, 2, unit=of_length, default=0.0_dp), membership_key(2)]
+    &   "to the left", 1, 2, 2, unit=of_length, default=0.0_dp), &
+    & key_type("link", "z", real_key, "where the centre of mass is along the plane's normal; only a frame in space feels it", &
+    &   unit=of_length, default=0.0_dp), membership_key(2)]
 
   !> Most coefficients of a mass function: mean, cosines and sines of 500 orders.
   integer, parameter :: most_harmonics = 1001
@@ -223,7 +226,8 @@ contains
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: from, to
-    real(dp) :: mass, inertia, center(2)
+    real(dp) :: mass, inertia(3), center(2), z
+    integer :: n
 
     call read(group, link_keys, "from", from, error)
     if (.not. allocated(error)) call check_known(group, "from", [from], joints, names, size(joints), error)
@@ -236,12 +240,26 @@ contains
       return
     end if
     call read(group, link_keys, "mass", mass, error, units)
-    if (.not. allocated(error)) call read(group, link_keys, "inertia", inertia, error, units)
+    n = min(3, max(1, count_values(group, "inertia")))
+    if (n == 2) call input_error(group, "inertia", "needs 1 value, or 3, has 2", error)
+    if (.not. allocated(error)) call read(group, link_keys, "inertia", inertia(:n), error, units)
     if (.not. allocated(error)) call read(group, link_keys, "center", center, error, units)
+    if (.not. allocated(error)) call read(group, link_keys, "z", z, error, units)
     if (allocated(error)) return
+    if (n == 1) inertia = [0.0_dp, inertia(1), inertia(1)]
     if (.not. has(group, "to")) center = placement%vector(center)
-    call linkage%link(name_of(group), from, to, mass, inertia, center, error)
-    if (allocated(error)) call in_group(group, error)
+    call linkage%link(name_of(group), from, to, mass, inertia(3), center, error)
+    if (allocated(error)) then
+      call in_group(group, error)
+      return
+    end if
+    associate (link => linkage%links(size(linkage%links)))
+      link%z = placement%z + z
+      link%along = inertia(1)
+      link%across = inertia(2)
+      link%axis = placement%vector([1.0_dp, 0.0_dp])
+      link%plane = placement%plane
+    end associate
   end subroutine read_link
 
   !> Puts file and line of the joint or link that the error is about in front of its message.

@@ -8,21 +8,25 @@ module gestell_input_machine_mechanisms
     & word_length
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
-  use gestell_input_schema_read, only: read
+  use gestell_input_schema_read, only: read, read_place
   use gestell_input_schema_units, only: units_type
   use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
-  public :: read_parts
+  public :: read_parts, read_planes
 
   character(len=*), parameter :: as_there = "as there"
   type(range_type), parameter :: ratios = range_type(-64.0_dp, 64.0_dp, not_zero=.true.)
 
   type(key_type), parameter, public :: mechanism_keys(*) = [ &
     & key_type("mechanism", "name", text_key, "what `&joint`, `&link` and `&repeat` call it", required=.true.), &
-    & key_type("mechanism", "origin", real_key, "of its own x-y system, in the one with its origin at O", 1, 2, 2, unit=of_length, &
+    & key_type("mechanism", "origin", real_key, "of its own x-y system, in the one with its origin at O", 1, 2, 3, unit=of_length, &
     &   default=0.0_dp), &
+    & key_type("mechanism", "axis", real_key, "normal of its plane, in the frame's axes: that of the crank", 1, 3, 3, &
+    &   otherwise="along zeta"), &
+    & key_type("mechanism", "x_axis", real_key, "with `axis`: what of this direction lies in the plane is its x-axis", 1, 3, 3, &
+    &   otherwise="xi turned the shortest way"), &
     & key_type("mechanism", "angle", real_key, "of its x-axis", unit=of_angle, default=0.0_dp), &
     & key_type("mechanism", "phase", real_key, "its crank angle where the drive's is 0", unit=of_angle, default=0.0_dp), &
     & key_type("mechanism", "ratio", integer_key, "turns of its crank in one of the drive's, against it negative", &
@@ -32,7 +36,9 @@ module gestell_input_machine_mechanisms
     & key_type("repeat", "of", text_key, "the mechanism whose joints and links stand here once more", required=.true.), &
     & key_type("repeat", "name", text_key, "of the copy; its joints and links are called `NAME.joint`, `NAME.link`", &
     &   required=.true.), &
-    & key_type("repeat", "origin", real_key, "as of `&mechanism`", 1, 2, 2, unit=of_length, otherwise=as_there), &
+    & key_type("repeat", "origin", real_key, "as of `&mechanism`", 1, 2, 3, unit=of_length, otherwise=as_there), &
+    & key_type("repeat", "axis", real_key, "as of `&mechanism`", 1, 3, 3, otherwise=as_there), &
+    & key_type("repeat", "x_axis", real_key, "as of `&mechanism`", 1, 3, 3, otherwise=as_there), &
     & key_type("repeat", "angle", real_key, "as of `&mechanism`", unit=of_angle, otherwise=as_there), &
     & key_type("repeat", "phase", real_key, "as of `&mechanism`", unit=of_angle, otherwise=as_there), &
     & key_type("repeat", "ratio", integer_key, "as of `&mechanism`", range=ratios, otherwise=as_there)]
@@ -49,11 +55,14 @@ module gestell_input_machine_mechanisms
     integer, allocatable :: mechanism(:)
   end type members_type
 
-  !> A mechanism or a copy: its name, the first one of its kind, where it stands.
+  !> A mechanism or a copy: its name, the first one of its kind, where it stands; in a plane of its own the origin and the axes of
+  !> that, x, y and normal.
   type :: part_type
     character(len=word_length) :: name = ""
     integer :: original = 0
     type(placement_type) :: placement
+    real(dp) :: origin(3) = 0, axis(3) = [0.0_dp, 0.0_dp, 1.0_dp], x_axis(3) = 0
+    logical :: tilted = .false.
   end type part_type
 
 contains
@@ -70,30 +79,11 @@ contains
     type(group_type), allocatable :: mechanisms(:), copies(:)
     type(part_type), allocatable :: parts(:)
     type(members_type) :: originals
-    character(len=word_length), allocatable :: names(:)
     integer :: i, n
 
-    mechanisms = groups_named(doc, "mechanism")
-    copies = groups_named(doc, "repeat")
+    call read_all_parts(doc, units, mechanisms, copies, parts, error)
+    if (allocated(error)) return
     n = size(mechanisms)
-    allocate(parts(max(1, n) + size(copies)), names(max(1, n) + size(copies)))
-    names = ""
-    parts(1)%original = 1
-    do i = 1, n
-      call check_name(mechanisms(i), names(:i - 1), error)
-      if (allocated(error)) return
-      names(i) = name_of(mechanisms(i))
-      parts(i)%name = names(i)
-      parts(i)%original = i
-      call read_placement(mechanisms(i), mechanism_keys, units, parts(i)%placement, error)
-      if (allocated(error)) return
-    end do
-    do i = 1, size(copies)
-      call check_name(copies(i), names(:n + i - 1), error)
-      if (.not. allocated(error)) call read_copy(copies(i), units, parts(:n + i - 1), parts(max(1, n) + i), error)
-      if (allocated(error)) return
-      names(max(1, n) + i) = name_of(copies(i))
-    end do
     call take_joints(groups_named(doc, "joint"), mechanisms, joints, error)
     if (allocated(error)) return
     do i = 1, n
@@ -110,10 +100,100 @@ contains
       if (allocated(error)) return
     end do
     call take_links(joints, links)
-    call check_links(links, names, error)
+    call check_links(links, parts%name, error)
     if (allocated(error)) return
     placements = parts%placement
   end subroutine read_parts
+
+  !> Planes of their own, in the order of their numbers: origins from O (m) and axes x, y and normal in the frame's, shapes
+  !> (3, planes), (3, 3, planes). Errors: as of `read_parts`.
+  subroutine read_planes(doc, units, origins, axes, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    real(dp), allocatable, intent(out) :: origins(:, :), axes(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: mechanisms(:), copies(:)
+    type(part_type), allocatable :: parts(:)
+    integer :: i, k
+
+    call read_all_parts(doc, units, mechanisms, copies, parts, error)
+    if (allocated(error)) return
+    allocate(origins(3, count(parts%tilted)), axes(3, 3, count(parts%tilted)))
+    do i = 1, size(parts)
+      k = parts(i)%placement%plane
+      if (k == 0) cycle
+      origins(:, k) = parts(i)%origin
+      axes(:, :, k) = plane_axes(parts(i)%axis, parts(i)%x_axis)
+    end do
+  end subroutine read_planes
+
+  !> Mechanisms and copies with their groups. Errors: a name that is missing or taken; a copy of what is not there; axes that are
+  !> none.
+  subroutine read_all_parts(doc, units, mechanisms, copies, parts, error)
+    type(document_type), intent(in) :: doc
+    type(units_type), intent(in) :: units
+    type(group_type), allocatable, intent(out) :: mechanisms(:), copies(:)
+    type(part_type), allocatable, intent(out) :: parts(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=word_length), allocatable :: names(:)
+    integer :: i, n, planes
+
+    mechanisms = groups_named(doc, "mechanism")
+    copies = groups_named(doc, "repeat")
+    n = size(mechanisms)
+    allocate(parts(max(1, n) + size(copies)), names(max(1, n) + size(copies)))
+    names = ""
+    parts(1)%original = 1
+    do i = 1, n
+      call check_name(mechanisms(i), names(:i - 1), error)
+      if (allocated(error)) return
+      names(i) = name_of(mechanisms(i))
+      parts(i)%name = names(i)
+      parts(i)%original = i
+      call read_placement(mechanisms(i), mechanism_keys, units, parts(i), error)
+      if (allocated(error)) return
+    end do
+    do i = 1, size(copies)
+      call check_name(copies(i), names(:n + i - 1), error)
+      if (.not. allocated(error)) call read_copy(copies(i), units, parts(:n + i - 1), parts(max(1, n) + i), error)
+      if (allocated(error)) return
+      names(max(1, n) + i) = name_of(copies(i))
+    end do
+    ! what stands in a plane of its own has its origin there
+    planes = 0
+    do i = 1, size(parts)
+      associate (placement => parts(i)%placement)
+        placement%plane = 0
+        if (parts(i)%tilted) then
+          planes = planes + 1
+          placement%plane = planes
+        else
+          placement%origin = parts(i)%origin(:2)
+          placement%z = parts(i)%origin(3)
+        end if
+      end associate
+    end do
+  end subroutine read_all_parts
+
+  !> x, y and normal of a plane: of `x_axis` what lies in it, or where that is zero xi turned the shortest way that takes zeta to
+  !> the normal.
+  pure function plane_axes(axis, x_axis) result(axes)
+    real(dp), intent(in) :: axis(3), x_axis(3)
+    real(dp) :: axes(3, 3), n(3), x(3)
+
+    n = axis / norm2(axis)
+    if (norm2(x_axis) > 0) then
+      x = x_axis - dot_product(x_axis, n) * n
+    else if (1 + n(3) > epsilon(1.0_dp)) then
+      x = [1 - n(1)**2 / (1 + n(3)), -n(1) * n(2) / (1 + n(3)), -n(1)]
+    else
+      x = [1, 0, 0]
+    end if
+    x = x / max(norm2(x), tiny(1.0_dp))
+    axes(:, 1) = x
+    axes(:, 2) = [n(2) * x(3) - n(3) * x(2), n(3) * x(1) - n(1) * x(3), n(1) * x(2) - n(2) * x(1)]
+    axes(:, 3) = n
+  end function plane_axes
 
   !> Error: the group's name is empty, or one of those `taken`.
   subroutine check_name(group, taken, error)
@@ -128,21 +208,40 @@ contains
     end if
   end subroutine check_name
 
-  !> The keys that are given; the others stay.
-  subroutine read_placement(group, keys, units, placement, error)
+  !> The keys that are given; the others stay. Errors: axes that are none.
+  subroutine read_placement(group, keys, units, part, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
     type(units_type), intent(in) :: units
-    type(placement_type), intent(inout) :: placement
+    type(part_type), intent(inout) :: part
     type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: upright(3) = [0.0_dp, 0.0_dp, 1.0_dp]
+    real(dp) :: axes(3, 3)
 
-    if (has(group, "origin")) call read(group, keys, "origin", placement%origin, error, units)
+    if (has(group, "origin")) call read_place(group, keys, "origin", units, part%origin, error)
     if (allocated(error)) return
-    if (has(group, "angle")) call read(group, keys, "angle", placement%angle, error, units)
+    if (has(group, "axis")) call read(group, keys, "axis", part%axis, error)
     if (allocated(error)) return
-    if (has(group, "phase")) call read(group, keys, "phase", placement%phase, error, units)
+    if (has(group, "x_axis")) call read(group, keys, "x_axis", part%x_axis, error)
     if (allocated(error)) return
-    if (has(group, "ratio")) call read(group, keys, "ratio", placement%ratio, error)
+    part%tilted = part%tilted .or. has(group, "axis") .or. has(group, "x_axis")
+    if (.not. norm2(part%axis) > 0) then
+      call input_error(group, "axis", "has no direction", error)
+      return
+    end if
+    axes = plane_axes(part%axis, part%x_axis)
+    if (.not. norm2(axes(:, 1)) > 0.5_dp .or. norm2(part%x_axis) > 0 .and. .not. &
+      & norm2(part%x_axis - dot_product(part%x_axis, axes(:, 3)) * axes(:, 3)) > 1.0e-6_dp * norm2(part%x_axis)) then
+      call input_error(group, "x_axis", "stands on the plane: nothing of it lies in it", error)
+      return
+    end if
+    ! the frame's own plane
+    if (.not. norm2(axes(:, 3) - upright) > 0 .and. .not. norm2(part%x_axis) > 0) part%tilted = .false.
+    if (has(group, "angle")) call read(group, keys, "angle", part%placement%angle, error, units)
+    if (allocated(error)) return
+    if (has(group, "phase")) call read(group, keys, "phase", part%placement%phase, error, units)
+    if (allocated(error)) return
+    if (has(group, "ratio")) call read(group, keys, "ratio", part%placement%ratio, error)
   end subroutine read_placement
 
   !> A copy of one of the mechanisms `before`, or of a copy.
@@ -164,7 +263,7 @@ contains
     end if
     copy = before(i)
     copy%name = name_of(group)
-    call read_placement(group, repeat_keys, units, copy%placement, error)
+    call read_placement(group, repeat_keys, units, copy, error)
   end subroutine read_copy
 
   !> Joints as they stand in the document, with their mechanisms.

@@ -4,11 +4,12 @@ module gestell_input_machine_quantities
   use gestell_base_key, only: key_type, nonnegative, of_length, positive, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group, word_length
-  use gestell_input_schema_read, only: read
+  use gestell_input_schema_read, only: read, read_place
   use gestell_input_namelist_message, only: input_error, label
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, dof_names
-  use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
+  use gestell_model_frame_quantity, only: find_quantity
+  use gestell_model_frame_rows, only: probe_type, quantity_type
   use gestell_study_measure, only: band_measure, has_band, measure_names, measure_type, new_measure, peak_measure
   implicit none (type, external)
   private
@@ -17,7 +18,7 @@ module gestell_input_machine_quantities
 
   type(key_type), parameter, public :: probe_keys(*) = [ &
     & key_type("probe", "name", text_key, "names it in reports and files: up to 64 characters, no parentheses", required=.true.), &
-    & key_type("probe", "position", real_key, "in the frame's system, from F", 1, 2, 2, required=.true., unit=of_length), &
+    & key_type("probe", "position", real_key, "in the frame's system, from F", 1, 2, 3, required=.true., unit=of_length), &
     & key_type("probe", "limit_mm_s", real_key, "the vibration velocity that is allowed: root of the mean square within the " // &
     &   "band, in the direction in which it is greatest", symbol="mm/s", otherwise="none", range=positive), &
     & key_type("probe", "band_hz", real_key, "the band of frequencies that counts for it, both ends included", 1, 2, 2, &
@@ -32,6 +33,7 @@ contains
     type(probe_type), allocatable, intent(out) :: probes(:)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: groups(:)
+    real(dp) :: place(3)
     integer :: i, k
 
     groups = groups_named(doc, "probe")
@@ -48,7 +50,9 @@ contains
           call input_error(group, "name", "is the name of " // label(groups(k)) // " already", error)
           return
         end do
-        call read(group, probe_keys, "position", probe%position, error, units)
+        call read_place(group, probe_keys, "position", units, place, error)
+        probe%position = place(:2)
+        probe%z = place(3)
         if (allocated(error)) return
         if (has(group, "limit_mm_s")) then
           call read(group, probe_keys, "limit_mm_s", probe%limit, error)

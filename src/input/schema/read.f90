@@ -12,7 +12,7 @@ module gestell_input_schema_read
   implicit none (type, external)
   private
 
-  public :: read, count_values
+  public :: read, read_place, count_values
 
   !> call read(group, keys, name, value, error, units, default): the value of a group's key, whose record stands in `keys`.
   !> Numbers, vectors and matrices come in SI, with `units`, or as typed without. Where the key is missing its default stands
@@ -98,6 +98,22 @@ contains
       end do
     end associate
   end subroutine read_vector
+
+  !> A place in space, m, or what else has a value along each of three axes: of two values the third is 0. Where `alike` one value
+  !> stands for all.
+  pure subroutine read_place(group, keys, name, units, value, error)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    character(len=*), intent(in) :: name
+    type(units_type), intent(in) :: units
+    real(dp), intent(out) :: value(3)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: n
+
+    n = min(3, max(keys(find_key(keys, name))%least, count_values(group, name)))
+    value = 0
+    call read_vector(group, keys, name, value(:n), error, units)
+  end subroutine read_place
 
   pure subroutine read_matrix(group, keys, name, value, error, units, default)
     type(group_type), intent(in) :: group

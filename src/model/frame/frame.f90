@@ -11,6 +11,7 @@ module gestell_model_frame
   use gestell_model_frame_mounting, only: damping_matrix, load_matrix, load_rounding, stiffness_matrix, support_type, turned_loads
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
   use gestell_model_frame_weights, only: new_weights, weights_type
+  use gestell_model_space, only: in_space, space_type
   use gestell_system_averaged, only: average, averaged_system, term_size
   use gestell_system_second_order, only: check_second_order, second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -19,8 +20,8 @@ module gestell_model_frame
 
   public :: new_frame
 
-  !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices.
-  character(len=3), parameter, public :: dof_names(3) = [character(len=3) :: "xi", "eta", "psi"]
+  !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices; a frame in space has all.
+  character(len=7), parameter, public :: dof_names(6) = [character(len=7) :: "xi", "eta", "psi", "zeta", "rot_xi", "rot_eta"]
 
   !> A mechanism whose motion changes within less of the crank angle (rad) is refused.
   real(dp), parameter :: least_angle_scale = 1.0e-4_dp
@@ -45,6 +46,8 @@ module gestell_model_frame
     class(mechanism_type), allocatable :: mechanism
     !> As `new_frame` found them.
     type(weights_type) :: weights
+    !> What a frame in space has (gestell_model_frame_in_space); supports and origin above are then its own, not these.
+    type(space_type), allocatable :: space
   contains
     procedure :: matrices
     procedure :: load
@@ -55,6 +58,7 @@ module gestell_model_frame
     procedure :: check
     procedure :: averaged
     procedure :: natural_frequencies
+    procedure :: dofs, ground_stiffness, ground_damping
     procedure :: ground_forces
     procedure :: turned, turning, rotation, potential, dissipation
   end type frame_type
@@ -205,6 +209,10 @@ contains
     real(dp) :: felt(size(phases), table_columns), load(size(phases), 3), slope(size(phases))
     integer :: psi
 
+    if (allocated(self%space)) then
+      call self%space%sample_at_rest(self%mass, self%speed, self%crank_angles(phases), self%free, m, b, c, h)
+      return
+    end if
     call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), self%crank_angles(phases), felt, load, slope)
     call set_matrices(self%free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type()), &
       & self%damping, self%stiffness + load_matrix(self%supports), self%speed, self%origin, felt, m, b, c)
@@ -238,7 +246,7 @@ contains
     type(tabulated_type) :: tabulated
     class(mechanism_type), allocatable :: plain
 
-    if (.not. allocated(self%mechanism)) return
+    if (allocated(self%space) .or. .not. allocated(self%mechanism)) return
     select type (mechanism => self%mechanism)
     type is (tabulated_type)
       call mechanism%remember(self%crank_angles(phases), self%even_in_space())
@@ -258,6 +266,10 @@ contains
     real(dp) :: table(1, table_columns)
     integer :: k
 
+    if (allocated(self%space)) then
+      coupled = self%space%coupled(self%mass, self%free, 4 * self%least_steps)
+      return
+    end if
     all = abs(self%stiffness + load_matrix(self%supports)) > 0 .or. abs(self%damping) > 0
     do k = 1, 4 * self%least_steps
       call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), [2 * pi * k / (4 * self%least_steps)], table)
@@ -277,6 +289,7 @@ contains
     real(dp) :: moved(3, 3)
 
     call average(self, model)
+    if (allocated(self%space)) return
     moved = 0
     moved(self%free, self%free) = model%m
     moved(1, 1) = moved(1, 1) - self%mass
@@ -308,6 +321,12 @@ contains
 
     call self%check(error)
     if (allocated(error)) return
+    if (allocated(self%space)) then
+      call symmetric_pencil(self%space%stiffness(in_space(self%free), in_space(self%free)), &
+        & self%space%mean_mass(self%mass, self%free, 4 * self%least_steps), frequencies, error)
+      if (.not. allocated(error)) frequencies = sign(sqrt(abs(frequencies)), frequencies)
+      return
+    end if
     allocate(angles(4 * self%least_steps), table(4 * self%least_steps, table_columns))
     angles = [(2 * pi * k / size(angles), k = 1, size(angles))]
     call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), angles, table)
@@ -325,17 +344,49 @@ contains
       & failed_computation)
   end subroutine natural_frequencies
 
-  !> Forces (N) and moment about F at rest (N m) of supports and foundation on the ground, shape (3, points), for states
+  !> How many degrees of freedom there are, free or not: three, in space six.
+  pure integer function dofs(self)
+    class(frame_type), intent(in) :: self
+
+    dofs = merge(6, 3, allocated(self%space))
+  end function dofs
+
+  !> What the forces on the ground and their moment about F at rest have of q, shape (dofs, dofs).
+  pure function ground_stiffness(self) result(c)
+    class(frame_type), intent(in) :: self
+    real(dp), allocatable :: c(:, :)
+
+    if (allocated(self%space)) then
+      c = self%space%stiffness(in_space, in_space)
+    else
+      c = self%stiffness + turned_loads(self%supports)
+    end if
+  end function ground_stiffness
+
+  !> The same of q'.
+  pure function ground_damping(self) result(b)
+    class(frame_type), intent(in) :: self
+    real(dp), allocatable :: b(:, :)
+
+    if (allocated(self%space)) then
+      b = self%space%damping(in_space, in_space)
+    else
+      b = self%damping
+    end if
+  end function ground_damping
+
+  !> Forces (N) and moment about F at rest (N m) of supports and foundation on the ground, shape (dofs, points), for states
   !> x of shape (states, points).
   pure function ground_forces(self, x) result(forces)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)
-    real(dp) :: forces(3, size(x, 2)), stiffness(3, 3)
+    real(dp), allocatable :: forces(:, :), stiffness(:, :), damping(:, :)
     integer :: f
 
     f = size(self%free)
-    stiffness = self%stiffness + turned_loads(self%supports)
-    forces = matmul(stiffness(:, self%free), x(:f, :)) + matmul(self%damping(:, self%free), x(f + 1:, :))
+    stiffness = self%ground_stiffness()
+    damping = self%ground_damping()
+    forces = matmul(stiffness(:, self%free), x(:f, :)) + matmul(damping(:, self%free), x(f + 1:, :))
   end function ground_forces
 
   !> A vector of the frame's system in space, where the frame has turned by psi: s + psi k x s, to first order.

@@ -84,15 +84,16 @@ contains
     c(3, :2) = c(:2, 3)
   end function load_rounding
 
-  !> Bounds on the roundings in a mounting's matrix, shape (3, 3). It is a sum of positive semi-definite terms: the sizes of those
+  !> Bounds on the roundings in a mounting's matrix, shape as its. It is a sum of positive semi-definite terms: the sizes of those
   !> in c_ik sum to sqrt(c_ii c_kk) at most, by Schwarz's inequality, however they cancel there.
   pure function matrix_rounding(c) result(rounding)
-    real(dp), intent(in) :: c(3, 3)
-    real(dp) :: rounding(3, 3)
+    real(dp), intent(in) :: c(:, :)
+    real(dp) :: rounding(size(c, 1), size(c, 1)), root(size(c, 1))
     real(dp), parameter :: unit = 16 * epsilon(1.0_dp)
-    integer :: i, k
+    integer :: i
 
-    rounding = reshape([((unit * sqrt(abs(c(i, i))) * sqrt(abs(c(k, k))), i = 1, 3), k = 1, 3)], [3, 3])
+    root = [(sqrt(abs(c(i, i))), i = 1, size(c, 1))]
+    rounding = unit * spread(root, 2, size(root)) * spread(root, 1, size(root))
   end function matrix_rounding
 
   !> sum over the two axes of k g g^T: a small motion (xi, eta, psi) of the frame moves the support's head by g . q

@@ -1,14 +1,5 @@
 !> Quantities of the vibration that are linear in the motion, as rows of weights: displacements, velocities and
 !> accelerations of points of the frame, forces of single supports and in total.
-!>
-!> The motion of the frame is one column of 12 numbers, for (xi, eta, psi) each: q, q', q'', and the forces of the guides on
-!> the ground, which hold the degrees of freedom that are not free. Of the exact frame 7 more follow: s = sin psi - psi and
-!> c = cos psi - 1, their first and second derivatives, in which the motion of all points is linear again,
-!>
-!>     x = xi - Y (psi + s) + X c,   y = eta + X (psi + s) + Y c,
-!>
-!> and what the moment of the supports on the ground has beyond its linear terms; then, along x and y, what the force of each
-!> support has whose axes turn with the frame, in their order.
 module gestell_model_frame_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -16,34 +7,12 @@ module gestell_model_frame_quantity
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_mounting, only: damping_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_type, &
     & turned_loads
+  use gestell_model_frame_quantity_in_space, only: look_up_in_space, point_in_space
+  use gestell_model_frame_rows, only: accelerations, cosine, exact_rows, moment_excess, probe_type, quantity_type, sine
   implicit none (type, external)
   private
 
-  public :: exact_rows, find_quantity, look_up_quantity, point_quantity
-
-  !> Rows of the motion: the last of q, q', q'' and the guides' forces.
-  integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12, &
-    & sine = 13, cosine = 14, moment_excess = 19
-
-  !> A measuring point on the frame, in its system (m); the greatest vibration velocity (m/s, rms in the band of frequencies, Hz,
-  !> in any direction) that is allowed, 0: no limit.
-  type, public :: probe_type
-    character(len=64) :: name = ""
-    real(dp) :: position(2) = 0, limit = 0, band(2) = [10.0_dp, 1000.0_dp]
-  end type probe_type
-
-  type, public :: quantity_type
-    !> As the user names it, and its unit.
-    character(len=80) :: name = ""
-    character(len=8) :: unit = ""
-    !> Shape (rows, 1), or (rows, 2) of a magnitude, whose components along x and y the columns give; rows: those of the exact
-    !> frame's motion.
-    real(dp), allocatable :: weights(:, :)
-    !> Bounds on the weights' roundings, shape as theirs: forces that cancel in the weights do not in these.
-    real(dp), allocatable :: rounding(:, :)
-  contains
-    procedure :: rows
-  end type quantity_type
+  public :: find_quantity, look_up_quantity, point_quantity
 
   character(len=*), parameter :: coordinates(6) = [character(len=7) :: "xi", "eta", "psi", "xi_dot", "eta_dot", "psi_dot"]
   character(len=*), parameter :: coordinate_units(6) = [character(len=5) :: "m", "m", "rad", "m/s", "m/s", "rad/s"]
@@ -52,25 +21,6 @@ module gestell_model_frame_quantity
   character(len=*), parameter :: force_parts(3) = [character(len=2) :: "fx", "fy", "f"]
 
 contains
-
-  !> How many rows the exact frame's motion has.
-  pure integer function exact_rows(frame)
-    class(frame_type), intent(in) :: frame
-    integer :: k
-
-    exact_rows = moment_excess + 2 * count([(frame%supports(k)%turning, k = 1, size(frame%supports))])
-  end function exact_rows
-
-  !> How many rows of the motion the quantity needs; the exact frame has all.
-  pure integer function rows(self)
-    class(quantity_type), intent(in) :: self
-    integer :: k
-
-    rows = velocities
-    do k = velocities + 1, guide_forces
-      if (any(abs(self%weights(k, :)) > 0)) rows = merge(accelerations, guide_forces, k <= accelerations)
-    end do
-  end function rows
 
   !> The quantity of that name: xi, eta, psi and with _dot; fx, fy, m, f (forces and moment on the ground as in the
   !> response, the magnitude of the whole force, that of guides with it); support(2).fx, .fy, .f; foundation.fx, .fy, .f, .m;
@@ -97,6 +47,10 @@ contains
     real(dp), allocatable, dimension(:, :) :: forces, rounding
     integer :: dot, part, number, k
 
+    if (allocated(frame%space)) then
+      call look_up_in_space(frame, probes, name, quantity, error)
+      return
+    end if
     allocate(forces(exact_rows(frame), 3), rounding(exact_rows(frame), 3))
     dot = index(name, ".", back=.true.)
     if (index(name, ")", back=.true.) > dot) dot = 0
@@ -277,6 +231,10 @@ contains
     real(dp) :: along(exact_rows(frame), 2)
     integer :: number, first
 
+    if (allocated(frame%space)) then
+      call point_in_space(frame, probe, part, quantity)
+      return
+    end if
     number = findloc(point_parts, part, dim=1)
     first = 3 * ((number - 1) / 3)
     along = 0

@@ -26,6 +26,7 @@ module gestell_model_frame_varied_frame
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix
   use gestell_model_frame_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
+  use gestell_model_space_variation, only: ground_in_space, sample_varied
   use gestell_model_mechanism_moving_masses, only: find_masses, masses_type
   implicit none (type, external)
   private
@@ -101,20 +102,20 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    real(dp), dimension(size(phases), 3, 3) :: all_m, all_b, all_c
-    real(dp), dimension(size(phases), 3) :: q, v, a, r
-    real(dp) :: cosine(size(phases)), sine(size(phases))
-    complex(dp) :: turn(size(phases))
-    integer :: j, k
+    real(dp), dimension(size(phases), self%dofs(), self%dofs()) :: all_m, all_b, all_c
+    real(dp), dimension(size(phases), self%dofs()) :: q, v, a, r
+    integer :: dofs, j, k
 
     call self%motion%values(phases, q, v, a)
     v = v * (2 * pi / self%period)
     a = a * (2 * pi / self%period)**2
-    call cosine_sine(q(:, 3), cosine, sine)
-    turn = cmplx(cosine, sine, dp)
-    call vary_inertia(self, phases, q, v, a, turn, r, all_m, all_b, all_c)
-    call add_foundation(self, q, v, r, all_b, all_c)
-    call add_mounting(self%supports, q, v, turn, r, all_b, all_c)
+    dofs = self%dofs()
+    if (allocated(self%space)) then
+      call sample_varied(self%space, self%mass, self%speed, self%crank_angles(phases), q, v, a, r, all_m, all_b, all_c)
+      if (self%excitation < 1 .or. self%excitation > 1) call take_excitation_in_space(self, phases, r)
+    else
+      call vary_in_plane(self, phases, q, v, a, r, all_m, all_b, all_c)
+    end if
     do k = 1, size(self%free)
       do j = 1, size(self%free)
         m(:, j, k) = all_m(:, self%free(j), self%free(k))
@@ -124,8 +125,8 @@ contains
     end do
     if (.not. present(h)) return
     if (.not. self%newton) r = 0
-    do k = 1, merge(0, 3, self%lacking)
-      do j = 1, 3
+    do k = 1, merge(0, dofs, self%lacking)
+      do j = 1, dofs
         r(:, j) = r(:, j) - all_m(:, j, k) * a(:, k) - all_b(:, j, k) * v(:, k) - all_c(:, j, k) * q(:, k)
       end do
     end do
@@ -134,7 +135,24 @@ contains
     end do
   end subroutine sample_second_order
 
-  !> The left sides of the equations, shape (points, 3), and their derivatives with respect to q'', q' and q, where E is `turn`.
+  !> The left sides of the equations of the plane, shape (points, 3), and their derivatives with respect to q'', q' and q.
+  !> Nine arguments: q, q', q'', and the left side with its three derivatives.
+  subroutine vary_in_plane(self, phases, q, v, a, r, m, b, c)
+    type(varied_frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :)
+    real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp) :: cosine(size(phases)), sine(size(phases))
+    complex(dp) :: turn(size(phases))
+
+    call cosine_sine(q(:, 3), cosine, sine)
+    turn = cmplx(cosine, sine, dp)
+    call vary_inertia(self, phases, q, v, a, turn, r, m, b, c)
+    call add_foundation(self, q, v, r, b, c)
+    call add_mounting(self%supports, q, v, turn, r, b, c)
+  end subroutine vary_in_plane
+
+  !> What the masses add to the left sides and their derivatives, where E is `turn`.
   !> Ten arguments: q, q', q'', and the left side with its three derivatives.
   subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
     type(varied_frame_type), intent(in) :: frame
@@ -198,6 +216,19 @@ contains
     end associate
   end subroutine take_excitation
 
+  !> The same in space.
+  subroutine take_excitation_in_space(frame, phases, r)
+    type(varied_frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(inout) :: r(:, :)
+    real(dp), dimension(size(phases), 6, 6) :: m, b, c
+    real(dp) :: h(size(phases), 6)
+    integer :: i
+
+    call frame%space%sample_at_rest(frame%mass, frame%speed, frame%crank_angles(phases), [(i, i = 1, 6)], m, b, c, h)
+    r = r + (1 - frame%excitation) * h
+  end subroutine take_excitation_in_space
+
   !> The foundation, whose potential is quadratic in xi, eta, psi.
   pure subroutine add_foundation(self, q, v, r, b, c)
     type(varied_frame_type), intent(in) :: self
@@ -214,22 +245,25 @@ contains
     end do
   end subroutine add_foundation
 
-  !> Which of the free degrees of freedom act on each other: those of the frame at rest, and once it turns, psi with all others.
+  !> Which of the free degrees of freedom act on each other: those of the frame at rest, and once it turns, rotations with all
+  !> others.
   function coupled(self)
     class(varied_frame_type), intent(in) :: self
-    logical, allocatable :: coupled(:, :)
+    logical, allocatable :: coupled(:, :), turns(:)
 
     coupled = self%frame_type%coupled()
-    where (spread(self%free == 3, 1, size(self%free)) .or. spread(self%free == 3, 2, size(self%free)))
+    turns = self%free >= 3 .and. self%free /= 4
+    where (spread(turns, 1, size(turns)) .or. spread(turns, 2, size(turns)))
       coupled = .true.
     end where
   end function coupled
 
-  !> Forces (N) and moment about F at rest (N m) on the ground, shape (3, points), for states x, shape (states, points).
+  !> Forces (N) and moment about F at rest (N m) on the ground, shape (dofs, points), for states x, shape (states, points).
   pure function ground_forces(self, x) result(forces)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)
-    real(dp) :: forces(3, size(x, 2)), q(size(x, 2), 3), v(size(x, 2), 3)
+    real(dp), allocatable :: forces(:, :)
+    real(dp), dimension(size(x, 2), self%dofs()) :: q, v
     integer :: f
 
     f = size(self%free)
@@ -237,6 +271,10 @@ contains
     v = 0
     q(:, self%free) = transpose(x(:f, :))
     v(:, self%free) = transpose(x(f + 1:, :))
+    if (allocated(self%space)) then
+      forces = ground_in_space(self%space, q, v)
+      return
+    end if
     forces = transpose(ground_load(self%supports, q, v) + matmul(q, transpose(self%foundation_stiffness)) &
       & + matmul(v, transpose(self%foundation_damping)))
   end function ground_forces

@@ -20,6 +20,11 @@ module gestell_model_linkage_bodies
     integer :: from = 0, to = 0
     !> Mass (kg), moment of inertia about the centre of mass (kg m^2), centre of mass in the link's system (m).
     real(dp) :: mass = 0, inertia = 0, center(2) = 0
+    !> What only a frame in space feels: the place of the centre of mass along the plane's normal (m), the moments of inertia along
+    !> the link's xi-axis and across it, in the plane (kg m^2), the xi-axis of a link that only translates; the number of its plane,
+    !> 0: the frame's own.
+    real(dp) :: z = 0, along = 0, across = 0, axis(2) = [1.0_dp, 0.0_dp]
+    integer :: plane = 0
   end type link_type
 
 contains
@@ -35,6 +40,11 @@ contains
     to%mass = from%mass
     to%inertia = from%inertia
     to%center = from%center
+    to%z = from%z
+    to%along = from%along
+    to%across = from%across
+    to%axis = from%axis
+    to%plane = from%plane
   end subroutine move_link
 
   !> The sums (4) to (7) over the links, with all joints at `at`; `terms`: those of the absolute terms of a1'', a2'' and a4.

@@ -23,9 +23,6 @@ module gestell_model_space_masses
     type(linkage_type) :: linkage
     !> Q, whose third column is the normal; o (m).
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), origin(3) = 0
-    !> Of each link: its z (m), its moments of inertia along it and across it (kg m^2; the third is the linkage's), shapes (links),
-    !> (2, links).
-    real(dp), allocatable :: z(:), inertia(:, :)
   end type plane_type
 
   !> At an angle of the drive: S, S', S'' (kg m), shape (3, 0:2); J, J' (kg m^2), shape (3, 3, 0:1); H, H' (kg m^2), shape (3, 0:1).
@@ -61,9 +58,10 @@ contains
 
     call plane%linkage%points(angle, at)
     do i = 1, size(plane%linkage%links)
-      associate (link => plane%linkage%links(i), z => plane%z(i), along => plane%inertia(1, i), across => plane%inertia(2, i))
+      associate (link => plane%linkage%links(i), z => plane%linkage%links(i)%z, along => plane%linkage%links(i)%along, &
+        & across => plane%linkage%links(i)%across)
         if (link%to == 0) then
-          u = point_type(jet(1.0_dp), jet(0.0_dp))
+          u = point_type(jet(link%axis(1)), jet(link%axis(2)))
           center = point_type(at(link%from)%x + link%center(1), at(link%from)%y + link%center(2))
         else
           u = direction(at(link%from), at(link%to))

@@ -5,7 +5,7 @@ module gestell_model_space_mounting
   implicit none (type, external)
   private
 
-  public :: add_supports, support_matrix
+  public :: add_supports, support_force, support_matrix
 
   !> Springs and dampers at `position` in the frame's axes (m), along the three columns of `axes`.
   type, public :: space_support_type
@@ -29,6 +29,18 @@ contains
       c = c + k(i) * spread(g, 2, 6) * spread(g, 1, 6)
     end do
   end function support_matrix
+
+  !> The force of a support on the ground, -F below, along axes in space (N).
+  pure function support_force(support, u, v, rotation, w) result(force)
+    type(space_support_type), intent(in) :: support
+    real(dp), intent(in) :: u(3), v(3), rotation(3, 3), w(3)
+    real(dp) :: force(3)
+
+    associate (axes => support%axes, p => support%position)
+      force = matmul(axes, support%stiffness * matmul(u + matmul(rotation, p) - p, axes) &
+        & + support%damping * matmul(v + matmul(rotation, cross(w, p)), axes))
+    end associate
+  end function support_force
 
   !> Subtracts force and moment about F of the supports on a frame from r, shape (6), and their derivatives from b and c, shape
   !> (6, 6): with the frame's displacement u, velocity v, axes R, angular velocity w, the head of a support has moved by

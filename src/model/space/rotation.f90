@@ -13,7 +13,7 @@ module gestell_model_space_rotation
   implicit none (type, external)
   private
 
-  public :: cross, cross_matrix, rotation_matrix, turning_matrices
+  public :: cross, cross_matrix, rotation_matrix, turn_beyond_first_order, turning_matrices
 
 contains
 
@@ -41,6 +41,24 @@ contains
     c = cross_matrix(theta)
     r = s(1, 0) * c + s(2, 0) * matmul(c, c) + identity()
   end function rotation_matrix
+
+  !> R - 1 - [theta] and its first and second derivatives with respect to time, shape (3, 3, 0:2), of theta, theta', theta'', shape
+  !> (3, 0:2): R' = R [w], R'' = R ([w]^2 + [w']).
+  pure function turn_beyond_first_order(theta) result(beyond)
+    real(dp), intent(in) :: theta(3, 0:2)
+    real(dp) :: beyond(3, 3, 0:2), s(3, 0:2), t(3, 3, 0:2), r(3, 3), c(3, 3), spin(3, 3), w_d(3)
+
+    s = coefficients(dot_product(theta(:, 0), theta(:, 0)))
+    t = turning_matrices(theta)
+    c = cross_matrix(theta(:, 0))
+    r = rotation_matrix(theta(:, 0))
+    spin = cross_matrix(matmul(t(:, :, 0), theta(:, 1)))
+    w_d = matmul(t(:, :, 0), theta(:, 2)) + matmul(t(:, :, 1), theta(:, 1))
+    ! 1 - s_1 = a^2 s_3
+    beyond(:, :, 0) = s(2, 0) * matmul(c, c) - s(3, 0) * dot_product(theta(:, 0), theta(:, 0)) * c
+    beyond(:, :, 1) = matmul(r, spin) - cross_matrix(theta(:, 1))
+    beyond(:, :, 2) = matmul(r, matmul(spin, spin) + cross_matrix(w_d)) - cross_matrix(theta(:, 2))
+  end function turn_beyond_first_order
 
   !> T and its first and second derivatives with respect to time, shape (3, 3, 0:2), of theta, theta', theta'', shape (3, 0:2).
   pure function turning_matrices(theta) result(t)

@@ -4,7 +4,8 @@ module gestell_study_design_goal
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: accelerations, exact_rows, guide_forces, look_up_quantity, probe_type, quantity_type
+  use gestell_model_frame_quantity, only: look_up_quantity
+  use gestell_model_frame_rows, only: accelerations, exact_rows, guide_forces, probe_type, quantity_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_model_mechanism, only: a1_dd, a2_dd, a4_v, drive_columns, energy_d, table_columns
   use gestell_model_mechanism_driving, only: drive_power, power_rows, torque

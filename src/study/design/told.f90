@@ -6,7 +6,7 @@ module gestell_study_design_told
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: accelerations
+  use gestell_model_frame_rows, only: accelerations
   use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
   use gestell_study_design_branches, only: measure_branches
   use gestell_study_design_goal, only: goal_type, of_machine, of_motion, of_multipliers, of_shaking, of_torque, plain_values, &

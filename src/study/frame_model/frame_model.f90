@@ -61,7 +61,7 @@ contains
     case ("rest")
       allocate(settled, source=frame)
     case ("first_order", "exact")
-      allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
+      allocate(rest%cosine(0:1, frame%dofs()), rest%sine(0:1, frame%dofs()), source=0.0_dp)
       allocate(varied)
       varied = varied_frame(frame, rest)
       varied%newton = model == "exact" .and. is_excited(frame)
@@ -118,6 +118,12 @@ contains
     call iterate(frame, accuracy, .false., found, steps, error)
     followed = too_far(error)
     if (allocated(error) .and. .not. followed) return
+    if (allocated(frame%space)) then
+      ! paths are those of the plane
+      if (.not. followed) varied = found
+      if (.not. followed .and. present(newton)) call move_alloc(steps, newton%steps)
+      return
+    end if
     if (followed) then
       found = varied
       call follow_excitation(frame, accuracy, found, steps, error)

@@ -36,7 +36,7 @@ module gestell_study_frame_model_newton
 
   !> A periodic motion as it is told by `next_motion`.
   type, public :: next_type
-    !> At equidistant phases, shape (samples, 3), the series through them, units that make the states comparable.
+    !> At equidistant phases, shape (samples, dofs), the series through them, units that make the states comparable.
     real(dp), allocatable :: q(:, :), scale(:)
     type(series_type) :: series
     !> Its size in these units; its change from the motion it is told from, and an estimate of its error, relative to it.
@@ -128,7 +128,8 @@ contains
     type(floquet_type) :: solved
     type(periodic_solution_type) :: start
     real(dp), allocatable :: x(:, :), change(:, :)
-    real(dp) :: beyond(3), unseen
+    real(dp) :: unseen
+    real(dp), allocatable :: beyond(:)
     logical :: fits
     integer :: n, k
 
@@ -137,7 +138,7 @@ contains
       ! Multiples of 8 are quickly transformed.
       n = 8 * ((max(n, samples) + 7) / 8)
       if (allocated(next%q)) deallocate(next%q)
-      allocate(next%q(n, 3), source=0.0_dp)
+      allocate(next%q(n, frame%dofs()), source=0.0_dp)
       if (present(from) .and. present(lack)) then
         next%q = values_of(from, n)
         change = -next%q
@@ -163,7 +164,7 @@ contains
         next%q(:, frame%free) = transpose(x(:size(frame%free), :))
         next%scale = solved%scale
         next%error = max(frame%load_rounding, norm2(start%error / next%scale) &
-          & / max(maxval(norm2(x / spread(next%scale, 2, n), dim=1)), tiny(beyond)))
+          & / max(maxval(norm2(x / spread(next%scale, 2, n), dim=1)), tiny(unseen)))
       end if
       next%size = size_of(frame, next%scale, next%q)
       next%step = size_of(frame, next%scale, next%q + change) / max(next%size, tiny(next%size))
@@ -212,7 +213,7 @@ contains
     class(frame_type), intent(in) :: frame
     type(next_type), intent(inout) :: next
     real(dp), intent(in) :: part
-    real(dp) :: units(3)
+    real(dp) :: units(frame%dofs())
 
     units = 0
     units(frame%free) = next%scale(:size(frame%free))
@@ -223,7 +224,7 @@ contains
   function values_of(motion, samples) result(q)
     type(series_type), intent(in) :: motion
     integer, intent(in) :: samples
-    real(dp), dimension(samples, 3) :: q, v, a
+    real(dp), dimension(samples, size(motion%cosine, 2)) :: q, v, a
     integer :: k
 
     call motion%values([(real(k, dp) / samples, k = 0, samples - 1)], q, v, a)

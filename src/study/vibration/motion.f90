@@ -5,8 +5,10 @@ module gestell_study_vibration_motion
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, turned_loads
   use gestell_model_frame_moved_mounting, only: ground_load
-  use gestell_model_frame_quantity, only: accelerations, cosine, displacements, guide_forces, moment_excess, sine, velocities
+  use gestell_model_frame_rows, only: accelerations, cosine, displacements, guide_forces, moment_excess, moments_excess, rows_of, &
+    & sine, turn_excess, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_space_rotation, only: cross, turn_beyond_first_order
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
@@ -20,7 +22,7 @@ module gestell_study_vibration_motion
 
 contains
 
-  !> The first `rows` rows of the motion (gestell_model_frame_quantity) at `phases`, shape (rows, phases), from the states x of the
+  !> The first `rows` rows of the motion (gestell_model_frame_rows) at `phases`, shape (rows, phases), from the states x of the
   !> free degrees of freedom there. `system`: the frame or its averaged model, whose solution x is.
   subroutine whole_motion(frame, system, phases, x, rows, motion)
     class(frame_type), intent(in) :: frame
@@ -29,18 +31,19 @@ contains
     real(dp), intent(in) :: x(:, :)
     integer, intent(in) :: rows
     real(dp), allocatable, intent(out) :: motion(:, :)
-    integer :: f, first, last
+    integer :: f, first, last, dofs
 
     f = size(frame%free)
+    dofs = frame%dofs()
     allocate(motion(rows, size(phases)), source=0.0_dp)
     motion(frame%free, :) = x(:f, :)
-    motion(displacements + frame%free, :) = x(f + 1:, :)
-    if (rows <= velocities) return
+    motion(dofs + frame%free, :) = x(f + 1:, :)
+    if (rows <= rows_of(dofs, velocities)) return
     do first = 1, size(phases), block_length
       last = min(first + block_length - 1, size(phases))
       call add_accelerations(frame, system, phases(first:last), x(:, first:last), motion(:, first:last))
     end do
-    if (rows >= guide_forces) call complete_motion(frame, system, phases, motion)
+    if (rows >= rows_of(dofs, guide_forces)) call complete_motion(frame, system, phases, motion)
   end subroutine whole_motion
 
   !> The rows beyond the accelerations, guides' forces and what the exact frame has, of a `motion`, shape (rows, phases), whose
@@ -52,15 +55,20 @@ contains
     real(dp), contiguous, intent(inout) :: motion(:, :)
     class(second_order_system), allocatable :: whole
     real(dp), allocatable :: x(:, :)
-    integer :: first, last
+    integer :: first, last, dofs
 
+    dofs = frame%dofs()
     call free_all(frame, system, whole)
     do first = 1, size(phases), block_length
       last = min(first + block_length - 1, size(phases))
-      if (size(frame%free) < 3) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
-      if (size(motion, 1) == guide_forces) cycle
-      x = motion([frame%free, displacements + frame%free], first:last)
-      call add_turned(frame, x, motion(:, first:last))
+      if (size(frame%free) < dofs) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
+      if (size(motion, 1) == rows_of(dofs, guide_forces)) cycle
+      x = motion([frame%free, dofs + frame%free], first:last)
+      if (allocated(frame%space)) then
+        call add_turned_in_space(frame, x, motion(:, first:last))
+      else
+        call add_turned(frame, x, motion(:, first:last))
+      end if
     end do
   end subroutine complete_motion
 
@@ -100,6 +108,28 @@ contains
       & - motion(2, :) * motion(accelerations + 1, :)
   end subroutine add_turned
 
+  !> The same in space: R - 1 - [theta] with its derivatives, and moments beyond their linear terms; guides' moments about F at
+  !> rest.
+  subroutine add_turned_in_space(frame, x, motion)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: x(:, :)
+    real(dp), intent(inout) :: motion(:, :)
+    integer, parameter :: turns(3) = [5, 6, 3], places(3) = [1, 2, 4]
+    real(dp), allocatable :: load(:, :)
+    real(dp) :: beyond(3, 3, 0:2)
+    integer :: k, first
+
+    load = frame%ground_forces(x) - matmul(frame%ground_stiffness(), motion(:6, :)) &
+      & - matmul(frame%ground_damping(), motion(7:12, :))
+    do k = 1, size(motion, 2)
+      beyond = turn_beyond_first_order(reshape([motion(turns, k), motion(6 + turns, k), motion(12 + turns, k)], [3, 3]))
+      motion(turn_excess + 1:moments_excess, k) = reshape(beyond, [27])
+      motion(moments_excess + 1:, k) = load(turns, k)
+      first = rows_of(6, accelerations)
+      motion(first + turns, k) = motion(first + turns, k) + cross(motion(places, k), motion(first + places, k))
+    end do
+  end subroutine add_turned_in_space
+
   !> q'' from (23).
   subroutine add_accelerations(frame, system, phases, x, motion)
     class(frame_type), intent(in) :: frame
@@ -113,21 +143,22 @@ contains
     allocate(p(2 * f, 2 * f, size(phases)), load(2 * f, size(phases)))
     call system%sample(phases, p, load)
     do k = 1, size(phases)
-      motion(velocities + frame%free, k) = matmul(p(f + 1:, :, k), x(:, k)) + load(f + 1:, k)
+      motion(2 * frame%dofs() + frame%free, k) = matmul(p(f + 1:, :, k), x(:, k)) + load(f + 1:, k)
     end do
   end subroutine add_accelerations
 
-  !> The frame with all three degrees of freedom free, averaged where `system` is.
+  !> The frame with all degrees of freedom free, averaged where `system` is.
   subroutine free_all(frame, system, whole)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
     class(second_order_system), allocatable, intent(out) :: whole
     class(frame_type), allocatable :: free
     type(averaged_system), allocatable :: model
+    integer :: i
 
     allocate(free, source=frame)
-    free%free = [1, 2, 3]
-    free%states = 6
+    free%free = [(i, i = 1, frame%dofs())]
+    free%states = 2 * frame%dofs()
     ! Also where the vibration is that of the equations about rest guides exert what the exact ones leave.
     select type (free)
     class is (varied_frame_type)
@@ -150,15 +181,17 @@ contains
     class(second_order_system), intent(in) :: whole
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(inout) :: motion(:, :)
-    real(dp) :: m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3), h(size(phases), 3)
-    integer :: i, k
+    real(dp), dimension(size(phases), frame%dofs(), frame%dofs()) :: m, b, c
+    real(dp) :: h(size(phases), frame%dofs())
+    integer :: i, k, n
 
+    n = frame%dofs()
     call whole%sample_second_order(phases, m, b, c, h)
     do k = 1, size(phases)
-      do i = 1, 3
+      do i = 1, n
         if (any(frame%free == i)) cycle
-        motion(accelerations + i, k) = h(k, i) - dot_product(m(k, i, :), motion(7:9, k)) &
-          & - dot_product(b(k, i, :), motion(4:6, k)) - dot_product(c(k, i, :), motion(1:3, k))
+        motion(3 * n + i, k) = h(k, i) - dot_product(m(k, i, :), motion(2 * n + 1:3 * n, k)) &
+          & - dot_product(b(k, i, :), motion(n + 1:2 * n, k)) - dot_product(c(k, i, :), motion(:n, k))
       end do
     end do
   end subroutine add_guides
@@ -173,32 +206,33 @@ contains
     real(dp), intent(out) :: errors(:)
     class(second_order_system), allocatable :: whole
     real(dp), allocatable :: p(:, :, :), load(:, :), m(:, :, :), b(:, :, :), c(:, :, :), h(:, :)
-    integer :: f, i, k
+    integer :: f, i, k, n
 
     f = size(frame%free)
+    n = frame%dofs()
     errors = 0
     errors(frame%free) = states(:f)
-    errors(displacements + frame%free) = states(f + 1:)
-    if (size(errors) <= velocities) return
+    errors(n + frame%free) = states(f + 1:)
+    if (size(errors) <= rows_of(n, velocities)) return
     allocate(p(2 * f, 2 * f, size(phases)), load(2 * f, size(phases)))
     call system%sample(phases, p, load)
     do k = 1, size(phases)
-      errors(velocities + frame%free) = max(errors(velocities + frame%free), matmul(abs(p(f + 1:, :, k)), states) &
+      errors(2 * n + frame%free) = max(errors(2 * n + frame%free), matmul(abs(p(f + 1:, :, k)), states) &
         & + part * abs(load(f + 1:, k)))
     end do
-    if (size(errors) > guide_forces) call add_turned_errors(frame, errors)
-    if (size(errors) < guide_forces .or. f == 3) return
+    if (size(errors) > rows_of(n, guide_forces)) call add_turned_errors(frame, errors)
+    if (size(errors) < rows_of(n, guide_forces) .or. f == n) return
     call free_all(frame, system, whole)
-    allocate(m(size(phases), 3, 3), b(size(phases), 3, 3), c(size(phases), 3, 3), h(size(phases), 3))
+    allocate(m(size(phases), n, n), b(size(phases), n, n), c(size(phases), n, n), h(size(phases), n))
     call whole%sample_second_order(phases, m, b, c, h)
     ! Beside the force along one axis, rounding is all that a small one along the other is.
     h(:, 1) = max(abs(h(:, 1)), abs(h(:, 2)))
     h(:, 2) = h(:, 1)
-    do i = 1, 3
+    do i = 1, n
       if (any(frame%free == i)) cycle
       do k = 1, size(phases)
-        errors(accelerations + i) = max(errors(accelerations + i), dot_product(abs(m(k, i, :)), errors(7:9)) &
-          & + dot_product(abs(b(k, i, :)), errors(4:6)) + dot_product(abs(c(k, i, :)), errors(1:3)) + part * abs(h(k, i)))
+        errors(3 * n + i) = max(errors(3 * n + i), dot_product(abs(m(k, i, :)), errors(2 * n + 1:3 * n)) &
+          & + dot_product(abs(b(k, i, :)), errors(n + 1:2 * n)) + dot_product(abs(c(k, i, :)), errors(:n)) + part * abs(h(k, i)))
       end do
     end do
   end subroutine motion_errors
@@ -208,9 +242,18 @@ contains
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)
-    real(dp) :: load(3)
+    integer, parameter :: turns(3) = [5, 6, 3]
+    real(dp) :: load(frame%dofs())
     integer :: k, row
 
+    if (allocated(frame%space)) then
+      do k = 0, 2
+        errors(turn_excess + 9 * k + 1:turn_excess + 9 * k + 9) = sum(errors(6 * k + turns))
+      end do
+      load = matmul(abs(frame%ground_stiffness()), errors(:6)) + matmul(abs(frame%ground_damping()), errors(7:12))
+      errors(moments_excess + 1:) = load(turns)
+      return
+    end if
     do k = 0, 2
       errors(sine + 2 * k:cosine + 2 * k) = errors(3 + 3 * k)
     end do

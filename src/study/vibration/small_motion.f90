@@ -14,7 +14,7 @@ module gestell_study_vibration_small_motion
   !> Motions so many times as large are great even for the exact frame, whose springs and dampers are linear all the same.
   real(dp), parameter :: great = 5
 
-  !> How far a frame moves: the greatest of xi and eta (m), of psi (rad), and the machine's size (m), the greatest distance of a
+  !> How far a frame moves: the greatest of xi, eta and zeta (m), of the rotations (rad), and the machine's size (m), the greatest distance of a
   !> support or of O from F; 0: unknown, as of a foundation alone below O.
   type, public :: moved_type
     real(dp) :: displacement = 0, turn = 0, size = 0
@@ -27,15 +27,21 @@ module gestell_study_vibration_small_motion
 
 contains
 
-  !> From the peaks of xi, eta, psi.
+  !> From the peaks of the degrees of freedom, in the frame's order.
   pure type(moved_type) function moved(frame, peaks)
     class(frame_type), intent(in) :: frame
-    real(dp), intent(in) :: peaks(3)
+    real(dp), intent(in) :: peaks(:)
     integer :: i
 
     moved%displacement = maxval(peaks(:2))
     moved%turn = peaks(3)
     moved%size = norm2(frame%origin)
+    if (allocated(frame%space)) then
+      moved%displacement = max(moved%displacement, peaks(4))
+      moved%turn = maxval(peaks([3, 5, 6]))
+      moved%size = maxval([(norm2(frame%space%planes(i)%origin), i = 1, size(frame%space%planes)), &
+        & (norm2(frame%space%supports(i)%position), i = 1, size(frame%space%supports))])
+    end if
     do i = 1, size(frame%supports)
       moved%size = max(moved%size, norm2(frame%supports(i)%position))
     end do

@@ -8,8 +8,8 @@ module gestell_study_vibration
   use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
-  use gestell_model_frame_mounting, only: load_rounding, matrix_rounding, turned_loads
-  use gestell_model_frame_quantity, only: accelerations, exact_rows, guide_forces, velocities
+  use gestell_model_frame_mounting, only: load_rounding, matrix_rounding
+  use gestell_model_frame_rows, only: accelerations, exact_rows, guide_forces, rows_of, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_study_vibration_motion, only: motion_errors, whole_motion
   use gestell_system_periodic, only: periodic_system
@@ -19,7 +19,8 @@ module gestell_study_vibration
 
   public :: check_rows, check_times, solve_vibration
 
-  !> Quantities of the vibration, in this order: xi, eta, psi, their velocities, forces and moment on the ground.
+  !> Quantities of the vibration in the plane, in this order: xi, eta, psi, their velocities, forces and moment on the ground. In
+  !> space they are twice as many, thrice the degrees of freedom in their order.
   integer, parameter, public :: quantities = 9
 
   type, public :: vibration_type
@@ -67,7 +68,7 @@ contains
     real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:), watched(:), x_watched(:, :)
     type(turn_errors_type) :: errors
     logical :: resolved_all
-    integer :: samples, every, kept, k, i
+    integer :: samples, every, kept, numbers, k, i
 
     frame => frame_of(system)
     if (.not. associated(frame)) then
@@ -89,14 +90,15 @@ contains
     ! harmonics have samples of their own.
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
     if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
-    allocate(vibration%series(quantities))
+    numbers = 3 * frame%dofs()
+    allocate(vibration%series(numbers))
     do
       phases = [(real(k, dp) / samples, k = 0, samples)]
       call follow(frame, floquet, vibration%start, phases, x, error)
       if (allocated(error)) return
       all = all_quantities(frame, x)
       ! One by one: gfortran 12 does not free the components of a constructor's elements.
-      do i = 1, quantities
+      do i = 1, numbers
         vibration%series(i) = fourier_series(all(i, :samples))
       end do
       vibration%closing_defect = closing_defect(floquet, x)
@@ -136,9 +138,9 @@ contains
       end if
       vibration%motion = vibration%motion(:, :samples)
     end if
-    vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, quantities)]
-    vibration%rms = [(vibration%series(i)%rms(), i = 1, quantities)]
-    vibration%peak_error = vibration%error + [(vibration%series(i)%beyond(), i = 1, quantities)]
+    vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, numbers)]
+    vibration%rms = [(vibration%series(i)%rms(), i = 1, numbers)]
+    vibration%peak_error = vibration%error + [(vibration%series(i)%beyond(), i = 1, numbers)]
     if (any(.not. ieee_is_finite([vibration%peak, vibration%peak_error, vibration%rms]))) then
       call fatal_error(error, "the periodic vibration overflows: it lies, with its error, beyond what double precision holds", &
         & failed_computation)
@@ -151,7 +153,7 @@ contains
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: rows
 
-    kept_rows = rows
+    kept_rows = rows_of(frame%dofs(), rows)
     select type (frame)
     class is (varied_frame_type)
       kept_rows = exact_rows(frame)
@@ -183,7 +185,7 @@ contains
     logical :: held
 
     held = allocated(vibration%motion) .and. allocated(vibration%motion_history)
-    if (held) held = size(vibration%motion, 1) >= rows
+    if (held) held = size(vibration%motion, 1) >= rows_of(size(vibration%history, 1) / 3, rows)
     if (.not. held) call fatal_error(error, "the vibration does not hold the rows of the motion that are needed: order them with " &
       & // "its tasks", invalid_input)
   end subroutine check_rows
@@ -204,22 +206,26 @@ contains
     class(frame_type), intent(in) :: frame
     type(turn_errors_type), intent(in) :: states
     real(dp), intent(in) :: x(:, :)
-    real(dp) :: errors(quantities)
-    real(dp), dimension(size(states%rounding), 3) :: weights, rounding
+    real(dp) :: errors(3 * frame%dofs())
+    real(dp), dimension(size(states%rounding), frame%dofs()) :: weights, rounding
+    real(dp), dimension(frame%dofs(), frame%dofs()) :: c, b, stiffness
+    integer :: i, n
 
+    n = frame%dofs()
     errors = 0
-    associate (bounds => states%bounds(), f => size(frame%free), c => frame%stiffness + turned_loads(frame%supports), &
-      & stiffness => matrix_rounding(frame%stiffness) + load_rounding(frame%supports), &
-      & damping => matrix_rounding(frame%damping))
+    c = frame%ground_stiffness()
+    b = frame%ground_damping()
+    stiffness = matrix_rounding(c)
+    if (n == 3) stiffness = matrix_rounding(frame%stiffness) + load_rounding(frame%supports)
+    associate (bounds => states%bounds(), f => size(frame%free), damping => matrix_rounding(b))
       errors(frame%free) = bounds(:f)
-      errors(3 + frame%free) = bounds(f + 1:)
+      errors(n + frame%free) = bounds(f + 1:)
       weights(:f, :) = transpose(c(:, frame%free))
-      weights(f + 1:, :) = transpose(frame%damping(:, frame%free))
+      weights(f + 1:, :) = transpose(b(:, frame%free))
       rounding(:f, :) = stiffness(frame%free, :)
       rounding(f + 1:, :) = damping(frame%free, :)
     end associate
-    errors(7:) = [states%along(weights(:, 1)), states%along(weights(:, 2)), states%along(weights(:, 3))] &
-      & + matmul(maxval(abs(x), dim=2), rounding)
+    errors(2 * n + 1:) = [(states%along(weights(:, i)), i = 1, n)] + matmul(maxval(abs(x), dim=2), rounding)
   end function quantity_errors
 
   !> Errors of the motion's rows by those of the free states at the same phases: what the differences make of them, beside rest or,
@@ -265,7 +271,7 @@ contains
     if (allocated(vibration%motion_series)) deallocate(vibration%motion_series)
     allocate(vibration%motion_series(size(vibration%motion, 1)))
     do k = 1, size(vibration%motion_series)
-      if (k <= velocities) then
+      if (k <= 2 * size(vibration%series) / 3) then
         vibration%motion_series(k) = vibration%series(k)
       else
         vibration%motion_series(k) = fourier_series(vibration%motion(k, :samples))
@@ -288,7 +294,7 @@ contains
     errors = vibration%motion_errors%bounds()
     associate (inner => phases(:size(phases) - 1), series => vibration%motion_series)
       call motion_errors(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
-      rows_resolved = all([(is_resolved(series(k), rounding * terms(k), errors(k)), k = velocities + 1, size(series))])
+      rows_resolved = all([(is_resolved(series(k), rounding * terms(k), errors(k)), k = 2 * frame%dofs() + 1, size(series))])
     end associate
   end function rows_resolved
 
@@ -302,7 +308,7 @@ contains
     real(dp) :: greatest(size(floquet%scale)), errors(size(floquet%scale))
     integer :: states(size(floquet%scale)), k
 
-    states = [frame%free, 3 + frame%free]
+    states = [frame%free, frame%dofs() + frame%free]
     errors = state_errors(frame, vibration)
     associate (series => vibration%series)
       greatest = [(series(states(k))%greatest_term() / floquet%scale(k), k = 1, size(states))]
@@ -329,7 +335,7 @@ contains
     type(vibration_type), intent(in) :: vibration
     real(dp) :: errors(2 * size(frame%free))
 
-    errors = [vibration%error(frame%free), vibration%error(3 + frame%free)]
+    errors = [vibration%error(frame%free), vibration%error(frame%dofs() + frame%free)]
   end function state_errors
 
   !> |x(T) - x(0)| relative to the greatest |x(t)|, in balanced units.
@@ -348,13 +354,14 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
     real(dp), allocatable :: all(:, :)
-    integer :: f
+    integer :: f, n
 
     f = size(frame%free)
-    allocate(all(quantities, size(x, 2)), source=0.0_dp)
+    n = frame%dofs()
+    allocate(all(3 * n, size(x, 2)), source=0.0_dp)
     all(frame%free, :) = x(:f, :)
-    all(3 + frame%free, :) = x(f + 1:, :)
-    all(7:9, :) = frame%ground_forces(x)
+    all(n + frame%free, :) = x(f + 1:, :)
+    all(2 * n + 1:, :) = frame%ground_forces(x)
   end function all_quantities
 
 end module gestell_study_vibration

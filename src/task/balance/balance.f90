@@ -5,7 +5,7 @@ module gestell_task_balance
   use gestell_input_namelist_document, only: the_group
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema, only: group_rule, schema_type
-  use gestell_model_frame_quantity, only: guide_forces, velocities
+  use gestell_model_frame_rows, only: guide_forces, velocities
   use gestell_model_linkage, only: linkage_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type

@@ -5,7 +5,8 @@ module gestell_task_balance_variants
   use gestell_base_text, only: text
   use gestell_input_machine_frame, only: read_frame
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: find_quantity, probe_type, quantity_type
+  use gestell_model_frame_quantity, only: find_quantity
+  use gestell_model_frame_rows, only: probe_type, quantity_type
   use gestell_model_linkage, only: linkage_type
   use gestell_study_balance, only: counterweight_type, left_type, measure_left, rigid_ground_type, shaking_rows, &
     & with_counterweights

@@ -8,7 +8,8 @@ module gestell_task_critical
   use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
-  use gestell_model_frame_quantity, only: exact_rows, find_quantity, guide_forces, probe_type, quantity_type, velocities
+  use gestell_model_frame_quantity, only: find_quantity
+  use gestell_model_frame_rows, only: exact_rows, guide_forces, probe_type, quantity_type, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_task_campbell, only: campbell_order_type, check_campbell_order
   use gestell_task_campbell_crossings, only: crossing_type
@@ -336,7 +337,7 @@ contains
     real(dp), allocatable :: x(:, :), motion(:, :), forces(:, :), phases(:)
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
     complex(dp) :: harmonic(system%states / 2), wave(max(128, 8 * system%least_steps, 16 * multiple))
-    real(dp) :: mass(system%states / 2, system%states / 2), peaks(3)
+    real(dp) :: mass(system%states / 2, system%states / 2), peaks(6)
     integer :: count, f, i, rows
 
     frame => frame_of(system)
@@ -353,7 +354,7 @@ contains
     f = size(frame%free)
     peaks = 0
     peaks(frame%free) = maxval(abs(x(:f, :)), dim=2)
-    point%moved = moved(frame, peaks)
+    point%moved = moved(frame, peaks(:frame%dofs()))
     wave = [(exp(cmplx(0, -2 * pi * multiple * i / count, dp)), i = 0, count - 1)]
     harmonic = 2 * matmul(x(:f, :), wave) / count
     allocate(m(count, f, f), b(count, f, f), c(count, f, f))

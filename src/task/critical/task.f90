@@ -31,6 +31,7 @@ contains
     class(critical_task), intent(inout) :: self
 
     self%name = "critical"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "critical"]
     self%about = all_speeds
     self%judges = .true.

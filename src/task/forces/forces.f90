@@ -3,7 +3,7 @@ module gestell_task_forces
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_model_frame_quantity, only: guide_forces, velocities
+  use gestell_model_frame_rows, only: guide_forces, velocities
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn

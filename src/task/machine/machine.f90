@@ -96,7 +96,7 @@ contains
       call result%detail(evidence_lines(analysis, accuracy) // newton_line(analysis%newton))
       call result%say(several_lines(analysis%several, tasks%all_vibrations))
       if (allocated(analysis%vibration)) then
-        warning = beyond_small([moved(frame, analysis%vibration%peak(:3))], tasks%model)
+        warning = beyond_small([moved(frame, analysis%vibration%peak(:frame%dofs()))], tasks%model)
         call result%warn("undecided", warning)
         call result%say(warning)
       end if

@@ -11,6 +11,7 @@ module gestell_task_modes
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_modes_plot, only: plot_modes
+  use gestell_task_response_names, only: name_type, names_of
   use gestell_task_stability, only: stability_task
   implicit none (type, external)
   private
@@ -29,6 +30,7 @@ contains
 
     call self%stability_task%describe()
     self%name = "modes"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 
@@ -56,19 +58,20 @@ contains
   pure type(table_type) function table_of(frame, multipliers) result(table)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
-    character(len=7), parameter :: names(6) = [character(len=7) :: "xi", "eta", "psi", "xi_dot", "eta_dot", "psi_dot"]
-    complex(dp) :: vectors(6, size(multipliers%rho))
+    complex(dp) :: vectors(2 * frame%dofs(), size(multipliers%rho))
+    type(name_type) :: names(3 * frame%dofs())
     integer :: f, i
 
     f = size(frame%free)
+    names = names_of(frame%dofs())
     vectors = 0
     vectors(frame%free, :) = multipliers%vectors(:f, :)
-    vectors(3 + frame%free, :) = multipliers%vectors(f + 1:, :)
+    vectors(frame%dofs() + frame%free, :) = multipliers%vectors(f + 1:, :)
     table = new_table("modes", "Modes", "The eigenvectors of the free vibrations at crank angle 0.", multipliers%verdict())
     call table%add("index", "number of the multiplier", [(i, i = 1, size(multipliers%rho))])
-    do i = 1, 6
-      call table%add(trim(names(i)) // "_re", plain, "real part, of norm 1 in SI units", real(vectors(i, :)))
-      call table%add(trim(names(i)) // "_im", plain, "imaginary part", aimag(vectors(i, :)))
+    do i = 1, 2 * frame%dofs()
+      call table%add(trim(names(i)%column) // "_re", plain, "real part, of norm 1 in SI units", real(vectors(i, :)))
+      call table%add(trim(names(i)%column) // "_im", plain, "imaginary part", aimag(vectors(i, :)))
     end do
   end function table_of
 

@@ -5,6 +5,7 @@ module gestell_task_modes_plot
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
   use gestell_output_picture_script, only: figure_type, new_figure
+  use gestell_task_response_names, only: is_rotation, name_type, names_of
   use gestell_task_response_plot, only: speed_in_words
   implicit none (type, external)
   private
@@ -15,15 +16,17 @@ module gestell_task_modes_plot
 
 contains
 
-  !> modes.gp: the displacements of every eigenvector as bars, a conjugate pair once. The turn psi counts by the path of a
+  !> modes.gp: the displacements of every eigenvector as bars, a conjugate pair once. Turns count by the path of a
   !> point at the frame's radius of gyration.
   function plot_modes(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
     type(figure_type) :: figure
-    character(len=:), allocatable :: lines, positions, labels
+    character(len=:), allocatable :: lines, positions, labels, most, bars, size_of, title
+    character(len=10), parameter :: fills(3) = [character(len=10) :: "solid 1", "pattern 2", "solid 0.25"]
+    type(name_type) :: names(3 * frame%dofs())
     real(dp) :: radius
-    integer :: i, shown
+    integer :: i, n, shown
 
     radius = 1
     if (frame%mass > 0 .and. frame%inertia > 0) radius = sqrt(frame%inertia / frame%mass)
@@ -42,23 +45,35 @@ contains
       if (aimag(multipliers%rho(i)) > 0) labels = labels // ", " // text(i + 1)
       labels = labels // "' " // text(shown)
     end do
+    n = frame%dofs()
+    names = names_of(n)
+    most = "0"
+    bars = ""
+    do i = 1, n
+      size_of = "size_of('" // trim(names(i)%column) // "')"
+      title = "|" // trim(names(i)%symbol) // "|"
+      if (is_rotation(i)) size_of = "radius * " // size_of
+      if (is_rotation(i)) title = "r " // title
+      if (i == 3) title = title // ", r = " // concise(radius, 3) // " m"
+      most = "greatest(" // most // ", " // size_of // ")"
+      if (i > 1) bars = bars // ", "
+      bars = bars // trim(merge("'modes.csv'", "''         ", i == 1)) // " using (place(column('index')) + " &
+        & // concise(0.81_dp / n * (i - (n + 1) / 2.0_dp), 3) // "):(part(" // size_of // ")) with boxes lt " // text(i) &
+        & // " dt 1 lw 1 fs " // trim(fills(1 + mod(i - 1, 3))) // " title '" // title // "'"
+    end do
     lines = "set title heading noenhanced" // newline &
       & // "# a row's place among the bars, -9 for the second of a pair" // newline &
       & // "place(row) = real(word('" // positions(2:) // "', int(row)))" // newline &
       & // "size_of(name) = sqrt(column(name . '_re')**2 + column(name . '_im')**2)" // newline &
       & // "radius = " // concise(radius, 9) // newline &
-      & // "greatest(a, b, c) = a > b ? (a > c ? a : c) : (b > c ? b : c)" // newline &
-      & // "most(row) = greatest(size_of('xi'), size_of('eta'), radius * size_of('psi'))" // newline &
+      & // "greatest(a, b) = a > b ? a : b" // newline &
+      & // "most(row) = " // most // newline &
       & // "part(value) = most(0) > 0 ? value / most(0) : 0" // newline &
-      & // "set xrange [0.4:" // text(shown) // ".6]; set yrange [0:1.05]; set boxwidth 0.24" // newline &
+      & // "set xrange [0.4:" // text(shown) // ".6]; set yrange [0:1.05]; set boxwidth " // concise(0.72_dp / n, 3) // newline &
       & // "set xtics (" // labels // "); set xlabel 'multipliers (largest first)'" // newline &
       & // "set ylabel 'amplitude relative to the greatest'" // newline &
       & // "set grid noxtics ytics; set key outside bottom center horizontal samplen 2" // newline &
-      & // "set style fill solid 1 border lt -1" // newline &
-      & // "plot 'modes.csv' using (place(column('index')) - 0.27):(part(size_of('xi'))) with boxes lt 1 dt 1 lw 1 " &
-      & // "fs solid 1 title '|ξ|', '' using (place(column('index'))):(part(size_of('eta'))) with boxes lt 2 dt 1 lw 1 " &
-      & // "fs pattern 2 title '|η|', '' using (place(column('index')) + 0.27):(part(radius * size_of('psi'))) " &
-      & // "with boxes lt 3 dt 1 lw 1 fs solid 0.25 title 'r |ψ|, r = " // concise(radius, 3) // " m'" // newline
+      & // "set style fill solid 1 border lt -1" // newline // "plot " // bars // newline
     figure = new_figure("modes", "Shapes of the modes at " // speed_in_words(frame) // ", at the start of a turn", lines, &
       & width=720, height=460)
   end function plot_modes

@@ -5,7 +5,7 @@ module gestell_task_power_drive
   use gestell_base_kinds, only: dp
   use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, torque
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: accelerations
+  use gestell_model_frame_rows, only: accelerations
   use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type
   use gestell_study_vibration_statistics, only: top
   use gestell_study_vibration, only: check_rows, vibration_type

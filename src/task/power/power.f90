@@ -4,7 +4,7 @@ module gestell_task_power
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: the_group
   use gestell_input_namelist_message, only: input_error
-  use gestell_model_frame_quantity, only: accelerations
+  use gestell_model_frame_rows, only: accelerations
   use gestell_model_mechanism, only: drive_columns
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type

@@ -2,7 +2,7 @@
 module gestell_task_probes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_model_frame_quantity, only: accelerations
+  use gestell_model_frame_rows, only: accelerations
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
@@ -34,6 +34,7 @@ contains
     class(probes_task), intent(inout) :: self
 
     self%name = "response"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "probes", "probes_history", "probes_harmonics"]
     self%judges = .true.
     self%brief = .true.

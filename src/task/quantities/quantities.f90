@@ -6,7 +6,7 @@ module gestell_task_quantities
   use gestell_input_machine_quantities, only: read_measures, read_quantities
   use gestell_input_namelist_document, only: group_type, has, the_group
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_model_frame_rows, only: quantity_type
   use gestell_output_report_verdict, only: section
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -37,6 +37,7 @@ contains
     class(quantities_task), intent(inout) :: self
 
     self%name = "response"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "quantities"]
     self%judges = .true.
     self%brief = .true.

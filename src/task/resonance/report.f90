@@ -5,7 +5,7 @@ module gestell_task_resonance_report
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: left_at
-  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_model_frame_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
   use gestell_task_resonance_maxima, only: maximum_type
   use gestell_study_speed_point, only: in_resonance, marginal, reached, state_names, unreached

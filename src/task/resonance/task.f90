@@ -4,7 +4,7 @@ module gestell_task_resonance_task
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_input_machine_quantities, only: read_quantities
-  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_model_frame_rows, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -36,6 +36,7 @@ contains
     class(resonance_task), intent(inout) :: self
 
     self%name = "resonance"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "resonance", "peaks"]
     self%about = all_speeds
     self%judges = .true.

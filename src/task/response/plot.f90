@@ -6,18 +6,13 @@ module gestell_task_response_plot
   use gestell_output_report_significance, only: noise_of
   use gestell_model_frame, only: frame_type
   use gestell_study_vibration, only: vibration_type
+  use gestell_task_response_names, only: name_type, names_of
   implicit none (type, external)
   private
 
   public :: plot_harmonics, plot_response, speed_in_words
 
   character, parameter :: newline = new_line("a")
-
-  !> What is shown, as places of gestell_study_vibration: each coordinate beside the force or moment along it.
-  integer, parameter :: shown(6) = [1, 7, 2, 8, 3, 9]
-  character(len=5), parameter :: columns(6) = [character(len=5) :: "xi", "fx", "eta", "fy", "psi", "m"]
-  character(len=9), parameter :: symbols(6) = [character(len=9) :: "ξ", "force x", "η", "force y", "ψ", "moment"]
-  character(len=3), parameter :: si(6) = [character(len=3) :: "m", "N", "m", "N", "rad", "N m"]
 
 contains
 
@@ -29,26 +24,32 @@ contains
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: unit
     real(dp) :: factor, scale
-    integer :: i, k
+    type(name_type) :: names(3 * frame%dofs())
+    integer :: i, k, n
 
-    lines = "set multiplot layout 3,2 margins 0.125,0.975,0.1,0.86 spacing 0.135,0.065 title heading noenhanced" // newline &
+    n = frame%dofs()
+    names = names_of(n)
+    lines = "set multiplot layout " // text(n) // ",2 margins 0.125,0.975,0.1,0.86 spacing 0.135," &
+      & // trim(merge("0.065", "0.04 ", n == 3)) // " title heading noenhanced" // newline &
       & // "set xtics 90; set format x ''" // newline &
       & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed))) // "]" // newline
-    do i = 1, size(shown)
-      k = shown(i)
-      unit = pick_unit(trim(si(i)), vibration%peak(k))
+    do i = 1, 2 * n
+      ! each coordinate beside the force or moment along it
+      k = (i + 1) / 2 + merge(0, 2 * n, mod(i, 2) == 1)
+      unit = pick_unit(trim(names(k)%si), vibration%peak(k))
       read (unit%factor, *) factor
-      scale = factor * noise_of(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first_of(k):first_of(k) + 2)))
-      if (i == size(shown) - 1) lines = lines // "set format x; set xlabel 'crank angle (deg)'" // newline
+      scale = factor * noise_of(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first_of(k, n):first_of(k, n) &
+        & + n - 1)))
+      if (i == 2 * n - 1) lines = lines // "set format x; set xlabel 'crank angle (deg)'" // newline
       lines = lines // panel_heading("peak " // concise(scale * vibration%peak(k), 4) // ", rms " &
         & // concise(scale * vibration%rms(k), 4) // " " // trim(unit%name)) &
-        & // "set ylabel '" // trim(symbols(i)) // " (" // trim(unit%name) // ")'" // newline &
-        & // "set yrange " // span(factor * vibration%history(k, :), factor * noise(vibration, k)) // newline &
-        & // "plot 'response.csv' using 'crank_deg':(" // trim(unit%factor) // " * column('" // name_of(i) &
+        & // "set ylabel '" // trim(names(k)%symbol) // " (" // trim(unit%name) // ")'" // newline &
+        & // "set yrange " // span(factor * vibration%history(k, :), factor * noise(vibration, k, n)) // newline &
+        & // "plot 'response.csv' using 'crank_deg':(" // trim(unit%factor) // " * column('" // name_of(names(k)) &
         & // "')) with lines lt " // text(merge(1, 2, mod(i, 2) == 1)) // " dt 1 notitle" // newline
     end do
     figure = new_figure("response", "Periodic vibration and forces on the ground at " // speed_in_words(frame), lines &
-      & // "unset multiplot" // newline, width=880, height=660)
+      & // "unset multiplot" // newline, width=880, height=220 * n)
   end function plot_response
 
   !> harmonics.gp: amplitudes over the orders.
@@ -58,17 +59,18 @@ contains
     type(vibration_type), intent(in) :: vibration
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
-    integer :: i
+    integer :: i, n
 
+    n = frame%dofs()
     lines = "set multiplot layout 2,1 margins 0.11,0.98,0.11,0.79 spacing 0,0.08 title heading noenhanced" // newline &
       & // "set xrange [-0.6:" // text(harmonics) // ".6]" // newline &
       & // "set key inside top right horizontal samplen 2" // newline &
       & // "set grid noxtics ytics" // newline &
       & // "set link x2 via x * " // concise(1 / frame%period, 9) // " inverse x / " // concise(1 / frame%period, 9) // newline &
       & // "set x2tics; set x2label 'frequency (Hz)'" // newline // "set xtics nomirror; set format x ''" // newline &
-      & // "set boxwidth 0.26" // newline // "set style fill solid 1 border lt -1" // newline
+      & // "set boxwidth " // concise(0.78_dp / n, 3) // newline // "set style fill solid 1 border lt -1" // newline
     do i = 0, 1
-      lines = lines // panel(vibration, harmonics, [1, 3, 5] + i)
+      lines = lines // panel(vibration, harmonics, n, 2 * n * i)
       if (i == 0) lines = lines // "unset x2label; set format x2 ''; set format x" // newline &
         & // "set xlabel 'order of the crank speed (0: magnitude of the mean)'" // newline
     end do
@@ -76,20 +78,23 @@ contains
       & lines // "unset multiplot" // newline, width=880, height=640)
   end function plot_harmonics
 
-  !> The bars of three quantities on one logarithmic axis; six decades below the greatest they end.
-  pure function panel(vibration, harmonics, three) result(lines)
+  !> The bars of the quantities of `n` degrees of freedom, those behind `first`, on one logarithmic axis; six decades below the greatest
+  !> they end.
+  pure function panel(vibration, harmonics, n, first) result(lines)
     type(vibration_type), intent(in) :: vibration
-    integer, intent(in) :: harmonics, three(3)
+    integer, intent(in) :: harmonics, n, first
     character(len=:), allocatable :: lines
-    type(axis_unit_type) :: units(3)
+    type(axis_unit_type) :: units(n)
+    type(name_type) :: names(3 * n)
     real(dp) :: factor, greatest
     integer :: i, k
 
     greatest = 0
-    do i = 1, 3
-      k = shown(three(i))
+    names = names_of(n)
+    do i = 1, n
+      k = first + i
       associate (series => vibration%series(k))
-        units(i) = pick_unit(trim(si(three(i))), vibration%peak(k))
+        units(i) = pick_unit(trim(names(k)%si), vibration%peak(k))
         read (units(i)%factor, *) factor
         greatest = max(greatest, factor * abs(series%mean))
         if (harmonics > 0) greatest = max(greatest, factor * maxval(series%amplitude(:harmonics)))
@@ -103,11 +108,12 @@ contains
       lines = lines // "set yrange [0:1]" // newline
     end if
     lines = lines // "plot "
-    do i = 1, 3
+    do i = 1, n
       if (i > 1) lines = lines // ", "
-      lines = lines // "'harmonics.csv' using (column('order') + " // concise(0.28_dp * (i - 2), 3) // "):(" &
-        & // trim(units(i)%factor) // " * abs(column('" // name_of(three(i)) // "_amplitude'))) with boxes lt " // text(i) &
-        & // " dt 1 lw 1 fs " // trim(fills(i)) // " title '" // trim(symbols(three(i))) // " (" // trim(units(i)%name) // ")'"
+      lines = lines // "'harmonics.csv' using (column('order') + " // concise(0.84_dp / n * (i - (n + 1) / 2.0_dp), 3) // "):(" &
+        & // trim(units(i)%factor) // " * abs(column('" // name_of(names(first + i)) // "_amplitude'))) with boxes lt " // text(i) &
+        & // " dt 1 lw 1 fs " // trim(fills(1 + mod(i - 1, 3))) // " title '" // trim(names(first + i)%symbol) // " (" &
+        & // trim(units(i)%name) // ")'"
     end do
     lines = lines // newline
   end function panel
@@ -120,31 +126,31 @@ contains
     fills = all(i)
   end function fills
 
-  !> The first of the three quantities of the same kind.
-  pure integer function first_of(k)
-    integer, intent(in) :: k
+  !> The first of the `n` quantities of the same kind.
+  pure integer function first_of(k, n)
+    integer, intent(in) :: k, n
 
-    first_of = 3 * ((k - 1) / 3) + 1
+    first_of = n * ((k - 1) / n) + 1
   end function first_of
 
   !> The column of response.csv.
-  pure function name_of(i) result(name)
-    integer, intent(in) :: i
+  pure function name_of(quantity) result(name)
+    type(name_type), intent(in) :: quantity
     character(len=:), allocatable :: name
     character(len=3) :: unit
 
-    unit = si(i)
+    unit = quantity%si
     if (unit == "N m") unit = "Nm"
-    name = trim(columns(i)) // "_" // trim(unit)
+    name = trim(quantity%column) // "_" // trim(unit)
   end function name_of
 
   !> Differences that are nothing but the error of a quantity, or rounding beside its fellows.
-  pure real(dp) function noise(vibration, k)
+  pure real(dp) function noise(vibration, k, n)
     type(vibration_type), intent(in) :: vibration
-    integer, intent(in) :: k
+    integer, intent(in) :: k, n
     integer :: first
 
-    first = 3 * ((k - 1) / 3) + 1
+    first = first_of(k, n)
     noise = 2 * vibration%peak_error(k)
     if (k < first + 2) noise = max(noise, 1.0e-9_dp * maxval(vibration%peak(first:first + 1)))
   end function noise

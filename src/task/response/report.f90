@@ -7,6 +7,7 @@ module gestell_task_response_report
   use gestell_output_report_significance, only: noise_of, order_words
   use gestell_output_report_verdict, only: section
   use gestell_study_vibration, only: vibration_type
+  use gestell_task_response_names, only: is_rotation, name_type, names_of
   implicit none (type, external)
   private
 
@@ -21,21 +22,19 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
-    character(len=*), parameter :: names(9) = [character(len=22) :: "xi of F", "eta of F", "psi", "xi velocity", &
-      & "eta velocity", "psi velocity", "force on ground, x", "force on ground, y", "moment on ground"]
-    character(len=*), parameter :: units(9) = [character(len=6) :: "mm", "mm", "mrad", "mm/s", "mm/s", "mrad/s", "N", "N", "N m"]
-    real(dp), parameter :: factors(9) = [1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0e3_dp, 1.0_dp, 1.0_dp, 1.0_dp]
+    type(name_type) :: names(3 * frame%dofs())
     real(dp) :: noise
     integer :: i, order
 
     lines = ""
-    do i = 1, 9
-      if (.not. any(frame%free == 1 + mod(i - 1, 3))) cycle
+    names = names_of(frame%dofs())
+    do i = 1, size(names)
+      if (.not. any(frame%free == 1 + mod(i - 1, frame%dofs()))) cycle
       associate (series => vibration%series(i))
         noise = noise_of(vibration%peak(i), vibration%peak_error(i), greatest_beside(vibration, frame, i))
-        lines = lines // trim(names(i)) // tab // concise(factors(i) * noise * vibration%peak(i), 5) // tab &
-          & // concise(factors(i) * vibration%peak_error(i), 1) // tab // concise(factors(i) * noise * vibration%rms(i), 5) &
-          & // tab // trim(units(i)) // tab
+        lines = lines // trim(names(i)%words) // tab // concise(names(i)%factor * noise * vibration%peak(i), 5) // tab &
+          & // concise(names(i)%factor * vibration%peak_error(i), 1) // tab &
+          & // concise(names(i)%factor * noise * vibration%rms(i), 5) // tab // trim(names(i)%small_unit) // tab
         order = maxloc(series%amplitude, dim=1)
         if (vibration%peak(i) > vibration%peak_error(i)) lines = lines // order_words(order, series%amplitude(order), &
           & vibration%rms(i))
@@ -71,14 +70,16 @@ contains
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: i
-    real(dp) :: scale(3)
-    integer :: first
+    real(dp) :: scale(frame%dofs()), radius
+    integer :: first, n, k
 
-    first = 3 * ((i - 1) / 3) + 1
-    scale = 1
-    if (frame%mass > 0 .and. frame%inertia > 0) scale(3) = sqrt(frame%inertia / frame%mass)
-    if (first == 7) scale(3) = 1 / scale(3)
-    greatest = maxval(vibration%peak(first:first + 2) * scale) / scale(i - first + 1)
+    n = frame%dofs()
+    first = n * ((i - 1) / n) + 1
+    radius = 1
+    if (frame%mass > 0 .and. frame%inertia > 0) radius = sqrt(frame%inertia / frame%mass)
+    if (first == 2 * n + 1) radius = 1 / radius
+    scale = merge(radius, 1.0_dp, is_rotation([(k, k = 1, n)]))
+    greatest = maxval(vibration%peak(first:first + n - 1) * scale) / scale(i - first + 1)
   end function greatest_beside
 
 end module gestell_task_response_report

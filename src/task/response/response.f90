@@ -5,11 +5,11 @@ module gestell_task_response
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
-  use gestell_output_table_unit, only: metre, metre_per_s, newton, newton_metre, radian, radian_per_s, unit_type
-  use gestell_study_vibration, only: quantities, vibration_type
+  use gestell_study_vibration, only: vibration_type
   use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
+  use gestell_task_response_names, only: name_type, names_of
   use gestell_task_response_plot, only: plot_harmonics, plot_response
   use gestell_task_response_report, only: closing_lines, vibration_lines
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
@@ -24,21 +24,13 @@ module gestell_task_response
     procedure :: run
   end type response_task
 
-  character(len=7), parameter :: names(quantities) = [character(len=7) :: "xi", "eta", "psi", "xi_dot", "eta_dot", "psi_dot", &
-    & "fx", "fy", "m"]
-  type(unit_type), parameter :: units(quantities) = [metre, metre, radian, metre_per_s, metre_per_s, radian_per_s, newton, &
-    & newton, newton_metre]
-  character(len=40), parameter :: meanings(quantities) = [character(len=40) :: "F from its static rest, along xi", &
-    & "F from its static rest, along eta", "turn of the frame", "velocity along xi", "velocity along eta", &
-    & "angular velocity of the frame", "force on the ground along x", "force on the ground along y", &
-    & "moment on the ground about F at rest"]
-
 contains
 
   pure subroutine describe(self)
     class(response_task), intent(inout) :: self
 
     self%name = "response"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "response", "harmonics"]
     self%judges = .true.
     self%brief = .true.
@@ -57,13 +49,14 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: peaks(3)
+    real(dp) :: peaks(context%configuration%frame%dofs())
+    type(name_type) :: names(3 * size(peaks))
     integer :: k
 
     associate (frame => context%configuration%frame, tasks => context%configuration%tasks, unused => self)
       peaks = ieee_value(peaks, ieee_quiet_nan)
       if (allocated(context%analysis%vibration)) then
-        peaks = context%analysis%vibration%peak(:3)
+        peaks = context%analysis%vibration%peak(:size(peaks))
         call result%add(history(frame, context%analysis%vibration, result%verdict), plot_response(frame, &
           & context%analysis%vibration))
         call result%add(harmonics(frame, tasks%harmonics, context%analysis%vibration, result%verdict), plot_harmonics(frame, &
@@ -72,8 +65,9 @@ contains
         call result%say(vibration_lines(context%analysis%vibration, frame, trim(result%verdict)))
         call result%detail(closing_lines(context%analysis%vibration, tasks%averaged))
       end if
+      names = names_of(frame%dofs())
       do k = 1, size(peaks)
-        call result%brief%add(trim(names(k)) // "_peak", units(k), "peak of the vibration", peaks(k:k))
+        call result%brief%add(trim(names(k)%column) // "_peak", names(k)%unit, "peak of the vibration", peaks(k:k))
       end do
     end associate
   end subroutine run
@@ -83,12 +77,14 @@ contains
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     character(len=*), intent(in) :: verdict
+    type(name_type) :: names(3 * frame%dofs())
     integer :: k
 
+    names = names_of(frame%dofs())
     table = new_table("response", "Vibration over a turn", "Displacements of the frame and forces on the ground.", verdict)
     call add_turn(table, frame%speed, frame%period, size(vibration%history, 2) - 1)
-    do k = 1, quantities
-      call table%add(names(k), units(k), meanings(k), vibration%history(k, :))
+    do k = 1, size(names)
+      call table%add(trim(names(k)%column), names(k)%unit, trim(names(k)%meaning), vibration%history(k, :))
     end do
   end function history
 
@@ -98,12 +94,14 @@ contains
     integer, intent(in) :: last
     type(vibration_type), intent(in) :: vibration
     character(len=*), intent(in) :: verdict
+    type(name_type) :: names(3 * frame%dofs())
     integer :: k
 
+    names = names_of(frame%dofs())
     table = new_table("harmonics", "Spectrum", "Amplitudes by orders of the crank.", verdict)
     call add_orders(table, frame%period, last)
-    do k = 1, quantities
-      call add_harmonics(table, names(k), units(k), vibration%series(k), last)
+    do k = 1, size(names)
+      call add_harmonics(table, trim(names(k)%column), names(k)%unit, vibration%series(k), last)
     end do
   end function harmonics
 

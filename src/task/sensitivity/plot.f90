@@ -3,7 +3,7 @@ module gestell_task_sensitivity_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, span, tic
-  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_model_frame_rows, only: quantity_type
   use gestell_task_sensitivity, only: sensitivity_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)

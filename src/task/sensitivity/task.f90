@@ -5,7 +5,7 @@ module gestell_task_sensitivity_task
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_input_schema, only: group_rule, schema_type
-  use gestell_model_frame_quantity, only: quantity_type
+  use gestell_model_frame_rows, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type

@@ -7,7 +7,8 @@ module gestell_task_sweep_columns
   use gestell_input_namelist_suggest, only: listed, nearest_of
   use gestell_input_schema_read, only: read
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: look_up_quantity, probe_type, quantity_type
+  use gestell_model_frame_quantity, only: look_up_quantity
+  use gestell_model_frame_rows, only: probe_type, quantity_type
   use gestell_study_point, only: sweep_order_type
   use gestell_study_tile_results, only: column_names, eta_peak, psi_peak, sweep_columns, verdict, verdict_behind, xi_peak
   use gestell_task_sweep_keys, only: sweep_keys

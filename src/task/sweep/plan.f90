@@ -19,7 +19,7 @@ module gestell_task_sweep_plan
   use gestell_task_sweep_columns, only: read_order
   use gestell_task_sweep_keys, only: sweep_keys
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: probe_type
+  use gestell_model_frame_rows, only: probe_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_order_type
   use, intrinsic :: iso_fortran_env, only: int64

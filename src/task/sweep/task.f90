@@ -54,6 +54,7 @@ contains
     class(sweep_task), intent(inout) :: self
 
     self%name = "sweep"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "sweep"]
     self%about = all_machines
     self%judges = .true.

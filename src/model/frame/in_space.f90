@@ -1,0 +1,104 @@
+!> A frame of the plane put into space.
+module gestell_model_frame_in_space
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lapack, only: symmetric_pencil
+  use gestell_model_frame, only: frame_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_space, only: new_space
+  use gestell_model_space_masses, only: plane_type
+  use gestell_model_space_mounting, only: space_support_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: planes_of, put_in_space
+
+contains
+
+  !> Gives a `frame`, as `new_frame` has made it with its foundation, the tensor of `inertia` about F (kg m^2), mechanisms in their
+  !> `planes` in the place of its own, `supports`, and the degrees of freedom that are `free`, of six.
+  !> Errors: numbers that are not finite or out of range; a mechanism that cannot turn.
+  subroutine put_in_space(frame, inertia, planes, supports, free, error)
+    type(frame_type), intent(inout) :: frame
+    real(dp), intent(in) :: inertia(3, 3)
+    type(plane_type), intent(in) :: planes(:)
+    type(space_support_type), intent(in) :: supports(:)
+    integer, intent(in) :: free(:)
+    type(error_type), allocatable, intent(out) :: error
+    !> As of the plane (gestell_model_frame).
+    real(dp), parameter :: share = 12
+    type(plane_type), allocatable :: prepared(:)
+    integer :: i
+
+    if (size(free) == 0 .or. any(free < 1) .or. any(free > 6) .or. any([(count(free == i) > 1, i = 1, 6)])) then
+      call fatal_error(error, "the free degrees of freedom must be some of six, each once", invalid_input)
+    else if (.not. all(ieee_is_finite(inertia))) then
+      call fatal_error(error, "the frame's data are not finite", invalid_input)
+    else if (negative(inertia)) then
+      call fatal_error(error, "the inertia is not that of a body: of the three principal moments none is negative, nor greater " &
+        & // "than the sum of the two others", invalid_input)
+    end if
+    if (allocated(error)) return
+    prepared = planes
+    do i = 1, size(prepared)
+      call prepared(i)%linkage%prepare(error)
+      if (allocated(error)) return
+      associate (scale => prepared(i)%linkage%angle_scale)
+        frame%rounding = max(frame%rounding, epsilon(1.0_dp) / scale**2)
+        frame%least_steps = max(frame%least_steps, ceiling(2 * pi / scale))
+      end associate
+    end do
+    allocate(frame%space)
+    call new_space(frame%space, inertia, prepared, supports, frame%stiffness, frame%damping)
+    if (.not. all(ieee_is_finite(frame%space%stiffness)) .or. .not. all(ieee_is_finite(frame%space%damping))) then
+      call fatal_error(error, "a support is so far from F that its stiffness or damping about F overflows", invalid_input)
+      return
+    end if
+    frame%inertia = inertia(3, 3)
+    frame%free = free
+    frame%states = 2 * size(free)
+    frame%load_rounding = min(1.0_dp, share * frame%rounding * frame%space%cancellation(frame%mass, free))
+  end subroutine put_in_space
+
+  !> The planes of a linkage: the frame's own at its `origin` from F (m), and those whose `origins` from there (m) and `axes` these
+  !> are, shapes (3, planes), (3, 3, planes); each has the links that move in it. Planes without links are left out.
+  subroutine planes_of(linkage, origin, origins, axes, planes)
+    type(linkage_type), intent(in) :: linkage
+    real(dp), intent(in) :: origin(3), origins(:, :), axes(:, :, :)
+    type(plane_type), allocatable, intent(out) :: planes(:)
+    integer :: k, n
+
+    allocate(planes(count([(any(linkage%links%plane == k), k = 0, size(origins, 2))])))
+    n = 0
+    do k = 0, size(origins, 2)
+      if (.not. any(linkage%links%plane == k)) cycle
+      n = n + 1
+      planes(n)%linkage = linkage
+      if (any(linkage%links%plane /= k)) then
+        planes(n)%linkage%links = pack(linkage%links, linkage%links%plane == k)
+        planes(n)%linkage%prepared = .false.
+      end if
+      planes(n)%origin = origin
+      if (k == 0) cycle
+      planes(n)%origin = origin + origins(:, k)
+      planes(n)%axes = axes(:, :, k)
+    end do
+  end subroutine planes_of
+
+  !> Whether a tensor is no body's: of its principal moments each is at most the sum of the two others (but for rounding).
+  logical function negative(inertia)
+    real(dp), intent(in) :: inertia(3, 3)
+    real(dp), parameter :: rounding = 1.0e-9_dp
+    real(dp) :: unit(3, 3)
+    real(dp), allocatable :: principal(:)
+    type(error_type), allocatable :: error
+
+    unit = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
+    call symmetric_pencil(inertia, unit, principal, error)
+    negative = allocated(error)
+    if (.not. negative) negative = principal(1) < -rounding * principal(3) &
+      & .or. principal(3) > (1 + rounding) * (principal(1) + principal(2))
+  end function negative
+
+end module gestell_model_frame_in_space

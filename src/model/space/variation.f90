@@ -1,0 +1,133 @@
+!> The frame in space varied about a motion that it makes: the exact equations of gestell_model_space and their derivatives.
+!>
+!> Changes of R are R [dalpha]; then dw = dalpha' + w x dalpha, dw' = dalpha'' + w' x dalpha + w x dalpha', and
+!>
+!>     d(R g)      = R (dalpha x g + dg),   dg = 2 dw x S' + dw' x S + dw x (w x S) + w x (dw x S),
+!>     d(R^T u'')  = R^T du'' - dalpha x (R^T u'').
+!>
+!> Of the rotation vector dalpha = T dtheta, dalpha' = T dtheta' + T' dtheta, dalpha'' = T dtheta'' + 2 T' dtheta' + T'' dtheta.
+module gestell_model_space_variation
+  use gestell_base_kinds, only: dp
+  use gestell_model_space, only: in_space, space_type
+  use gestell_model_space_masses, only: masses_type
+  use gestell_model_space_mounting, only: add_supports, support_force
+  use gestell_model_space_rotation, only: cross, cross_matrix, rotation_matrix, turning_matrices
+  implicit none (type, external)
+  private
+
+  public :: ground_in_space, sample_varied, vary
+
+contains
+
+  !> r, M, B, C of all six degrees of freedom of a frame, in its order, along a motion q, v, a, shape (angles, 6), shapes
+  !> (angles, 6), (angles, 6, 6).
+  !> Eleven arguments: machine and motion; the left side with its three derivatives.
+  pure subroutine sample_varied(space, mass, speed, angles, q, v, a, r, m, b, c)
+    type(space_type), intent(in) :: space
+    real(dp), intent(in) :: mass, speed, angles(:), q(:, :), v(:, :), a(:, :)
+    real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp) :: motion(6, 0:2), all_r(6), all_m(6, 6), all_b(6, 6), all_c(6, 6)
+    integer :: k
+
+    do k = 1, size(angles)
+      motion(in_space, 0) = q(k, :)
+      motion(in_space, 1) = v(k, :)
+      motion(in_space, 2) = a(k, :)
+      call vary(space, mass, speed, angles(k), motion, all_r, all_m, all_b, all_c)
+      r(k, :) = all_r(in_space)
+      m(k, :, :) = all_m(in_space, in_space)
+      b(k, :, :) = all_b(in_space, in_space)
+      c(k, :, :) = all_c(in_space, in_space)
+    end do
+  end subroutine sample_varied
+
+  !> Forces on the ground along axes in space and their moments about F at rest, in the frame's order, shape (6, points), of a
+  !> motion q, v, shape (points, 6). Forces act where the heads of the supports are.
+  pure function ground_in_space(space, q, v) result(forces)
+    type(space_type), intent(in) :: space
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    real(dp) :: forces(6, size(q, 1)), motion(6, 0:2), f(6), force(3), turning(3, 3, 0:2), rotation(3, 3)
+    integer :: i, k
+
+    do k = 1, size(q, 1)
+      motion(in_space, 0) = q(k, :)
+      motion(in_space, 1) = v(k, :)
+      motion(:, 2) = 0
+      rotation = rotation_matrix(motion(4:, 0))
+      turning = turning_matrices(motion(4:, :))
+      f = matmul(space%foundation_stiffness, motion(:, 0)) + matmul(space%foundation_damping, motion(:, 1))
+      do i = 1, size(space%supports)
+        force = support_force(space%supports(i), motion(:3, 0), motion(:3, 1), rotation, matmul(turning(:, :, 0), motion(4:, 1)))
+        f(:3) = f(:3) + force
+        f(4:) = f(4:) + cross(motion(:3, 0) + matmul(rotation, space%supports(i)%position), force)
+      end do
+      forces(:, k) = f(in_space)
+    end do
+  end function ground_in_space
+
+  !> The left sides of the equations of a frame of this `mass` (kg) at q, q', q'', shape (6, 0:2), at an angle of the drive (rad)
+  !> that turns at `speed` (rad/s), shape (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order (u,
+  !> theta).
+  !> Nine arguments: the machine and where it is; the left side with its three derivatives.
+  pure subroutine vary(space, mass, speed, angle, q, r, m, b, c)
+    type(space_type), intent(in) :: space
+    real(dp), intent(in) :: mass, speed, angle, q(6, 0:2)
+    real(dp), intent(out) :: r(6), m(6, 6), b(6, 6), c(6, 6)
+    type(masses_type) :: at
+    real(dp), dimension(3, 3) :: rotation, back, s, spin, wheel, change
+    real(dp), dimension(3, 3, 0:2) :: turning, varied
+    real(dp) :: theta(3, 0:2), w(3), w_d(3), g(3), a(3), momentum(3)
+    integer :: i
+
+    call space%masses_at(mass, speed, angle, at)
+    theta = q(4:, :)
+    rotation = rotation_matrix(theta(:, 0))
+    back = transpose(rotation)
+    turning = turning_matrices(theta)
+    w = matmul(turning(:, :, 0), theta(:, 1))
+    w_d = matmul(turning(:, :, 0), theta(:, 2)) + matmul(turning(:, :, 1), theta(:, 1))
+    g = at%s(:, 2) + 2 * cross(w, at%s(:, 1)) + cross(w_d, at%s(:, 0)) + cross(w, cross(w, at%s(:, 0)))
+    a = matmul(back, q(:3, 2))
+    momentum = matmul(at%j(:, :, 0), w) + at%h(:, 0)
+    r(:3) = at%mass * q(:3, 2) + matmul(rotation, g)
+    r(4:) = matmul(at%j(:, :, 0), w_d) + matmul(at%j(:, :, 1), w) + cross(w, momentum) + at%h(:, 1) + cross(at%s(:, 0), a)
+    s = cross_matrix(at%s(:, 0))
+    spin = cross_matrix(w)
+    m = 0
+    b = 0
+    c = 0
+    do i = 1, 3
+      m(i, i) = at%mass
+    end do
+    ! with respect to dalpha'', dalpha', dalpha
+    m(:3, 4:) = -matmul(rotation, s)
+    m(4:, :3) = matmul(s, back)
+    m(4:, 4:) = at%j(:, :, 0)
+    ! dg/dw; and of the moment, J' dw + dw x (J w + H) + w x (J dw)
+    change = -2 * cross_matrix(at%s(:, 1)) - cross_matrix(cross(w, at%s(:, 0))) - matmul(spin, s)
+    wheel = at%j(:, :, 1) - cross_matrix(momentum) + matmul(spin, at%j(:, :, 0))
+    b(:3, 4:) = matmul(rotation, change - matmul(s, spin))
+    b(4:, 4:) = wheel + matmul(at%j(:, :, 0), spin)
+    c(:3, 4:) = matmul(rotation, matmul(change, spin) - matmul(s, cross_matrix(w_d)) - cross_matrix(g))
+    c(4:, 4:) = matmul(wheel, spin) + matmul(at%j(:, :, 0), cross_matrix(w_d)) + matmul(s, cross_matrix(a))
+    call add_supports(space%supports, q(:3, 0), q(:3, 1), rotation, w, r, b, c)
+    ! with respect to dtheta'', dtheta', dtheta, and the moments T^T r along theta's own directions, of which those held may be at
+    ! work
+    c(:, 4:) = matmul(m(:, 4:), turning(:, :, 2)) + matmul(b(:, 4:), turning(:, :, 1)) + matmul(c(:, 4:), turning(:, :, 0))
+    b(:, 4:) = 2 * matmul(m(:, 4:), turning(:, :, 1)) + matmul(b(:, 4:), turning(:, :, 0))
+    m(:, 4:) = matmul(m(:, 4:), turning(:, :, 0))
+    m(4:, :) = matmul(transpose(turning(:, :, 0)), m(4:, :))
+    b(4:, :) = matmul(transpose(turning(:, :, 0)), b(4:, :))
+    c(4:, :) = matmul(transpose(turning(:, :, 0)), c(4:, :))
+    do i = 1, 3
+      varied = turning_matrices(reshape([theta(:, 0), merge(1.0_dp, 0.0_dp, [1, 2, 3] == i), 0.0_dp, 0.0_dp, 0.0_dp], [3, 3]))
+      c(4:, 3 + i) = c(4:, 3 + i) + matmul(transpose(varied(:, :, 1)), r(4:))
+    end do
+    r(4:) = matmul(transpose(turning(:, :, 0)), r(4:))
+    ! the foundation's potential is quadratic in u and theta
+    r = r + matmul(space%foundation_stiffness, q(:, 0)) + matmul(space%foundation_damping, q(:, 1))
+    b = b + space%foundation_damping
+    c = c + space%foundation_stiffness
+  end subroutine vary
+
+end module gestell_model_space_variation

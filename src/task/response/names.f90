@@ -1,0 +1,66 @@
+!> What the quantities of a vibration are called: in tables, for people, in pictures.
+module gestell_task_response_names
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: dof_names
+  use gestell_output_table_unit, only: metre, metre_per_s, newton, newton_metre, radian, radian_per_s, unit_type
+  implicit none (type, external)
+  private
+
+  public :: is_rotation, names_of
+
+  type, public :: name_type
+    !> The column and its meaning; the row of a report, its unit with the factor from SI; the symbol of a picture with the unit in SI.
+    character(len=11) :: column = ""
+    type(unit_type) :: unit
+    character(len=44) :: meaning = ""
+    character(len=24) :: words = ""
+    character(len=6) :: small_unit = ""
+    real(dp) :: factor = 1
+    character(len=10) :: symbol = ""
+    character(len=5) :: si = ""
+  end type name_type
+
+  character(len=2), parameter :: forces(6) = [character(len=2) :: "fx", "fy", "m", "fz", "mx", "my"]
+  character, parameter :: along(6) = ["x", "y", "z", "z", "x", "y"]
+  character(len=9), parameter :: symbols(6) = [character(len=9) :: "ξ", "η", "ψ", "ζ", "rot ξ", "rot η"]
+
+contains
+
+  !> Of a frame with so many degrees of freedom: these, their velocities, forces and moments on the ground, shape (3 dofs).
+  pure function names_of(dofs) result(names)
+    integer, intent(in) :: dofs
+    type(name_type) :: names(3 * dofs)
+    character(len=:), allocatable :: dof
+    integer :: i
+
+    do i = 1, dofs
+      dof = trim(dof_names(i))
+      associate (q => names(i), v => names(dofs + i), f => names(2 * dofs + i))
+        if (is_rotation(i)) then
+          q = name_type(dof, radian, "turn of the frame", dof, "mrad", 1.0e3_dp, symbols(i), "rad")
+          v = name_type(dof // "_dot", radian_per_s, "angular velocity of the frame", dof // " velocity", "mrad/s", 1.0e3_dp, "", &
+            & "rad/s")
+          f = name_type(forces(i), newton_metre, "moment on the ground about F at rest", "moment on ground", "N m", 1.0_dp, &
+            & "moment", "N m")
+          if (dofs > 3) q%meaning = "turn of the frame, of its rotation vector"
+          if (dofs > 3) f%meaning = "moment on the ground about F at rest, about " // along(i)
+          if (dofs > 3) f%words = trim(f%words) // ", " // along(i)
+          if (dofs > 3) f%symbol = "moment " // along(i)
+        else
+          q = name_type(dof, metre, "F from its static rest, along " // dof, dof // " of F", "mm", 1.0e3_dp, symbols(i), "m")
+          v = name_type(dof // "_dot", metre_per_s, "velocity along " // dof, dof // " velocity", "mm/s", 1.0e3_dp, "", "m/s")
+          f = name_type(forces(i), newton, "force on the ground along " // along(i), "force on ground, " // along(i), "N", 1.0_dp, &
+            & "force " // along(i), "N")
+        end if
+      end associate
+    end do
+  end function names_of
+
+  !> Whether a degree of freedom turns the frame.
+  elemental logical function is_rotation(dof)
+    integer, intent(in) :: dof
+
+    is_rotation = dof == 3 .or. dof > 4
+  end function is_rotation
+
+end module gestell_task_response_names
