@@ -61,7 +61,7 @@ contains
     integer :: dot
 
     dot = index(quantity, ").", back=.true.)
-    has_band = index(quantity, "probe(") == 1 .and. any(quantity(dot + 2:) == [character(len=2) :: "v", "vx", "vy"])
+    has_band = index(quantity, "probe(") == 1 .and. any(quantity(dot + 2:) == [character(len=2) :: "v", "vx", "vy", "vz"])
   end function has_band
 
   !> A measure of the quantity `name` of the frame, whose mechanism need not turn. Errors: there is no such quantity; it has no
@@ -92,7 +92,7 @@ contains
     end do
   end subroutine new_measure
 
-  !> How many rows of the motion they need (gestell_model_frame_quantity). Error: as of `new_measure`.
+  !> How many rows of the motion they need (gestell_model_frame_rows). Error: as of `new_measure`.
   pure subroutine rows_of(frame, probes, measures, rows, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)

@@ -1,13 +1,13 @@
 !> The elastically mounted frame of a mechanism: M q'' + B q' + C q = h with q = (xi, eta, psi), (8) to (12).
 module gestell_model_frame
-  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: symmetric_pencil
-  use gestell_base_text, only: concise
   use gestell_model_mechanism_held, only: check_held, tabulate_felt
-  use gestell_model_frame_inertia, only: mass_matrix, set_matrices
+  use gestell_model_frame_inertia, only: mass_matrix, mean_mass_matrix, set_matrices
+  use gestell_model_frame_data, only: check_frame_data, check_free, check_turning
   use gestell_model_frame_load, only: cancellation, set_load
-  use gestell_model_mechanism, only: a1_v, a2_v, a3_v, mass_functions_type, mechanism_type, table_columns
+  use gestell_model_mechanism, only: a1_v, a2_v, mass_functions_type, mechanism_type, table_columns
   use gestell_model_frame_mounting, only: damping_matrix, load_matrix, load_rounding, stiffness_matrix, support_type, turned_loads
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
   use gestell_model_frame_weights, only: new_weights, weights_type
@@ -22,9 +22,6 @@ module gestell_model_frame
 
   !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices; a frame in space has all.
   character(len=7), parameter, public :: dof_names(6) = [character(len=7) :: "xi", "eta", "psi", "zeta", "rot_xi", "rot_eta"]
-
-  !> A mechanism whose motion changes within less of the crank angle (rad) is refused.
-  real(dp), parameter :: least_angle_scale = 1.0e-4_dp
 
   !> The frame as a periodic system; states (q, q') in m, rad, m/s, rad/s, time in s from crank angle 0.
   type, extends(second_order_system), public :: frame_type
@@ -83,7 +80,6 @@ contains
     character(len=*), intent(in), optional :: held_by
     !> Roundings of each term of the load: of the joints' accelerations, and of the crank angle, up to 2 pi.
     real(dp), parameter :: share = 12
-    integer :: i
 
     frame%stiffness = stiffness
     frame%damping = damping
@@ -92,44 +88,24 @@ contains
       frame%supports = supports
       frame%stiffness = stiffness + stiffness_matrix(supports)
       frame%damping = damping + damping_matrix(supports)
-      do i = 1, size(supports)
-        frame%supports(i)%static = 0
-      end do
+      frame%supports%static(1) = 0
+      frame%supports%static(2) = 0
     end if
-    if (.not. all(ieee_is_finite([mass, inertia, origin, reshape(frame%stiffness, [9]), reshape(frame%damping, [9]), speed]))) then
-      call fatal_error(error, "the frame's data are not finite", invalid_input)
-    else if (mass < 0 .or. inertia < 0) then
-      call fatal_error(error, "the frame's mass and inertia must not be negative", invalid_input)
-    else if (abs(speed) < tiny(speed)) then
-      call fatal_error(error, "the crank speed must not be zero", invalid_input)
-    end if
+    call check_frame_data(mass, inertia, origin, frame%stiffness, frame%damping, speed, error)
     if (allocated(error)) return
-
     allocate(frame%mechanism, source=mechanism)
     call frame%mechanism%prepare(error)
     if (.not. allocated(error)) call frame%mechanism%check(error)
+    if (.not. allocated(error)) call check_turning(frame%mechanism, error)
     if (allocated(error)) return
-    if (.not. (ieee_is_finite(frame%mechanism%mass) .and. ieee_is_finite(frame%mechanism%inertia) &
-      & .and. frame%mechanism%mass >= 0 .and. frame%mechanism%inertia >= 0)) then
-      call fatal_error(error, "mass and inertia of the mechanism must be finite and not negative", invalid_input)
-      return
-    else if (.not. frame%mechanism%angle_scale >= least_angle_scale) then
-      call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
-        & // concise(frame%mechanism%angle_scale * 180 / pi, 2) // " deg of the crank: nothing reliable can be computed", &
-        & impossible_mechanism)
-      return
-    end if
     frame%mass = mass
     frame%inertia = inertia
     frame%origin = origin
     frame%speed = speed
     frame%free = [1, 2, 3]
     if (present(free)) frame%free = free
-    if (size(frame%free) == 0 .or. any(frame%free < 1) .or. any(frame%free > 3) .or. &
-      & any([(count(frame%free == i) > 1, i = 1, 3)])) then
-      call fatal_error(error, "the free degrees of freedom must be some of xi, eta, psi, each once", invalid_input)
-      return
-    end if
+    call check_free(frame%free, 3, error)
+    if (allocated(error)) return
     frame%states = 2 * size(frame%free)
     frame%period = 2 * pi / abs(speed)
     if (present(held_by)) then
@@ -266,10 +242,8 @@ contains
     real(dp) :: table(1, table_columns)
     integer :: k
 
-    if (allocated(self%space)) then
-      coupled = self%space%coupled(self%mass, self%free, 4 * self%least_steps)
-      return
-    end if
+    if (allocated(self%space)) coupled = self%space%coupled(self%mass, self%free, 4 * self%least_steps)
+    if (allocated(self%space)) return
     all = abs(self%stiffness + load_matrix(self%supports)) > 0 .or. abs(self%damping) > 0
     do k = 1, 4 * self%least_steps
       call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), [2 * pi * k / (4 * self%least_steps)], table)
@@ -315,8 +289,6 @@ contains
     real(dp), allocatable, intent(out) :: frequencies(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: m(3, 3), c(3, 3)
-    real(dp), allocatable :: table(:, :), angles(:)
-    type(mass_functions_type) :: mean
     integer :: k
 
     call self%check(error)
@@ -324,20 +296,14 @@ contains
     if (allocated(self%space)) then
       call symmetric_pencil(self%space%stiffness(in_space(self%free), in_space(self%free)), &
         & self%space%mean_mass(self%mass, self%free, 4 * self%least_steps), frequencies, error)
-      if (.not. allocated(error)) frequencies = sign(sqrt(abs(frequencies)), frequencies)
-      return
+    else
+      m = mean_mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, self%even_in_space(), &
+        & [(2 * pi * k / (4 * self%least_steps), k = 1, 4 * self%least_steps)])
+      c = self%stiffness + load_matrix(self%supports)
+      c = (c + transpose(c)) / 2
+      c(3, 3) = c(3, 3) + real(self%weights%rest, dp)
+      call symmetric_pencil(c(self%free, self%free), m(self%free, self%free), frequencies, error)
     end if
-    allocate(angles(4 * self%least_steps), table(4 * self%least_steps, table_columns))
-    angles = [(2 * pi * k / size(angles), k = 1, size(angles))]
-    call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), angles, table)
-    mean%a1%v = sum(table(:, a1_v)) / size(angles)
-    mean%a2%v = sum(table(:, a2_v)) / size(angles)
-    mean%a3%v = sum(table(:, a3_v)) / size(angles)
-    m = mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mean)
-    c = self%stiffness + load_matrix(self%supports)
-    c = (c + transpose(c)) / 2
-    c(3, 3) = c(3, 3) + real(self%weights%rest, dp)
-    call symmetric_pencil(c(self%free, self%free), m(self%free, self%free), frequencies, error)
     if (allocated(error)) return
     frequencies = sign(sqrt(abs(frequencies)), frequencies)
     if (.not. all(ieee_is_finite(frequencies))) call fatal_error(error, "natural frequencies leave the range of the numbers", &
@@ -356,11 +322,8 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), allocatable :: c(:, :)
 
-    if (allocated(self%space)) then
-      c = self%space%stiffness(in_space, in_space)
-    else
-      c = self%stiffness + turned_loads(self%supports)
-    end if
+    if (allocated(self%space)) c = self%space%stiffness(in_space, in_space)
+    if (.not. allocated(self%space)) c = self%stiffness + turned_loads(self%supports)
   end function ground_stiffness
 
   !> The same of q'.
@@ -368,11 +331,8 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), allocatable :: b(:, :)
 
-    if (allocated(self%space)) then
-      b = self%space%damping(in_space, in_space)
-    else
-      b = self%damping
-    end if
+    b = self%damping
+    if (allocated(self%space)) b = self%space%damping(in_space, in_space)
   end function ground_damping
 
   !> Forces (N) and moment about F at rest (N m) of supports and foundation on the ground, shape (dofs, points), for states

@@ -3,6 +3,7 @@ module gestell_model_frame_in_space
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: symmetric_pencil
+  use gestell_model_frame_data, only: check_free
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_space, only: new_space
@@ -31,9 +32,9 @@ contains
     type(plane_type), allocatable :: prepared(:)
     integer :: i
 
-    if (size(free) == 0 .or. any(free < 1) .or. any(free > 6) .or. any([(count(free == i) > 1, i = 1, 6)])) then
-      call fatal_error(error, "the free degrees of freedom must be some of six, each once", invalid_input)
-    else if (.not. all(ieee_is_finite(inertia))) then
+    call check_free(free, 6, error)
+    if (allocated(error)) return
+    if (.not. all(ieee_is_finite(inertia))) then
       call fatal_error(error, "the frame's data are not finite", invalid_input)
     else if (negative(inertia)) then
       call fatal_error(error, "the inertia is not that of a body: of the three principal moments none is negative, nor greater " &

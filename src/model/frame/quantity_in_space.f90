@@ -17,8 +17,8 @@ module gestell_model_frame_quantity_in_space
   !> Where (u, theta) stand among the frame's degrees of freedom.
   integer, parameter, public :: in_frame(6) = [1, 2, 4, 5, 6, 3]
 
-  character(len=*), parameter :: point_parts(12) = [character(len=2) :: "x", "y", "z", "d", "vx", "vy", "vz", "v", "ax", "ay", &
-    & "az", "a"]
+  character(len=2), parameter, public :: point_parts(12) = [character(len=2) :: "x", "y", "z", "d", "vx", "vy", "vz", "v", &
+    & "ax", "ay", "az", "a"]
   character(len=*), parameter :: point_units(3) = [character(len=5) :: "m", "m/s", "m/s^2"]
   character(len=*), parameter :: force_parts(7) = [character(len=2) :: "fx", "fy", "fz", "mx", "my", "m", "f"]
   character(len=*), parameter :: words = "xi, eta, zeta, rot_xi, rot_eta, psi (also with _dot), fx, fy, fz, f, mx, my, m"

@@ -66,8 +66,8 @@ contains
   end function ground_in_space
 
   !> The left sides of the equations of a frame of this `mass` (kg) at q, q', q'', shape (6, 0:2), at an angle of the drive (rad)
-  !> that turns at `speed` (rad/s), shape (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order (u,
-  !> theta).
+  !> that turns at `speed` (rad/s), shape (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order
+  !> (u, theta).
   !> Nine arguments: the machine and where it is; the left side with its three derivatives.
   pure subroutine vary(space, mass, speed, angle, q, r, m, b, c)
     type(space_type), intent(in) :: space

@@ -28,17 +28,19 @@ contains
     path = maxloc(all%displacement, dim=1)
     if (model == "exact") then
       if (.not. any(all%is_great())) return
-      line = "  GREAT MOTIONS: psi reaches " // concise(all(turn)%turn, 3) // " rad"
+      line = "  GREAT MOTIONS: " // trim(all(turn)%rotation) // " reaches " // concise(all(turn)%turn, 3) // " rad"
       if (all(path)%displacement > 0) line = line // ", F moves by " // concise(all(path)%displacement, 3) // " m"
       line = line // newline // "    springs and dampers are taken as linear that far: are they?" // newline
       return
     end if
     if (.not. any(.not. all%small())) return
     line = "  BEYOND SMALL MOTIONS:"
-    if (all(turn)%turns_too_far()) line = line // " psi reaches " // concise(all(turn)%turn, 3) // " rad"
+    if (all(turn)%turns_too_far()) line = line // " " // trim(all(turn)%rotation) // " reaches " &
+      & // concise(all(turn)%turn, 3) // " rad"
     if (all(turn)%turns_too_far() .and. all(path)%goes_too_far()) line = line // ","
     if (all(path)%goes_too_far()) line = line // " F moves by " // concise(all(path)%displacement, 3) // " m"
-    line = line // newline // "    the equations are linear: psi up to " // small_motion_limits(all(path)%size) // newline
+    line = line // newline // "    the equations are linear: " // trim(all(turn)%rotation) // " up to " &
+      & // small_motion_limits(all(path)%size) // newline
   end function beyond_small
 
   !> Up to where the equations are meant.

@@ -8,7 +8,7 @@ module gestell_study_mode_type
   public :: assurance
 
   !> Degrees of freedom at the most, and components that are kept.
-  integer, parameter, public :: most_dofs = 3, most_components = 8
+  integer, parameter, public :: most_dofs = 6, most_components = 8
 
   !> One mode: the motion of a conjugate pair of multipliers or of two real ones that belong together.
   !>

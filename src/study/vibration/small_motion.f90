@@ -1,7 +1,7 @@
 !> How far the linear equations reach: the frame's motion has to be small.
 module gestell_study_vibration_small_motion
   use gestell_base_kinds, only: dp
-  use gestell_model_frame, only: frame_type
+  use gestell_model_frame, only: dof_names, frame_type
   implicit none (type, external)
   private
 
@@ -14,10 +14,12 @@ module gestell_study_vibration_small_motion
   !> Motions so many times as large are great even for the exact frame, whose springs and dampers are linear all the same.
   real(dp), parameter :: great = 5
 
-  !> How far a frame moves: the greatest of xi, eta and zeta (m), of the rotations (rad), and the machine's size (m), the greatest distance of a
-  !> support or of O from F; 0: unknown, as of a foundation alone below O.
+  !> How far a frame moves: the greatest of xi, eta and zeta (m), of the rotations (rad), and the machine's size (m), the greatest
+  !> distance of a support or of O from F; 0: unknown, as of a foundation alone below O.
   type, public :: moved_type
     real(dp) :: displacement = 0, turn = 0, size = 0
+    !> The rotation that reaches furthest.
+    character(len=7) :: rotation = "psi"
   contains
     procedure :: small
     procedure :: turns_too_far
@@ -38,7 +40,9 @@ contains
     moved%size = norm2(frame%origin)
     if (allocated(frame%space)) then
       moved%displacement = max(moved%displacement, peaks(4))
+      i = maxloc([peaks(3), 0.0_dp, peaks(5:6)], dim=1)
       moved%turn = maxval(peaks([3, 5, 6]))
+      moved%rotation = dof_names(i + 2)
       moved%size = maxval([(norm2(frame%space%planes(i)%origin), i = 1, size(frame%space%planes)), &
         & (norm2(frame%space%supports(i)%position), i = 1, size(frame%space%supports))])
     end if
@@ -68,7 +72,7 @@ contains
   elemental logical function is_great(self)
     class(moved_type), intent(in) :: self
 
-    is_great = .not. small(moved_type(self%displacement / great, self%turn / great, self%size))
+    is_great = .not. small(moved_type(self%displacement / great, self%turn / great, self%size, self%rotation))
   end function is_great
 
 end module gestell_study_vibration_small_motion

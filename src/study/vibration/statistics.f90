@@ -252,8 +252,8 @@ contains
     real(dp), intent(in) :: period, band(2)
     real(dp), intent(out) :: along(:), greatest_direction
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: square(2, 2), unit
-    complex(dp) :: c(2)
+    real(dp) :: square(3, 3), unit
+    complex(dp) :: c(3)
     real(dp), parameter :: rounding = 1.0e-12_dp
     integer :: k, i, n
 
@@ -261,7 +261,7 @@ contains
     greatest_direction = 0
     n = 0
     if (allocated(statistics%series)) n = size(statistics%series)
-    if (n < 1 .or. n > 2 .or. size(along) /= n .or. .not. (period > 0 .and. band(1) <= band(2))) then
+    if (n < 1 .or. n > 3 .or. size(along) /= n .or. .not. (period > 0 .and. band(1) <= band(2))) then
       call fatal_error(error, "a band of frequencies needs statistics, a positive period and two ascending ends", invalid_input)
       return
     end if
@@ -275,12 +275,37 @@ contains
       do i = 1, n
         c(i) = statistics%series(i)%amplitude(k) / unit * exp(cmplx(0, statistics%series(i)%phase(k), dp))
       end do
-      square = square + real(spread(c, 2, 2) * conjg(spread(c, 1, 2)), dp) / 2
+      square = square + real(spread(c, 2, 3) * conjg(spread(c, 1, 3)), dp) / 2
     end do
     along = unit * [(sqrt(square(i, i)), i = 1, n)]
-    ! The greater eigenvalue of a symmetric 2 x 2 matrix.
-    greatest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 &
-      & + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
+    if (n == 3) then
+      greatest_direction = unit * sqrt(greatest_eigenvalue(square))
+    else
+      ! The greater eigenvalue of a symmetric 2 x 2 matrix.
+      greatest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 &
+        & + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
+    end if
   end subroutine band_rms
+
+  !> Of a symmetric 3 x 3 matrix: its characteristic polynomial's greatest root by the cosine of a third of an angle (O. K. Smith,
+  !> Communications of the ACM 4, 1961, 168, doi 10.1145/355578.366316).
+  pure real(dp) function greatest_eigenvalue(a) result(greatest_root)
+    real(dp), intent(in) :: a(3, 3)
+    real(dp) :: middle, p, b(3, 3), half_determinant
+    integer :: i
+
+    middle = (a(1, 1) + a(2, 2) + a(3, 3)) / 3
+    b = a
+    do i = 1, 3
+      b(i, i) = b(i, i) - middle
+    end do
+    p = sqrt(sum(b**2) / 6)
+    greatest_root = middle
+    if (.not. p > 0) return
+    b = b / p
+    half_determinant = (b(1, 1) * (b(2, 2) * b(3, 3) - b(2, 3)**2) - b(1, 2) * (b(1, 2) * b(3, 3) - b(2, 3) * b(1, 3)) &
+      & + b(1, 3) * (b(1, 2) * b(2, 3) - b(2, 2) * b(1, 3))) / 2
+    greatest_root = middle + 2 * p * cos(acos(min(1.0_dp, max(-1.0_dp, half_determinant))) / 3)
+  end function greatest_eigenvalue
 
 end module gestell_study_vibration_statistics

@@ -6,6 +6,7 @@ module gestell_task_campbell_task
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, per_second, plain, rpm
+  use gestell_model_frame, only: dof_names
   use gestell_study_mode_type, only: mode_type, most_dofs
   use gestell_task, only: all_speeds, longest_table, task_type
   use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
@@ -99,8 +100,7 @@ contains
   pure type(table_type) function campbell_table(campbell, verdict) result(table)
     type(campbell_type), intent(in) :: campbell
     character(len=*), intent(in) :: verdict
-    integer, parameter :: columns = 13
-    character(len=3), parameter :: names(most_dofs) = [character(len=3) :: "xi", "eta", "psi"]
+    integer, parameter :: columns = 7 + 2 * most_dofs
     real(dp) :: values(columns, campbell%modes * size(campbell%points))
     integer :: i, k
 
@@ -122,9 +122,9 @@ contains
       call table%add("share", plain, "of the strongest component in the mean square", values(5, :))
       call table%add("frequency_error", hertz, "bound on the error", values(6, :))
       call table%add("growth_error", per_second, "bound on the error", values(7, :))
-      do k = 1, most_dofs
-        call table%add(trim(names(k)) // "_re", plain, "real part of the shape", values(6 + 2 * k, :))
-        call table%add(trim(names(k)) // "_im", plain, "imaginary part of the shape", values(7 + 2 * k, :))
+      do k = 1, merge(most_dofs, 3, any(campbell%free > 3))
+        call table%add(trim(dof_names(k)) // "_re", plain, "real part of the shape", values(6 + 2 * k, :))
+        call table%add(trim(dof_names(k)) // "_im", plain, "imaginary part of the shape", values(7 + 2 * k, :))
       end do
       call table%add("real_pair", "1: two real multipliers, locked to the crank or overdamped", &
         & [((points(i)%modes(k)%identified .and. points(i)%modes(k)%real_pair, k = 1, modes), i = 1, size(points))])
@@ -139,7 +139,7 @@ contains
   pure function numbers(mode, free) result(row)
     type(mode_type), intent(in) :: mode
     integer, intent(in) :: free(:)
-    real(dp) :: row(13)
+    real(dp) :: row(7 + 2 * most_dofs)
     complex(dp) :: shape(most_dofs), all(most_dofs)
     integer :: k
 

@@ -12,7 +12,7 @@ module gestell_task_probes
   use gestell_task_context, only: context_type
   use gestell_task_probes_plot, only: plot_probes
   use gestell_task_probes_report, only: limit_sentence, probe_lines
-  use gestell_task_probes_response, only: probe_part_names, probe_parts, find_responses, probe_response_type
+  use gestell_task_probes_response, only: find_responses, probe_response_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -24,8 +24,8 @@ module gestell_task_probes
     procedure :: run
   end type probes_task
 
-  type(unit_type), parameter :: units(probe_parts) = [metre, metre, metre, metre_per_s, metre_per_s, metre_per_s, &
-    & metre_per_s2, metre_per_s2, metre_per_s2]
+  !> Of displacement, velocity, acceleration.
+  type(unit_type), parameter :: units(3) = [metre, metre_per_s, metre_per_s2]
   real(dp), parameter :: mm = 1000
 
 contains
@@ -114,22 +114,29 @@ contains
     type(probe_response_type), intent(in) :: responses(:)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: part
-    integer :: i, k, n
+    type(unit_type) :: unit
+    integer :: i, k, n, parts
 
     n = size(responses)
     table = new_table("probes", "Probes", "Vibration at the probes.", verdict, shown=.true.)
     call table%add("name", "of the probe", [(responses(i)%probe%name, i = 1, n)])
     call table%add("x", metre, "where it is in the frame's system", [(responses(i)%probe%position(1), i = 1, n)])
     call table%add("y", metre, "where it is in the frame's system", [(responses(i)%probe%position(2), i = 1, n)])
-    do k = 1, probe_parts
-      part = trim(probe_part_names(k))
-      call table%add(part // "_peak", units(k), "greatest size over the period", [(responses(i)%statistics(k)%peak, i = 1, n)], &
+    if (size(responses(1)%parts) > 9) call table%add("z", metre, "where it is in the frame's system", &
+      & [(responses(i)%probe%z, i = 1, n)])
+    parts = size(responses(1)%parts)
+    do k = 1, parts
+      part = trim(responses(1)%parts(k))
+      unit = units(1 + 3 * (k - 1) / parts)
+      call table%add(part // "_peak", unit, "greatest size over the period", [(responses(i)%statistics(k)%peak, i = 1, n)], &
         & error=part // "_peak_error")
-      call table%add(part // "_peak_error", units(k), "bound on its error", [(responses(i)%statistics(k)%peak_error, i = 1, n)])
-      call table%add(part // "_rms", units(k), "root mean square", [(responses(i)%statistics(k)%rms, i = 1, n)])
+      call table%add(part // "_peak_error", unit, "bound on its error", [(responses(i)%statistics(k)%peak_error, i = 1, n)])
+      call table%add(part // "_rms", unit, "root mean square", [(responses(i)%statistics(k)%rms, i = 1, n)])
     end do
     call table%add("vx_rms_band", mm_per_s, "velocity along x, orders within the band", [(mm * responses(i)%band(1), i = 1, n)])
     call table%add("vy_rms_band", mm_per_s, "velocity along y, orders within the band", [(mm * responses(i)%band(2), i = 1, n)])
+    if (parts > 9) call table%add("vz_rms_band", mm_per_s, "velocity along z, orders within the band", &
+      & [(mm * responses(i)%band(3), i = 1, n)])
     call table%add("v_rms_band", mm_per_s, "the same in the direction in which it is greatest", mm * responses%greatest, &
       & error="v_rms_band_error")
     call table%add("v_rms_band_error", mm_per_s, "bound on its error", mm * responses%error)
@@ -156,26 +163,29 @@ contains
     table = new_table("probes_history", "Probes over a turn", "Velocity at the probes over a turn.", verdict)
     call add_turn(table, speed, period, size(responses(1)%history, 1) - 1)
     do i = 1, size(responses)
-      do k = 1, probe_parts
-        call table%add(column(responses(i), k), units(k), "motion of the probe", responses(i)%history(:, k))
+      do k = 1, size(responses(i)%parts)
+        call table%add(column(responses(i), k), units(1 + 3 * (k - 1) / size(responses(i)%parts)), "motion of the probe", &
+          & responses(i)%history(:, k))
       end do
     end do
   end function histories
 
-  !> The components along x and y.
+  !> The components along the axes.
   pure type(table_type) function harmonics(responses, period, last, verdict) result(table)
     type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: period
     integer, intent(in) :: last
     character(len=*), intent(in) :: verdict
-    integer :: i, k
+    integer :: i, k, kinds
 
     table = new_table("probes_harmonics", "Probes by orders", "Amplitudes of the velocity at the probes by orders of the crank.", &
       & verdict)
     call add_orders(table, period, last)
     do i = 1, size(responses)
-      do k = 1, probe_parts
-        if (mod(k, 3) > 0) call add_harmonics(table, column(responses(i), k), units(k), responses(i)%statistics(k)%series(1), last)
+      kinds = size(responses(i)%parts) / 3
+      do k = 1, 3 * kinds
+        if (mod(k, kinds) > 0) call add_harmonics(table, column(responses(i), k), units(1 + (k - 1) / kinds), &
+          & responses(i)%statistics(k)%series(1), last)
       end do
     end do
   end function harmonics
@@ -186,7 +196,7 @@ contains
     integer, intent(in) :: part
     character(len=:), allocatable :: name
 
-    name = trim(probe_part_names(part)) // "_" // trim(response%probe%name)
+    name = trim(response%parts(part)) // "_" // trim(response%probe%name)
   end function column
 
 end module gestell_task_probes

@@ -4,7 +4,7 @@ module gestell_task_probes_report
   use gestell_base_text, only: concise, text
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: judged, section
-  use gestell_task_probes_response, only: probe_parts, velocity_part, probe_response_type
+  use gestell_task_probes_response, only: probe_response_type
   implicit none (type, external)
   private
 
@@ -40,9 +40,11 @@ contains
     integer :: k
 
     row = trim(response%probe%name) // " (" // concise(response%probe%position(1), 4) // "," &
-      & // concise(response%probe%position(2), 4) // ")"
+      & // concise(response%probe%position(2), 4)
+    if (size(response%parts) > 9) row = row // "," // concise(response%probe%z, 4)
+    row = row // ")"
     do k = 1, 3
-      row = row // tab // concise(factors(k) * response%statistics(k * probe_parts / 3)%peak, 5)
+      row = row // tab // concise(factors(k) * response%statistics(k * size(response%parts) / 3)%peak, 5)
     end do
     row = row // tab // concise(1000 * response%greatest, 5) // tab // concise(1000 * response%error, 1)
   end function probe_row
@@ -70,7 +72,7 @@ contains
       end if
       lines = lines // newline
       if (limit > 0 .and. judged(verdict) /= "") lines = lines // "    " // judged(verdict) // newline
-      whole = response%statistics(velocity_part)%rms
+      whole = response%statistics(2 * size(response%parts) / 3)%rms
       if (whole > much * response%greatest .and. orders(1) > 1) lines = lines // "    mind the lower end of the band: " // &
         & "in all orders together the velocity has an rms of " // concise(1000 * whole, 4) // " mm/s" // newline
     end associate

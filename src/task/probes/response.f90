@@ -4,6 +4,7 @@ module gestell_task_probes_response
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_quantity, only: point_quantity
+  use gestell_model_frame_quantity_in_space, only: point_parts
   use gestell_model_frame_rows, only: accelerations, probe_type, quantity_type
   use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, take_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
@@ -13,19 +14,20 @@ module gestell_task_probes_response
 
   public :: find_responses
 
-  !> Displacement, velocity, acceleration: along x, along y, and the size of the vector.
+  !> Displacement, velocity, acceleration: along x, along y, in space along z, and the size of the vector; so many in the plane.
   integer, parameter, public :: probe_parts = 9, velocity_part = 6
-  character(len=*), parameter, public :: probe_part_names(probe_parts) = &
+  character(len=2), parameter, public :: probe_part_names(probe_parts) = &
     & [character(len=2) :: "x", "y", "d", "vx", "vy", "v", "ax", "ay", "a"]
 
   type, public :: probe_response_type
     type(probe_type) :: probe
+    character(len=2), allocatable :: parts(:)
     type(statistics_type), allocatable :: statistics(:)
-    !> At the times of the vibration's history, shape (points + 1, probe_parts).
+    !> At the times of the vibration's history, shape (points + 1, parts).
     real(dp), allocatable :: history(:, :)
-    !> Velocity in the probe's band of frequencies (m/s, rms): along x and y, in the direction in which
+    !> Velocity in the probe's band of frequencies (m/s, rms): along x, y and z, in the direction in which
     !> it is greatest, and a bound on the latter's error.
-    real(dp) :: band(2) = 0, greatest = 0, error = 0
+    real(dp) :: band(3) = 0, greatest = 0, error = 0
   contains
     procedure :: verdict
   end type probe_response_type
@@ -41,7 +43,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(quantity_type) :: quantity
     real(dp), allocatable :: history(:)
-    integer :: i, k
+    integer :: i, k, n
 
     call frame%check(error)
     if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
@@ -50,17 +52,20 @@ contains
     allocate(responses(size(probes)))
     do i = 1, size(probes)
       responses(i)%probe = probes(i)
-      allocate(responses(i)%statistics(probe_parts))
-      allocate(responses(i)%history(size(vibration%motion_history, 2), probe_parts))
-      do k = 1, probe_parts
-        call point_quantity(frame, probes(i), trim(probe_part_names(k)), quantity)
+      responses(i)%parts = probe_part_names
+      if (allocated(frame%space)) responses(i)%parts = point_parts
+      n = size(responses(i)%parts)
+      allocate(responses(i)%statistics(n))
+      allocate(responses(i)%history(size(vibration%motion_history, 2), n))
+      do k = 1, n
+        call point_quantity(frame, probes(i), trim(responses(i)%parts(k)), quantity)
         call take_statistics(vibration, quantity, responses(i)%statistics(k), error)
         if (.not. allocated(error)) call history_of(vibration, quantity, history, error)
         if (allocated(error)) return
         responses(i)%history(:, k) = history
       end do
-      associate (velocity => responses(i)%statistics(velocity_part))
-        call band_rms(velocity, frame%period, probes(i)%band, responses(i)%band, responses(i)%greatest, error)
+      associate (velocity => responses(i)%statistics(2 * n / 3))
+        call band_rms(velocity, frame%period, probes(i)%band, responses(i)%band(:n / 3 - 1), responses(i)%greatest, error)
         if (allocated(error)) return
         ! A part of an error, in the mean square, is at most its greatest value.
         responses(i)%error = velocity%error

@@ -9,7 +9,8 @@ module gestell_task_response_names
   public :: is_rotation, names_of
 
   type, public :: name_type
-    !> The column and its meaning; the row of a report, its unit with the factor from SI; the symbol of a picture with the unit in SI.
+    !> The column and its meaning; the row of a report, its unit with the factor from SI; the symbol of a picture with the unit in
+    !> SI.
     character(len=11) :: column = ""
     type(unit_type) :: unit
     character(len=44) :: meaning = ""

@@ -78,8 +78,8 @@ contains
       & lines // "unset multiplot" // newline, width=880, height=640)
   end function plot_harmonics
 
-  !> The bars of the quantities of `n` degrees of freedom, those behind `first`, on one logarithmic axis; six decades below the greatest
-  !> they end.
+  !> The bars of the quantities of `n` degrees of freedom, those behind `first`, on one logarithmic axis; six decades below the
+  !> greatest they end.
   pure function panel(vibration, harmonics, n, first) result(lines)
     type(vibration_type), intent(in) :: vibration
     integer, intent(in) :: harmonics, n, first

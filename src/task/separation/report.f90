@@ -3,6 +3,7 @@ module gestell_task_separation_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed, text
   use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_model_frame, only: dof_names
   use gestell_task_separation, only: separation_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -23,7 +24,7 @@ contains
     integer, intent(in) :: orders
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
-    character(len=:), allocatable :: rows
+    character(len=:), allocatable :: rows, heads, parts
     integer :: first, i, listed
 
     lines = newline // "SEPARATION of the modes from order" // trim(merge("  1", "s 1", orders == 1))
@@ -32,7 +33,15 @@ contains
     if (size(speeds) > 1) lines = lines // " to " // concise(speeds(size(speeds)), 7)
     lines = lines // " rpm, about rest" // newline
     if (verdict /= "stable") lines = lines // "  " // verdict // newline
-    lines = lines // "  xi, eta, psi: parts of the kinetic energy; order: the nearest, " // concise(margin, 4) &
+    heads = ""
+    parts = ""
+    do i = 1, maxval([3, found%dofs])
+      heads = heads // "," // trim(dof_names(i))
+      if (.not. any(found%dofs > 3)) heads = heads // " %"
+      parts = parts // ", " // trim(dof_names(i))
+    end do
+    lines = lines // "  " // parts(3:) // ": parts of the kinetic energy" &
+      & // trim(merge(" (%)", "    ", any(found%dofs > 3))) // "; order: the nearest, " // concise(margin, 4) &
       & // " % wanted" // newline
     rows = ""
     do first = 1, size(found), orders
@@ -40,7 +49,8 @@ contains
         rows = rows // mode_row(mode(nearest_row(mode)))
       end associate
     end do
-    lines = lines // tabulated("rrrrrrrrrl", "mode,Hz,damping,xi %,eta %,psi %,order,at Hz,distance %,", rows)
+    lines = lines // tabulated(repeat("r", 6 + maxval([3, found%dofs])) // "l", "mode,Hz,damping" // heads &
+      & // ",order,at Hz,distance %,", rows)
     if (all(found%state == "pass")) return
     rows = ""
     listed = 0
@@ -74,7 +84,7 @@ contains
     else
       row = row // "0"
     end if
-    do k = 1, size(one%energy)
+    do k = 1, one%dofs
       if (one%at%identified) row = row // tab // fixed(100 * one%energy(k), 0)
       if (.not. one%at%identified) row = row // tab // "?"
     end do

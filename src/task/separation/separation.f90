@@ -18,8 +18,9 @@ module gestell_task_separation
     type(mode_type) :: at
     !> f and k n (Hz), the distance and a bound on its error; NaN where the mode is not told at any speed.
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
-    !> Parts of xi, eta, psi in the mode's kinetic energy.
+    !> Parts of the frame's degrees of freedom in the mode's kinetic energy; how many there are.
     real(dp) :: energy(most_dofs) = 0
+    integer :: dofs = 3
     !> pass, fail, or undecided where the error reaches across the margin.
     character(len=9) :: state = "undecided"
   end type separation_type
@@ -97,6 +98,7 @@ contains
     integer :: solved
 
     self%energy = ieee_value(1.0_dp, ieee_quiet_nan)
+    self%dofs = merge(most_dofs, 3, any(campbell%free > 3))
     solved = findloc(campbell%points%solved, .true., dim=1)
     if (.not. self%at%identified .or. solved == 0) return
     q = self%at%shape()

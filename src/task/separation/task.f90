@@ -11,7 +11,7 @@ module gestell_task_separation_task
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, plain, rpm, unit_type
-  use gestell_study_mode_type, only: most_dofs
+  use gestell_model_frame, only: dof_names
   use gestell_task, only: longest_table, task_type, unsolved_machine
   use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
@@ -54,6 +54,7 @@ contains
     class(separation_task), intent(inout) :: self
 
     self%name = "separation"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "separation"]
     self%about = unsolved_machine
     self%judges = .true.
@@ -135,7 +136,6 @@ contains
   pure type(table_type) function table_of(found, model, verdict) result(table)
     type(separation_type), intent(in) :: found(:)
     character(len=*), intent(in) :: model, verdict
-    character(len=3), parameter :: names(most_dofs) = [character(len=3) :: "xi", "eta", "psi"]
     integer :: i, k, n
 
     n = size(found)
@@ -154,8 +154,8 @@ contains
     call table%add("distance", percent, "of the two, in per cent of the order's frequency", 100 * found%distance, &
       & error="distance_error")
     call table%add("distance_error", percent, "bound on its error", 100 * found%error)
-    do k = 1, most_dofs
-      call table%add("energy_" // trim(names(k)), plain, "part of " // trim(names(k)) // " in the mode's kinetic energy", &
+    do k = 1, maxval([3, found%dofs])
+      call table%add("energy_" // trim(dof_names(k)), plain, "part of " // trim(dof_names(k)) // " in the mode's kinetic energy", &
         & [(found(i)%energy(k), i = 1, n)])
     end do
     call table%add("state", "pass, fail or undecided", (found%state))

@@ -1,0 +1,58 @@
+!> What the data of a frame must be.
+module gestell_model_frame_data
+  use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise
+  use gestell_model_mechanism, only: mechanism_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: check_frame_data, check_free, check_turning
+
+  !> A mechanism whose motion changes within less of the crank angle (rad) is refused.
+  real(dp), parameter :: least_angle_scale = 1.0e-4_dp
+
+contains
+
+  !> Errors: a parameter that is not finite or out of its range; speed zero.
+  subroutine check_frame_data(mass, inertia, origin, stiffness, damping, speed, error)
+    real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. all(ieee_is_finite([mass, inertia, origin, reshape(stiffness, [9]), reshape(damping, [9]), speed]))) then
+      call fatal_error(error, "the frame's data are not finite", invalid_input)
+    else if (mass < 0 .or. inertia < 0) then
+      call fatal_error(error, "the frame's mass and inertia must not be negative", invalid_input)
+    else if (abs(speed) < tiny(speed)) then
+      call fatal_error(error, "the crank speed must not be zero", invalid_input)
+    end if
+  end subroutine check_frame_data
+
+  !> Error: the numbers of degrees of freedom that are free are not some of the first three or six, each once.
+  subroutine check_free(free, dofs, error)
+    integer, intent(in) :: free(:), dofs
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    if (size(free) > 0 .and. all(free >= 1) .and. all(free <= dofs) .and. .not. any([(count(free == i) > 1, i = 1, dofs)])) return
+    if (dofs == 3) call fatal_error(error, "the free degrees of freedom must be some of xi, eta, psi, each once", invalid_input)
+    if (dofs > 3) call fatal_error(error, "the free degrees of freedom must be some of six, each once", invalid_input)
+  end subroutine check_free
+
+  !> Errors: masses of a prepared mechanism that are none; it comes too close to a dead point.
+  subroutine check_turning(mechanism, error)
+    class(mechanism_type), intent(in) :: mechanism
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. (ieee_is_finite(mechanism%mass) .and. ieee_is_finite(mechanism%inertia) .and. mechanism%mass >= 0 &
+      & .and. mechanism%inertia >= 0)) then
+      call fatal_error(error, "mass and inertia of the mechanism must be finite and not negative", invalid_input)
+    else if (.not. mechanism%angle_scale >= least_angle_scale) then
+      call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
+        & // concise(mechanism%angle_scale * 180 / pi, 2) // " deg of the crank: nothing reliable can be computed", &
+        & impossible_mechanism)
+    end if
+  end subroutine check_turning
+
+end module gestell_model_frame_data

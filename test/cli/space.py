@@ -1,0 +1,270 @@
+"""The frame in space: machines against an independent reference, a planar machine in a tilted plane, a block on mounts, refusals."""
+
+import csv
+import math
+import re
+import shutil
+from pathlib import Path
+
+from harness import Folder, Run, check, equal, near
+
+ROOT = Path(__file__).resolve().parents[2]
+DATA, VALIDATION = ROOT / "data", ROOT / "validation" / "space"
+DOF = ("xi", "eta", "zeta", "rot_xi", "rot_eta", "psi")
+ALL = "dof=" + ",".join(f"'{name}'" for name in DOF)
+
+# Of validation/space/newton_euler.py, whose loads of inertia are summed link by link, integrated to 1e-13: speed (1/min), greatest
+# abs(rho), and the rms of the six coordinates (m, rad), about rest and exact.
+REFERENCE = {
+    "suspended_compressor": (284, {
+        "rest": (0.978150001097, (6.6922942523791e-05, 1.2881319311078e-05, 9.4091409687664e-06, 2.9337442894003e-04,
+                                  3.2871296366183e-04, 2.0915034171570e-04)),
+        "exact": (0.978149996698, (6.6923465574294e-05, 1.2885502067922e-05, 9.4086330944383e-06, 2.9338614014450e-04,
+                                   3.2903794863158e-04, 2.0915435659122e-04))}),
+    "v_twin": (740, {
+        "rest": (0.943367074795, (4.3838725249194e-05, 1.9270702774291e-05, 1.6414154554404e-05, 6.7272045654421e-05,
+                                  9.9059435956897e-05, 1.9124372822317e-04)),
+        "exact": (0.943366628830, (4.3836494163255e-05, 1.9265087266204e-05, 1.6413027416738e-05, 6.7261917398344e-05,
+                                   9.9068841589378e-05, 1.9124559517535e-04))}),
+    "watt_beside": (209, {
+        "rest": (0.848848519886, (1.7302925751517e-02, 4.6862827859381e-04, 6.5480946104881e-04, 1.2721283625092e-03,
+                                  3.2791883093107e-03, 1.6968155335522e-02)),
+        "exact": (0.847767803099, (1.7299776178788e-02, 4.5259069346122e-04, 6.4892528293753e-04, 1.2626474517025e-03,
+                                   3.3348179300654e-03, 1.6969164542043e-02))}),
+    "twin_balance_shaft": (625, {
+        "rest": (0.886374862868, (1.0475821697834e-06, 5.5774591160081e-05, 3.9145798169801e-06, 3.5527443581493e-05,
+                                  1.4597006718715e-05, 2.9855588169734e-05)),
+        "exact": (0.886374841744, (1.0475833999791e-06, 5.5774590740192e-05, 3.9145202988651e-06, 3.5527444038832e-05,
+                                   1.4597077614008e-05, 2.9855620779367e-05))}),
+}
+# data/engine_in_space.nml is validation/space/inline_four.nml in other words, its crank at 90 deg where that one's is at 0.
+ENGINE = (336, 0.716992557639, (7.8441568718468e-06, 6.8979299597789e-06, 1.8997896654406e-06, 5.0284783159456e-05,
+                                5.0841084388053e-05, 2.6008034566268e-04))
+
+
+def rows(path):
+    """Rows of a table."""
+    return list(csv.DictReader(line for line in path.read_text().splitlines() if line[0] != "#"))
+
+
+def rms(path, name):
+    """Of a coordinate, from its harmonics."""
+    unit = "m" if name in DOF[:3] else "rad"
+    sizes = [float(row[f"{name}_{unit}_amplitude"]) for row in rows(path)]
+    return math.sqrt(sizes[0]**2 + sum(size**2 for size in sizes[1:]) / 2)
+
+
+def greatest(path):
+    """The greatest abs(rho)."""
+    return max(float(row["abs"]) for row in rows(path))
+
+
+def against_reference(folder, what, rho, sizes):
+    """The reference's integration leaves 1e-10 of the multipliers; 60 harmonics of the motion reach its 1e-9."""
+    near(f"space, {what}: rho", greatest(folder / "out" / "multipliers.csv"), rho, 1e-10)
+    for name, size in zip(DOF, sizes):
+        near(f"space, {what}: rms of {name}", rms(folder / "out" / "harmonics.csv", name), size, 1e-9 * max(sizes))
+
+
+def reference_tests():
+    """Machines of validation/space, about rest and exact."""
+    for machine, (speed, models) in REFERENCE.items():
+        text = re.sub(r"&case title = ('[^']*') /", "&response points=64, harmonics=60 /\n"
+                      "&case title = \\1, tasks='stability','response' /", (VALIDATION / f"{machine}.nml").read_text())
+        for model, (rho, sizes) in models.items():
+            with Folder(input=f"&model frame='{model}' /\n" + text) as folder:
+                if Run(folder, "-q", "-o", "out", "--set", f"drive.speed_rpm={speed}", "input.nml").done(f"{machine}, {model}"):
+                    against_reference(folder, f"{machine}, {model}", rho, sizes)
+    with Folder() as folder:
+        shutil.copy(DATA / "engine_in_space.nml", folder)
+        speed, rho, sizes = ENGINE
+        if Run(folder, "-q", "-o", "out", "--set", f"drive.speed_rpm={speed}", "--set", "response.harmonics=60",
+               "engine_in_space.nml").done("engine in space"):
+            against_reference(folder, "engine in space", rho, sizes)
+
+
+def times(a, b):
+    return [[sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+
+
+def turned(axis, angle):
+    """The matrix of a rotation about an axis of space (deg)."""
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrix = [[float(row == column) for column in range(3)] for row in range(3)]
+    matrix[i][i] = matrix[j][j] = c
+    matrix[i][j], matrix[j][i] = -s, s
+    return matrix
+
+
+def words(numbers):
+    return ",".join(repr(float(number)) for number in numbers)
+
+
+FOUR_BAR = """\
+&joint {0}name='A0', type='ground', position=0,0 /
+&joint {0}name='B0', type='ground', position=0.40,0 /
+&joint {0}name='A', type='crank', pivot='A0', radius=0.07 /
+&joint {0}name='B', type='RRR', ends='A','B0', lengths=0.37,0.16, branch=1 /
+&link {0}name='crank', from='A0', to='A', mass=0.5, inertia=0.0035, center=0.03,0 /
+&link {0}name='coupler', from='A', to='B', mass=0.6, inertia=0.007, center=0.18,0.01 /
+&link {0}name='rocker', from='B0', to='B', mass=0.25, inertia=0.006, center=0.08,0 /
+"""
+SUPPORTS = ((-0.3, 0.2, 4.0e4, 6.0e4, 40, 60, 20), (0.35, 0.1, 5.0e4, 3.0e4, 30, 50, 0))
+TASKS = "&case tasks='stability','response' /\n&response points=64, harmonics=40 /\n&model frame='{}' /\n&drive speed_rpm=420 /\n"
+
+
+def tilted_tests():
+    """A planar machine whose plane is tilted: in the plane it moves as there, and not out of it; its multipliers are among all."""
+    yaw, pitch, roll = 30, -25, 50
+    q = times(turned(2, yaw), times(turned(1, pitch), turned(0, roll)))
+    tensor = times(times(q, [[0.5, 0, 0], [0, 0.6, 0], [0, 0, 0.78]]), [list(column) for column in zip(*q)])
+    j = [tensor[0][0], tensor[1][1], tensor[2][2], tensor[0][1], tensor[0][2], tensor[1][2]]
+
+    def placed(x, y, z=0.0):
+        return words(q[i][0] * x + q[i][1] * y + q[i][2] * z for i in range(3))
+
+    space, plane = FOUR_BAR.format("mechanism='m', "), FOUR_BAR.format("")
+    space += f"&mechanism name='m', axis={words(row[2] for row in q)}, x_axis={words(row[0] for row in q)} /\n" \
+        f"&frame mass=18, inertia={words(j)}, origin={placed(0.1, -0.25)}, {ALL} /\n"
+    plane += "&frame mass=18, inertia=0.78, origin=0.1,-0.25 /\n"
+    for x, y, kx, ky, bx, by, angle in SUPPORTS:
+        plane += f"&support position={x},{y}, stiffness={kx},{ky}, damping={bx},{by}, angle={angle} /\n"
+        # its own angle first: yaw, pitch, roll of both together
+        axes = times(q, turned(2, angle))
+        angles = (math.degrees(math.atan2(axes[1][0], axes[0][0])), math.degrees(math.asin(-axes[2][0])),
+                  math.degrees(math.atan2(axes[2][1], axes[2][2])))
+        # two halves on both sides of the plane, which hold the frame there too
+        for z in (-0.2, 0.2):
+            space += f"&support position={placed(x, y, z)}, stiffness={kx / 2},{ky / 2},2e4, damping={bx / 2},{by / 2},25, " \
+                f"angle={words(angles)} /\n"
+    for model in ("rest", "exact", "first_order"):
+        with Folder(plane=TASKS.format(model) + plane, space=TASKS.format(model) + space) as folder:
+            for name in ("plane", "space"):
+                if not Run(folder, "-q", "--set", "accuracy.tolerance=1e-12", f"{name}.nml").done(f"tilted, {model}, {name}"):
+                    return
+            flat, tilted = rows(folder / "plane" / "response.csv"), rows(folder / "space" / "response.csv")
+            size = max(abs(float(row["psi_rad"])) for row in flat)
+            reach = max(math.hypot(float(row["xi_m"]), float(row["eta_m"])) for row in flat)
+            worst = [0.0, 0.0, 0.0]
+            for one, other in zip(flat, tilted):
+                for i, (along, about) in enumerate(zip(DOF[:3], DOF[3:])):
+                    u = q[i][0] * float(one["xi_m"]) + q[i][1] * float(one["eta_m"])
+                    f = q[i][0] * float(one["fx_N"]) + q[i][1] * float(one["fy_N"])
+                    worst[0] = max(worst[0], abs(float(other[f"{along}_m"]) - u) / reach)
+                    worst[1] = max(worst[1], abs(float(other[f"{about}_rad"]) - q[i][2] * float(one["psi_rad"])) / size)
+                    worst[2] = max(worst[2], abs(float(other[("fx_N", "fy_N", "fz_N")[i]]) - f))
+            force = max(math.hypot(float(row["fx_N"]), float(row["fy_N"])) for row in flat)
+            # both solved to 1e-12
+            for what, miss in (("displacements", worst[0]), ("turns", worst[1]), ("forces", worst[2] / force)):
+                near(f"tilted, {model}: {what}", miss, 0.0, 1e-11)
+            multipliers = [[complex(float(row["re"]), float(row["im"])) for row in rows(folder / name / "multipliers.csv")]
+                           for name in ("plane", "space")]
+            equal(f"tilted, {model}: multipliers", [len(found) for found in multipliers], [6, 12])
+            for rho in multipliers[0]:
+                near(f"tilted, {model}: rho", min(abs(rho - other) for other in multipliers[1]), 0.0, 1e-10)
+
+
+def block_tests():
+    """A block on four equal mounts at the height of F below it: closed forms of its six frequencies, a rotor that turns about zeta."""
+    mass, j, a, b, h, k = 40.0, (1.2, 0.9, 1.5), 0.3, 0.2, 0.15, (3.0e4, 8.0e4, 5.0e4)
+    text = "&case tasks='stability' /\n&model frame='rest' /\n&drive speed_rpm=60 /\n&joint name='O', type='ground', position=0,0 /\n" \
+        "&joint name='A', type='crank', pivot='O', radius=0.1 /\n&link name='rotor', from='O', to='A', mass=1e-9, inertia=0 /\n" \
+        f"&frame mass={mass}, inertia={words(j)}, origin=0,0, {ALL} /\n"
+    for x in (a, -a):
+        for z in (b, -b):
+            text += f"&support position={x},{-h},{z}, stiffness={words(k)} /\n"
+    kx, ky, kz = (4 * value for value in k)
+    # eta, and the turn about it, are alone; xi goes with psi, zeta with rot_xi: each two of m s + k and the coupling k h
+    squares = [ky / mass, (kx * b**2 + kz * a**2) / j[1]]
+    for spring, inertia, arm in ((kx, j[2], a), (kz, j[0], b)):
+        turn = ky * arm**2 + spring * h**2
+        middle = (spring / mass + turn / inertia) / 2
+        root = math.sqrt(middle**2 - (spring * turn - (spring * h)**2) / (mass * inertia))
+        squares += [middle - root, middle + root]
+    expected = sorted(math.sqrt(square) / (2 * math.pi) for square in squares)
+    with Folder(input=text) as folder:
+        run = Run(folder, "--verbose", "input.nml")
+        table = run.out[run.out.index("rad/s"):]
+        found = [float(line.split()[2]) / (2 * math.pi) for line in table.splitlines()[1:7]]
+        for i, (one, other) in enumerate(zip(found, expected)):
+            near(f"block, frequency {i + 1}", one, other, 1e-5 * other)
+
+
+def task_tests():
+    """What else knows a frame in space: probes, quantities, resonance, a sweep, Campbell's diagram, critical speeds."""
+    with Folder() as folder:
+        shutil.copy(DATA / "suspended_compressor.nml", folder)
+        run = Run(folder, "suspended_compressor.nml")
+        run.done("suspended compressor")
+        check("suspended compressor: energy", "rot_eta" in run.out, "rot_eta", run.out)
+        probe = rows(folder / "suspended_compressor" / "probes.csv")[0]
+        response = rows(folder / "suspended_compressor" / "response.csv")
+        # y + rot_zeta x ... to first order: turns of 1e-3 leave 1e-6
+        high = max(abs(float(row["zeta_m"]) + 0.06 * float(row["rot_xi_rad"]) - 0.07 * float(row["rot_eta_rad"])) for row in response)
+        near("suspended compressor: probe's z", float(probe["z_peak_m"]), high, 1e-3 * high)
+        parts = [float(probe[f"v{axis}_rms_band_mm_s"]) for axis in "xyz"]
+        band = float(probe["v_rms_band_mm_s"])
+        check("suspended compressor: band", max(parts) <= band <= math.hypot(*parts), f"{max(parts)} to {math.hypot(*parts)}", band)
+        for task, text in (("sweep", "&sweep parameter='drive.speed_rpm', from=2000, to=3000, count=5, "
+                            "columns='rho_max','zeta','probe(discharge tube).v','fz' /\n"),
+                           ("resonance", "&sweep parameter='drive.speed_rpm', from=200, to=400, count=21 /\n"
+                            "&resonance quantities='zeta','rot_xi' /\n"),
+                           ("campbell", "&sweep parameter='drive.speed_rpm', from=200, to=400, count=21 /\n"),
+                           ("critical", "&sweep parameter='drive.speed_rpm', from=200, to=400, count=21 /\n")):
+            source = re.sub(r"tasks = .*/", f"tasks = '{task}' /", (DATA / "suspended_compressor.nml").read_text(), count=1)
+            (folder / "task.nml").write_text(source + text)
+            Run(folder, "-q", "-o", task, "task.nml").done(f"space, {task}")
+        for row in rows(folder / "sweep" / "sweep.csv")[-1:]:
+            check("space, sweep: a point", 0.997 < float(row["rho_max"]) < 1, "0.997 to 1", row["rho_max"])
+        # 2900 1/min is no point of the sweep, so one point more by itself
+        run = Run(folder, "--one-line", "--set", "drive.speed_rpm=3000", "suspended_compressor.nml")
+        check("space, one line", "zeta_peak" in run.out, "zeta_peak", run.out)
+
+
+BLOCK = """\
+&case tasks='stability' /
+&model frame='rest' /
+&drive speed_rpm=60 /
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius=0.1 /
+&link name='rotor', from='O', to='A', mass=1, inertia={link} /
+&frame mass=10, inertia={frame}, origin=0,0, dof={dof} /
+&support position=0.1,0,{z}, stiffness={stiffness}, damping=1,1,1, angle={angle} /
+"""
+GOOD = {"link": "0.01", "frame": "0.5,0.5,0.6", "dof": "'xi','eta','zeta','rot_xi','rot_eta','psi'", "z": "0.1",
+        "stiffness": "1e4,1e4,1e4", "angle": "0"}
+REFUSED = (
+    ("one moment of inertia", {"frame": "0.5"}, "", "needs 3 values, or 6"),
+    ("two moments", {"frame": "0.5,0.6"}, "", "needs 1 value, 3, or 6, has 2"),
+    ("no body's", {"frame": "0.1,0.1,0.6"}, "", "greater than the sum"),
+    ("negative", {"frame": "0.5,-0.5,0.6"}, "", "must be positive"),
+    ("two of a link", {"link": "0.1,0.2"}, "", "needs 1 value, or 3, has 2"),
+    ("a degree of freedom twice", {"dof": "'zeta','zeta'"}, "", "twice"),
+    ("tilted in the plane", {"dof": "'xi','eta','psi'", "angle": "0,10,0"}, "", "turns out of the frame's plane"),
+    ("tilted plane in the plane", {"dof": "'xi','eta','psi'"}, "&mechanism name='m', axis=1,0,0 /\n", "turns out of the frame's plane"),
+    ("no axis", {}, "&mechanism name='m', axis=0,0,0 /\n", "has no direction"),
+    ("x-axis on the plane", {}, "&mechanism name='m', axis=1,0,0, x_axis=2,0,0 /\n", "stands on the plane"),
+    ("gravity", {}, "&gravity /\n", "not known yet"),
+    ("four values", {"z": "0.1,3"}, "", "takes at most 3 values"),
+)
+
+
+def refused_tests():
+    """One line that points into the file; a task that knows the plane alone."""
+    with Folder(input=BLOCK.format(**GOOD)) as folder:
+        Run(folder, "-q", "input.nml").done("space, block")
+    for what, changes, more, message in REFUSED:
+        with Folder(input=BLOCK.format(**{**GOOD, **changes}) + more) as folder:
+            run = Run(folder, "input.nml")
+            equal(f"space, {what}: code", run.code, 2)
+            check(f"space, {what}: line", message in run.err and "input.nml:" in run.err, message, run.err)
+    for task in ("forces", "power", "sensitivity", "balance", "trade", "drawing"):
+        with Folder(input=BLOCK.format(**GOOD).replace("'stability'", f"'stability','{task}'")) as folder:
+            run = Run(folder, "input.nml")
+            equal(f"space, {task}: code", run.code, 2)
+            check(f"space, {task}: line", "input.nml:1: " in run.err and "does not know a frame in space yet" in run.err,
+                  "does not know", run.err)
+
+
+SPACE_TESTS = [reference_tests, tilted_tests, block_tests, task_tests, refused_tests]
