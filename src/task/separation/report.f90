@@ -49,8 +49,12 @@ contains
         rows = rows // mode_row(mode(nearest_row(mode)))
       end associate
     end do
-    lines = lines // tabulated(repeat("r", 6 + maxval([3, found%dofs])) // "l", "mode,Hz,damping" // heads &
-      & // ",order,at Hz,distance %,", rows)
+    if (any(found%dofs > 3)) then
+      lines = lines // tabulated(repeat("r", 5 + maxval(found%dofs)) // "l", "mode,Hz,damping" // heads // ",order,distance %,", &
+        & rows) // coupled_line(found(::orders))
+    else
+      lines = lines // tabulated("rrrrrrrrrl", "mode,Hz,damping" // heads // ",order,at Hz,distance %,", rows)
+    end if
     if (all(found%state == "pass")) return
     rows = ""
     listed = 0
@@ -88,9 +92,28 @@ contains
       if (one%at%identified) row = row // tab // fixed(100 * one%energy(k), 0)
       if (.not. one%at%identified) row = row // tab // "?"
     end do
-    row = row // tab // text(one%order) // tab // number(one%excitation, 5) // tab // number(100 * one%distance, 3) // tab &
-      & // trim(one%state) // newline
+    row = row // tab // text(one%order) // tab
+    if (one%dofs == 3) row = row // number(one%excitation, 5) // tab
+    row = row // number(100 * one%distance, 3) // tab // trim(one%state) // newline
   end function mode_row
+
+  !> In space: the modes of which no degree of freedom has the share of the kinetic energy that mounts are commonly asked for.
+  pure function coupled_line(modes) result(line)
+    type(separation_type), intent(in) :: modes(:)
+    character(len=:), allocatable :: line
+    real(dp), parameter :: decoupled = 0.8_dp
+    integer :: i, k
+
+    line = ""
+    do i = 1, size(modes)
+      if (.not. modes(i)%at%identified) cycle
+      k = maxloc(modes(i)%energy, dim=1)
+      if (modes(i)%energy(k) >= decoupled) cycle
+      line = line // ", " // text(modes(i)%mode) // " (" // trim(dof_names(k)) // " " // fixed(100 * modes(i)%energy(k), 0) // " %)"
+    end do
+    if (line == "") line = ", none"
+    line = "  coupled, no part reaching 80 %: " // line(3:) // newline
+  end function coupled_line
 
   !> A question mark for what is not known.
   pure function number(value, digits) result(words)
