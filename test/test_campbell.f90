@@ -79,7 +79,7 @@ contains
     do way = 1, 2
       call solve(rotor(300.0_dp), spaced(250.0_dp, 1500.0_dp, 11), orders, campbell, crossings, error, averaged=way == 2)
       if (allocated(error)) return
-      w = campbell%points(1)%modes%frequency()
+      w = campbell%points(1)%modes(:3)%frequency()
       found = 0
       do mode = 1, 3
         do k = 1, orders

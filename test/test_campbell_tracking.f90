@@ -239,8 +239,8 @@ contains
     do i = 1, size(campbell%points)
       if (.not. campbell%points(i)%solved) cycle
       ! The frequencies change by less than 0.1 rad/s over the range.
-      call check_that(error, maxval(abs(campbell%points(i)%modes%frequency() - campbell%points(1)%modes%frequency())), "<", &
-        & 0.1_dp, "numbers")
+      call check_that(error, maxval(abs(campbell%points(i)%modes(:3)%frequency() &
+        & - campbell%points(1)%modes(:3)%frequency())), "<", 0.1_dp, "numbers")
       if (allocated(error)) return
     end do
     ! 303.9 (1, 4), 480.7 (2, 4), 384.6 (2, 5); not 405.2 (1, 3).

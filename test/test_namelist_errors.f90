@@ -93,18 +93,18 @@ contains
       "in.nml:2: &drive: may stand only once (first in line 1)")
     call refused(error, "&frame mass=1," // nl // "inertia=2," // nl // "Mass=3/", &
       "in.nml:3: &frame: mass = 3: given twice (first in line 1)")
-    call refused(error, "&support/" // nl // "&support position = 3*0.5/", &
-      "in.nml:2: &support 2: position = 3*0.5: takes 2 values, has 3")
-    call refused(error, "&frame origin=0.1/", "in.nml:1: &frame: origin = 0.1: takes 2 values, has 1")
+    call refused(error, "&support/" // nl // "&support position = 4*0.5/", &
+      "in.nml:2: &support 2: position = 4*0.5: takes at most 3 values, has 4")
+    call refused(error, "&frame origin=0.1/", "in.nml:1: &frame: origin = 0.1: takes at least 2 values, has 1")
     call refused(error, "&frame mass=1 2/", "in.nml:1: &frame: mass = 1, 2: takes 1 value, has 2 " &
       // "(a decimal comma? use a point)")
     call refused(error, "&drive speed_rpm = 240,5/", &
       "in.nml:1: &drive: speed_rpm = 240, 5: takes 1 value, has 2 (a decimal comma? use a point)")
     call refused(error, "&frame origin = -0,2 0,5e1/", &
-      "in.nml:1: &frame: origin = -0, 2, 0, 5e1: takes 2 values, has 4 (a decimal comma? use a point)")
+      "in.nml:1: &frame: origin = -0, 2, 0, 5e1: takes at most 3 values, has 4 (a decimal comma? use a point)")
     call refused(error, "&frame mass=1.5 2.5/", "in.nml:1: &frame: mass = 1.5, 2.5: takes 1 value, has 2")
     call refused(error, "&frame origin=2000000000*1, 2000000000*1/", "in.nml:1: &frame: origin = 2000000000*1, " &
-      // "2000000000*1: takes 2 values, has more than 1000000")
+      // "2000000000*1: takes at most 3 values, has more than 1000000")
     call refused(error, "&case tasks=21*'a'/", "in.nml:1: &case: tasks = 21*'a': takes at most 20 values, has 21")
     call refused(error, "&joint name='A' type='ground'/ &frame/", "in.nml: the group &drive is missing")
     call refused(error, "&drive speed_rpm=1/", "in.nml: the group &frame is missing")
@@ -159,10 +159,10 @@ contains
     call refused(error, "&frame origin(1,1)=2/", "in.nml:1: &frame: origin(1,1) = 2: takes one subscript")
     call refused(error, "&foundation stiffness(4)=2/", &
       "in.nml:1: &foundation: stiffness(4) = 2: takes two subscripts")
-    call refused(error, "&frame origin(3)=2/", &
-      "in.nml:1: &frame: origin(3) = 2: is no element: the subscript runs from 1 to 2")
+    call refused(error, "&frame origin(4)=2/", &
+      "in.nml:1: &frame: origin(4) = 2: is no element: the subscript runs from 1 to 3")
     call refused(error, "&frame origin(0)=2/", &
-      "in.nml:1: &frame: origin(0) = 2: is no element: the subscript runs from 1 to 2")
+      "in.nml:1: &frame: origin(0) = 2: is no element: the subscript runs from 1 to 3")
     call refused(error, "&foundation stiffness(3,4)=2/", &
       "in.nml:1: &foundation: stiffness(3,4) = 2: is no element: the subscripts run from 1 to 3 and 1 to 3")
     call refused(error, "&frame origin(1)=2, 3/", &

@@ -38,10 +38,10 @@ module gestell_run_process
   integer(c_int), parameter :: file_too_large = 25, closed_pipe = 13
   integer(c_intptr_t), parameter :: ignore = 1
   integer(c_int), parameter :: standard_error = 2
-  !> RLIMIT_STACK; kilobytes that the program needs and usually has, those that a thread needs: more than twice of what the
+  !> RLIMIT_STACK; kilobytes that the program needs and usually has, those that a thread needs: about twice of what the
   !> tests were seen to take.
   integer(c_int), parameter :: of_stack = 3
-  integer, parameter :: least_stack = 128, usual_stack = 8192, least_of_threads = 64
+  integer, parameter :: least_stack = 256, usual_stack = 8192, least_of_threads = 256
 
 contains
 

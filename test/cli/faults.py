@@ -250,14 +250,14 @@ def test_limits():
         # nothing is computed for a folder that cannot be: this would take years
         run = Run(folder, "--set", "case.tasks=sweep", "--set", "sweep.count=100000000", "sweep.nml", "-o", "input.nml/x")
         check("the folder is told first", (run.code, run.out) == (1, "") and "cannot be made: Not a directory" in run.err, 1, run.err)
-        Run(folder, "-q", "input.nml", "-o", "o", preexec_fn=limited(resource.RLIMIT_STACK, 128 * 1024)).done("a small stack")
+        Run(folder, "-q", "input.nml", "-o", "o", preexec_fn=limited(resource.RLIMIT_STACK, 256 * 1024)).done("a small stack")
         for name in ("input.nml", "sweep.nml"):
-            Run(folder, "-q", name, "-o", "o", environment={"OMP_NUM_THREADS": "2", "OMP_STACKSIZE": "64k"}).done("small stacks")
+            Run(folder, "-q", name, "-o", "o", environment={"OMP_NUM_THREADS": "2", "OMP_STACKSIZE": "256k"}).done("small stacks")
         run = Run(folder, "-q", "input.nml", preexec_fn=limited(resource.RLIMIT_STACK, 100 * 1024))
-        run.refused("too small a stack", 1, "the stack is limited to 100 kB, 128 kB are needed: ulimit -s 8192")
+        run.refused("too small a stack", 1, "the stack is limited to 100 kB, 256 kB are needed: ulimit -s 8192")
         for size, kilobytes in (("40K", 40), ("50", 50), (" 32768 b", 32)):
             run = Run(folder, "-q", "input.nml", environment={"OMP_STACKSIZE": size})
-            run.refused(f"too small stacks, {size}", 1, f"OMP_STACKSIZE gives threads a stack of {kilobytes} kB, 64 kB are needed")
+            run.refused(f"too small stacks, {size}", 1, f"OMP_STACKSIZE gives threads a stack of {kilobytes} kB, 256 kB are needed")
         for size in ("1M", "1g", "nonsense", ""):
             run = Run(folder, "-q", "input.nml", "-o", "o", environment={"OMP_STACKSIZE": size})
             equal(f"OMP_STACKSIZE={size}", run.code, 0)

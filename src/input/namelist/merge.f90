@@ -137,7 +137,7 @@ contains
     allocate(merged%values(n))
   end subroutine start
 
-  !> Shortens a list that was given by subscripts to its last element; gaps are refused.
+  !> Shortens a list that was given by subscripts to its last element; gaps are refused, but among those that it always has.
   pure subroutine close_list(group, rule, merged, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
@@ -149,12 +149,13 @@ contains
     n = 0
     do i = 1, size(merged%values)
       if (.not. allocated(merged%values(i)%text)) cycle
-      if (i > n + 1) then
+      if (i > max(n + 1, rule%least)) then
         call refuse_entry(group, merged, "needs the element before it too", error, i)
         return
       end if
       n = i
     end do
+    if (rule%least > 1) n = max(n, rule%least)
     merged%values = merged%values(:n)
   end subroutine close_list
 

@@ -131,11 +131,11 @@ contains
     end if
     if (size(target%groups) == 0) call add_group(doc, trim(rule%group), target)
     do i = 1, size(target%groups)
-      call put(doc%groups(target%groups(i)), entry, schema%keys(target%rule), target%element)
+      call put(doc%groups(target%groups(i)), entry, schema%keys(target%rule), target%element, size(given%values) == 1)
     end do
   end subroutine assign
 
-  !> The greatest element that a key of a group can be given: one behind those that are there.
+  !> The greatest element that a key of a group can be given: one behind those that are there, or that it always has.
   pure integer function room_in(group, rule)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
@@ -144,16 +144,18 @@ contains
     room_in = rule%most
     if (rule%least == rule%most) return
     i = find_entry(group, trim(rule%name))
-    room_in = 1
-    if (i > 0) room_in = 1 + size(group%entries(i)%values)
+    room_in = rule%least
+    if (i > 0) room_in = max(room_in, 1 + size(group%entries(i)%values))
   end function room_in
 
-  !> Puts an entry, or its one value as an element that there is room for, into a group.
-  pure subroutine put(group, entry, rule, element)
+  !> Puts an entry, or its one value as an element that there is room for, into a group. `one`: one value was typed, that of all
+  !> components of a key whose components are `alike`: as many as there are, or as it always has.
+  pure subroutine put(group, entry, rule, element, one)
     type(group_type), intent(inout) :: group
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
     integer, intent(in) :: element
+    logical, intent(in) :: one
     type(entry_type), allocatable :: entries(:)
     type(entry_type) :: longer
     integer :: i, k, n
@@ -166,11 +168,14 @@ contains
       call move_alloc(entries, group%entries)
       i = n + 1
       n = rule%most
-      if (rule%least < rule%most) n = 0
+      if (rule%least < rule%most) n = merge(0, rule%least, rule%least == 1)
       call start(entry, rule, n, group%entries(i))
     end if
     if (element == 0) then
+      n = size(entry%values)
+      if (rule%alike .and. one) n = max(rule%least, size(group%entries(i)%values))
       group%entries(i) = entry
+      group%entries(i)%values = entry%values(:n)
       return
     end if
     n = size(group%entries(i)%values)

@@ -61,8 +61,8 @@ contains
       if (name == "f") call add_guides(frame, forces)
     else if (dot > 1) then
       do k = 1, size(probes)
-        if (name(:dot - 1) == "probe(" // trim(probes(k)%name) // ")" .and. any(point_parts == name(dot + 1:))) &
-          & call point_in_space(frame, probes(k), name(dot + 1:), quantity)
+        if (name(:dot - 1) /= "probe(" // trim(probes(k)%name) // ")") cycle
+        if (any(point_parts == name(dot + 1:))) call point_in_space(frame, probes(k), name(dot + 1:), quantity)
       end do
       call take_part(frame, name(:dot - 1), number, forces)
       if (number > 0 .and. index(name(dot + 1:), "m") == 1) number = -1
