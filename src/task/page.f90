@@ -81,9 +81,9 @@ contains
       words = "<dl>" // figure("speed of the crank", concise(abs(frame%speed) * 30 / pi, 6) // " 1/min")
       if (frequency_list(frame) /= "") words = words // figure("natural frequencies", frequency_list(frame))
       if (allocated(context%analysis%vibration)) then
-        associate (peak => context%analysis%vibration%peak)
-          if (any(frame%free < 3)) words = words // figure("peak force on the ground", "x " // concise(peak(7), 4) // " N, y " &
-            & // concise(peak(8), 4) // " N")
+        associate (peak => context%analysis%vibration%peak(2 * frame%dofs() + 1:))
+          if (any(frame%free < 3)) words = words // figure("peak force on the ground", "x " // concise(peak(1), 4) // " N, y " &
+            & // concise(peak(2), 4) // " N")
         end associate
       end if
     end associate

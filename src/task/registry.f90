@@ -121,6 +121,11 @@ contains
     integer :: i, k
 
     if (.not. allocated(configuration%frame%space)) return
+    if (configuration%tasks%all_vibrations) then
+      call input_error(the_group(configuration%document, "model"), "vibrations", "'all' is not known of a frame in space yet", &
+        & error)
+      return
+    end if
     do i = 1, size(tasks)
       if (.not. tasks(i)%task%ordered .or. tasks(i)%task%in_space) cycle
       k = findloc(names == tasks(i)%task%name, .true., dim=1)

@@ -259,6 +259,10 @@ def refused_tests():
             run = Run(folder, "input.nml")
             equal(f"space, {what}: code", run.code, 2)
             check(f"space, {what}: line", message in run.err and "input.nml:" in run.err, message, run.err)
+    with Folder(input=BLOCK.format(**GOOD) + "&model frame='exact', vibrations='all' /\n") as folder:
+        (folder / "all.nml").write_text((folder / "input.nml").read_text().replace("&model frame='rest' /\n", ""))
+        Run(folder, "all.nml").refused("space, all vibrations", 2, "all.nml:8: &model: vibrations = 'all': 'all' is not known of a "
+                                       "frame in space yet")
     for task in ("forces", "power", "sensitivity", "balance", "trade", "drawing"):
         with Folder(input=BLOCK.format(**GOOD).replace("'stability'", f"'stability','{task}'")) as folder:
             run = Run(folder, "input.nml")

@@ -113,7 +113,8 @@ contains
     do k = 1, size(numbers, 1)
       call peaks_of_numbers(sampler, numbers(k, :), perturbations(2), peak_limit(order), peaks, known)
       if (.not. known) peaks = ieee_value(1.0_dp, ieee_quiet_nan)
-      columns(k, xi_peak - 1 + sampler%free) = peaks
+      ! those that have columns
+      columns(k, xi_peak - 1 + pack(sampler%free, sampler%free <= 3)) = pack(peaks, sampler%free <= 3)
       ! A degree of freedom that is locked rests, but is as little known.
       if (.not. known) columns(k, xi_peak:psi_peak) = peaks(1)
     end do
