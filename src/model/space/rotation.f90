@@ -85,22 +85,21 @@ contains
   end function turning_matrices
 
   !> s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), by their series: a frame turns by
-  !> no more than some radians, for which these terms leave less than rounding.
+  !> no more than some radians, for which these terms leave less than rounding, within one radian the first ten do.
   pure function coefficients(x) result(s)
     real(dp), intent(in) :: x
-    real(dp) :: s(3, 0:2), term
-    integer, parameter :: terms = 24
+    real(dp) :: s(3, 0:2)
+    integer, parameter :: most = 24, few = 10
     integer :: k, n
+    real(dp), parameter :: terms(3, 0:most) = reshape([(((-1)**n / gamma(real(2 * n + k + 1, dp)), k = 1, 3), n = 0, most)], &
+      & [3, most + 1])
 
     s = 0
-    do k = 1, 3
-      ! the derivatives by Horner's rule too
-      do n = terms, 0, -1
-        term = (-1)**n / gamma(real(2 * n + k + 1, dp))
-        s(k, 2) = s(k, 2) * x + 2 * s(k, 1)
-        s(k, 1) = s(k, 1) * x + s(k, 0)
-        s(k, 0) = s(k, 0) * x + term
-      end do
+    ! the derivatives by Horner's rule too
+    do n = merge(few, most, x <= 1), 0, -1
+      s(:, 2) = s(:, 2) * x + 2 * s(:, 1)
+      s(:, 1) = s(:, 1) * x + s(:, 0)
+      s(:, 0) = s(:, 0) * x + terms(:, n)
     end do
   end function coefficients
 

@@ -13,7 +13,7 @@ module gestell_task_response_names
     !> SI.
     character(len=11) :: column = ""
     type(unit_type) :: unit
-    character(len=44) :: meaning = ""
+    character(len=64) :: meaning = ""
     character(len=24) :: words = ""
     character(len=6) :: small_unit = ""
     real(dp) :: factor = 1

@@ -137,7 +137,7 @@ contains
   pure function name_of(quantity) result(name)
     type(name_type), intent(in) :: quantity
     character(len=:), allocatable :: name
-    character(len=3) :: unit
+    character(len=5) :: unit
 
     unit = quantity%si
     if (unit == "N m") unit = "Nm"
