@@ -79,6 +79,7 @@ contains
     type(group_type), allocatable :: mechanisms(:), copies(:)
     type(part_type), allocatable :: parts(:)
     type(members_type) :: originals
+    character(len=word_length), allocatable :: names(:)
     integer :: i, n
 
     call read_all_parts(doc, units, mechanisms, copies, parts, error)
@@ -100,7 +101,11 @@ contains
       if (allocated(error)) return
     end do
     call take_links(joints, links)
-    call check_links(links, parts%name, error)
+    allocate(names(size(parts)))
+    do i = 1, size(parts)
+      names(i) = parts(i)%name
+    end do
+    call check_links(links, names, error)
     if (allocated(error)) return
     placements = parts%placement
   end subroutine read_parts

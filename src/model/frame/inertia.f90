@@ -33,7 +33,8 @@ contains
 
   !> Its mean over these crank angles (rad), of a crank that turns evenly against the frame or `even_in_space`.
   function mean_mass_matrix(mass, inertia, origin, mechanism, even_in_space, angles) result(m)
-    real(dp), intent(in) :: mass, inertia, origin(2), angles(:)
+    real(dp), intent(in) :: mass, inertia, origin(2)
+    real(dp), contiguous, intent(in) :: angles(:)
     class(mechanism_type), intent(in) :: mechanism
     logical, intent(in) :: even_in_space
     real(dp) :: m(3, 3)

@@ -139,9 +139,8 @@ contains
   !> Nine arguments: q, q', q'', and the left side with its three derivatives.
   subroutine vary_in_plane(self, phases, q, v, a, r, m, b, c)
     type(varied_frame_type), intent(in) :: self
-    real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :)
-    real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(in) :: phases(:), q(:, :), v(:, :), a(:, :)
+    real(dp), contiguous, intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp) :: cosine(size(phases)), sine(size(phases))
     complex(dp) :: turn(size(phases))
 
