@@ -1,0 +1,59 @@
+"""A frame in space beside one of the plane, the same machine: python3 bench/space/run.py PROGRAM
+
+Sweeps of single solutions over a mount's stiffness by one thread, to 1e-9: Watt's six-bar beside the middle plane and the suspended
+compressor of validation/space, with six degrees of freedom and with the three of the plane. Processor microseconds a point, the
+least of five turns that alternate, less what a sweep of two points takes.
+"""
+import os
+import pathlib
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+POINTS, TURNS = 2000, 5
+PLANE = "dof='xi','eta','psi' /"
+
+
+def inputs(name):
+    """The machine in space and in the plane, about rest."""
+    text = (ROOT / "validation" / "space" / f"{name}.nml").read_text()
+    text = re.sub(r"&case title = ('[^']*') /", "&case title = \\1, tasks='sweep' /\n&model frame='rest' /\n"
+                  "&accuracy tolerance=1e-9 /", text)
+    text += "&sweep parameter='support(1).stiffness(1)', from=900, to=1100, count=COUNT, engine='direct', columns=COLUMNS /\n"
+    plane = re.sub(r"dof=('\w+',?\s*)+/", PLANE, text)
+    plane = re.sub(r"(&mechanism[^\n]*?), axis=[\d.,-]+", r"\1", plane)
+    return {"space": text, "plane": re.sub(r"angle=([-\d.]+)(,[-\d.]+)+", r"angle=\1", plane)}
+
+
+def seconds(program, text, folder):
+    """Of the processor."""
+    (folder / "input.nml").write_text(text)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([program, "-q", "input.nml"], cwd=folder, check=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def main():
+    program = os.path.abspath(sys.argv[1])
+    print("machine               columns         plane   space   space/plane  (us a point)")
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        for machine in ("watt_beside", "suspended_compressor"):
+            texts = inputs(machine)
+            for columns in ("'rho_max','verdict'", "'rho_max','verdict','xi_peak_m'"):
+                least = {kind: 1e9 for kind in texts}
+                for _ in range(TURNS):
+                    for kind, text in texts.items():
+                        text = text.replace("COLUMNS", columns)
+                        long, short = (seconds(program, text.replace("COUNT", str(count)), folder) for count in (POINTS, 2))
+                        least[kind] = min(least[kind], (long - short) / (POINTS - 2) * 1e6)
+                print(f"{machine:22}{'verdict' if 'peak' not in columns else 'and peaks':12}{least['plane']:8.0f}{least['space']:8.0f}"
+                      f"{least['space'] / least['plane']:10.1f}")
+
+
+if __name__ == "__main__":
+    main()
