@@ -266,12 +266,15 @@ contains
   subroutine name_line(doc, error)
     type(document_type), intent(in) :: doc
     type(error_type), allocatable, intent(inout) :: error
-    integer :: i
+    integer :: begin, i
 
     if (.not. allocated(error%subject)) return
     do i = 1, size(doc%groups)
       associate (group => doc%groups(i))
-        if (group%name // " '" // name_of(group) // "'" /= error%subject) cycle
+        ! of a copy, PART.NAME, the line is the original's
+        begin = 0
+        if (index(error%subject, group%name // " '") == 1) begin = index(error%subject, "." // name_of(group) // "'")
+        if (group%name // " '" // name_of(group) // "'" /= error%subject .and. begin == 0) cycle
         error%message = location(group%file, group%line) // error%message
         return
       end associate

@@ -143,6 +143,15 @@ contains
       & // mechanism%joints(nearest)%name // "' changed by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
+  !> A number, or that it is beyond what double precision holds.
+  pure function in_range(value) result(words)
+    real(dp), intent(in) :: value
+    character(len=:), allocatable :: words
+
+    words = "beyond 1e308"
+    if (ieee_is_finite(value)) words = concise(value, 5)
+  end function in_range
+
   !> Speeds and accelerations of the sliders on their guides, and how the turn is divided between forward and back.
   function slider_lines(mechanism, diagnosis, speed) result(lines)
     class(linkage_type), intent(in) :: mechanism
@@ -159,7 +168,7 @@ contains
       associate (joint => diagnosis%joints(i))
         if (.not. joint%slides) cycle
         rows = rows // mechanism%joints(i)%name // tab // concise(joint%travel(2) - joint%travel(1), 5) // tab &
-          & // concise(joint%rate * abs(speed), 5) // tab // concise(joint%second_rate * speed**2, 5)
+          & // in_range(joint%rate * abs(speed)) // tab // in_range(joint%second_rate * speed**2)
         forward = joint%forward
         ! the other way round the way back is the way forward
         if (speed < 0 .and. forward > 0) forward = 2 * pi - forward
