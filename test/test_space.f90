@@ -15,7 +15,7 @@ module test_space
   use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
   use gestell_model_space_mounting, only: space_support_type
-  use gestell_model_frame_quantity_in_space, only: in_frame
+  use gestell_model_space, only: in_frame
   use gestell_model_space_variation, only: vary
   use gestell_system_second_order, only: second_order_system
   use slow_tests, only: new_slow

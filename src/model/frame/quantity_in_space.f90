@@ -7,15 +7,13 @@ module gestell_model_frame_quantity_in_space
   use gestell_model_frame_mounting, only: matrix_rounding
   use gestell_model_frame_rows, only: accelerations, exact_rows_in_space, moments_excess, probe_type, quantity_type, rows_of, &
     & turn_excess
+  use gestell_model_space, only: in_frame, is_rotation
   use gestell_model_space_mounting, only: support_matrix
   use gestell_model_space_rotation, only: cross
   implicit none (type, external)
   private
 
   public :: look_up_in_space, point_in_space
-
-  !> Where (u, theta) stand among the frame's degrees of freedom.
-  integer, parameter, public :: in_frame(6) = [1, 2, 4, 5, 6, 3]
 
   character(len=2), parameter, public :: point_parts(12) = [character(len=2) :: "x", "y", "z", "d", "vx", "vy", "vz", "v", &
     & "ax", "ay", "az", "a"]
@@ -49,7 +47,7 @@ contains
       allocate(quantity%weights(exact_rows_in_space, 1), source=0.0_dp)
       k = merge(0, 6, name == dof_names(dof))
       quantity%weights(k + dof, 1) = 1
-      quantity%unit = merge("rad", "m  ", dof == 3 .or. dof > 4)
+      quantity%unit = merge("rad", "m  ", is_rotation(dof))
       if (k > 0) quantity%unit = trim(quantity%unit) // "/s"
     end do
     dot = index(name, ".", back=.true.)

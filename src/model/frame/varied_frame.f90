@@ -26,6 +26,7 @@ module gestell_model_frame_varied_frame
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix
   use gestell_model_frame_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
+  use gestell_model_space, only: is_rotation
   use gestell_model_space_variation, only: ground_in_space, sample_varied
   use gestell_model_mechanism_moving_masses, only: find_masses, masses_type
   implicit none (type, external)
@@ -251,7 +252,7 @@ contains
     logical, allocatable :: coupled(:, :), turns(:)
 
     coupled = self%frame_type%coupled()
-    turns = self%free >= 3 .and. self%free /= 4
+    turns = is_rotation(self%free)
     where (spread(turns, 1, size(turns)) .or. spread(turns, 2, size(turns)))
       coupled = .true.
     end where

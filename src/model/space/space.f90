@@ -22,10 +22,12 @@ module gestell_model_space
   implicit none (type, external)
   private
 
-  public :: new_space
+  public :: is_rotation, new_space
 
   !> Where the degrees of freedom of a frame, in whose order those of the plane come first, stand in (u, theta).
   integer, parameter, public :: in_space(6) = [1, 2, 6, 3, 4, 5]
+  !> Where (u, theta) stand among the frame's degrees of freedom.
+  integer, parameter, public :: in_frame(6) = [1, 2, 4, 5, 6, 3]
 
   type, public :: space_type
     !> The tensor of inertia about F (kg m^2).
@@ -65,6 +67,13 @@ contains
       space%damping = space%damping + support_matrix(supports(i), supports(i)%damping)
     end do
   end subroutine new_space
+
+  !> Whether one of the frame's degrees of freedom turns it.
+  elemental logical function is_rotation(dof)
+    integer, intent(in) :: dof
+
+    is_rotation = any(in_frame(4:) == dof)
+  end function is_rotation
 
   !> All masses about F at an angle of the drive (rad) that turns at `speed` (rad/s), with the frame's own `mass`, derivatives with
   !> respect to time.

@@ -8,6 +8,7 @@ module gestell_study_vibration_motion
   use gestell_model_frame_rows, only: accelerations, cosine, displacements, guide_forces, moment_excess, moments_excess, rows_of, &
     & sine, turn_excess, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_space, only: in_frame
   use gestell_model_space_rotation, only: cross, turn_beyond_first_order
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
@@ -114,7 +115,7 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
     real(dp), intent(inout) :: motion(:, :)
-    integer, parameter :: turns(3) = [5, 6, 3], places(3) = [1, 2, 4]
+    integer, parameter :: turns(3) = in_frame(4:), places(3) = in_frame(:3)
     real(dp), allocatable :: load(:, :)
     real(dp) :: beyond(3, 3, 0:2)
     integer :: k, first
@@ -242,7 +243,7 @@ contains
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)
-    integer, parameter :: turns(3) = [5, 6, 3]
+    integer, parameter :: turns(3) = in_frame(4:)
     real(dp) :: load(frame%dofs())
     integer :: k, row
 

@@ -33,6 +33,15 @@ module gestell_task_machine_report
 
 contains
 
+  !> Whether anything holds the frame.
+  pure logical function held(frame)
+    class(frame_type), intent(in) :: frame
+    real(dp) :: c(frame%dofs(), frame%dofs())
+
+    c = frame%ground_stiffness()
+    held = any(abs(c(frame%free, frame%free)) > 0)
+  end function held
+
   !> What was read: title, machine, drive. The input's name stays on its line, however long.
   function report_machine(configuration, input) result(report)
     type(configuration_type), intent(in) :: configuration
@@ -70,7 +79,7 @@ contains
       do i = 1, size(frame%free)
         report = report // " " // trim(dof_names(frame%free(i)))
       end do
-      if (.not. any(abs(frame%stiffness(frame%free, frame%free)) > 0)) report = report // newline // "  mounting   none: " // &
+      if (.not. held(frame)) report = report // newline // "  mounting   none: " // &
         & "no &support and no stiffness of the &foundation holds the frame"
       report = report // newline // "  drive      " // concise(abs(frame%speed) * 30 / pi) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &

@@ -5,7 +5,8 @@ module gestell_task_modes_plot
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
   use gestell_output_picture_script, only: figure_type, new_figure
-  use gestell_task_response_names, only: is_rotation, name_type, names_of
+  use gestell_model_space, only: is_rotation
+  use gestell_task_response_names, only: name_type, names_of
   use gestell_task_response_plot, only: speed_in_words
   implicit none (type, external)
   private

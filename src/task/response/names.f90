@@ -2,11 +2,12 @@
 module gestell_task_response_names
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: dof_names
+  use gestell_model_space, only: is_rotation
   use gestell_output_table_unit, only: metre, metre_per_s, newton, newton_metre, radian, radian_per_s, unit_type
   implicit none (type, external)
   private
 
-  public :: is_rotation, names_of
+  public :: names_of
 
   type, public :: name_type
     !> The column and its meaning; the row of a report, its unit with the factor from SI; the symbol of a picture with the unit in
@@ -56,12 +57,5 @@ contains
       end associate
     end do
   end function names_of
-
-  !> Whether a degree of freedom turns the frame.
-  elemental logical function is_rotation(dof)
-    integer, intent(in) :: dof
-
-    is_rotation = dof == 3 .or. dof > 4
-  end function is_rotation
 
 end module gestell_task_response_names

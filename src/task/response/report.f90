@@ -7,7 +7,8 @@ module gestell_task_response_report
   use gestell_output_report_significance, only: noise_of, order_words
   use gestell_output_report_verdict, only: section
   use gestell_study_vibration, only: vibration_type
-  use gestell_task_response_names, only: is_rotation, name_type, names_of
+  use gestell_model_space, only: is_rotation
+  use gestell_task_response_names, only: name_type, names_of
   implicit none (type, external)
   private
 
