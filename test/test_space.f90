@@ -18,6 +18,7 @@ module test_space
   use gestell_model_space, only: in_frame
   use gestell_model_space_variation, only: vary
   use gestell_system_second_order, only: second_order_system
+  use space_jets, only: sums_by_jets
   use slow_tests, only: new_slow
   use space_machines, only: engine, four_bar_plane, new_space_frame, three_planes, v_twin
   use testdrive, only: error_type, new_unittest, unittest_type
@@ -36,6 +37,7 @@ contains
 
     testsuite = [ &
       & new_unittest("in the plane: M, B, C, h of both models", test_plane), &
+      & new_unittest("masses in bulk against jets, and remembered", test_masses), &
       & new_unittest("derivatives of the exact equations against differences", test_derivatives), &
       & new_unittest("engines: the orders of forces and couples that balance", test_engines), &
       & new_slow("a V-twin and mechanisms in three planes against d'Alembert's principle", test_reference)]
@@ -106,18 +108,69 @@ contains
 
   end subroutine test_plane
 
+  !> In more than one batch of angles, also of a slider that only translates; another frame remembers them.
+  subroutine test_masses(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 70
+    integer :: i
+    real(dp), parameter :: angles(n) = [(0.37_dp * i, i = 1, n)]
+    type(frame_type) :: frame
+    type(gestell_error), allocatable :: failure
+
+    call three_planes(-420 * rpm, 1.0_dp, frame, failure)
+    call check_success(error, failure)
+    if (.not. allocated(error)) call compare("three planes")
+    if (allocated(error)) return
+    call v_twin(740 * rpm, frame, failure)
+    call check_success(error, failure)
+    if (.not. allocated(error)) call compare("V-twin")
+
+  contains
+
+    !> To the roundings of the greatest of each kind, and exactly.
+    subroutine compare(what)
+      character(len=*), intent(in) :: what
+      type(masses_type) :: bulk, one, again
+      type(plane_type), allocatable :: planes(:)
+      integer :: k
+
+      planes = frame%space%planes
+      call sum_planes(planes, angles, bulk)
+      do k = 1, n
+        call sums_by_jets(planes, angles(k), one)
+        call check_that(error, abs(bulk%mass - one%mass), "<=", 1.0e-15_dp * one%mass, what // ": mass")
+        call check_that(error, maxval(abs(bulk%s(k, :, :) - one%s(1, :, :))), "<=", 1.0e-13_dp * maxval(abs(bulk%s)), what // ": S")
+        call check_that(error, maxval(abs(bulk%j(k, :, :, :) - one%j(1, :, :, :))), "<=", 1.0e-13_dp * maxval(abs(bulk%j)), &
+          & what // ": J")
+        call check_that(error, maxval(abs(bulk%h(k, :, :) - one%h(1, :, :))), "<=", 1.0e-13_dp * maxval(abs(bulk%h)), what // ": H")
+        if (allocated(error)) return
+      end do
+      call frame%space%masses_at(frame%mass, frame%speed, angles, bulk)
+      call frame%space%remember(angles)
+      frame%space%planes(:)%origin(1) = 7
+      call frame%space%masses_at(frame%mass, frame%speed, angles, again)
+      call check_that(error, maxval(abs(again%j - bulk%j)) + maxval(abs(again%s - bulk%s)) + maxval(abs(again%h - bulk%h)), "<=", &
+        & 0.0_dp, what // ": remembered")
+      call frame%space%masses_at(frame%mass, frame%speed, angles(2:), again)
+      call check_that(error, maxval(abs(again%j - bulk%j(2:, :, :, :))), ">", 0.01_dp, what // ": other angles")
+    end subroutine compare
+
+  end subroutine test_masses
+
   !> Central differences of steps h and h/2, extrapolated: h^4 and roundings over h leave 1e-9 of the greatest.
   subroutine test_derivatives(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: t = 0.0123_dp, step = 1.0e-3_dp
     type(frame_type) :: frame
     type(gestell_error), allocatable :: failure
+    type(masses_type) :: masses
     real(dp) :: q(6, 0:2), derivatives(6, 6, 0:2), found(6, 2), scale(0:2)
     integer :: i, k, n
 
     call three_planes(-420 * rpm, 1.0_dp, frame, failure)
     call check_success(error, failure)
     if (allocated(error)) return
+    call frame%space%masses_at(frame%mass, frame%speed, [frame%speed * t], masses)
     q(:, 0) = [0.02_dp, -0.01_dp, 0.03_dp, 0.4_dp, -0.3_dp, 0.5_dp]
     q(:, 1) = [0.5_dp, 0.3_dp, -0.4_dp, 3.0_dp, 5.0_dp, -4.0_dp]
     q(:, 2) = [-9.0_dp, 20.0_dp, 10.0_dp, 90.0_dp, -60.0_dp, 50.0_dp]
@@ -143,8 +196,7 @@ contains
       real(dp), intent(out) :: derivatives(6, 6, 0:2)
       real(dp) :: r(6)
 
-      call vary(frame%space, frame%mass, frame%speed, frame%speed * t, q, r, derivatives(:, :, 2), derivatives(:, :, 1), &
-        & derivatives(:, :, 0))
+      call vary(frame%space, masses, 1, q, r, derivatives(:, :, 2), derivatives(:, :, 1), derivatives(:, :, 0))
     end subroutine derive
 
     function left(i, k, change) result(r)
@@ -154,7 +206,7 @@ contains
 
       there = q
       there(i, k) = there(i, k) + change
-      call vary(frame%space, frame%mass, frame%speed, frame%speed * t, there, r, m, b, c)
+      call vary(frame%space, masses, 1, there, r, m, b, c)
     end function left
 
   end subroutine test_derivatives
@@ -228,10 +280,9 @@ contains
       real(dp) :: samples(n, 4)
       integer :: k
 
-      do k = 1, n
-        call sum_planes(planes, 2 * pi * (k - 1) / n, masses)
-        samples(k, :) = [masses%s(:2, 2), masses%h(:2, 1)]
-      end do
+      call sum_planes(planes, [(2 * pi * (k - 1) / n, k = 1, n)], masses)
+      samples(:, :2) = masses%s(:, :2, 2)
+      samples(:, 3:) = masses%h(:, :2, 1)
       do k = 1, 4
         spectrum(:, k) = dft(cmplx(samples(:, k), 0, dp)) / n
       end do

@@ -222,6 +222,7 @@ contains
     type(tabulated_type) :: tabulated
     class(mechanism_type), allocatable :: plain
 
+    if (allocated(self%space)) call self%space%remember(self%crank_angles(phases))
     if (allocated(self%space) .or. .not. allocated(self%mechanism)) return
     select type (mechanism => self%mechanism)
     type is (tabulated_type)

@@ -5,18 +5,16 @@
 !>     S = sum m r,   J = sum [m (|r|^2 1 - r r^T) + J_i],   H = sum [m r x r' + J_i w_i],
 !>
 !> functions of the drive's angle phi, ' = d/dphi. A link of a plane keeps its z; its tensor has the axes along it, across it and
-!> along the normal.
+!> along the normal. Angles go through the joints in batches, as in the plane (gestell_model_linkage_table).
 module gestell_model_space_masses
   use gestell_base_kinds, only: dp
-  use gestell_math_jet, only: jet, operator(*), operator(+), operator(-)
-  use gestell_model_joints_joint, only: point_type
-  use gestell_model_joints_path, only: carried, direction
+  use gestell_model_joints_path, only: batch, find_direction, keep, path_type, take_batch
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_space_rotation, only: cross, cross_matrix
+  use gestell_model_linkage_bodies, only: link_type
   implicit none (type, external)
   private
 
-  public :: sum_planes
+  public :: new_masses, sum_planes
 
   !> A linkage in a plane of its own.
   type, public :: plane_type
@@ -25,97 +23,175 @@ module gestell_model_space_masses
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), origin(3) = 0
   end type plane_type
 
-  !> At an angle of the drive: S, S', S'' (kg m), shape (3, 0:2); J, J' (kg m^2), shape (3, 3, 0:1); H, H' (kg m^2), shape (3, 0:1).
+  !> At many angles of the drive: S, S', S'' (kg m), shape (angles, 3, 0:2); J, J' (kg m^2), shape (angles, 3, 3, 0:1); H, H'
+  !> (kg m^2), shape (angles, 3, 0:1).
   type, public :: masses_type
-    real(dp) :: mass = 0, s(3, 0:2) = 0, j(3, 3, 0:1) = 0, h(3, 0:1) = 0
+    real(dp) :: mass = 0
+    real(dp), allocatable :: s(:, :, :), j(:, :, :, :), h(:, :, :)
   end type masses_type
+
+  !> The same of one plane about the origin of its own axes, over a batch. Along the normal S is constant; of J the elements xx, yy,
+  !> zz, xy, xz, yz.
+  type :: flat_type
+    real(dp) :: mass = 0, along_normal = 0
+    real(dp) :: s(batch, 2, 0:2) = 0, j(batch, 6, 0:1) = 0, h(batch, 3, 0:1) = 0
+  end type flat_type
+
+  !> Rows and columns of the six elements.
+  integer, parameter :: of_row(6) = [1, 2, 3, 1, 1, 2], of_column(6) = [1, 2, 3, 2, 3, 3]
 
 contains
 
-  !> All planes at an angle of the drive (rad).
-  pure subroutine sum_planes(planes, angle, masses)
-    type(plane_type), intent(in) :: planes(:)
-    real(dp), intent(in) :: angle
+  !> No masses, at so many angles.
+  pure subroutine new_masses(angles, masses)
+    integer, intent(in) :: angles
     type(masses_type), intent(out) :: masses
-    type(masses_type) :: one
-    integer :: i
 
+    allocate(masses%s(angles, 3, 0:2), masses%j(angles, 3, 3, 0:1), masses%h(angles, 3, 0:1), source=0.0_dp)
+  end subroutine new_masses
+
+  !> All planes at angles of the drive (rad).
+  pure subroutine sum_planes(planes, angles, masses)
+    type(plane_type), intent(in) :: planes(:)
+    real(dp), contiguous, intent(in) :: angles(:)
+    type(masses_type), intent(out) :: masses
+    !> On the heap: threads have small stacks.
+    type(path_type), allocatable :: at(:)
+    type(flat_type), allocatable :: flat
+    real(dp) :: some(batch)
+    integer :: first, last, i, k
+
+    call new_masses(size(angles), masses)
     do i = 1, size(planes)
-      call sum_plane(planes(i), angle, one)
-      call add_placed(one, planes(i)%axes, planes(i)%origin, masses)
+      associate (plane => planes(i))
+        masses%mass = masses%mass + sum(plane%linkage%links%mass)
+        allocate(at(size(plane%linkage%joints)))
+        do first = 1, size(angles), batch
+          call take_batch(angles, first, last, some)
+          do k = 1, size(at)
+            call plane%linkage%joints(k)%joint%trace(some, at(:k - 1), at(k))
+          end do
+          allocate(flat)
+          do k = 1, size(plane%linkage%links)
+            call add_link(plane%linkage%links(k), at, flat)
+          end do
+          call place(flat, plane%axes, plane%origin, first, last, masses)
+          deallocate(flat)
+        end do
+        deallocate(at)
+      end associate
     end do
   end subroutine sum_planes
 
-  !> One plane about the origin of its own axes.
-  pure subroutine sum_plane(plane, angle, sums)
-    type(plane_type), intent(in) :: plane
-    real(dp), intent(in) :: angle
-    type(masses_type), intent(out) :: sums
-    type(point_type) :: at(size(plane%linkage%joints)), center, u
-    type(jet) :: xx, yy, xy, cc, ss, cs
-    real(dp) :: rate, turn
-    integer :: i
-
-    call plane%linkage%points(angle, at)
-    do i = 1, size(plane%linkage%links)
-      associate (link => plane%linkage%links(i), z => plane%linkage%links(i)%z, along => plane%linkage%links(i)%along, &
-        & across => plane%linkage%links(i)%across)
-        if (link%to == 0) then
-          u = point_type(jet(link%axis(1)), jet(link%axis(2)))
-          center = point_type(at(link%from)%x + link%center(1), at(link%from)%y + link%center(2))
-        else
-          u = direction(at(link%from), at(link%to))
-          center = carried(at(link%from), u, link%center(1), link%center(2))
-        end if
-        rate = u%x%v * u%y%d - u%y%v * u%x%d
-        turn = u%x%v * u%y%dd - u%y%v * u%x%dd
-        sums%mass = sums%mass + link%mass
-        sums%s(:, 0) = sums%s(:, 0) + link%mass * [center%x%v, center%y%v, z]
-        sums%s(:2, 1) = sums%s(:2, 1) + link%mass * [center%x%d, center%y%d]
-        sums%s(:2, 2) = sums%s(:2, 2) + link%mass * [center%x%dd, center%y%dd]
-        cc = u%x * u%x
-        ss = u%y * u%y
-        cs = u%x * u%y
-        xx = link%mass * (center%y * center%y + z**2) + along * cc + across * ss
-        yy = link%mass * (center%x * center%x + z**2) + along * ss + across * cc
-        xy = (along - across) * cs - link%mass * (center%x * center%y)
-        call add_tensor(xx, yy, xx + yy + jet(-2 * link%mass * z**2 - along - across + link%inertia), xy, &
-          & (-link%mass * z) * center%x, (-link%mass * z) * center%y, sums%j)
-        sums%h(:, 0) = sums%h(:, 0) + [-link%mass * z * center%y%d, link%mass * z * center%x%d, &
-          & link%mass * (center%x%v * center%y%d - center%y%v * center%x%d) + link%inertia * rate]
-        sums%h(:, 1) = sums%h(:, 1) + [-link%mass * z * center%y%dd, link%mass * z * center%x%dd, &
-          & link%mass * (center%x%v * center%y%dd - center%y%v * center%x%dd) + link%inertia * turn]
-      end associate
-    end do
-  end subroutine sum_plane
-
-  pure subroutine add_tensor(xx, yy, zz, xy, xz, yz, j)
-    type(jet), intent(in) :: xx, yy, zz, xy, xz, yz
-    real(dp), intent(inout) :: j(3, 3, 0:1)
-
-    j(:, :, 0) = j(:, :, 0) + reshape([xx%v, xy%v, xz%v, xy%v, yy%v, yz%v, xz%v, yz%v, zz%v], [3, 3])
-    j(:, :, 1) = j(:, :, 1) + reshape([xx%d, xy%d, xz%d, xy%d, yy%d, yz%d, xz%d, yz%d, zz%d], [3, 3])
-  end subroutine add_tensor
-
-  !> Adds the sums of a plane with these axes at `origin` to those about F.
-  pure subroutine add_placed(plane, axes, origin, sums)
-    type(masses_type), intent(in) :: plane
-    real(dp), intent(in) :: axes(3, 3), origin(3)
-    type(masses_type), intent(inout) :: sums
-    real(dp) :: s(3, 0:2)
+  !> Adds a link, with all joints on the paths `at`.
+  pure subroutine add_link(link, at, flat)
+    type(link_type), intent(in) :: link
+    type(path_type), intent(in) :: at(:)
+    type(flat_type), intent(inout) :: flat
+    type(path_type) :: place, u
+    real(dp) :: x, y, vx, vy, ax, ay, cc, ss, cs, change
     integer :: k
 
-    s = matmul(axes, plane%s)
-    sums%mass = sums%mass + plane%mass
-    sums%j(:, :, 0) = sums%j(:, :, 0) - plane%mass * matmul(cross_matrix(origin), cross_matrix(origin))
-    do k = 0, 1
-      ! [o + q]^T [o + q], summed
-      sums%j(:, :, k) = sums%j(:, :, k) + matmul(axes, matmul(plane%j(:, :, k), transpose(axes))) &
-        & - matmul(cross_matrix(origin), cross_matrix(s(:, k))) - matmul(cross_matrix(s(:, k)), cross_matrix(origin))
-      sums%h(:, k) = sums%h(:, k) + matmul(axes, plane%h(:, k)) + cross(origin, s(:, k + 1))
+    ! of the direction that places the centre of mass, and that of the tensor's axes
+    call keep([1.0_dp, 0.0_dp], place)
+    call keep(link%axis, u)
+    if (link%to > 0) then
+      call find_direction(at(link%from), at(link%to), u)
+      place = u
+    end if
+    flat%mass = flat%mass + link%mass
+    flat%along_normal = flat%along_normal + link%mass * link%z
+    associate (from => at(link%from), center => link%center, m => link%mass, z => link%z, along => link%along, &
+      & across => link%across, inertia => link%inertia, s => flat%s, j => flat%j, h => flat%h)
+      do k = 1, batch
+        x = from%x(k) + center(1) * place%x(k) - center(2) * place%y(k)
+        y = from%y(k) + center(1) * place%y(k) + center(2) * place%x(k)
+        vx = from%vx(k) + center(1) * place%vx(k) - center(2) * place%vy(k)
+        vy = from%vy(k) + center(1) * place%vy(k) + center(2) * place%vx(k)
+        ax = from%ax(k) + center(1) * place%ax(k) - center(2) * place%ay(k)
+        ay = from%ay(k) + center(1) * place%ay(k) + center(2) * place%ax(k)
+        s(k, 1, 0) = s(k, 1, 0) + m * x
+        s(k, 2, 0) = s(k, 2, 0) + m * y
+        s(k, 1, 1) = s(k, 1, 1) + m * vx
+        s(k, 2, 1) = s(k, 2, 1) + m * vy
+        s(k, 1, 2) = s(k, 1, 2) + m * ax
+        s(k, 2, 2) = s(k, 2, 2) + m * ay
+        cc = u%x(k) * u%x(k)
+        ss = u%y(k) * u%y(k)
+        cs = u%x(k) * u%y(k)
+        j(k, 1, 0) = j(k, 1, 0) + m * (y * y + z * z) + along * cc + across * ss
+        j(k, 2, 0) = j(k, 2, 0) + m * (x * x + z * z) + along * ss + across * cc
+        j(k, 3, 0) = j(k, 3, 0) + m * (x * x + y * y) + inertia
+        j(k, 4, 0) = j(k, 4, 0) - m * x * y + (along - across) * cs
+        j(k, 5, 0) = j(k, 5, 0) - m * z * x
+        j(k, 6, 0) = j(k, 6, 0) - m * z * y
+        cs = u%x(k) * u%vy(k) + u%vx(k) * u%y(k)
+        change = 2 * (along - across) * u%x(k) * u%vx(k)                        ! u u' = 0: (sin^2)' = -(cos^2)'
+        j(k, 1, 1) = j(k, 1, 1) + 2 * m * y * vy + change
+        j(k, 2, 1) = j(k, 2, 1) + 2 * m * x * vx - change
+        j(k, 3, 1) = j(k, 3, 1) + 2 * m * (x * vx + y * vy)
+        j(k, 4, 1) = j(k, 4, 1) - m * (x * vy + vx * y) + (along - across) * cs
+        j(k, 5, 1) = j(k, 5, 1) - m * z * vx
+        j(k, 6, 1) = j(k, 6, 1) - m * z * vy
+        h(k, 1, 0) = h(k, 1, 0) - m * z * vy
+        h(k, 2, 0) = h(k, 2, 0) + m * z * vx
+        h(k, 3, 0) = h(k, 3, 0) + m * (x * vy - y * vx) + inertia * (u%x(k) * u%vy(k) - u%y(k) * u%vx(k))
+        h(k, 1, 1) = h(k, 1, 1) - m * z * ay
+        h(k, 2, 1) = h(k, 2, 1) + m * z * ax
+        h(k, 3, 1) = h(k, 3, 1) + m * (x * ay - y * ax) + inertia * (u%x(k) * u%ay(k) - u%y(k) * u%ax(k))
+      end do
+    end associate
+  end subroutine add_link
+
+  !> Adds the sums of a plane with these axes at `origin` to those about F, of the angles `first` to `last`: with s = Q S,
+  !>
+  !>     S + s + m o,   J + Q J Q^T + 2 (o s) 1 - o s^T - s o^T + m (o^2 1 - o o^T),   H + Q H + o x s'.
+  pure subroutine place(flat, axes, origin, first, last, masses)
+    type(flat_type), intent(in) :: flat
+    real(dp), intent(in) :: axes(3, 3), origin(3)
+    integer, intent(in) :: first, last
+    type(masses_type), intent(inout) :: masses
+    real(dp) :: s(batch, 3, 0:2), j(batch), apart(3, 3)
+    integer :: i, k, n, e, row, column
+
+    n = last - first + 1
+    do k = 0, 2
+      do i = 1, 3
+        s(:, i, k) = axes(i, 1) * flat%s(:, 1, k) + axes(i, 2) * flat%s(:, 2, k)
+      end do
     end do
-    s(:, 0) = s(:, 0) + plane%mass * origin
-    sums%s = sums%s + s
-  end subroutine add_placed
+    do i = 1, 3
+      s(:, i, 0) = s(:, i, 0) + axes(i, 3) * flat%along_normal
+      masses%s(first:last, i, :) = masses%s(first:last, i, :) + s(:n, i, :)
+      masses%s(first:last, i, 0) = masses%s(first:last, i, 0) + flat%mass * origin(i)
+    end do
+    apart = -flat%mass * spread(origin, 1, 3) * spread(origin, 2, 3)
+    do i = 1, 3
+      apart(i, i) = apart(i, i) + flat%mass * dot_product(origin, origin)
+    end do
+    do k = 0, 1
+      do e = 1, 6
+        row = of_row(e)
+        column = of_column(e)
+        j = -origin(row) * s(:, column, k) - s(:, row, k) * origin(column)
+        if (k == 0) j = j + apart(row, column)
+        if (row == column) j = j + 2 * (origin(1) * s(:, 1, k) + origin(2) * s(:, 2, k) + origin(3) * s(:, 3, k))
+        do i = 1, 6
+          associate (a => of_row(i), b => of_column(i))
+            j = j + axes(row, a) * axes(column, b) * flat%j(:, i, k)
+            if (a /= b) j = j + axes(row, b) * axes(column, a) * flat%j(:, i, k)
+          end associate
+        end do
+        masses%j(first:last, row, column, k) = masses%j(first:last, row, column, k) + j(:n)
+        if (row /= column) masses%j(first:last, column, row, k) = masses%j(first:last, row, column, k)
+      end do
+      do i = 1, 3
+        row = 1 + modulo(i, 3)
+        column = 1 + modulo(i + 1, 3)
+        masses%h(first:last, i, k) = masses%h(first:last, i, k) + axes(i, 1) * flat%h(:n, 1, k) + axes(i, 2) * flat%h(:n, 2, k) &
+          & + axes(i, 3) * flat%h(:n, 3, k) + origin(row) * s(:n, column, k + 1) - origin(column) * s(:n, row, k + 1)
+      end do
+    end do
+  end subroutine place
 
 end module gestell_model_space_masses

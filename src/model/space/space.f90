@@ -18,7 +18,6 @@ module gestell_model_space
   use gestell_base_kinds, only: dp, pi
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
   use gestell_model_space_mounting, only: space_support_type, support_matrix
-  use gestell_model_space_rotation, only: cross_matrix
   implicit none (type, external)
   private
 
@@ -29,6 +28,12 @@ module gestell_model_space
   !> Where (u, theta) stand among the frame's degrees of freedom.
   integer, parameter, public :: in_frame(6) = [1, 2, 4, 5, 6, 3]
 
+  !> Sums that will be asked for again, at these angles of the drive (rad).
+  type :: table_type
+    real(dp), allocatable :: angles(:)
+    type(masses_type) :: masses
+  end type table_type
+
   type, public :: space_type
     !> The tensor of inertia about F (kg m^2).
     real(dp) :: inertia(3, 3) = 0
@@ -36,7 +41,9 @@ module gestell_model_space
     type(space_support_type), allocatable :: supports(:)
     !> C_0 and B_0, and what of them is the foundation's.
     real(dp), dimension(6, 6) :: stiffness = 0, damping = 0, foundation_stiffness = 0, foundation_damping = 0
+    type(table_type), allocatable, private :: tables(:)
   contains
+    procedure :: remember
     procedure :: masses_at
     procedure :: sample_at_rest
     procedure :: coupled
@@ -75,60 +82,136 @@ contains
     is_rotation = any(in_frame(4:) == dof)
   end function is_rotation
 
-  !> All masses about F at an angle of the drive (rad) that turns at `speed` (rad/s), with the frame's own `mass`, derivatives with
-  !> respect to time.
-  pure subroutine masses_at(self, mass, speed, angle, masses)
-    class(space_type), intent(in) :: self
-    real(dp), intent(in) :: mass, speed, angle
-    type(masses_type), intent(out) :: masses
+  !> Sums the masses at these angles (rad), for all cases with the same mechanisms that ask for exactly these: the speed (but for
+  !> its sign), the frame's mass and inertia and what holds it may change afterwards.
+  pure subroutine remember(self, angles)
+    class(space_type), intent(inout) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    type(table_type), allocatable :: longer(:)
+    integer :: count
 
-    call sum_planes(self%planes, angle, masses)
+    count = 0
+    if (allocated(self%tables)) count = size(self%tables)
+    allocate(longer(count + 1))
+    if (count > 0) longer(:count) = self%tables
+    longer(count + 1)%angles = angles
+    call sum_planes(self%planes, angles, longer(count + 1)%masses)
+    call move_alloc(longer, self%tables)
+  end subroutine remember
+
+  !> All masses about F at angles of the drive (rad) that turns at `speed` (rad/s), with the frame's own `mass`, derivatives with
+  !> respect to time.
+  pure subroutine masses_at(self, mass, speed, angles, masses)
+    class(space_type), intent(in) :: self
+    real(dp), intent(in) :: mass, speed
+    real(dp), contiguous, intent(in) :: angles(:)
+    type(masses_type), intent(out) :: masses
+    integer :: i, k
+
+    call find_sums(self, angles, masses)
     masses%mass = masses%mass + mass
-    masses%j(:, :, 0) = masses%j(:, :, 0) + self%inertia
-    masses%s(:, 1) = speed * masses%s(:, 1)
-    masses%s(:, 2) = speed**2 * masses%s(:, 2)
-    masses%j(:, :, 1) = speed * masses%j(:, :, 1)
-    masses%h(:, 0) = speed * masses%h(:, 0)
-    masses%h(:, 1) = speed**2 * masses%h(:, 1)
+    do k = 1, 3
+      do i = 1, 3
+        masses%j(:, i, k, 0) = masses%j(:, i, k, 0) + self%inertia(i, k)
+      end do
+    end do
+    masses%s(:, :, 1) = speed * masses%s(:, :, 1)
+    masses%s(:, :, 2) = speed**2 * masses%s(:, :, 2)
+    masses%j(:, :, :, 1) = speed * masses%j(:, :, :, 1)
+    masses%h(:, :, 0) = speed * masses%h(:, :, 0)
+    masses%h(:, :, 1) = speed**2 * masses%h(:, :, 1)
   end subroutine masses_at
+
+  !> The planes' sums, from the table with exactly these angles in this order, if there is one.
+  pure subroutine find_sums(self, angles, masses)
+    class(space_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    type(masses_type), intent(out) :: masses
+    integer :: i
+
+    if (allocated(self%tables)) then
+      do i = 1, size(self%tables)
+        if (size(self%tables(i)%angles) /= size(angles)) cycle
+        if (any(abs(self%tables(i)%angles - angles) > 0)) cycle
+        masses = self%tables(i)%masses
+        return
+      end do
+    end if
+    call sum_planes(self%planes, angles, masses)
+  end subroutine find_sums
 
   !> M, B, C, h about rest at angles of the drive, of the degrees of freedom `free` of a frame of this `mass`, shapes (angles, free,
   !> free), (angles, free).
   !> Nine arguments: the machine and where it is; M, B, C, h.
   pure subroutine sample_at_rest(self, mass, speed, angles, free, m, b, c, h)
     class(space_type), intent(in) :: self
-    real(dp), intent(in) :: mass, speed, angles(:)
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), intent(in) :: mass, speed
     integer, intent(in) :: free(:)
-    real(dp), intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp), intent(out), optional :: h(:, :)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
     type(masses_type) :: masses
-    real(dp), dimension(6, 6) :: all_m, all_b, all_c
-    real(dp) :: all_h(6)
-    integer :: at(size(free)), i, k
+    integer :: at(size(free)), place(6), i, k
 
+    call self%masses_at(mass, speed, angles, masses)
     at = in_space(free)
-    do k = 1, size(angles)
-      call self%masses_at(mass, speed, angles(k), masses)
-      all_m = 0
-      do i = 1, 3
-        all_m(i, i) = masses%mass
+    place = 0
+    place(at) = [(i, i = 1, size(at))]
+    do k = 1, size(at)
+      do i = 1, size(at)
+        m(:, i, k) = 0
+        b(:, i, k) = self%damping(at(i), at(k))
+        c(:, i, k) = self%stiffness(at(i), at(k))
       end do
-      all_m(4:, :3) = cross_matrix(masses%s(:, 0))
-      all_m(:3, 4:) = -all_m(4:, :3)
-      all_m(4:, 4:) = masses%j(:, :, 0)
-      all_b = self%damping
-      all_b(:3, 4:) = all_b(:3, 4:) - 2 * cross_matrix(masses%s(:, 1))
-      all_b(4:, 4:) = all_b(4:, 4:) + masses%j(:, :, 1) - cross_matrix(masses%h(:, 0))
-      all_c = self%stiffness
-      all_c(:3, 4:) = all_c(:3, 4:) - cross_matrix(masses%s(:, 2))
-      m(k, :, :) = all_m(at, at)
-      b(k, :, :) = all_b(at, at)
-      c(k, :, :) = all_c(at, at)
-      if (.not. present(h)) cycle
-      all_h = -[masses%s(:, 2), masses%h(:, 1)]
-      h(k, :) = all_h(at)
+      if (at(k) <= 3) m(:, k, k) = masses%mass
+    end do
+    associate (u => place(:3), theta => place(4:), s => masses%s, j => masses%j, h => masses%h)
+      call add_cross(m, -1.0_dp, s(:, :, 0), u, theta)
+      call add_cross(m, 1.0_dp, s(:, :, 0), theta, u)
+      call add_block(m, j(:, :, :, 0), theta)
+      call add_cross(b, -2.0_dp, s(:, :, 1), u, theta)
+      call add_block(b, j(:, :, :, 1), theta)
+      call add_cross(b, -1.0_dp, h(:, :, 0), theta, theta)
+      call add_cross(c, -1.0_dp, s(:, :, 2), u, theta)
+    end associate
+    if (.not. present(h)) return
+    do i = 1, size(at)
+      if (at(i) <= 3) h(:, i) = -masses%s(:, at(i), 2)
+      if (at(i) > 3) h(:, i) = -masses%h(:, at(i) - 3, 1)
     end do
   end subroutine sample_at_rest
+
+  !> Adds `factor` [a] to these rows and columns of matrices over the angles, 0: one that is not there; a of shape (angles, 3).
+  pure subroutine add_cross(matrices, factor, a, rows, columns)
+    real(dp), contiguous, intent(inout) :: matrices(:, :, :)
+    real(dp), intent(in) :: factor
+    real(dp), contiguous, intent(in) :: a(:, :)
+    integer, intent(in) :: rows(3), columns(3)
+    integer :: i, next, last
+
+    do i = 1, 3
+      next = 1 + modulo(i, 3)
+      last = 1 + modulo(i + 1, 3)
+      if (rows(last) > 0 .and. columns(next) > 0) matrices(:, rows(last), columns(next)) = matrices(:, rows(last), columns(next)) &
+        & + factor * a(:, i)
+      if (rows(next) > 0 .and. columns(last) > 0) matrices(:, rows(next), columns(last)) = matrices(:, rows(next), columns(last)) &
+        & - factor * a(:, i)
+    end do
+  end subroutine add_cross
+
+  !> Adds a, shape (angles, 3, 3), to rows and columns `at`, 0: one that is not there.
+  pure subroutine add_block(matrices, a, at)
+    real(dp), contiguous, intent(inout) :: matrices(:, :, :)
+    real(dp), contiguous, intent(in) :: a(:, :, :)
+    integer, intent(in) :: at(3)
+    integer :: i, k
+
+    do k = 1, 3
+      do i = 1, 3
+        if (at(i) > 0 .and. at(k) > 0) matrices(:, at(i), at(k)) = matrices(:, at(i), at(k)) + a(:, i, k)
+      end do
+    end do
+  end subroutine add_block
 
   !> Which of the degrees of freedom `free` act on each other, of so many angles of the turn.
   pure function coupled(self, mass, free, angles)
@@ -171,11 +254,11 @@ contains
     at = in_space(free)
     greatest = 0
     terms = 0
+    call self%masses_at(mass, 1.0_dp, [(2 * pi * k / angles, k = 1, angles)], all)
+    weights(:3) = 1 / sqrt(max(tiny(1.0_dp), all%mass))
     do k = 1, angles
-      call self%masses_at(mass, 1.0_dp, 2 * pi * k / angles, all)
-      weights(:3) = 1 / sqrt(max(tiny(1.0_dp), all%mass))
-      weights(4:) = 1 / sqrt(max(tiny(1.0_dp), [(all%j(i, i, 0), i = 1, 3)]))
-      associate (h => [all%s(:, 2), all%h(:, 1)] * weights)
+      weights(4:) = 1 / sqrt(max(tiny(1.0_dp), [(all%j(k, i, i, 0), i = 1, 3)]))
+      associate (h => [all%s(k, :, 2), all%h(k, :, 1)] * weights)
         greatest = max(greatest, maxval(abs(h(at))))
       end associate
     end do

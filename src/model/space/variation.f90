@@ -24,16 +24,19 @@ contains
   !> Eleven arguments: machine and motion; the left side with its three derivatives.
   pure subroutine sample_varied(space, mass, speed, angles, q, v, a, r, m, b, c)
     type(space_type), intent(in) :: space
-    real(dp), intent(in) :: mass, speed, angles(:), q(:, :), v(:, :), a(:, :)
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), intent(in) :: mass, speed, q(:, :), v(:, :), a(:, :)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    type(masses_type) :: masses
     real(dp) :: motion(6, 0:2), all_r(6), all_m(6, 6), all_b(6, 6), all_c(6, 6)
     integer :: k
 
+    call space%masses_at(mass, speed, angles, masses)
     do k = 1, size(angles)
       motion(in_space, 0) = q(k, :)
       motion(in_space, 1) = v(k, :)
       motion(in_space, 2) = a(k, :)
-      call vary(space, mass, speed, angles(k), motion, all_r, all_m, all_b, all_c)
+      call vary(space, masses, k, motion, all_r, all_m, all_b, all_c)
       r(k, :) = all_r(in_space)
       m(k, :, :) = all_m(in_space, in_space)
       b(k, :, :) = all_b(in_space, in_space)
@@ -65,51 +68,53 @@ contains
     end do
   end function ground_in_space
 
-  !> The left sides of the equations of a frame of this `mass` (kg) at q, q', q'', shape (6, 0:2), at an angle of the drive (rad)
-  !> that turns at `speed` (rad/s), shape (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order
-  !> (u, theta).
-  !> Nine arguments: the machine and where it is; the left side with its three derivatives.
-  pure subroutine vary(space, mass, speed, angle, q, r, m, b, c)
+  !> The left sides of the equations of a frame, of the `masses` at number `k` of their angles, at q, q', q'', shape (6, 0:2): shape
+  !> (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order (u, theta).
+  pure subroutine vary(space, masses, k, q, r, m, b, c)
     type(space_type), intent(in) :: space
-    real(dp), intent(in) :: mass, speed, angle, q(6, 0:2)
+    type(masses_type), intent(in) :: masses
+    integer, intent(in) :: k
+    real(dp), intent(in) :: q(6, 0:2)
     real(dp), intent(out) :: r(6), m(6, 6), b(6, 6), c(6, 6)
-    type(masses_type) :: at
     real(dp), dimension(3, 3) :: rotation, back, s, spin, wheel, change
     real(dp), dimension(3, 3, 0:2) :: turning, varied
-    real(dp) :: theta(3, 0:2), w(3), w_d(3), g(3), a(3), momentum(3)
+    real(dp), dimension(3, 0:2) :: theta, sums
+    real(dp) :: inertia(3, 3, 0:1), momenta(3, 0:1), w(3), w_d(3), g(3), a(3), momentum(3)
     integer :: i
 
-    call space%masses_at(mass, speed, angle, at)
+    sums = masses%s(k, :, :)
+    inertia = masses%j(k, :, :, :)
+    momenta = masses%h(k, :, :)
     theta = q(4:, :)
     rotation = rotation_matrix(theta(:, 0))
     back = transpose(rotation)
     turning = turning_matrices(theta)
     w = matmul(turning(:, :, 0), theta(:, 1))
     w_d = matmul(turning(:, :, 0), theta(:, 2)) + matmul(turning(:, :, 1), theta(:, 1))
-    g = at%s(:, 2) + 2 * cross(w, at%s(:, 1)) + cross(w_d, at%s(:, 0)) + cross(w, cross(w, at%s(:, 0)))
+    g = sums(:, 2) + 2 * cross(w, sums(:, 1)) + cross(w_d, sums(:, 0)) + cross(w, cross(w, sums(:, 0)))
     a = matmul(back, q(:3, 2))
-    momentum = matmul(at%j(:, :, 0), w) + at%h(:, 0)
-    r(:3) = at%mass * q(:3, 2) + matmul(rotation, g)
-    r(4:) = matmul(at%j(:, :, 0), w_d) + matmul(at%j(:, :, 1), w) + cross(w, momentum) + at%h(:, 1) + cross(at%s(:, 0), a)
-    s = cross_matrix(at%s(:, 0))
+    momentum = matmul(inertia(:, :, 0), w) + momenta(:, 0)
+    r(:3) = masses%mass * q(:3, 2) + matmul(rotation, g)
+    r(4:) = matmul(inertia(:, :, 0), w_d) + matmul(inertia(:, :, 1), w) + cross(w, momentum) + momenta(:, 1) + cross(sums(:, 0), a)
+    s = cross_matrix(sums(:, 0))
     spin = cross_matrix(w)
     m = 0
     b = 0
     c = 0
     do i = 1, 3
-      m(i, i) = at%mass
+      m(i, i) = masses%mass
     end do
     ! with respect to dalpha'', dalpha', dalpha
     m(:3, 4:) = -matmul(rotation, s)
     m(4:, :3) = matmul(s, back)
-    m(4:, 4:) = at%j(:, :, 0)
+    m(4:, 4:) = inertia(:, :, 0)
     ! dg/dw; and of the moment, J' dw + dw x (J w + H) + w x (J dw)
-    change = -2 * cross_matrix(at%s(:, 1)) - cross_matrix(cross(w, at%s(:, 0))) - matmul(spin, s)
-    wheel = at%j(:, :, 1) - cross_matrix(momentum) + matmul(spin, at%j(:, :, 0))
+    change = -2 * cross_matrix(sums(:, 1)) - cross_matrix(cross(w, sums(:, 0))) - matmul(spin, s)
+    wheel = inertia(:, :, 1) - cross_matrix(momentum) + matmul(spin, inertia(:, :, 0))
     b(:3, 4:) = matmul(rotation, change - matmul(s, spin))
-    b(4:, 4:) = wheel + matmul(at%j(:, :, 0), spin)
+    b(4:, 4:) = wheel + matmul(inertia(:, :, 0), spin)
     c(:3, 4:) = matmul(rotation, matmul(change, spin) - matmul(s, cross_matrix(w_d)) - cross_matrix(g))
-    c(4:, 4:) = matmul(wheel, spin) + matmul(at%j(:, :, 0), cross_matrix(w_d)) + matmul(s, cross_matrix(a))
+    c(4:, 4:) = matmul(wheel, spin) + matmul(inertia(:, :, 0), cross_matrix(w_d)) + matmul(s, cross_matrix(a))
     call add_supports(space%supports, q(:3, 0), q(:3, 1), rotation, w, r, b, c)
     ! with respect to dtheta'', dtheta', dtheta, and the moments T^T r along theta's own directions, of which those held may be at
     ! work
