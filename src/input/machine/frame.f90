@@ -141,6 +141,7 @@ contains
     call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness, data%damping, data%speed, &
       & error)
     if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%in_space, data%free, error)
+    if (.not. allocated(error)) frame%space%origin = data%origin
   end subroutine read_frame_in_space
 
   !> All of it but the mechanism.

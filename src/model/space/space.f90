@@ -35,8 +35,8 @@ module gestell_model_space
   end type table_type
 
   type, public :: space_type
-    !> The tensor of inertia about F (kg m^2).
-    real(dp) :: inertia(3, 3) = 0
+    !> The tensor of inertia about F (kg m^2); the mechanisms' origin O from F (m).
+    real(dp) :: inertia(3, 3) = 0, origin(3) = 0
     type(plane_type), allocatable :: planes(:)
     type(space_support_type), allocatable :: supports(:)
     !> C_0 and B_0, and what of them is the foundation's.
@@ -48,6 +48,7 @@ module gestell_model_space
     procedure :: sample_at_rest
     procedure :: coupled
     procedure :: mean_mass
+    procedure :: terms
     procedure :: cancellation
   end type space_type
 
@@ -240,6 +241,23 @@ contains
     mean = sum(m, dim=1) / angles
   end function mean_mass
 
+  !> At unit speed, the sum of the absolute terms of the mechanisms' forces (kg m) and of their moments (kg m^2): what they cancel
+  !> to is known to their roundings only.
+  pure function terms(self)
+    class(space_type), intent(in) :: self
+    real(dp) :: terms(2), force, reach
+    integer :: j
+
+    terms = 0
+    do j = 1, size(self%planes)
+      associate (plane => self%planes(j))
+        force = norm2(plane%linkage%terms(:2))
+        reach = norm2(plane%origin) + maxval([0.0_dp, abs(plane%linkage%links%z)])
+        terms = terms + [force, plane%linkage%terms(3) + reach * force]
+      end associate
+    end do
+  end function terms
+
   !> By how many times the absolute terms of the load exceed it, the greatest over the degrees of freedom `free`, weighted as in the
   !> kinetic energy of a frame of this `mass` (kg); 0: nothing cancels.
   pure real(dp) function cancellation(self, mass, free)
@@ -248,12 +266,11 @@ contains
     integer, intent(in) :: free(:)
     integer, parameter :: angles = 16
     type(masses_type) :: all
-    real(dp) :: greatest, terms, weights(6), reach
-    integer :: i, j, k, at(size(free))
+    real(dp) :: greatest, weights(6)
+    integer :: i, k, at(size(free))
 
     at = in_space(free)
     greatest = 0
-    terms = 0
     call self%masses_at(mass, 1.0_dp, [(2 * pi * k / angles, k = 1, angles)], all)
     weights(:3) = 1 / sqrt(max(tiny(1.0_dp), all%mass))
     do k = 1, angles
@@ -264,14 +281,9 @@ contains
     end do
     cancellation = 0
     if (.not. greatest > 0) return
-    do j = 1, size(self%planes)
-      associate (plane => self%planes(j))
-        reach = norm2(plane%origin) + maxval([0.0_dp, abs(plane%linkage%links%z)])
-        terms = terms + max(maxval(weights(:3)) * norm2(plane%linkage%terms(:2)), &
-          & maxval(weights(4:)) * (plane%linkage%terms(3) + reach * norm2(plane%linkage%terms(:2))))
-      end associate
-    end do
-    cancellation = max(0.0_dp, terms / greatest - 1)
+    associate (terms => [maxval(weights(:3)), maxval(weights(4:))] * self%terms())
+      cancellation = max(0.0_dp, maxval(terms) / greatest - 1)
+    end associate
   end function cancellation
 
 end module gestell_model_space

@@ -12,6 +12,7 @@ module gestell_task_drawing_report
   use gestell_study_balance, only: counterweight_type, examine, rigid_ground_type
   use gestell_study_balance_complete, only: balance_force, balanced, balanced_already
   use gestell_task_forces_reactions, only: static_force
+  use gestell_task_drawing_balance_table, only: balance_table
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -43,7 +44,11 @@ contains
       lines = lines // newline // joint_lines(mechanism, diagnosis) // link_lines(mechanism, diagnosis) &
         & // transmission_line(mechanism, diagnosis) // slider_lines(mechanism, diagnosis, frame%speed)
     end select
-    lines = lines // shaking_lines(frame)
+    if (allocated(frame%space)) then
+      lines = lines // balance_table(frame)
+    else
+      lines = lines // shaking_lines(frame)
+    end if
     if (frame%weights%act) lines = lines // static_lines(frame)
   end function report_mechanism
 
@@ -195,9 +200,10 @@ contains
       lines = lines // ": they lie beyond what double precision holds" // newline
       return
     end if
-    ! Beside the force along one axis, rounding is all that a small one along the other is.
+    ! Beside the force along one axis, rounding is all that a small one along the other is; beside its parts, what they cancel to.
     noise(:2) = 1.0e-11_dp * max(maxval(found%series(1)%amplitude), maxval(found%series(2)%amplitude))
     noise(3) = 1.0e-11_dp * maxval(found%series(3)%amplitude)
+    noise = max(noise, 1.0e-12_dp * frame%speed**2 * frame%mechanism%terms)
     rows = ""
     do k = 1, 8
       rows = rows // text(k)

@@ -1,0 +1,104 @@
+!> Shaking forces and couples of all mechanisms of a frame in space: what they exert on it where it stands still.
+module gestell_model_frame_shaking_in_space
+  use gestell_base_kinds, only: dp
+  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_space, only: in_frame
+  use gestell_model_space_rotation, only: cross
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: shaking_in_space
+
+  !> Over the period, each f = mean + sum of amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi.
+  type, public :: space_shaking_type
+    !> Forces along xi, eta, zeta (N), couples about them through O (N m).
+    type(fourier_type) :: series(6)
+    !> Greatest size over the period and rms of these; what is below `noise` is rounding of the parts.
+    real(dp), dimension(6) :: peak = 0, rms = 0, noise = 0
+    !> The shaft: the normal of the first mechanism's plane.
+    real(dp) :: shaft(3) = [0, 0, 1]
+    !> Of what lies across the shaft, size of the vectors that turn with the crank and against it, shape (orders, 2), of forces
+    !> (N) and of couples (N m).
+    real(dp), allocatable :: force(:, :), couple(:, :)
+  end type space_shaking_type
+
+contains
+
+  !> The load h of the equations about rest, its moment taken about O instead of F. The weights are no part of it.
+  subroutine shaking_in_space(frame, found)
+    class(frame_type), intent(in) :: frame
+    type(space_shaking_type), intent(out) :: found
+    integer, parameter :: most = 8192
+    !> Samples are known to so much of the sum of the absolute terms.
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    real(dp), allocatable :: h(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp) :: terms(2)
+    integer :: i, n
+
+    terms = frame%space%terms()
+    found%noise = rounding * frame%speed**2 * [spread(terms(1), 1, 3), spread(terms(2), 1, 3)]
+    n = max(128, min(most, 4 * frame%least_steps))
+    do
+      if (allocated(h)) deallocate(h, m, b, c)
+      allocate(h(n, 6), m(n, 6, 6), b(n, 6, 6), c(n, 6, 6))
+      call frame%space%sample_at_rest(frame%mass, frame%speed, frame%crank_angles([(real(i, dp) / n, i = 0, n - 1)]), &
+        & [(i, i = 1, 6)], m, b, c, h)
+      h = h(:, in_frame)
+      do i = 1, n
+        h(i, 4:) = h(i, 4:) - cross(frame%space%origin, h(i, :3))
+      end do
+      do i = 1, 6
+        found%series(i) = fourier_series(h(:, i))
+      end do
+      if (n >= most) exit
+      if (all_resolved(found)) exit
+      n = 2 * n
+    end do
+    found%rms = [(found%series(i)%rms(), i = 1, 6)]
+    if (.not. all_finite(found%rms)) return
+    found%peak = [(found%series(i)%peak(h(:, i)), i = 1, 6)]
+    found%shaft = frame%space%planes(1)%axes(:, 3)
+    associate (x => frame%space%planes(1)%axes(:, 1), y => frame%space%planes(1)%axes(:, 2))
+      found%force = turning(found%series(:3), size(found%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
+      found%couple = turning(found%series(4:), size(found%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
+    end associate
+  end subroutine shaking_in_space
+
+  pure logical function all_resolved(found)
+    type(space_shaking_type), intent(in) :: found
+    integer :: i
+
+    all_resolved = all([(found%series(i)%tail() < 1.0e-9_dp .or. found%series(i)%greatest_term() <= found%noise(i), i = 1, 6)])
+  end function all_resolved
+
+  pure logical function all_finite(values)
+    real(dp), intent(in) :: values(:)
+
+    all_finite = all(ieee_is_finite(values))
+  end function all_finite
+
+  !> Of a vector in space with these components, across the shaft: with Re C_x e^(ik theta) along x and Re C_y e^(ik theta) along y
+  !> it is F+ e^(ik theta) + F- e^(-ik theta) in the plane x + iy, |F+-| = |C_x +- i C_y| / 2.
+  pure function turning(series, orders, x, y) result(sizes)
+    type(fourier_type), intent(in) :: series(3)
+    integer, intent(in) :: orders
+    real(dp), intent(in) :: x(3), y(3)
+    real(dp) :: sizes(orders, 2)
+    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+    complex(dp), dimension(orders) :: c, along_x, along_y
+    integer :: k
+
+    along_x = 0
+    along_y = 0
+    do k = 1, 3
+      c = series(k)%amplitude * exp(i * series(k)%phase)
+      along_x = along_x + x(k) * c
+      along_y = along_y + y(k) * c
+    end do
+    sizes(:, 1) = abs(along_x + i * along_y) / 2
+    sizes(:, 2) = abs(along_x - i * along_y) / 2
+  end function turning
+
+end module gestell_model_frame_shaking_in_space

@@ -1,0 +1,70 @@
+!> The balance table: shaking forces and couples of all mechanisms of a frame in space, by their orders, for people.
+module gestell_task_drawing_balance_table
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_shaking_in_space, only: shaking_in_space, space_shaking_type
+  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_wrapping, only: wrapped
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: balance_table
+
+  character, parameter :: newline = new_line("a")
+  !> Orders of the drive's speed that are told.
+  integer, parameter :: highest = 8
+
+contains
+
+  !> Amplitudes along the axes, then what turns with the crank and against it.
+  function balance_table(frame) result(lines)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines, rows, turning
+    type(space_shaking_type) :: found
+    integer :: k, i
+
+    lines = newline // "SHAKING FORCES AND COUPLES of all mechanisms on a frame at rest"
+    call shaking_in_space(frame, found)
+    if (.not. all(ieee_is_finite(found%rms) .and. ieee_is_finite(found%peak))) then
+      lines = lines // ": they lie beyond what" // newline // "  double precision holds" // newline
+      return
+    end if
+    rows = ""
+    turning = ""
+    do k = 1, min(highest, size(found%series(1)%amplitude))
+      rows = rows // text(k) // cells([(found%series(i)%amplitude(k), i = 1, 6)], found%noise) // newline
+      if (all([found%force(k, :), found%couple(k, :)] <= found%noise([1, 1, 4, 4]))) cycle
+      turning = turning // text(k) // cells([found%force(k, :), found%couple(k, :)], found%noise([1, 1, 4, 4])) // newline
+    end do
+    rows = rows // "peak" // cells(found%peak, found%noise) // newline // "rms" // cells(found%rms, found%noise) // newline
+    lines = lines // ", amplitudes" // newline // tabulated("rrrrrrr", "order,fx,fy,fz,mx,my,mz" // newline &
+      & // ",N,N,N,N m,N m,N m", rows) // "  couples about O; orders are multiples of the crank's speed" // newline
+    if (turning /= "") lines = lines // wrapped("  across the shaft" // direction(found%shaft) // ", as vectors that turn with " &
+      & // "the crank and against it:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" // newline &
+      & // ",N,N,N m,N m", turning)
+  end function balance_table
+
+  !> Zero for what is rounding.
+  pure function cells(values, noise) result(words)
+    real(dp), intent(in) :: values(:), noise(:)
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, size(values)
+      words = words // tab // concise(merge(0.0_dp, values(i), values(i) <= noise(i)), 5)
+    end do
+  end function cells
+
+  !> Nothing for zeta, along which shafts commonly lie.
+  pure function direction(shaft) result(words)
+    real(dp), intent(in) :: shaft(3)
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (shaft(3) < 1) words = " (" // concise(shaft(1), 3) // ", " // concise(shaft(2), 3) // ", " // concise(shaft(3), 3) // ")"
+  end function direction
+
+end module gestell_task_drawing_balance_table
