@@ -78,7 +78,7 @@ contains
     character(len=:), allocatable :: words
 
     associate (frame => context%configuration%frame)
-      words = "<dl>" // figure("speed of the crank", concise(abs(frame%speed) * 30 / pi, 6) // " 1/min")
+      words = "<dl>" // figure("speed of the crank", concise(abs(frame%speed) * frame%mechanism%turns * 30 / pi, 6) // " 1/min")
       if (frequency_list(frame) /= "") words = words // figure("natural frequencies", frequency_list(frame))
       if (allocated(context%analysis%vibration)) then
         associate (peak => context%analysis%vibration%peak(2 * frame%dofs() + 1:))

@@ -25,6 +25,8 @@ module gestell_task
     logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
     !> Whether it knows a frame in space.
     logical :: in_space = .false.
+    !> Whether it knows machines whose period is more than a turn of the drive.
+    logical :: many_turns = .false.
     !> Whether the input orders it; whether an option does, for its picture alone.
     logical :: ordered = .false., implied = .false.
   contains

@@ -232,7 +232,9 @@ REFUSED = (
     ("no joints", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m"), "no joint belongs to it"),
     ("no turning", "&mechanism name='m', ratio=0 /\n" + CYLINDER, "ratio"),
     ("mass functions", "&mechanism name='m' /\n&mass_functions mass=1, inertia=0.1 /\n", "stands in place of joints and links"),
-    ("half a turn", "&mechanism name='m', ratio=0.5 /\n" + CYLINDER, "ratio"),
+    ("no fraction", "&mechanism name='m', ratio=0.3001 /\n" + CYLINDER, "must be a fraction"),
+    ("parts that are not whole", "&mechanism name='m', ratio=1.5,2 /\n" + CYLINDER, "must be a fraction"),
+    ("too many turns", "&mechanism name='m', ratio=1,67 /\n" + CYLINDER, "more than 64 turns of the drive"),
     ("too long", "&mechanism name='m' /\n" + CYLINDER + f"&repeat of='m', name='{'n' * 60}' /\n", "is too long"),
 )
 

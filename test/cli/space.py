@@ -263,7 +263,7 @@ def refused_tests():
         (folder / "all.nml").write_text((folder / "input.nml").read_text().replace("&model frame='rest' /\n", ""))
         Run(folder, "all.nml").refused("space, all vibrations", 2, "all.nml:8: &model: vibrations = 'all': 'all' is not known of a "
                                        "frame in space yet")
-    for task in ("forces", "power", "sensitivity", "balance", "trade", "drawing"):
+    for task in ("forces", "power", "sensitivity", "balance", "trade"):
         with Folder(input=BLOCK.format(**GOOD).replace("'stability'", f"'stability','{task}'")) as folder:
             run = Run(folder, "input.nml")
             equal(f"space, {task}: code", run.code, 2)

@@ -1,11 +1,14 @@
-"""What engines are judged by: the balance table by orders against the closed forms of engine books."""
+"""What engines are judged by: the balance table by orders against the closed forms of engine books, the torque-roll axis, shafts
+whose ratio to the drive is not whole."""
 
 import cmath
 import math
 import re
 
 from harness import Folder, Run, check, equal, near
-from space import DATA
+from several import LINKAGE, PLACES
+from several import FRAME as STAND
+from space import DATA, rows
 
 # Crank radius, rod, spacing of the cylinders (m), mass of a piston (kg), speed (1/min); massless rods and throws.
 R, ROD, SPACING, PISTON, RPM = 0.04, 0.13, 0.1, 0.5, 3000.0
@@ -43,7 +46,8 @@ def engine(pins, banks, places, rpm=RPM):
         text += f"&{kind}name='c{i}', origin=0,0,{place * SPACING}, angle={bank}, phase={90 + pin - bank} /\n"
     return text + (f"&joint mechanism='c0', name='O', type='ground', position=0,0 /\n"
                    f"&joint mechanism='c0', name='A', type='crank', pivot='O', radius={R} /\n"
-                   f"&joint mechanism='c0', name='B', type='RRP', ends='A', lengths={ROD}, guide_point=0,0, guide_angle=90, branch=1 /\n"
+                   f"&joint mechanism='c0', name='B', type='RRP', ends='A', lengths={ROD}, guide_point=0,0, guide_angle=90, "
+                   "branch=1 /\n"
                    f"&link name='piston', from='B', mass={PISTON}, inertia=0 /\n")
 
 
@@ -110,7 +114,8 @@ def engine_tests():
                 compare(f"{name}, order {k}: couple {'xy'[i]}", row[3 + i], couple[i], unit * SPACING)
                 sense = (1j, -1j)[i]
                 compare(f"{name}, order {k}: force, turning {i}", turned[i], (force[0] + sense * force[1]) / 2, unit)
-                compare(f"{name}, order {k}: couple, turning {i}", turned[2 + i], (couple[0] + sense * couple[1]) / 2, unit * SPACING)
+                compare(f"{name}, order {k}: couple, turning {i}", turned[2 + i], (couple[0] + sense * couple[1]) / 2,
+                        unit * SPACING)
             # the books' numbers, that the sums above are these
             for i, size in enumerate(book.get(k, (0, 0))):
                 if size is not None:
@@ -157,4 +162,137 @@ def shaft_tests():
         equal("compressor: no force along the shaft", [axes[str(k)][1] for k in range(1, 9)], [0.0] * 8)
 
 
-SPACE_LOOKS_TESTS = [engine_tests, shaft_tests]
+BLOCK = """\
+&case tasks='separation' /
+&drive speed_rpm=600 /
+&mechanism name='m', origin=0,0,0 {4} /
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius=0.1 /
+&link name='wheel', from='O', to='A', mass=0, inertia=0 /
+&frame mass=50, inertia={0}, origin=0,0, dof='xi','eta','zeta','rot_xi','rot_eta','psi' /
+&support position={1}, stiffness={2}, damping={3} /
+"""
+
+
+def torque_roll_tests():
+    """A block alone: J^-1 e by hand; held by springs in proportion to its mass it has that motion as its mode."""
+    # J^-1 e of J = [[3, .2, .5], [.2, 4, -.3], [.5, -.3, 2]] by Cramer's rule
+    j = [[3.0, 0.2, 0.5], [0.2, 4.0, -0.3], [0.5, -0.3, 2.0]]
+
+    def cross(a, b):
+        return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+    for what, key, shaft in (("zeta", "", (0, 0, 1)), ("inclined", ", axis=0,1,1", (0, math.sqrt(0.5), math.sqrt(0.5)))):
+        rows_of = (cross(j[1], j[2]), cross(j[2], j[0]), cross(j[0], j[1]))
+        # the adjugate of a symmetric matrix is symmetric
+        axis = [sum(a * b for a, b in zip(row, shaft)) for row in rows_of]
+        axis = [a / math.hypot(*axis) for a in axis]
+        angle = math.degrees(math.acos(sum(a * b for a, b in zip(axis, shaft))))
+        with Folder(input=BLOCK.format("3,4,2,0.2,0.5,-0.3", "0,0,0", "1e4,1e4,1e4", "1,1,1", key)) as folder:
+            run = Run(folder, "--check", "input.nml")
+            if run.done(f"torque-roll axis, {what}"):
+                words = re.search(r"TORQUE-ROLL AXIS of the machine on nothing: \(([^)]*)\), (\S+) deg", run.flat)
+                check(f"torque-roll axis, {what}: told", words, "TORQUE-ROLL AXIS", run.out)
+                for k, word in enumerate(words[1].split(",") if words else ()):
+                    near(f"torque-roll axis, {what}: {k}", float(word), axis[k], 6e-5)
+                near(f"torque-roll axis, {what}: angle", float(words[2]) if words else math.nan, angle, 0.006)
+    # principal axes and mounts in the planes of symmetry: the roll is a mode of its own; mounts below F couple it with xi (damping in
+    # proportion to stiffness: real modes, whose parts add up)
+    four = "".join(f"&support position={x},{{0}},{z}, stiffness=4e4,9e4,5e4, damping=20,45,25 /\n"
+                   for x in (-0.3, 0.3) for z in (-0.4, 0.4))
+    for what, height, whole in (("centred", 0.0, True), ("low", -0.25, False)):
+        text = BLOCK.format("3,4,2", "0,0,0", "0,0,0", "0,0,0", "") + four.format(height)
+        with Folder(input=text) as folder:
+            run = Run(folder, "-o", "out", "input.nml")
+            if not run.done(f"torque-roll, {what}"):
+                continue
+            table = rows(folder / "out" / "separation.csv")
+            shares = {row["mode"]: float(row["energy_torque_roll"]) for row in table}
+            psi = {row["mode"]: float(row["energy_psi"]) for row in table}
+            near(f"torque-roll, {what}: all of it", sum(shares.values()), 1, 1e-9)
+            for mode, share in shares.items():
+                # the axis is zeta itself: what of a mode turns about it is its energy of psi
+                near(f"torque-roll, {what}: mode {mode}", share, psi[mode], 1e-9)
+            check(f"torque-roll, {what}: whole", (max(shares.values()) > 1 - 1e-9) == whole, whole, shares)
+            check(f"torque-roll, {what}: line", "of the motion about the torque-roll axis: mode" in run.flat, "the line", run.out)
+
+
+SHAFT = """\
+&mechanism name='cam', origin=0.05,0.1{1}, ratio={0}, phase=30 /
+&joint mechanism='cam', name='K', type='ground', position=0,0 /
+&joint mechanism='cam', name='k', type='crank', pivot='K', radius=0.03 /
+&link name='cam', from='K', to='k', mass=0.5, inertia=0.002, center=0.02,0.005 /
+"""
+RATIO_TASKS = ("&case tasks='stability','response' /\n&model frame='exact' /\n"
+               "&response points=64, harmonics={}, quantities='f','psi' /\n")
+
+
+def ratio_tests():
+    """Shafts whose ratio is not whole: against the same machine with a drive that turns as slowly as all come round together, whose
+    ratios are whole."""
+    pins, banks, places, _ = ENGINES["I3"]
+    stand = STAND.replace("&probe name='p', position=0.2,0.1 /\n", "")
+    own = "".join(line.replace("&joint ", "&joint mechanism='m', ") + "\n" for line in LINKAGE.format(*PLACES).splitlines())
+    plane = "&drive speed_rpm={0} /\n" + stand + "&mechanism name='m', ratio={1} /\n" + own
+    space = engine(pins, banks, places, rpm="{0}").replace("&mechanism name='c0'", "&mechanism ratio={1}, name='c0'")
+    for what, text, rpm, place in (("plane", plane, 240.0, ""), ("space", space, 700.0, ",0.02")):
+        for ratio, turns, slow in (("0.5", 2, 1), ("-3,2", 2, -3), ("0.333333333333", 3, 1), ("17,23", 23, 17)):
+            if turns > 3 and what == "space":
+                continue
+            name = f"ratio {ratio}, {what}"
+            one = RATIO_TASKS.format(min(6 * turns, 30)) + text.format(rpm, 1) + SHAFT.format(ratio, place)
+            other = RATIO_TASKS.format(min(6 * turns, 30)) + text.format(repr(rpm / turns), turns) + SHAFT.format(slow, place)
+            with Folder(one=one, other=other) as folder:
+                runs = [Run(folder, which) for which in ("one.nml", "other.nml")]
+                if not all([run.done(f"{name}: run {k}") for k, run in enumerate(runs)]):
+                    continue
+                found = [{table: rows(folder / which / f"{table}.csv")
+                          for table in ("multipliers", "harmonics", "response", "quantities")} for which in ("one", "other")]
+                compare_ratios(name, turns, runs, found)
+                told = Run(folder, "--check", "one.nml")
+                order = {2: "0.5", 3: "0.3333", 23: "0.7391"}[turns] if slow > 0 else "1.5"
+                check(f"{name}: its order in the balance table", re.search(rf"^ +{re.escape(order)} ", told.out, re.M), order,
+                      told.out)
+    with Folder(input=RATIO_TASKS.format(4) + plane.format(240, 1) + SHAFT.format("0.5", "")) as folder:
+        for what, change, message in (("flywheel", ("speed_rpm=240", "speed_rpm=240, held_by='flywheel'"), "is 'motor' only, yet"),
+                                      ("power", ("'stability'", "'power'"), "does not know ratios that are not whole yet"),
+                                      ("probes", ("&mechanism name='m'", "&probe name='p' position=0,0 /\n&mechanism name='m'"),
+                                       "probes are told by 'sweep'"),
+                                      ("forces", ("'stability'", "'forces'"), "does not know ratios that are not whole yet")):
+            (folder / "bad.nml").write_text((folder / "input.nml").read_text().replace(*change))
+            run = Run(folder, "bad.nml")
+            equal(f"ratio, {what}: code", run.code, 2)
+            check(f"ratio, {what}: line", message in run.err and run.err.startswith("bad.nml:"), message, run.err)
+        sweep = "&sweep parameter='drive.speed_rpm', from={}, to={}, count=3 /\n"
+        text = (folder / "input.nml").read_text().replace("'stability','response'", "'sweep'")
+        slow = RATIO_TASKS.format(4).replace("'stability','response'", "'sweep'") + plane.format(120, 2) + SHAFT.format("1", "")
+        (folder / "one.nml").write_text(text + sweep.format(200, 400))
+        (folder / "other.nml").write_text(slow + sweep.format(100, 200))
+        if Run(folder, "-q", "one.nml").done("ratio: sweep") and Run(folder, "-q", "other.nml").done("ratio: slow sweep"):
+            for a, b in zip(rows(folder / "one" / "sweep.csv"), rows(folder / "other" / "sweep.csv")):
+                near("ratio: rho_max of a sweep", float(a["rho_max"]), float(b["rho_max"]), 1e-10)
+
+
+def compare_ratios(name, turns, runs, found):
+    """The same machine in both words: roundings of the ratios are 1e-16 of the angles, of the loads by orders 1e-13."""
+    rho = [sorted(abs(complex(float(row["re"]), float(row["im"]))) for row in one["multipliers"]) for one in found]
+    near(f"{name}: multipliers", max(abs(a - b) for a, b in zip(*rho)), 0, 1e-11)
+    for a, b in zip(found[0]["quantities"], found[1]["quantities"]):
+        near(f"{name}: {a['quantity']}", float(a["value"]) / float(b["value"]) - 1, 0, 1e-10)
+    for a, b in zip(found[0]["harmonics"], found[1]["harmonics"]):
+        near(f"{name}: order {b['order']}", float(a["order"]), int(b["order"]) / turns, 1e-15 * turns)
+        near(f"{name}: frequency of order {b['order']}", float(a["frequency_Hz"]), float(b["frequency_Hz"]),
+             1e-13 * float(b["frequency_Hz"]))
+    for key in ("xi_m_amplitude", "psi_rad_amplitude"):
+        scale = max(abs(float(row[key])) for row in found[1]["harmonics"])
+        apart = max(abs(float(a[key]) - float(b[key])) for a, b in zip(found[0]["harmonics"], found[1]["harmonics"]))
+        near(f"{name}: {key}", apart, 0, 1e-10 * scale)
+    near(f"{name}: crank angle", float(found[0]["response"][-1]["crank_deg"]), 360.0 * turns, 1e-9)
+    near(f"{name}: period", float(found[0]["response"][-1]["t_s"]) / float(found[1]["response"][-1]["t_s"]), 1, 1e-13)
+    check(f"{name}: period", f" s, {turns} turns" in runs[0].flat, f"{turns} turns", runs[0].out[:900])
+    halving = [re.search(r"halves in (\S+) turns", run.flat) for run in runs]
+    if all(halving):
+        near(f"{name}: halves in turns", float(halving[0][1]) / float(halving[1][1]), turns, 0.01 * turns)
+
+
+SPACE_LOOKS_TESTS = [engine_tests, shaft_tests, torque_roll_tests, ratio_tests]

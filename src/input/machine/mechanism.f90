@@ -4,6 +4,7 @@ module gestell_input_machine_mechanism
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_key, only: key_type, nonnegative, of_inertia, of_length, of_mass, real_key, text_key
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
   use gestell_input_namelist_document, only: count_groups, document_type, group_type, has, name_of, the_group
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_machine_joints, only: check_known, read_joint, type_of_joint
@@ -15,6 +16,7 @@ module gestell_input_machine_mechanism
   use gestell_model_joints_registry, only: joint_forms
   use gestell_model_joints_placement, only: placement_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_gearing, only: gear, most_turns
   use gestell_model_mechanism, only: mechanism_type
   implicit none (type, external)
   private
@@ -155,6 +157,12 @@ contains
       call read_joint(joints%groups, names, i, forms, units, placements(joints%mechanism(i)), linkage, error)
       if (allocated(error)) return
     end do
+    call gear(linkage%joints, linkage%turns, i)
+    if (i > 0) then
+      call input_error(joints%groups(i), "", "with its ratio all cranks stand where they stood after more than " &
+        & // text(most_turns) // " turns of the drive, or one turns too often", error)
+      return
+    end if
     if (size(links%groups) == 0) then
       call fatal_error(error, doc%file // ": the mechanism has no mass: a group &link is required", &
         & invalid_input)

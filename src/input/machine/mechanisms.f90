@@ -1,23 +1,24 @@
 !> Several mechanisms on one frame: where each stands, how its crank turns with the drive, and copies of it.
 module gestell_input_machine_mechanisms
   use gestell_base_error, only: error_type
-  use gestell_base_key, only: integer_key, key_type, of_angle, of_length, range_type, real_key, text_key
+  use gestell_base_key, only: key_type, nonzero, of_angle, of_length, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, name_of, &
     & word_length
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
-  use gestell_input_schema_read, only: read, read_place
+  use gestell_input_schema_read, only: count_values, read, read_place
   use gestell_input_schema_units, only: units_type
+  use gestell_math_rational, only: to_rational
   use gestell_model_joints_placement, only: placement_type
+  use gestell_model_joints_types_crank, only: no_ratio
   implicit none (type, external)
   private
 
   public :: read_parts, read_planes
 
   character(len=*), parameter :: as_there = "as there"
-  type(range_type), parameter :: ratios = range_type(-64.0_dp, 64.0_dp, not_zero=.true.)
 
   type(key_type), parameter, public :: mechanism_keys(*) = [ &
     & key_type("mechanism", "name", text_key, "what `&joint`, `&link` and `&repeat` call it", required=.true.), &
@@ -29,8 +30,8 @@ module gestell_input_machine_mechanisms
     &   otherwise="xi turned the shortest way"), &
     & key_type("mechanism", "angle", real_key, "of its x-axis", unit=of_angle, default=0.0_dp), &
     & key_type("mechanism", "phase", real_key, "its crank angle where the drive's is 0", unit=of_angle, default=0.0_dp), &
-    & key_type("mechanism", "ratio", integer_key, "turns of its crank in one of the drive's, against it negative", &
-    &   default=1.0_dp, range=ratios)]
+    & key_type("mechanism", "ratio", real_key, "turns of its crank in one of the drive's, against it negative: a number that " // &
+    &   "is a fraction, 2 or 0.5, or its numerator and denominator, 17,23", 1, 1, 2, default=1.0_dp, range=nonzero)]
 
   type(key_type), parameter, public :: repeat_keys(*) = [ &
     & key_type("repeat", "of", text_key, "the mechanism whose joints and links stand here once more", required=.true.), &
@@ -41,7 +42,7 @@ module gestell_input_machine_mechanisms
     & key_type("repeat", "x_axis", real_key, "as of `&mechanism`", 1, 3, 3, otherwise=as_there), &
     & key_type("repeat", "angle", real_key, "as of `&mechanism`", unit=of_angle, otherwise=as_there), &
     & key_type("repeat", "phase", real_key, "as of `&mechanism`", unit=of_angle, otherwise=as_there), &
-    & key_type("repeat", "ratio", integer_key, "as of `&mechanism`", range=ratios, otherwise=as_there)]
+    & key_type("repeat", "ratio", real_key, "as of `&mechanism`", 1, 1, 2, range=nonzero, otherwise=as_there)]
 
   type(key_type), parameter, public :: membership_key(2) = [ &
     & key_type("joint", "mechanism", text_key, "which of several it belongs to", otherwise="the only one"), &
@@ -246,8 +247,25 @@ contains
     if (allocated(error)) return
     if (has(group, "phase")) call read(group, keys, "phase", part%placement%phase, error, units)
     if (allocated(error)) return
-    if (has(group, "ratio")) call read(group, keys, "ratio", part%placement%ratio, error)
+    if (has(group, "ratio")) call read_ratio(group, keys, part%placement, error)
   end subroutine read_placement
+
+  !> Error: it is no fraction.
+  subroutine read_ratio(group, keys, placement, error)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: keys(:)
+    type(placement_type), intent(inout) :: placement
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: numbers(2)
+    integer :: n
+    logical :: known
+
+    n = count_values(group, "ratio")
+    call read(group, keys, "ratio", numbers(:n), error)
+    if (allocated(error)) return
+    call to_rational(numbers(:n), placement%ratio, placement%denominator, known)
+    if (.not. known) call input_error(group, "ratio", no_ratio, error)
+  end subroutine read_ratio
 
   !> A copy of one of the mechanisms `before`, or of a copy.
   subroutine read_copy(group, units, before, copy, error)

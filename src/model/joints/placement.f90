@@ -5,11 +5,11 @@ module gestell_model_joints_placement
   private
 
   !> The mechanism's origin (m), the angle of its x-axis (rad), what is added to its crank's angle (rad), and the turns of its crank
-  !> in one of the drive's.
+  !> in one of the drive's, `ratio` over `denominator`.
   !> In space also where along the plane's normal (m), and the number of its plane, 0: the frame's own.
   type, public :: placement_type
     real(dp) :: origin(2) = 0, angle = 0, phase = 0, z = 0
-    integer :: ratio = 1, plane = 0
+    integer :: ratio = 1, denominator = 1, plane = 0
   contains
     procedure :: point
     procedure :: vector

@@ -33,6 +33,9 @@ module gestell_model_mechanism
     !> The greatest sums over the links of the absolute terms of a1'' and a2'' (kg m) and of a4 (kg m^2): what they cancel to is
     !> known to their roundings only. Zero: nothing cancels.
     real(dp) :: terms(3) = 0
+    !> Turns of the drive in one of this crank, which turns slower than the drive where a shaft does not turn a whole number of
+    !> times in a turn of that: the period is so many turns, and the orders of the drive's speed are 1/turns, 2/turns, ...
+    integer :: turns = 1
   contains
     procedure(mass_functions_at), deferred :: mass_functions
     procedure :: tabulate => tabulate_one_by_one

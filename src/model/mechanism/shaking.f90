@@ -16,8 +16,8 @@ module gestell_model_mechanism_shaking
     type(fourier_type) :: series(3)
     !> Greatest size over the turn and rms of these, and of the whole force.
     real(dp), dimension(4) :: peak = 0, rms = 0
-    !> The first order of the force as two vectors fx + i fy that turn, with the crank and against it, over Omega^2 (kg m); their
-    !> arguments hold at the crank angle zero. A mass m at the radius r on the crank has m r and nothing.
+    !> The first order of the drive's speed Omega of the force as two vectors fx + i fy that turn, with the crank and against it,
+    !> over Omega^2 (kg m); their arguments hold at the crank angle zero. A mass m at the radius r on the crank has m r and nothing.
     complex(dp) :: unbalance(2) = 0
   end type shaking_type
 
@@ -73,7 +73,7 @@ contains
     if (.not. all(ieee_is_finite(found%rms))) return
     found%peak(:3) = [(found%series(i)%peak(samples(:, i)), i = 1, 3)]
     found%peak(4) = greatest_length(samples(:, :2), hypot(found%peak(1), found%peak(2)))
-    if (abs(speed) > 0) found%unbalance = turning(found%series(:2)) / speed / speed
+    if (abs(speed) > 0) found%unbalance = turning(found%series(:2), mechanism%turns) / (mechanism%turns * speed)**2
   end subroutine shaking
 
   !> The greatest length of a vector, no more than `bound`: its square is a trigonometric polynomial too.
@@ -86,14 +86,15 @@ contains
 
   !> With Re C_x e^(i phi) and Re C_y e^(i phi) along x and y the vector is F+ e^(i phi) + F- e^(-i phi),
   !> F+ = (C_x + i C_y) / 2, F- = conjg(C_x - i C_y) / 2.
-  pure function turning(series) result(vectors)
+  pure function turning(series, order) result(vectors)
     type(fourier_type), intent(in) :: series(2)
+    integer, intent(in) :: order
     complex(dp) :: vectors(2)
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     complex(dp) :: c(2)
     integer :: k
 
-    c = [(series(k)%amplitude(1) * exp(i * series(k)%phase(1)), k = 1, 2)]
+    c = [(series(k)%amplitude(order) * exp(i * series(k)%phase(order)), k = 1, 2)]
     vectors = [c(1) + i * c(2), conjg(c(1) - i * c(2))] / 2
   end function turning
 

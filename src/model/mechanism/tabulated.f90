@@ -135,6 +135,7 @@ contains
     self%inertia = self%source%inertia
     self%angle_scale = self%source%angle_scale
     self%terms = self%source%terms
+    self%turns = self%source%turns
   end subroutine take_over
 
   subroutine tabulate_drive(self, angles, table, known)

@@ -3,7 +3,7 @@ module gestell_output_table_turn
   use gestell_base_kinds, only: dp
   use gestell_math_fourier, only: fourier_type
   use gestell_output_table, only: table_type
-  use gestell_output_table_unit, only: degree, hertz, radian, second, unit_type
+  use gestell_output_table_unit, only: degree, hertz, plain, radian, second, unit_type
   implicit none (type, external)
   private
 
@@ -11,26 +11,39 @@ module gestell_output_table_turn
 
 contains
 
-  !> Crank angle and time of `points` + 1 rows; `speed` in rad/s, `period` in s.
-  pure subroutine add_turn(table, speed, period, points)
+  !> Crank angle and time of `points` + 1 rows; `speed` in rad/s, `period` in s, which is so many turns of the drive, one where they
+  !> are missing.
+  pure subroutine add_turn(table, speed, period, points, turns)
     type(table_type), intent(inout) :: table
     real(dp), intent(in) :: speed, period
     integer, intent(in) :: points
-    integer :: k
+    integer, intent(in), optional :: turns
+    integer :: k, angle
 
-    call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(360.0_dp, speed) * k / points, k = 0, &
-      & points)])
+    angle = 360
+    if (present(turns)) angle = 360 * turns
+
+    call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(real(angle, dp), speed) * k / points, &
+      & k = 0, points)])
     call table%add("t", second, "time", [(period * k / points, k = 0, points)])
   end subroutine add_turn
 
-  !> Orders of the crank from 0, the mean, to `last`, and their frequencies.
-  pure subroutine add_orders(table, period, last)
+  !> The first `last` orders of the crank after 0, the mean, and their frequencies; of a period of so many `turns` they are 1/turns,
+  !> 2/turns, ...
+  pure subroutine add_orders(table, period, last, turns)
     type(table_type), intent(inout) :: table
     real(dp), intent(in) :: period
     integer, intent(in) :: last
-    integer :: k
+    integer, intent(in), optional :: turns
+    integer :: k, parts
 
-    call table%add("order", "order of the crank; 0: the mean", [(k, k = 0, last)])
+    parts = 1
+    if (present(turns)) parts = turns
+    if (parts == 1) then
+      call table%add("order", "order of the crank; 0: the mean", [(k, k = 0, last)])
+    else
+      call table%add("order", plain, "order of the crank; 0: the mean", [(real(k, dp) / parts, k = 0, last)])
+    end if
     call table%add("frequency", hertz, "of the order", [(k / period, k = 0, last)])
   end subroutine add_orders
 

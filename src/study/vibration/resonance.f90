@@ -19,6 +19,8 @@ module gestell_study_vibration_resonance
     !> nearest order of the crank; frequency 0: nothing holds the frame in some direction.
     real(dp) :: frequency = 0, ratio = 0
     integer :: order = 0
+    !> Turns of the drive in the period: ratio and order are of the drive's speed times that.
+    integer :: turns = 1
   contains
     procedure :: loose
   end type resonance_type
@@ -40,6 +42,7 @@ contains
     if (allocated(error)) return
     allocate(ratios, source=max(frequencies, 0.0_dp) / abs(frame%speed))
     mode = minloc(abs(abs(ratios - anint(ratios)) - abs(multipliers%arg(resonance%multiplier)) / (2 * pi)), dim=1)
+    resonance%turns = frame%mechanism%turns
     resonance%frequency = max(frequencies(mode), 0.0_dp)
     resonance%ratio = ratios(mode)
     resonance%order = nint(min(ratios(mode), 1.0e9_dp))
@@ -63,7 +66,8 @@ contains
       sentence = sentence // "nothing, or next to nothing, holds the frame in some direction"
     else
       sentence = sentence // "the free vibration of " // concise(resonance%frequency / (2 * pi), 6) // " Hz swings " &
-        & // concise(resonance%ratio, 7) // " times in a turn of the crank: order " // text(resonance%order)
+        & // concise(resonance%ratio / resonance%turns, 7) // " times in a turn of the crank: order " &
+        & // concise(real(resonance%order, dp) / resonance%turns, 10)
     end if
   end subroutine describe_resonance
 

@@ -1,9 +1,10 @@
 !> The balance table: shaking forces and couples of all mechanisms of a frame in space, by their orders, for people.
 module gestell_task_drawing_balance_table
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_shaking_in_space, only: shaking_in_space, space_shaking_type
+  use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_wrapping, only: wrapped
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -33,10 +34,15 @@ contains
     end if
     rows = ""
     turning = ""
-    do k = 1, min(highest, size(found%series(1)%amplitude))
-      rows = rows // text(k) // cells([(found%series(i)%amplitude(k), i = 1, 6)], found%noise) // newline
+    do k = 1, min(highest * frame%mechanism%turns, size(found%series(1)%amplitude))
+      ! parts of an order only where there is something
+      if (modulo(k, frame%mechanism%turns) > 0 .and. all([(found%series(i)%amplitude(k) <= found%noise(i), i = 1, 6)])) &
+        & cycle
+      rows = rows // order_of(k, frame%mechanism%turns) // cells([(found%series(i)%amplitude(k), i = 1, 6)], found%noise) &
+        & // newline
       if (all([found%force(k, :), found%couple(k, :)] <= found%noise([1, 1, 4, 4]))) cycle
-      turning = turning // text(k) // cells([found%force(k, :), found%couple(k, :)], found%noise([1, 1, 4, 4])) // newline
+      turning = turning // order_of(k, frame%mechanism%turns) // cells([found%force(k, :), found%couple(k, :)], &
+        & found%noise([1, 1, 4, 4])) // newline
     end do
     rows = rows // "peak" // cells(found%peak, found%noise) // newline // "rms" // cells(found%rms, found%noise) // newline
     lines = lines // ", amplitudes" // newline // tabulated("rrrrrrr", "order,fx,fy,fz,mx,my,mz" // newline &

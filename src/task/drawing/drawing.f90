@@ -13,7 +13,9 @@ module gestell_task_drawing
   use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
+  use gestell_task_drawing_placed, only: place_in_space, placed_type
   use gestell_task_drawing_plot, only: plot_mechanism
+  use gestell_task_drawing_views, only: plot_views
   implicit none (type, external)
   private
 
@@ -35,6 +37,8 @@ contains
     self%name = "drawing"
     self%tables = [character(len=longest_table) :: "mechanism"]
     self%pictured = .true.
+    self%many_turns = .true.
+    self%in_space = .true.
   end subroutine describe
 
   !> Error: there is nothing to draw.
@@ -59,42 +63,49 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(diagram_type) :: diagram
+    type(placed_type) :: placed
     integer :: i, k
 
     associate (frame => context%configuration%frame, unused => self)
       select type (mechanism => frame%mechanism)
       class is (linkage_type)
         call trace_diagram(mechanism, [(sign(2 * pi, frame%speed) * k / rows, k = 0, rows)], diagram)
+        if (allocated(frame%space)) then
+          call place_in_space(frame, mechanism, diagram, placed)
+          call result%add(table_of(frame, mechanism, placed%joints, placed%centers), plot_views(frame, mechanism, diagram, placed, &
+            & context%configuration%probes))
+          return
+        end if
         do i = 1, 2
           diagram%joints(i, :, :) = diagram%joints(i, :, :) + frame%origin(i)
           diagram%centers(i, :, :) = diagram%centers(i, :, :) + frame%origin(i)
         end do
-        call result%add(table_of(frame, mechanism, diagram), plot_mechanism(frame, mechanism, diagram, &
+        call result%add(table_of(frame, mechanism, diagram%joints, diagram%centers), plot_mechanism(frame, mechanism, diagram, &
           & context%configuration%probes))
       end select
     end associate
   end subroutine run
 
-  !> mechanism.csv: the places of all joints and centres of mass, in the frame's system.
-  pure type(table_type) function table_of(frame, linkage, diagram) result(table)
+  !> mechanism.csv: the places of all joints and centres of mass, in the frame's system, two coordinates or three.
+  pure type(table_type) function table_of(frame, linkage, joints, centers) result(table)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    type(diagram_type), intent(in) :: diagram
-    character(len=*), parameter :: axes(2) = ["x", "y"]
+    real(dp), intent(in) :: joints(:, :, :), centers(:, :, :)
+    character(len=*), parameter :: axes(3) = ["x", "y", "z"]
     integer :: i, k
 
     table = new_table("mechanism", "The machine", "The mechanism through a turn on its frame and mounts, to scale.", "")
-    call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(360.0_dp, frame%speed) * k / rows, &
-      & k = 0, rows)])
+    call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(360.0_dp, frame%speed) &
+      & * frame%mechanism%turns * k / rows, k = 0, rows)])
     do i = 1, size(linkage%joints)
-      do k = 1, 2
-        call table%add("joint(" // linkage%joints(i)%name // ")." // axes(k), metre, "place of the joint", diagram%joints(k, i, :))
+      do k = 1, size(joints, 1)
+        call table%add("joint(" // linkage%joints(i)%name // ")." // axes(k), metre, "place of the joint", joints(k, i, :))
       end do
     end do
     do i = 1, size(linkage%links)
-      do k = 1, 2
+      do k = 1, size(centers, 1)
         call table%add("link(" // linkage%links(i)%name // ")." // axes(k), metre, "place of the centre of mass", &
-          & diagram%centers(k, i, :))
+          & centers(k, i, :))
       end do
     end do
   end function table_of

@@ -74,7 +74,8 @@ contains
       & // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
     figure = new_figure("mechanism", "The mechanism through a turn, bold at a crank angle of " // text(nint(sign(1.0_dp, &
-      & frame%speed)) * bold) // " deg", lines, width=800, height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
+      & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=800, &
+      & height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end function plot_mechanism
 
   !> The box around all that moves, F, the supports and the probes.

@@ -6,6 +6,7 @@ module gestell_task_drawing_report
   use gestell_input_wording, only: counted
   use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
+  use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
@@ -13,6 +14,7 @@ module gestell_task_drawing_report
   use gestell_study_balance_complete, only: balance_force, balanced, balanced_already
   use gestell_task_forces_reactions, only: static_force
   use gestell_task_drawing_balance_table, only: balance_table
+  use gestell_task_separation_torque_roll, only: axis_line
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -45,7 +47,7 @@ contains
         & // transmission_line(mechanism, diagnosis) // slider_lines(mechanism, diagnosis, frame%speed)
     end select
     if (allocated(frame%space)) then
-      lines = lines // balance_table(frame)
+      lines = lines // balance_table(frame) // axis_line(frame)
     else
       lines = lines // shaking_lines(frame)
     end if
@@ -141,7 +143,7 @@ contains
     line = ""
     if (angle > 89.999_dp) return
     line = "  smallest transmission angle " // concise(angle, 3) // " deg, joint '" // mechanism%joints(worst)%name // "' at " &
-      & // fixed(diagnosis%joints(worst)%transmission_at * 180 / pi, 1) // " deg"
+      & // fixed(diagnosis%joints(worst)%transmission_at * mechanism%turns * 180 / pi, 1) // " deg"
     if (angle < poor) line = line // "  <- poor"
     line = line // newline
     if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: a length of joint '" &
@@ -205,8 +207,10 @@ contains
     noise(3) = 1.0e-11_dp * maxval(found%series(3)%amplitude)
     noise = max(noise, 1.0e-12_dp * frame%speed**2 * frame%mechanism%terms)
     rows = ""
-    do k = 1, 8
-      rows = rows // text(k)
+    do k = 1, min(8 * frame%mechanism%turns, size(found%series(1)%amplitude))
+      ! parts of an order only where there is something
+      if (modulo(k, frame%mechanism%turns) > 0 .and. all([(found%series(i)%amplitude(k) < noise(i), i = 1, 3)])) cycle
+      rows = rows // order_of(k, frame%mechanism%turns)
       do i = 1, 3
         rows = rows // tab // polar(found%series(i)%amplitude(k), found%series(i)%phase(k), noise(i))
       end do
@@ -245,8 +249,8 @@ contains
       character(len=:), allocatable :: words
 
       words = "0"
-      if (abs(unbalance) * frame%speed**2 > noise(1)) words = concise(1000 * abs(unbalance), 5) // " kg mm at " &
-        & // degrees(atan2(aimag(unbalance), real(unbalance))) // " deg"
+      if (abs(unbalance) * (frame%speed * frame%mechanism%turns)**2 > noise(1)) words = concise(1000 * abs(unbalance), 5) &
+        & // " kg mm at " // degrees(atan2(aimag(unbalance), real(unbalance))) // " deg"
     end function vector
 
   end function shaking_lines

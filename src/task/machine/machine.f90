@@ -88,8 +88,9 @@ contains
       call result%leave_room()
       if (allocated(analysis%multipliers)) then
         if (tasks%model /= "exact" .and. .not. tasks%averaged) call check_model(frame, accuracy, analysis%multipliers, better)
-        call result%warn(result%verdict, verdict_sentence(analysis%multipliers, frame%period, among(analysis%several)))
-        call result%say(verdict_lines(analysis%multipliers))
+        call result%warn(result%verdict, verdict_sentence(analysis%multipliers, frame%period, &
+          & frame%mechanism%turns, among(analysis%several)))
+        call result%say(verdict_lines(analysis%multipliers, frame%mechanism%turns))
       end if
       call result%say(better_line(better, trim(tasks%model)) // tolerance_note(analysis, accuracy))
       if (.not. allocated(analysis%multipliers)) call result%detail(new_line("a"))
@@ -105,7 +106,7 @@ contains
       if (allocated(failure)) then
         call result%say(newline // "NATURAL FREQUENCIES of the frame: none, " // failure%message // newline)
       else
-        call result%say(frequency_lines(frequencies, abs(frame%speed)))
+        call result%say(frequency_lines(frequencies, abs(frame%speed) * frame%mechanism%turns, frame%mechanism%turns))
       end if
     end associate
   end subroutine report

@@ -9,6 +9,7 @@ module gestell_task_machine_report
   use gestell_floquet_solution, only: evidence, evidence_type
   use gestell_task_configuration, only: configuration_type
   use gestell_input_wording, only: counted, on_one_line
+  use gestell_output_report_orders, only: order_of, turns_in_words
   use gestell_output_report_plausibility, only: implausible_lines
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_wrapping, only: wrapped
@@ -71,7 +72,7 @@ contains
       type is (linkage_type)
         report = "  mechanism  " // counted(size(mechanism%joints), "joint") // ", " &
           & // counted(size(mechanism%links), "link") // " of " // concise(mechanism%mass) &
-          & // " kg in all; turns freely through 360 deg" // newline
+          & // " kg in all; turns freely through " // text(360 * mechanism%turns) // " deg" // newline
       class default
         report = "  mechanism  " // concise(mechanism%mass) // " kg in all, by its mass functions" // newline
       end select
@@ -81,9 +82,10 @@ contains
       end do
       if (.not. held(frame)) report = report // newline // "  mounting   none: " // &
         & "no &support and no stiffness of the &foundation holds the frame"
-      report = report // newline // "  drive      " // concise(abs(frame%speed) * 30 / pi) // " rpm " &
+      report = report // newline // "  drive      " // concise(abs(frame%speed) * frame%mechanism%turns * 30 / pi) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
-        & // concise(1 / frame%period) // " Hz, period " // concise(frame%period) // " s" // newline &
+        & // concise(frame%mechanism%turns / frame%period) // " Hz, period " // concise(frame%period) // " s" &
+        & // period_words(frame%mechanism%turns) // newline &
         & // holder_line(frame%held_by) // gravity_line(frame) // implausible_lines(frame)
       report = report // model_line(configuration%tasks)
     end associate
@@ -109,7 +111,7 @@ contains
 
     line = frequency_list(frame)
     if (line /= "") line = newline // "NATURAL FREQUENCIES of the frame" // line // "; the crank turns at " &
-      & // concise(1 / frame%period, 4) // " Hz" // newline
+      & // concise(frame%mechanism%turns / frame%period, 4) // " Hz" // newline
   end function report_frequencies
 
   !> " 1.2, 3.4, 5.6 Hz"; nothing where they cannot be told.
@@ -129,10 +131,20 @@ contains
     list = list // " Hz"
   end function frequency_list
 
-  !> The verdict in a sentence; `others`: what is said of other vibrations.
-  pure function verdict_sentence(multipliers, period, others) result(words)
+  !> What is told of a period that is more than a turn.
+  pure function period_words(turns) result(words)
+    integer, intent(in) :: turns
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (turns > 1) words = ", " // turns_in_words(turns)
+  end function period_words
+
+  !> The verdict in a sentence; the period (s) is that many turns; `others`: what is said of other vibrations.
+  pure function verdict_sentence(multipliers, period, in_period, others) result(words)
     type(multipliers_type), intent(in) :: multipliers
     real(dp), intent(in) :: period
+    integer, intent(in) :: in_period
     character(len=*), intent(in) :: others
     character(len=:), allocatable :: words
     real(dp) :: turns
@@ -142,21 +154,23 @@ contains
     if (multipliers%unknown()) then
       words = words // "nothing is known of the multipliers, the steps ordered are too few"
     else if (words == "stable: " .and. multipliers%error(1) >= 1) then
-      words = words // "free vibrations decay within a turn, the multipliers are lost in rounding" // others
+      words = words // "free vibrations decay within " // turns_in_words(in_period) // ", the multipliers are lost in rounding" &
+        & // others
     else if (words == "stable: ") then
-      words = words // "the slowest free vibration halves in " // concise(turns, 3) // " turns (" &
+      words = words // "the slowest free vibration halves in " // concise(turns * in_period, 3) // " turns (" &
         & // concise(turns * period, 3) // " s)" // others
     else if (words == "unstable: ") then
-      words = words // "a free vibration doubles in " // concise(turns, 3) // " turns (" &
+      words = words // "a free vibration doubles in " // concise(turns * in_period, 3) // " turns (" &
         & // concise(turns * period, 3) // " s)" // others
     else
       words = words // "the error bound reaches across |rho| = 1" // others
     end if
   end function verdict_sentence
 
-  !> What stands below it.
-  pure function verdict_lines(multipliers) result(lines)
+  !> What stands below it, of a period of so many turns.
+  pure function verdict_lines(multipliers, turns) result(lines)
     type(multipliers_type), intent(in) :: multipliers
+    integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     character(len=:), allocatable :: word
     integer :: worst
@@ -168,7 +182,7 @@ contains
       return
     end if
     if (word == "stable" .and. multipliers%error(1) >= 1) return
-    if (word == "unstable") lines = "  it " // manner(multipliers%arg(1)) // newline
+    if (word == "unstable") lines = "  it " // manner(multipliers%arg(1), turns) // newline
     lines = lines // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
     if (word == "undecided") then
       worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
@@ -179,15 +193,18 @@ contains
   end function verdict_lines
 
   !> How the free vibration of a multiplier with that argument looks from turn to turn.
-  pure function manner(arg) result(words)
+  pure function manner(arg, turns) result(words)
     real(dp), intent(in) :: arg
+    integer, intent(in) :: turns
     character(len=:), allocatable :: words
     real(dp), parameter :: real_axis = 1.0e-6_dp
 
     if (abs(arg) < real_axis) then
       words = "repeats itself in every turn (divergence, or parametric resonance of even order)"
+      if (turns > 1) words = "repeats itself after " // text(turns) // " turns (divergence, or parametric resonance)"
     else if (pi - abs(arg) < real_axis) then
       words = "changes its sign from turn to turn (parametric resonance of odd order)"
+      if (turns > 1) words = "changes its sign in " // text(turns) // " turns (parametric resonance)"
     else
       words = "beats with the turns (flutter, or combination resonance)"
     end if
@@ -276,8 +293,9 @@ contains
   end function methods_used
 
   !> Natural frequencies beside the crank speed: where resonance is near.
-  pure function frequency_lines(frequencies, speed) result(lines)
+  pure function frequency_lines(frequencies, speed, turns) result(lines)
     real(dp), intent(in) :: frequencies(:), speed
+    integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     real(dp) :: ratio, nearest, away
     integer :: k
@@ -290,23 +308,24 @@ contains
         cycle
       end if
       ratio = frequencies(k) / speed
-      nearest = max(1.0_dp, anint(ratio))
+      nearest = max(1.0_dp, anint(ratio * turns)) / turns
       away = frequencies(k) / (nearest * speed) - 1
       lines = lines // concise(frequencies(k) / (2 * pi)) // tab // concise(frequencies(k)) // tab // concise(ratio, 5) // tab &
-        & // concise(nearest, 9) // tab // concise(frequencies(k) / nearest * 30 / pi, 5) // tab &
+        & // concise(nearest, merge(9, 4, turns == 1)) // tab // concise(frequencies(k) / nearest * 30 / pi, 5) // tab &
         & // merge("+", "-", away > 0) // concise(100 * abs(away), 2) // " %" // tab
       if (abs(ratio / nearest - 1) < near .and. nearest <= highest_order) lines = lines // "<- near"
       lines = lines // newline
     end do
     lines = newline // "NATURAL FREQUENCIES of the frame, mechanism's masses averaged over the turn" // newline &
       & // tabulated("lrrrrrrl", ",,,crank,nearest,resonance,from crank" // newline // ",Hz,rad/s,speeds,order,at rpm,speed", lines)
-    lines = lines // parametric_lines(frequencies, speed)
+    lines = lines // parametric_lines(frequencies, speed, turns)
   end function frequency_lines
 
   !> Sums of two natural frequencies that are close to a low multiple of the crank speed: there the periodic coefficients
   !> themselves can make free vibrations grow.
-  pure function parametric_lines(frequencies, speed) result(lines)
+  pure function parametric_lines(frequencies, speed, turns) result(lines)
     real(dp), intent(in) :: frequencies(:), speed
+    integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     integer, parameter :: highest = 3
     real(dp) :: ratio
@@ -316,15 +335,16 @@ contains
     do i = 1, size(frequencies)
       do k = i, size(frequencies)
         if (.not. frequencies(i) > 0) cycle
-        ratio = (frequencies(i) + frequencies(k)) / speed
-        if (nint(min(ratio, 1.0e6_dp)) < 1 .or. nint(min(ratio, 1.0e6_dp)) > highest) cycle
+        ratio = (frequencies(i) + frequencies(k)) / speed * turns
+        if (nint(min(ratio, 1.0e6_dp)) < 1 .or. nint(min(ratio, 1.0e6_dp)) > highest * turns) cycle
         if (abs(ratio / nint(ratio) - 1) > near) cycle
         if (i == k) then
           lines = lines // "  twice frequency " // text(i) // " is "
         else
           lines = lines // "  frequencies " // text(i) // " and " // text(k) // " together are "
         end if
-        lines = lines // concise(ratio, 4) // " x crank speed: near parametric resonance of order " // text(nint(ratio)) &
+        lines = lines // concise(ratio / turns, 4) // " x crank speed: near parametric resonance of order " &
+          & // order_of(nint(ratio), turns) &
           & // newline
       end do
     end do

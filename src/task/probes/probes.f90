@@ -8,6 +8,8 @@ module gestell_task_probes
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
   use gestell_output_table_unit, only: hertz, metre, metre_per_s, metre_per_s2, mm_per_s, unit_type
   use gestell_task, only: longest_table, task_type
+  use gestell_input_namelist_document, only: group_type, groups_named
+  use gestell_input_namelist_message, only: input_error
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_probes_plot, only: plot_probes
@@ -35,17 +37,28 @@ contains
 
     self%name = "response"
     self%in_space = .true.
+    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "probes", "probes_history", "probes_harmonics"]
     self%judges = .true.
     self%brief = .true.
   end subroutine describe
 
+  !> Error: the period is more than a turn of the drive.
   subroutine read_probes(self, configuration, error)
     class(probes_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:)
 
     self%ordered = self%ordered .and. size(configuration%probes) > 0
+    if (self%ordered .and. .not. allocated(configuration%impossible)) then
+      if (configuration%frame%mechanism%turns > 1) then
+        groups = groups_named(configuration%document, "probe")
+        call input_error(groups(1), "", "where a ratio is not whole, probes are told by 'sweep' and &response quantities " &
+          & // "only, yet", error)
+        return
+      end if
+    end if
     if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, accelerations)
   end subroutine read_probes
 

@@ -32,7 +32,7 @@ contains
     lines = "set multiplot layout " // text(n) // ",2 margins 0.125,0.975,0.1,0.86 spacing 0.135," &
       & // trim(merge("0.065", "0.04 ", n == 3)) // " title heading noenhanced" // newline &
       & // "set xtics 90; set format x ''" // newline &
-      & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed))) // "]" // newline
+      & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed)) * frame%mechanism%turns) // "]" // newline
     do i = 1, 2 * n
       ! each coordinate beside the force or moment along it
       k = (i + 1) / 2 + merge(0, 2 * n, mod(i, 2) == 1)
@@ -59,18 +59,21 @@ contains
     type(vibration_type), intent(in) :: vibration
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
+    real(dp) :: step
     integer :: i, n
 
     n = frame%dofs()
+    step = 1.0_dp / frame%mechanism%turns
     lines = "set multiplot layout 2,1 margins 0.11,0.98,0.11,0.79 spacing 0,0.08 title heading noenhanced" // newline &
-      & // "set xrange [-0.6:" // text(harmonics) // ".6]" // newline &
+      & // "set xrange [" // concise(-0.6_dp * step, 6) // ":" // concise((harmonics + 0.6_dp) * step, 6) // "]" // newline &
       & // "set key inside top right horizontal samplen 2" // newline &
       & // "set grid noxtics ytics" // newline &
-      & // "set link x2 via x * " // concise(1 / frame%period, 9) // " inverse x / " // concise(1 / frame%period, 9) // newline &
+      & // "set link x2 via x * " // concise(1 / frame%period / step, 9) // " inverse x / " &
+      & // concise(1 / frame%period / step, 9) // newline &
       & // "set x2tics; set x2label 'frequency (Hz)'" // newline // "set xtics nomirror; set format x ''" // newline &
-      & // "set boxwidth " // concise(0.78_dp / n, 3) // newline // "set style fill solid 1 border lt -1" // newline
+      & // "set boxwidth " // concise(0.78_dp / n * step, 3) // newline // "set style fill solid 1 border lt -1" // newline
     do i = 0, 1
-      lines = lines // panel(vibration, harmonics, n, 2 * n * i)
+      lines = lines // panel(vibration, harmonics, step, n, 2 * n * i)
       if (i == 0) lines = lines // "unset x2label; set format x2 ''; set format x" // newline &
         & // "set xlabel 'order of the crank speed (0: magnitude of the mean)'" // newline
     end do
@@ -80,8 +83,9 @@ contains
 
   !> The bars of the quantities of `n` degrees of freedom, those behind `first`, on one logarithmic axis; six decades below the
   !> greatest they end.
-  pure function panel(vibration, harmonics, n, first) result(lines)
+  pure function panel(vibration, harmonics, step, n, first) result(lines)
     type(vibration_type), intent(in) :: vibration
+    real(dp), intent(in) :: step
     integer, intent(in) :: harmonics, n, first
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: units(n)
@@ -110,9 +114,9 @@ contains
     lines = lines // "plot "
     do i = 1, n
       if (i > 1) lines = lines // ", "
-      lines = lines // "'harmonics.csv' using (column('order') + " // concise(0.84_dp / n * (i - (n + 1) / 2.0_dp), 3) // "):(" &
-        & // trim(units(i)%factor) // " * abs(column('" // name_of(names(first + i)) // "_amplitude'))) with boxes lt " // text(i) &
-        & // " dt 1 lw 1 fs " // trim(fills(1 + mod(i - 1, 3))) // " title '" // trim(names(first + i)%symbol) // " (" &
+      lines = lines // "'harmonics.csv' using (column('order') + " // concise(0.84_dp / n * step * (i - (n + 1) / 2.0_dp), 3) &
+        & // "):(" // trim(units(i)%factor) // " * abs(column('" // name_of(names(first + i)) // "_amplitude'))) with boxes lt " &
+        & // text(i) // " dt 1 lw 1 fs " // trim(fills(1 + mod(i - 1, 3))) // " title '" // trim(names(first + i)%symbol) // " (" &
         & // trim(units(i)%name) // ")'"
     end do
     lines = lines // newline
@@ -160,7 +164,7 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: words
 
-    words = concise(frame%speed * 60 / (2 * pi), 6) // " rpm"
+    words = concise(frame%speed * frame%mechanism%turns * 60 / (2 * pi), 6) // " rpm"
   end function speed_in_words
 
 end module gestell_task_response_plot

@@ -38,7 +38,7 @@ contains
           & // concise(names(i)%factor * noise * vibration%rms(i), 5) // tab // trim(names(i)%small_unit) // tab
         order = maxloc(series%amplitude, dim=1)
         if (vibration%peak(i) > vibration%peak_error(i)) lines = lines // order_words(order, series%amplitude(order), &
-          & vibration%rms(i))
+          & vibration%rms(i), frame%mechanism%turns)
         lines = lines // newline
       end associate
     end do

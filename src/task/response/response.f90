@@ -31,6 +31,7 @@ contains
 
     self%name = "response"
     self%in_space = .true.
+    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "response", "harmonics"]
     self%judges = .true.
     self%brief = .true.
@@ -82,7 +83,8 @@ contains
 
     names = names_of(frame%dofs())
     table = new_table("response", "Vibration over a turn", "Displacements of the frame and forces on the ground.", verdict)
-    call add_turn(table, frame%speed, frame%period, size(vibration%history, 2) - 1)
+    call add_turn(table, frame%speed, frame%period, size(vibration%history, 2) - 1, &
+      & frame%mechanism%turns)
     do k = 1, size(names)
       call table%add(trim(names(k)%column), names(k)%unit, trim(names(k)%meaning), vibration%history(k, :))
     end do
@@ -99,7 +101,7 @@ contains
 
     names = names_of(frame%dofs())
     table = new_table("harmonics", "Spectrum", "Amplitudes by orders of the crank.", verdict)
-    call add_orders(table, frame%period, last)
+    call add_orders(table, frame%period, last, frame%mechanism%turns)
     do k = 1, size(names)
       call add_harmonics(table, trim(names(k)%column), names(k)%unit, vibration%series(k), last)
     end do

@@ -18,11 +18,12 @@ module gestell_task_separation_report
 contains
 
   !> A line for every mode with the order that is nearest to it, then all that do not pass. `speeds` (1/min), `margin` (%).
-  pure function report_separation(found, speeds, orders, margin, verdict) result(lines)
+  !> `remark`: what is told below the modes of a frame in space.
+  pure function report_separation(found, speeds, orders, margin, verdict, remark) result(lines)
     type(separation_type), intent(in) :: found(:)
     real(dp), intent(in) :: speeds(:), margin
     integer, intent(in) :: orders
-    character(len=*), intent(in) :: verdict
+    character(len=*), intent(in) :: verdict, remark
     character(len=:), allocatable :: lines
     character(len=:), allocatable :: rows, heads, parts
     integer :: first, i, listed
@@ -51,7 +52,7 @@ contains
     end do
     if (any(found%dofs > 3)) then
       lines = lines // tabulated(repeat("r", 5 + maxval(found%dofs)) // "l", "mode,Hz,damping" // heads // ",order,distance %,", &
-        & rows) // coupled_line(found(::orders))
+        & rows) // coupled_line(found(::orders)) // remark
     else
       lines = lines // tabulated("rrrrrrrrrl", "mode,Hz,damping" // heads // ",order,at Hz,distance %,", rows)
     end if

@@ -21,6 +21,8 @@ module gestell_task_separation
     !> Parts of the frame's degrees of freedom in the mode's kinetic energy; how many there are.
     real(dp) :: energy(most_dofs) = 0
     integer :: dofs = 3
+    !> In space, the part that is in the motion about the torque-roll axis; negative: not known.
+    real(dp) :: torque_roll = -1
     !> pass, fail, or undecided where the error reaches across the margin.
     character(len=9) :: state = "undecided"
   end type separation_type

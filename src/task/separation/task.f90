@@ -24,6 +24,7 @@ module gestell_task_separation_task
   use gestell_task_separation_keys, only: separation_keys
   use gestell_task_separation_plot, only: plot_separation
   use gestell_task_separation_report, only: report_separation, separation_headline
+  use gestell_task_separation_torque_roll, only: share_torque_roll, torque_roll_line
   use gestell_task_sweep_keys, only: sweep_keys
   use gestell_task_sweep_plan, only: refuse_standstill
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
@@ -124,12 +125,14 @@ contains
     if (.not. allocated(error)) call find_crossings(family, order, campbell, crossings, error, context%executor)
     if (allocated(error)) return
     found = find_separations(campbell, crossings, self%orders, self%margin / 100)
+    call share_torque_roll(context%configuration%frame, campbell, found)
     verdict = campbell_verdict(campbell)
     call result%add(table_of(found, trim(family%model), verdict), plot_separation(found, campbell, self%orders, self%margin))
     call result%judge(verdict)
     call separation_headline(found, self%margin, state, words)
     call result%warn(state, words)
-    call result%say(report_separation(found, self%speeds, self%orders, self%margin, verdict))
+    call result%say(report_separation(found, self%speeds, self%orders, self%margin, verdict, &
+      & torque_roll_line(found(::self%orders))))
   end subroutine run
 
   !> separation.csv: a row for every mode and order.
@@ -159,6 +162,9 @@ contains
         & [(found(i)%energy(k), i = 1, n)])
     end do
     call table%add("state", "pass, fail or undecided", (found%state))
+    if (any(found%torque_roll >= 0)) call table%add("energy_torque_roll", plain, "part of the motion about the torque-roll " &
+      & // "axis in the mode's kinetic energy", [(merge(found(i)%torque_roll, ieee_value(1.0_dp, ieee_quiet_nan), &
+      & found(i)%torque_roll >= 0), i = 1, n)])
   end function table_of
 
 end module gestell_task_separation_task

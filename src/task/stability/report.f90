@@ -20,11 +20,13 @@ module gestell_task_stability_report
 
 contains
 
-  !> A line for each multiplier or pair, with the frequency of its mode; `speed`: of the crank (rad/s).
-  pure function multiplier_lines(multipliers, modes, speed) result(lines)
+  !> A line for each multiplier or pair, with the frequency of its mode; `speed`: 2 pi over the period (rad/s), which is so
+  !> many `turns`.
+  pure function multiplier_lines(multipliers, modes, speed, turns) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)
     real(dp), intent(in) :: speed
+    integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     integer :: mode(size(multipliers%rho)), k, last
 
@@ -42,7 +44,7 @@ contains
       lines = lines // tab // modulus_of(multipliers, k, 9) // tab // error_words(maxval(multipliers%error(k:last))) // tab &
         & // concise(real(multipliers%exponent(k)), 5) // tab
       if (mode(k) > 0) then
-        lines = lines // frequency_columns(modes(mode(k)), speed)
+        lines = lines // frequency_columns(modes(mode(k)), speed * turns)
       else
         lines = lines // "-" // tab // "-" // tab // "cannot be told"
       end if

@@ -31,6 +31,7 @@ contains
 
     self%name = "stability"
     self%in_space = .true.
+    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "multipliers"]
     self%judges = .true.
     self%brief = .true.
@@ -59,7 +60,7 @@ contains
       call result%brief%add("verdict", "on the machine", [multipliers%verdict()])
       if (.not. context%reports) return
       call name_modes(context, modes)
-      call result%say(multiplier_lines(multipliers, modes, abs(frame%speed)))
+      call result%say(multiplier_lines(multipliers, modes, abs(frame%speed), frame%mechanism%turns))
     end associate
   end subroutine run
 

@@ -55,6 +55,7 @@ contains
 
     self%name = "sweep"
     self%in_space = .true.
+    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "sweep"]
     self%about = all_machines
     self%judges = .true.

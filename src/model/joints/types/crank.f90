@@ -1,9 +1,10 @@
 !> The joint that the crank carries.
 module gestell_model_joints_types_crank
-  use gestell_base_key, only: integer_key, key_type, of_angle, of_length, positive, range_type, real_key, text_key
+  use gestell_base_key, only: key_type, nonzero, of_angle, of_length, positive, real_key, text_key
   use gestell_base_kinds, only: dp, pi
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
+  use gestell_math_rational, only: greatest_divisor, to_rational
   use gestell_model_joints_data, only: check_finite, check_lengths, joint_data_type
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
   use gestell_model_joints_path, only: batch, path_type
@@ -15,14 +16,18 @@ module gestell_model_joints_types_crank
     & key_type("joint", "pivot", text_key, "the joint about which the crank turns", required=.true.), &
     & key_type("joint", "radius", real_key, "of the crank", required=.true., unit=of_length, range=positive), &
     & key_type("joint", "phase", real_key, "of the crank, added to Omega t", unit=of_angle, default=0.0_dp), &
-    & key_type("joint", "ratio", integer_key, "turns of this crank in one of the drive's, against it negative", default=1.0_dp, &
-    &   range=range_type(-64.0_dp, 64.0_dp, not_zero=.true.))]
+    & key_type("joint", "ratio", real_key, "turns of this crank in one of the drive's, against it negative: a number that is " // &
+    &   "a fraction, or its numerator and denominator", 1, 1, 2, default=1.0_dp, range=nonzero)]
 
-  !> A point that turns about the joint `pivot`, at `radius` (m) and the angle `ratio` phi + `phase` (rad).
+  character(len=*), parameter, public :: no_ratio = "must be a fraction: a decimal number such as 0.5 whose denominator is at " // &
+    & "most 64, or numerator and denominator, whole numbers up to 4096"
+
+  !> A point that turns about the joint `pivot`, at `radius` (m) and the angle `ratio`/`denominator` phi + `phase` (rad); in a
+  !> linkage that is geared (gestell_model_linkage_gearing) the denominator is 1.
   type, extends(joint_type), public :: crank_joint
     integer :: pivot = 0
     real(dp) :: radius = 0, phase = 0
-    integer :: ratio = 1
+    integer :: ratio = 1, denominator = 1
   contains
     procedure :: describe
     procedure :: define
@@ -48,12 +53,16 @@ contains
     type(joint_data_type), intent(in) :: data
     character(len=:), allocatable, intent(inout) :: key, reason
 
-    associate (unused_key => key, unused_reason => reason)
-    end associate
+    logical :: known
+
     self%pivot = sum(data%joints("pivot"))
     self%radius = data%number("radius")
     self%phase = data%number("phase")
-    self%ratio = nint(data%number("ratio"))
+    call to_rational(data%numbers("ratio"), self%ratio, self%denominator, known)
+    if (.not. known) then
+      key = "ratio"
+      reason = no_ratio
+    end if
     if (abs(self%phase) > 2 * pi) self%phase = modulo(self%phase, 2 * pi)
   end subroutine define
 
@@ -68,9 +77,14 @@ contains
   pure subroutine move(self, placement)
     class(crank_joint), intent(inout) :: self
     type(placement_type), intent(in) :: placement
+    integer :: shared
 
-    self%phase = self%phase + self%ratio * placement%phase + placement%angle
+    self%phase = self%phase + self%ratio * placement%phase / self%denominator + placement%angle
     self%ratio = self%ratio * placement%ratio
+    self%denominator = self%denominator * placement%denominator
+    shared = greatest_divisor(self%ratio, self%denominator)
+    self%ratio = self%ratio / shared
+    self%denominator = self%denominator / shared
   end subroutine move
 
   pure subroutine locate(self, crank_angle, points, here)

@@ -1,0 +1,67 @@
+!> Rational numbers of numbers as they are typed.
+module gestell_math_rational
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  public :: common_multiple, greatest_divisor, to_rational
+
+  !> Denominators of decimal numbers at the most, and how near to the fraction they must be, relative to it.
+  integer, parameter :: highest = 64
+  real(dp), parameter :: rounding = 1.0e-9_dp
+  !> The greatest of two numbers that are given as a fraction.
+  real(dp), parameter :: greatest = 4096
+
+contains
+
+  !> `values`: one decimal number, 0.5, or a fraction, [1, 2], in lowest terms. `known` is false where it is none: zero, a decimal
+  !> number that is no fraction, two numbers that are not whole.
+  pure subroutine to_rational(values, numerator, denominator, known)
+    real(dp), intent(in) :: values(:)
+    integer, intent(out) :: numerator, denominator
+    logical, intent(out) :: known
+    integer :: shared
+
+    numerator = 1
+    denominator = 1
+    known = all(abs(values) > 0 .and. abs(values) <= greatest)
+    if (.not. known) return
+    if (size(values) == 1) then
+      do denominator = 1, highest
+        if (abs(values(1) * denominator - anint(values(1) * denominator)) <= rounding * abs(values(1)) * denominator) exit
+      end do
+      known = denominator <= highest
+      numerator = nint(values(1) * denominator)
+    else
+      known = .not. any(abs(values - anint(values)) > 0)
+      denominator = nint(abs(values(2)))
+      numerator = nint(sign(values(1), values(1) * values(2)))
+    end if
+    if (.not. known) return
+    shared = greatest_divisor(numerator, denominator)
+    numerator = numerator / shared
+    denominator = denominator / shared
+  end subroutine to_rational
+
+  !> Of whole numbers that are not zero, by Euclid's algorithm.
+  elemental integer function greatest_divisor(a, b) result(divisor)
+    integer, intent(in) :: a, b
+    integer :: rest, next
+
+    divisor = abs(a)
+    rest = abs(b)
+    do while (rest > 0)
+      next = modulo(divisor, rest)
+      divisor = rest
+      rest = next
+    end do
+  end function greatest_divisor
+
+  !> The least.
+  elemental integer function common_multiple(a, b) result(multiple)
+    integer, intent(in) :: a, b
+
+    multiple = abs(a) / greatest_divisor(a, b) * abs(b)
+  end function common_multiple
+
+end module gestell_math_rational

@@ -1,0 +1,47 @@
+!> Cranks that do not turn a whole number of times in one turn of the drive.
+module gestell_model_linkage_gearing
+  use gestell_math_rational, only: common_multiple
+  use gestell_model_joints_joint, only: named_joint_type
+  use gestell_model_joints_types_crank, only: crank_joint
+  implicit none (type, external)
+  private
+
+  public :: gear
+
+  !> Turns of the drive in a period at the most, and of a crank.
+  integer, parameter, public :: most_turns = 64, most_crank_turns = 4096
+
+contains
+
+  !> After `turns` turns of the drive all cranks stand where they stood. The crank angle of the linkage becomes that of a shaft that
+  !> turns once in them: every crank then turns a whole number of times. `joint`: one whose ratio asks for too many turns, or 0.
+  pure subroutine gear(joints, turns, joint)
+    type(named_joint_type), intent(inout) :: joints(:)
+    integer, intent(out) :: turns, joint
+    integer :: i
+
+    turns = 1
+    do joint = 1, size(joints)
+      select type (crank => joints(joint)%joint)
+      type is (crank_joint)
+        turns = common_multiple(turns, crank%denominator)
+      end select
+      if (turns > most_turns) return
+    end do
+    do joint = 1, size(joints)
+      select type (crank => joints(joint)%joint)
+      type is (crank_joint)
+        if (abs(crank%ratio) > most_crank_turns / (turns / crank%denominator)) return
+      end select
+    end do
+    joint = 0
+    do i = 1, size(joints)
+      select type (crank => joints(i)%joint)
+      type is (crank_joint)
+        crank%ratio = crank%ratio * (turns / crank%denominator)
+        crank%denominator = 1
+      end select
+    end do
+  end subroutine gear
+
+end module gestell_model_linkage_gearing

@@ -1,0 +1,97 @@
+!> A diagram of mechanisms in planes of their own, put into space.
+module gestell_task_drawing_placed
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_diagram, only: diagram_type
+  implicit none (type, external)
+  private
+
+  public :: place_in_space
+
+  !> In the frame's axes from F (m): joints and centres of mass, shapes (3, joints, angles), (3, links, angles), and the ends of
+  !> what the sliders travel, shape (3, 2, sliders); of a guide that moves both are the same.
+  type, public :: placed_type
+    real(dp), allocatable :: joints(:, :, :), centers(:, :, :), guides(:, :, :)
+  end type placed_type
+
+contains
+
+  !> Joints stand where along the normal the links of their mechanism stand in the mean, those between moving joints if it has such:
+  !> parts of a shaft may stand anywhere along it.
+  subroutine place_in_space(frame, linkage, diagram, placed)
+    class(frame_type), intent(in) :: frame
+    class(linkage_type), intent(in) :: linkage
+    type(diagram_type), intent(in) :: diagram
+    type(placed_type), intent(out) :: placed
+    integer :: mechanism(size(linkage%joints)), plane(size(linkage%joints)), i, k, n
+    real(dp) :: z(size(linkage%joints)), end_point(2)
+    logical, dimension(size(linkage%links)) :: own, between
+
+    mechanism = mechanisms_of(linkage, diagram)
+    do i = 1, size(mechanism)
+      plane(i) = 0
+      z(i) = 0
+      own = [(mechanism(linkage%links(k)%from) == mechanism(i), k = 1, size(own))]
+      if (.not. any(own)) cycle
+      plane(i) = linkage%links(findloc(own, .true., dim=1))%plane
+      between = [(own(k) .and. .not. diagram%grounded(linkage%links(k)%from), k = 1, size(own))]
+      between = between .and. linkage%links%to > 0
+      if (any(between)) own = between
+      z(i) = sum(linkage%links%z, mask=own) / count(own)
+    end do
+    n = size(diagram%joints, 3)
+    allocate(placed%joints(3, size(mechanism), n), placed%centers(3, size(linkage%links), n))
+    allocate(placed%guides(3, 2, size(diagram%sliders)))
+    do k = 1, n
+      do i = 1, size(mechanism)
+        placed%joints(:, i, k) = there(plane(i), [diagram%joints(:, i, k), z(i)])
+      end do
+      do i = 1, size(linkage%links)
+        placed%centers(:, i, k) = there(linkage%links(i)%plane, [diagram%centers(:, i, k), linkage%links(i)%z])
+      end do
+    end do
+    do i = 1, size(diagram%sliders)
+      associate (slider => diagram%sliders(i))
+        do k = 1, 2
+          end_point = slider%guide%point + slider%travel(k) * [cos(slider%guide%angle), sin(slider%guide%angle)]
+          placed%guides(:, k, i) = there(plane(slider%joint), [end_point, z(slider%joint)])
+          if (any(slider%guide%carriers > 0)) placed%guides(:, k, i) = placed%joints(:, slider%joint, 1)
+        end do
+      end associate
+    end do
+
+  contains
+
+    !> A point of a plane.
+    pure function there(number, point)
+      integer, intent(in) :: number
+      real(dp), intent(in) :: point(3)
+      real(dp) :: there(3)
+      integer :: p
+
+      there = frame%space%origin + point
+      do p = 1, size(frame%space%planes)
+        associate (own => frame%space%planes(p))
+          if (own%linkage%links(1)%plane == number) there = own%origin + matmul(own%axes, point)
+        end associate
+      end do
+    end function there
+
+  end subroutine place_in_space
+
+  !> A number for each joint, the same where bars and links join them.
+  pure function mechanisms_of(linkage, diagram) result(numbers)
+    class(linkage_type), intent(in) :: linkage
+    type(diagram_type), intent(in) :: diagram
+    integer :: numbers(size(linkage%joints)), i
+
+    numbers = [(i, i = 1, size(numbers))]
+    do i = 1, size(diagram%bars)
+      associate (ends => numbers(diagram%bars(i)%joints))
+        where (numbers == maxval(ends)) numbers = minval(ends)
+      end associate
+    end do
+  end function mechanisms_of
+
+end module gestell_task_drawing_placed

@@ -1,0 +1,362 @@
+!> The picture of a machine in space: three views to one scale, as drawings have them (first angle): from the front, beside it
+!> from the left, below it from above.
+module gestell_task_drawing_views
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_rows, only: probe_type
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_diagram, only: diagram_type
+  use gestell_model_space_mounting, only: space_support_type
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted
+  use gestell_task_drawing_mounts, only: append, drawing_type, outline, pair
+  use gestell_task_drawing_placed, only: placed_type
+  implicit none (type, external)
+  private
+
+  public :: plot_views
+
+  character, parameter :: newline = new_line("a")
+  character(len=6), parameter :: colours(6) = [character(len=6) :: "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", "56B4E9"]
+  character(len=*), parameter :: none_of_links = "555555"
+  !> The row that is drawn in full, the rows between the faint ones, and the last row.
+  integer, parameter :: bold = 60, step = 60, last_row = 359
+  !> The axes to the right and upward of each view.
+  integer, parameter :: right(3) = [1, 3, 1], upward(3) = [2, 2, 3]
+  character(len=2), parameter :: axes(3) = ["ξ", "η", "ζ"]
+  character(len=*), parameter :: headings(3) = [character(len=16) :: "from the front", "from the left", "from above"]
+  !> Pixels: the width of the picture, what stands beside the views, above and below them, and the greatest height.
+  real(dp), parameter :: wide = 960, beside = 70, between = 75, above = 80, below = 60, tallest = 1100
+  integer, parameter :: longest_key = 12
+
+contains
+
+  !> mechanism.gp, from the columns of mechanism.csv.
+  function plot_views(frame, linkage, diagram, placed, probes) result(figure)
+    class(frame_type), intent(in) :: frame
+    class(linkage_type), intent(in) :: linkage
+    type(diagram_type), intent(in) :: diagram
+    type(placed_type), intent(in) :: placed
+    type(probe_type), intent(in) :: probes(:)
+    type(figure_type) :: figure
+    character(len=:), allocatable :: lines
+    real(dp) :: low(3), high(3), extent, scale, height, left, bottom
+    integer :: view
+
+    call extremes(frame, placed, probes, low, high)
+    extent = maxval(high - low)
+    if (.not. extent > 0) extent = 1
+    low = low - 0.16_dp * extent
+    high = high + 0.16_dp * extent
+    scale = min((wide - 2 * beside - between) / (high(1) - low(1) + high(3) - low(3)), &
+      & (tallest - above - below - between) / (high(2) - low(2) + high(3) - low(3)))
+    height = above + below + between + scale * (high(2) - low(2) + high(3) - low(3))
+    lines = "set multiplot title heading noenhanced" // newline // "row = " // text(bold) // newline // "step = " // text(step) &
+      & // newline // "last = " // text(last_row) // newline // "set style textbox opaque fillcolor rgb '#FFFFFF' noborder " &
+      & // "margins 0.3,0.3" // newline // "unset key" // newline // "set xtics " // concise(tics(extent), 2) // "; set ytics " &
+      & // concise(tics(extent), 2) // newline
+    do view = 1, 3
+      left = merge(beside + between + scale * (high(1) - low(1)), beside, view == 2)
+      bottom = merge(below, below + between + scale * (high(3) - low(3)), view == 3)
+      associate (h => right(view), v => upward(view))
+        lines = lines // "set lmargin at screen " // concise(left / wide, 6) // "; set rmargin at screen " &
+          & // concise((left + scale * (high(h) - low(h))) / wide, 6) // "; set bmargin at screen " // concise(bottom / height, 6) &
+          & // "; set tmargin at screen " // concise((bottom + scale * (high(v) - low(v))) / height, 6) // newline
+        lines = lines // "set xrange [" // range_of(low(h), high(h), .false.) // "]; set yrange [" &
+          & // range_of(low(v), high(v), view == 3) // "]" // newline // "set xlabel '" // trim(axes(h)) // " (m)' offset 0,0.5; " &
+          & // "set ylabel '" // trim(axes(v)) // " (m)' offset 1.2,0" // newline
+      end associate
+      lines = lines // panel(frame, linkage, diagram, placed, probes, view, extent)
+    end do
+    lines = lines // key(linkage, (beside + between + scale * (high(1) - low(1))) / wide, &
+      & (below + scale * (high(3) - low(3))) / height) // "unset multiplot" // newline
+    figure = new_figure("mechanism", "The mechanisms through a turn, bold at a crank angle of " // text(nint(sign(1.0_dp, &
+      & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=nint(wide), height=nint(height))
+  end function plot_views
+
+  !> A sixth of the machine's size or somewhat more, as a round number.
+  pure real(dp) function tics(extent)
+    real(dp), intent(in) :: extent
+    real(dp), parameter :: round(4) = [1.0_dp, 2.0_dp, 5.0_dp, 10.0_dp]
+    real(dp) :: power
+
+    power = 10.0_dp**floor(log10(extent / 6))
+    tics = power * round(findloc(round * power >= extent / 6, .true., dim=1))
+  end function tics
+
+  !> Lower to upper end, or the other way round.
+  pure function range_of(low, high, reversed) result(words)
+    real(dp), intent(in) :: low, high
+    logical, intent(in) :: reversed
+    character(len=:), allocatable :: words
+
+    words = concise(low, 6) // ":" // concise(high, 6)
+    if (reversed) words = concise(high, 6) // ":" // concise(low, 6)
+  end function range_of
+
+  !> The box around F, supports, probes and all that moves.
+  pure subroutine extremes(frame, placed, probes, low, high)
+    class(frame_type), intent(in) :: frame
+    type(placed_type), intent(in) :: placed
+    type(probe_type), intent(in) :: probes(:)
+    real(dp), intent(out) :: low(3), high(3)
+    integer :: i
+
+    do i = 1, 3
+      low(i) = min(0.0_dp, minval(placed%joints(i, :, :)), minval(placed%centers(i, :, :)), minval(placed%guides(i, :, :)))
+      high(i) = max(0.0_dp, maxval(placed%joints(i, :, :)), maxval(placed%centers(i, :, :)), maxval(placed%guides(i, :, :)))
+    end do
+    do i = 1, size(frame%space%supports)
+      low = min(low, frame%space%supports(i)%position)
+      high = max(high, frame%space%supports(i)%position)
+    end do
+    do i = 1, size(probes)
+      low = min(low, place_of(probes(i)))
+      high = max(high, place_of(probes(i)))
+    end do
+  end subroutine extremes
+
+  pure function place_of(probe) result(place)
+    type(probe_type), intent(in) :: probe
+    real(dp) :: place(3)
+
+    place = [probe%position(1), probe%position(2), probe%z]
+  end function place_of
+
+  !> One view; `extent`: the size of the machine (m).
+  function panel(frame, linkage, diagram, placed, probes, view, extent) result(lines)
+    class(frame_type), intent(in) :: frame
+    class(linkage_type), intent(in) :: linkage
+    type(diagram_type), intent(in) :: diagram
+    type(placed_type), intent(in) :: placed
+    type(probe_type), intent(in) :: probes(:)
+    integer, intent(in) :: view
+    real(dp), intent(in) :: extent
+    character(len=:), allocatable :: lines, words, columns
+    type(drawing_type) :: body, springs
+    real(dp), allocatable :: hull(:, :)
+    integer :: seen(2), i
+    logical :: on_the_right
+
+    seen = [right(view), upward(view)]
+    call append(body, reshape([0.0_dp, 0.0_dp], [2, 1]))
+    do i = 1, size(frame%space%supports)
+      call append(body, reshape(frame%space%supports(i)%position(seen), [2, 1]))
+      call draw_springs(springs, frame%space%supports(i), seen, 0.10_dp * extent)
+    end do
+    do i = 1, size(diagram%grounded)
+      if (diagram%grounded(i)) call append(body, placed%joints(seen, i, 1:1))
+    end do
+    do i = 1, size(diagram%sliders)
+      call append(body, placed%guides(seen, :, i))
+    end do
+    do i = 1, size(probes)
+      associate (place => place_of(probes(i)))
+        call append(body, reshape(place(seen), [2, 1]))
+      end associate
+    end do
+    hull = outline(body%points, 0.025_dp * extent)
+    lines = "unset label; unset arrow; unset object" // newline // "set label 1 '" // trim(headings(view)) // "' at graph 0,1.035" &
+      & // " font ',13'" // newline // "set object 1 polygon from " // pair(hull(:, size(hull, 2)))
+    do i = 1, size(hull, 2)
+      lines = lines // " to " // pair(hull(:, i))
+    end do
+    lines = lines // " behind fillcolor rgb '#E9EDF0' fillstyle solid 1 border lc rgb '#8C9BAB'" // newline &
+      & // cross_of(view, extent)
+    do i = 1, size(frame%space%supports)
+      lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " &
+        & // pair(frame%space%supports(i)%position(seen)) // " center offset 0,-0.9 font ',11' boxed front" // newline
+    end do
+    lines = lines // "$springs" // text(view) // " << END" // newline // "x,y" // newline
+    if (size(frame%space%supports) > 0) lines = lines // springs%data_lines()
+    lines = lines // "END" // newline
+    words = ""
+    do i = 1, size(diagram%sliders)
+      if (.not. norm2(placed%guides(seen, 2, i) - placed%guides(seen, 1, i)) > 0) cycle
+      lines = lines // "set arrow " // text(10 + i) // " from " // pair(placed%guides(seen, 1, i)) // " to " &
+        & // pair(placed%guides(seen, 2, i)) // " nohead lt 1 dt 1 lw 6 lc rgb '#D0D5DA' back" // newline
+    end do
+    words = bars(linkage, diagram, seen, .false.)
+    if (size(frame%space%supports) > 0) words = words // ", \" // newline // "  $springs" // text(view) &
+      & // " using 1:2 with lines lt 7 dt 1 lw 1 notitle"
+    do i = 1, size(frame%space%supports)
+      words = words // element("::0::0", point_columns(frame%space%supports(i)%position(seen)), "points lt 1 pt 5 ps 0.6 lc rgb " &
+        & // "'#000000' notitle")
+    end do
+    words = words // bars(linkage, diagram, seen, .true.)
+    do i = 1, size(linkage%links)
+      columns = columns_of(size(linkage%joints) + i, seen)
+      if (linkage%links(i)%to == 0) words = words // element("::row::row", columns, "points lt 1 pt 5 ps 1.5 lc rgb '#" &
+        & // colour(linkage, i) // "' notitle")
+      if (linkage%links(i)%to > 0) words = words // element("::row::row", columns, "points lt 1 pt 7 ps 0.7 lc rgb '#" &
+        & // colour(linkage, i) // "' notitle")
+    end do
+    do i = 1, size(linkage%joints)
+      words = words // element("::row::row", columns_of(i, seen), "points lt 1 pt 7 ps 0.5 lc rgb '#" &
+        & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") // element("::row::row", columns_of(i, seen), &
+        & "points lt 1 pt 6 ps 0.5 lw 1 lc rgb '#000000' notitle")
+    end do
+    do i = 1, size(probes)
+      associate (place => place_of(probes(i)))
+        columns = point_columns(place(seen))
+        on_the_right = place(seen(1)) > sum(hull(1, :)) / size(hull, 2)
+      end associate
+      words = words // element("::0::0", columns, "points lt 1 pt 12 ps 1.4 lw 2 lc rgb '#CC0000' notitle") &
+        & // element("::0::0", columns // ":(" // quoted(trim(probes(i)%name)) // ")", "labels " &
+        & // merge("right offset -0.8", "left offset 0.8  ", on_the_right) // ",0.8 font ',11' textcolor rgb '#CC0000' " &
+        & // "noenhanced notitle")
+    end do
+    lines = lines // "plot NaN notitle" // words // newline
+  end function panel
+
+  !> F with its axes.
+  pure function cross_of(view, extent) result(lines)
+    integer, intent(in) :: view
+    real(dp), intent(in) :: extent
+    character(len=:), allocatable :: lines
+    real(dp) :: length
+
+    length = 0.09_dp * extent
+    lines = "set arrow 1 from 0,0 rto " // concise(length, 4) // ",0 size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" // newline &
+      & // "set arrow 2 from 0,0 rto 0," // concise(length, 4) // " size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" // newline &
+      & // "set label 2 'F' at 0,0 right offset -0.4," // trim(merge("0.6 ", "-0.6", view == 3)) // " font ',12' front" // newline &
+      & // "set label 3 '" // trim(axes(right(view))) // "' at " // concise(length, 4) // ",0 left offset 0.4,0 font ',11' front" &
+      & // newline // "set label 4 '" // trim(axes(upward(view))) // "' at 0," // concise(length, 4) // " center offset 0," &
+      & // trim(merge("-0.6", "0.6 ", view == 3)) // " font ',11' front" // newline
+  end function cross_of
+
+  !> Springs along the axes of a support that are seen, of this length where they lie in the view.
+  subroutine draw_springs(drawing, support, seen, length)
+    type(drawing_type), intent(inout) :: drawing
+    type(space_support_type), intent(in) :: support
+    integer, intent(in) :: seen(2)
+    real(dp), intent(in) :: length
+    !> A spring that is seen from its end is none.
+    real(dp), parameter :: shortest = 0.25_dp
+    integer, parameter :: turns = 7
+    real(dp) :: along(2), across(2), points(2, turns + 5)
+    integer :: axis, i
+
+    do axis = 1, 3
+      along = support%axes(seen, axis)
+      if (.not. support%stiffness(axis) > 0 .or. norm2(along) < shortest) cycle
+      ! away from F
+      if (dot_product(along, support%position(seen)) < 0) along = -along
+      across = [-along(2), along(1)] / norm2(along)
+      points(:, 1) = 0
+      points(:, 2) = 0.25_dp * along
+      do i = 1, turns
+        points(:, i + 2) = (0.25_dp + 0.5_dp * (i - 0.5_dp) / turns) * along + 0.09_dp * (-1)**i * across
+      end do
+      points(:, turns + 3) = 0.75_dp * along
+      points(:, turns + 4) = along
+      points(:, turns + 5) = along
+      points = spread(support%position(seen), 2, turns + 5) + length * points
+      call append(drawing, points)
+      call append(drawing, reshape([points(:, turns + 4) + 0.18_dp * length * across, points(:, turns + 4) &
+        & - 0.18_dp * length * across], [2, 2]))
+    end do
+  end subroutine draw_springs
+
+  !> Bars in full where the crank stands at `row`, or faint through the turn.
+  pure function bars(linkage, diagram, seen, in_full) result(words)
+    class(linkage_type), intent(in) :: linkage
+    type(diagram_type), intent(in) :: diagram
+    integer, intent(in) :: seen(2)
+    logical, intent(in) :: in_full
+    character(len=:), allocatable :: words, from, to, columns
+    integer :: i, k
+
+    words = ""
+    do i = 1, size(diagram%bars)
+      associate (bar => diagram%bars(i))
+        if (bar%slides .and. .not. in_full) cycle
+        columns = columns_of(bar%joints(1), seen)
+        do k = 1, 2
+          from = text(column_of(bar%joints(1), seen(k)))
+          to = text(column_of(bar%joints(2), seen(k)))
+          columns = columns // ":($" // to // " - $" // from // ")"
+        end do
+        if (in_full) then
+          words = words // element("::row::row", columns, "vectors nohead lt 1 " // merge("dt (6,4) lw 1.2", "dt 1 lw 3.5    ", &
+            & bar%slides) // " lc rgb '#" // colour(linkage, bar%link) // "' notitle")
+        else
+          words = words // element("step::0::last", columns, "vectors nohead lt 1 dt 1 lw 0.8 lc rgb '#B0" &
+            & // colour(linkage, bar%link) // "' notitle")
+        end if
+      end associate
+    end do
+  end function bars
+
+  !> Along with the others in a plot.
+  pure function element(every, columns, style) result(words)
+    character(len=*), intent(in) :: every, columns, style
+    character(len=:), allocatable :: words
+
+    words = ", \" // newline // "  'mechanism.csv' every " // every // " using " // columns // " with " // style
+  end function element
+
+  !> The column of a joint, or behind the joints of a link, along an axis.
+  pure integer function column_of(number, axis)
+    integer, intent(in) :: number, axis
+
+    column_of = 1 + 3 * (number - 1) + axis
+  end function column_of
+
+  pure function columns_of(number, seen) result(words)
+    integer, intent(in) :: number, seen(2)
+    character(len=:), allocatable :: words
+
+    words = text(column_of(number, seen(1))) // ":" // text(column_of(number, seen(2)))
+  end function columns_of
+
+  pure function point_columns(point) result(words)
+    real(dp), intent(in) :: point(2)
+    character(len=:), allocatable :: words
+
+    words = "(" // concise(point(1), 7) // "):(" // concise(point(2), 7) // ")"
+  end function point_columns
+
+  !> A link's colour, that of its original where it is a copy's.
+  pure character(len=6) function colour(linkage, link)
+    class(linkage_type), intent(in) :: linkage
+    integer, intent(in) :: link
+
+    colour = none_of_links
+    if (link > 0) colour = colours(1 + mod(original(linkage, link) - 1, size(colours)))
+  end function colour
+
+  !> The link whose copy it is: the part of its name behind the last point.
+  pure integer function original(linkage, link)
+    class(linkage_type), intent(in) :: linkage
+    integer, intent(in) :: link
+
+    associate (name => linkage%links(link)%name)
+      do original = 1, link - 1
+        if (linkage%links(original)%name == name(index(name, ".", back=.true.) + 1:)) return
+      end do
+    end associate
+  end function original
+
+  !> The links' names with their colours, in the corner that no view needs.
+  pure function key(linkage, left, top) result(lines)
+    class(linkage_type), intent(in) :: linkage
+    real(dp), intent(in) :: left, top
+    character(len=:), allocatable :: lines
+    integer :: i, n
+
+    lines = "unset label; unset arrow; unset object" // newline
+    n = 0
+    do i = 1, size(linkage%links)
+      if (original(linkage, i) < i .or. n >= longest_key) cycle
+      n = n + 1
+      lines = lines // "set label " // text(2 * n) // " '■' at screen " // concise(left, 5) // "," &
+        & // concise(top - 0.028_dp * n, 5) // " font ',16' textcolor rgb '#" // colour(linkage, i) // "'" // newline &
+        & // "set label " // text(2 * n + 1) // " " // quoted(linkage%links(i)%name) // " at screen " &
+        & // concise(left + 0.025_dp, 5) // "," // concise(top - 0.028_dp * n, 5) // " font ',12' noenhanced" // newline
+    end do
+    lines = lines // "unset border; unset tics; unset xlabel; unset ylabel; set lmargin at screen 0; set rmargin at screen 0.01" &
+      & // newline // "plot NaN notitle" // newline
+  end function key
+
+end module gestell_task_drawing_views

@@ -1,0 +1,91 @@
+!> How far the modes are those of a machine that turns about its torque-roll axis.
+module gestell_task_separation_torque_roll
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, fixed, text
+  use gestell_model_frame, only: frame_type
+  use gestell_model_space, only: in_frame, in_space
+  use gestell_model_space_torque_roll, only: find_torque_roll, torque_roll_type
+  use gestell_output_report_wrapping, only: wrapped
+  use gestell_study_mode_type, only: assurance
+  use gestell_task_campbell, only: campbell_type
+  use gestell_task_separation, only: separation_type
+  implicit none (type, external)
+  private
+
+  public :: axis_line, share_torque_roll, torque_roll_line
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> The part of each mode's kinetic energy that is in the motion about the axis, the modal assurance criterion of the two, and the
+  !> line about it; none where not all six degrees of freedom are free.
+  subroutine share_torque_roll(frame, campbell, found)
+    class(frame_type), intent(in) :: frame
+    type(campbell_type), intent(in) :: campbell
+    type(separation_type), intent(inout) :: found(:)
+    type(torque_roll_type) :: roll
+    complex(dp) :: shape(6)
+    integer :: solved, i
+
+    solved = findloc(campbell%points%solved, .true., dim=1)
+    if (.not. allocated(frame%space) .or. solved == 0 .or. size(campbell%free) < 6) return
+    associate (mass => campbell%points(solved)%mass)
+      call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
+      do i = 1, size(found)
+        if (.not. found(i)%at%identified) cycle
+        shape = found(i)%at%shape()
+        found(i)%torque_roll = assurance(shape, cmplx(roll%motion(in_space), 0, dp), mass)
+      end do
+    end associate
+  end subroutine share_torque_roll
+
+  !> The modes that have a part of the motion about the axis.
+  pure function torque_roll_line(modes) result(line)
+    type(separation_type), intent(in) :: modes(:)
+    character(len=:), allocatable :: line
+    !> Less is not worth a word; what mounts are commonly asked for.
+    real(dp), parameter :: least = 0.05_dp, decoupled = 0.8_dp
+    integer :: i, most
+
+    line = ""
+    if (.not. any(modes%torque_roll >= 0)) return
+    do i = 1, size(modes)
+      if (modes(i)%torque_roll >= least) line = line // ", mode " // text(modes(i)%mode) // " " &
+        & // fixed(100 * modes(i)%torque_roll, 0) // " %"
+    end do
+    most = maxloc(modes%torque_roll, dim=1, mask=modes%torque_roll >= 0)
+    line = wrapped("  of the motion about the torque-roll axis: " // line(3:) // trim(merge("; decoupled", "; coupled  ", &
+      & modes(most)%torque_roll >= decoupled)) // newline)
+  end function torque_roll_line
+
+  !> The axis of a frame in space, for `--check`.
+  function axis_line(frame) result(line)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: line
+    type(torque_roll_type) :: roll
+    real(dp) :: mass(6, 6)
+    integer :: i
+
+    mass = frame%space%mean_mass(frame%mass, [(i, i = 1, 6)], 4 * frame%least_steps)
+    call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
+    line = newline // wrapped("TORQUE-ROLL AXIS of the machine on nothing: (" // listed(roll%axis) // "), " &
+      & // fixed(roll%angle * 180 / pi, 2) // " deg from the shaft, through the centre of mass at (" // listed(roll%center) &
+      & // ") m" // newline)
+  end function axis_line
+
+  pure function listed(values) result(words)
+    real(dp), intent(in) :: values(3)
+    character(len=:), allocatable :: words
+
+    words = concise(clean(values(1)), 4) // ", " // concise(clean(values(2)), 4) // ", " // concise(clean(values(3)), 4)
+  end function listed
+
+  !> Zero for what is rounding beside one.
+  elemental real(dp) function clean(value)
+    real(dp), intent(in) :: value
+
+    clean = merge(0.0_dp, value, abs(value) < 1.0e-12_dp)
+  end function clean
+
+end module gestell_task_separation_torque_roll
