@@ -155,6 +155,16 @@ def shaft_tests():
         compare(f"inline four {what}: pitching", axes["2"][3], couple, 1.0)
         compare(f"inline four {what}: rolling", axes["2"][5], roll, 1.0)
         check(f"inline four {what}: none of the plane's table", "complete balance" not in run.out, "no complete balance", run.out)
+    # half of what moves to and fro at both ends of the spacing, against the crank
+    speed = 40 * math.pi
+    couple = (0.34 + 0.38 * 35 / 115) / 2 * 0.034 * 0.090 * speed**2
+    run = Run(DATA, "--check", "--set", "link(front).mass=0", "--set", "link(back).mass=0", "inline_twin.nml")
+    if run.done("inline twin without its shaft"):
+        compare("inline twin: couple against the crank", table(run.out, "across the shaft")["1"][3], couple, 1.0)
+    run = Run(DATA, "--check", "inline_twin.nml")
+    if run.done("inline twin"):
+        near("inline twin: couple with its shaft", table(run.out, "across the shaft")["1"][3], 0, 2e-4)
+        equal("inline twin: no force of first order", table(run.out, "SHAKING FORCES AND COUPLES")["1"][:3], [0.0] * 3)
     run = Run(DATA, "--check", "suspended_compressor.nml")
     if run.done("compressor: --check"):
         check("compressor: its shaft", "across the shaft (0, 1, 0), as" in run.out, "(0, 1, 0)", run.out)
