@@ -52,23 +52,31 @@ contains
     height_of = 160 + 190 * rows
   end function height_of
 
-  !> The crank angle from 0 to 360 deg, or to -360; tics have numbers where `named`.
-  pure function turn_axis(speed, named) result(lines)
+  !> The crank angle from 0 to 360 deg, or to -360, or through so many `turns`; tics have numbers where `named`.
+  pure function turn_axis(speed, named, turns) result(lines)
     real(dp), intent(in) :: speed
     logical, intent(in) :: named
+    integer, intent(in), optional :: turns
     character(len=:), allocatable :: lines
+    integer :: last
 
-    lines = "set xtics 90; set xrange [0:" // text(nint(sign(360.0_dp, speed))) // "]" // newline &
+    last = 360
+    if (present(turns)) last = 360 * turns
+    lines = "set xtics " // text(last / 4) // "; set xrange [0:" // text(nint(sign(real(last, dp), speed))) // "]" // newline &
       & // x_names("crank angle (deg)", named)
   end function turn_axis
 
-  !> Orders from 0 to `harmonics`.
-  pure function order_axis(harmonics, named) result(lines)
+  !> Orders from 0 to the last of so many `harmonics` of a period of so many `turns`, one where they are missing.
+  pure function order_axis(harmonics, named, turns) result(lines)
     integer, intent(in) :: harmonics
     logical, intent(in) :: named
+    integer, intent(in), optional :: turns
     character(len=:), allocatable :: lines
 
-    lines = "set xrange [-0.6:" // text(harmonics) // ".6]" // newline &
+    lines = "set xrange [-0.6:" // text(harmonics) // ".6]" // newline
+    if (present(turns)) lines = "set xrange [" // concise(-0.6_dp / turns, 6) // ":" // concise((harmonics + 0.6_dp) / turns, 6) &
+      & // "]" // newline
+    lines = lines &
       & // x_names("order of the crank speed (0: magnitude of the mean)", named)
   end function order_axis
 
@@ -113,15 +121,17 @@ contains
   end function history_panel
 
   !> `factor` times the amplitudes in columns of `file` over the order, on six decades.
-  pure function order_panel(file, label, factor, columns, names) result(lines)
+  pure function order_panel(file, label, factor, columns, names, turns) result(lines)
     character(len=*), intent(in) :: file, label, factor, names(:)
     integer, intent(in) :: columns(:)
+    integer, intent(in), optional :: turns
     character(len=:), allocatable :: lines
     character(len=24), parameter :: fills(most_bars) = [character(len=24) :: "solid 1", "pattern 2", "solid 0.25", "pattern 5"]
     real(dp) :: width
     integer :: i
 
     width = 0.84_dp / size(columns)
+    if (present(turns)) width = width / turns
     lines = extent_lines(file, values_of(factor, columns)) // "most = high > 0 && high > -low ? high : -low" // newline &
       & // "if (high == 1 && low == -1) { unset logscale y; set yrange [0:1]; set format y } else " &
       & // "{ set logscale y; set yrange [most * 1e-6:most * 3]; set format y '10^{%L}' }" // newline &

@@ -17,11 +17,11 @@ module gestell_task_probes_plot
 
 contains
 
-  !> probes.gp, probes_history.gp, probes_harmonics.gp.
-  function plot_probes(responses, speed, harmonics) result(figures)
+  !> probes.gp, probes_history.gp, probes_harmonics.gp; of a period of so many `turns`.
+  function plot_probes(responses, speed, harmonics, turns) result(figures)
     type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: speed
-    integer, intent(in) :: harmonics
+    integer, intent(in) :: harmonics, turns
     type(figure_type) :: figures(3)
     character(len=64) :: names(size(responses))
     integer :: i, axes
@@ -31,8 +31,8 @@ contains
     end do
     axes = size(responses(1)%parts) / 3 - 1
     figures(1) = plot_limits(names, axes)
-    figures(2) = plot_histories(names, axes, speed)
-    figures(3) = plot_orders(names, axes, harmonics)
+    figures(2) = plot_histories(names, axes, speed, turns)
+    figures(3) = plot_orders(names, axes, harmonics, turns)
   end function plot_probes
 
   !> The vibration velocity in its band, against the limit.
@@ -81,9 +81,9 @@ contains
   end function boxes
 
   !> Displacement, velocity and acceleration along all axes.
-  function plot_histories(names, axes, speed) result(figure)
+  function plot_histories(names, axes, speed, turns) result(figure)
     character(len=*), intent(in) :: names(:)
-    integer, intent(in) :: axes
+    integer, intent(in) :: axes, turns
     real(dp), intent(in) :: speed
     type(figure_type) :: figure
     character(len=*), parameter :: marks(3) = [character(len=11) :: " (mm)", "' (mm/s)", "'' (m/s²)"]
@@ -94,17 +94,17 @@ contains
     do k = 1, 3 * axes
       kind = 1 + (k - 1) / axes
       axis = k - axes * (kind - 1)
-      lines = lines // turn_axis(speed, kind == 3) // key_line(k == axes) // history_panel("probes_history.csv", along(axis) &
-        & // trim(marks(kind)), merge("1e3", "1  ", kind < 3), [(before + (axes + 1) * (kind - 1) + axis &
+      lines = lines // turn_axis(speed, kind == 3, turns) // key_line(k == axes) // history_panel("probes_history.csv", &
+        & along(axis) // trim(marks(kind)), merge("1e3", "1  ", kind < 3), [(before + (axes + 1) * (kind - 1) + axis &
         & + 3 * (axes + 1) * (i - 1), i = 1, size(names))], names)
     end do
     figure = new_figure("probes_history", "Displacement, velocity and acceleration at the probes over a turn", lines &
       & // "unset multiplot" // newline, width=880, height=nint(height_of(3)))
   end function plot_histories
 
-  function plot_orders(names, axes, harmonics) result(figure)
+  function plot_orders(names, axes, harmonics, turns) result(figure)
     character(len=*), intent(in) :: names(:)
-    integer, intent(in) :: axes, harmonics
+    integer, intent(in) :: axes, harmonics, turns
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
     integer :: i, k
@@ -113,8 +113,8 @@ contains
       & // newline
     ! amplitude and phase of displacements, velocities, accelerations along the axes
     do k = 1, axes
-      lines = lines // order_axis(harmonics, k == axes) // key_line(k == 1) // order_panel("probes_harmonics.csv", &
-        & along(k) // "' (mm/s)", "1e3", [(before + 2 * (axes + k - 1) + 1 + 6 * axes * (i - 1), i = 1, size(names))], names)
+      lines = lines // order_axis(harmonics, k == axes, turns) // key_line(k == 1) // order_panel("probes_harmonics.csv", &
+        & along(k) // "' (mm/s)", "1e3", [(before + 2 * (axes + k - 1) + 1 + 6 * axes * (i - 1), i = 1, size(names))], names, turns)
     end do
     figure = new_figure("probes_harmonics", "Amplitudes of the vibration velocity at the probes", lines // "unset multiplot" &
       & // newline, width=800, height=nint(height_of(axes)))

@@ -2,14 +2,13 @@
 module gestell_task_probes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
   use gestell_model_frame_rows, only: accelerations
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
   use gestell_output_table_unit, only: hertz, metre, metre_per_s, metre_per_s2, mm_per_s, unit_type
   use gestell_task, only: longest_table, task_type
-  use gestell_input_namelist_document, only: group_type, groups_named
-  use gestell_input_namelist_message, only: input_error
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_probes_plot, only: plot_probes
@@ -43,22 +42,12 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Error: the period is more than a turn of the drive.
   subroutine read_probes(self, configuration, error)
     class(probes_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
-    type(group_type), allocatable :: groups(:)
 
     self%ordered = self%ordered .and. size(configuration%probes) > 0
-    if (self%ordered .and. .not. allocated(configuration%impossible)) then
-      if (configuration%frame%mechanism%turns > 1) then
-        groups = groups_named(configuration%document, "probe")
-        call input_error(groups(1), "", "where a ratio is not whole, probes are told by 'sweep' and &response quantities " &
-          & // "only, yet", error)
-        return
-      end if
-    end if
     if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, accelerations)
   end subroutine read_probes
 
@@ -91,10 +80,10 @@ contains
       call result%fail(failure)
       if (.not. allocated(responses)) return
       call result%add(summary(responses, result%verdict))
-      call result%add(histories(responses, frame%speed, frame%period, result%verdict))
-      call result%add(harmonics(responses, frame%period, tasks%harmonics, result%verdict))
-      call result%draw(plot_probes(responses, frame%speed, tasks%harmonics))
-      call result%say(probe_lines(responses, frame%period, trim(result%verdict)))
+      call result%add(histories(responses, frame, result%verdict))
+      call result%add(harmonics(responses, frame, tasks%harmonics, result%verdict))
+      call result%draw(plot_probes(responses, frame%speed, tasks%harmonics, frame%mechanism%turns))
+      call result%say(probe_lines(responses, frame%period, frame%mechanism%turns, trim(result%verdict)))
       call warn(responses, result)
     end associate
   end subroutine run
@@ -167,14 +156,14 @@ contains
     if (response%probe%limit > 0) limit = mm * response%probe%limit
   end function limit
 
-  pure type(table_type) function histories(responses, speed, period, verdict) result(table)
+  pure type(table_type) function histories(responses, frame, verdict) result(table)
     type(probe_response_type), intent(in) :: responses(:)
-    real(dp), intent(in) :: speed, period
+    class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: verdict
     integer :: i, k
 
     table = new_table("probes_history", "Probes over a turn", "Velocity at the probes over a turn.", verdict)
-    call add_turn(table, speed, period, size(responses(1)%history, 1) - 1)
+    call add_turn(table, frame%speed, frame%period, size(responses(1)%history, 1) - 1, frame%mechanism%turns)
     do i = 1, size(responses)
       do k = 1, size(responses(i)%parts)
         call table%add(column(responses(i), k), units(1 + 3 * (k - 1) / size(responses(i)%parts)), "motion of the probe", &
@@ -184,16 +173,16 @@ contains
   end function histories
 
   !> The components along the axes.
-  pure type(table_type) function harmonics(responses, period, last, verdict) result(table)
+  pure type(table_type) function harmonics(responses, frame, last, verdict) result(table)
     type(probe_response_type), intent(in) :: responses(:)
-    real(dp), intent(in) :: period
+    class(frame_type), intent(in) :: frame
     integer, intent(in) :: last
     character(len=*), intent(in) :: verdict
     integer :: i, k, kinds
 
     table = new_table("probes_harmonics", "Probes by orders", "Amplitudes of the velocity at the probes by orders of the crank.", &
       & verdict)
-    call add_orders(table, period, last)
+    call add_orders(table, frame%period, last, frame%mechanism%turns)
     do i = 1, size(responses)
       kinds = size(responses(i)%parts) / 3
       do k = 1, 3 * kinds

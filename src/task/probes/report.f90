@@ -1,7 +1,8 @@
 !> The vibration at probes, for people.
 module gestell_task_probes_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise
+  use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: judged, section
   use gestell_task_probes_response, only: probe_response_type
@@ -14,10 +15,11 @@ module gestell_task_probes_report
 
 contains
 
-  !> Every probe, with its verdict where it has a limit. `period`: of the crank (s).
-  pure function probe_lines(responses, period, verdict) result(lines)
+  !> Every probe, with its verdict where it has a limit. The `period` (s) is so many `turns` of the crank.
+  pure function probe_lines(responses, period, turns, verdict) result(lines)
     type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: period
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     integer :: i
@@ -29,7 +31,7 @@ contains
     lines = section("VIBRATION AT PROBES; rms in the direction where it is greatest", verdict) &
       & // tabulated("lrrrrr", ",peak,peak,peak,rms in band,error" // newline // ",mm,mm/s,m/s^2,mm/s,mm/s", lines)
     do i = 1, size(responses)
-      lines = lines // band_lines(responses(i), period, verdict)
+      lines = lines // band_lines(responses(i), period, turns, verdict)
     end do
   end function probe_lines
 
@@ -50,9 +52,10 @@ contains
   end function probe_row
 
   !> Which orders the band holds, and the verdict.
-  pure function band_lines(response, period, verdict) result(lines)
+  pure function band_lines(response, period, turns, verdict) result(lines)
     type(probe_response_type), intent(in) :: response
     real(dp), intent(in) :: period
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     !> The band leaves out what makes the whole so many times as great.
@@ -68,7 +71,7 @@ contains
       if (orders(2) < orders(1)) then
         lines = lines // "in which no order of the crank lies"
       else
-        lines = lines // "orders " // text(nint(orders(1))) // " to " // text(nint(orders(2)))
+        lines = lines // "orders " // order_of(nint(orders(1)), turns) // " to " // order_of(nint(orders(2)), turns)
       end if
       lines = lines // newline
       if (limit > 0 .and. judged(verdict) /= "") lines = lines // "    " // judged(verdict) // newline
