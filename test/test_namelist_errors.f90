@@ -163,8 +163,8 @@ contains
       "in.nml:1: &frame: origin(4) = 2: is no element: the subscript runs from 1 to 3")
     call refused(error, "&frame origin(0)=2/", &
       "in.nml:1: &frame: origin(0) = 2: is no element: the subscript runs from 1 to 3")
-    call refused(error, "&foundation stiffness(3,4)=2/", &
-      "in.nml:1: &foundation: stiffness(3,4) = 2: is no element: the subscripts run from 1 to 3 and 1 to 3")
+    call refused(error, "&foundation stiffness(3,7)=2/", &
+      "in.nml:1: &foundation: stiffness(3,7) = 2: is no element: the subscripts run from 1 to 6 and 1 to 6")
     call refused(error, "&frame origin(1)=2, 3/", &
       "in.nml:1: &frame: origin(1) = 2, 3: takes 1 value (a decimal comma? use a point)")
     call refused(error, "&frame origin(1)=2" // nl // "origin(2)=3" // nl // "origin(1)=4/", &

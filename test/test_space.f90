@@ -11,6 +11,7 @@ module test_space
   use gestell_math_dft, only: dft
   use gestell_math_trigonometric, only: series_through, series_type
   use gestell_model_frame, only: frame_type, new_frame
+  use gestell_model_frame_gravity, only: weigh_frame
   use gestell_model_frame_mounting, only: support_type
   use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
@@ -168,6 +169,9 @@ contains
     integer :: i, k, n
 
     call three_planes(-420 * rpm, 1.0_dp, frame, failure)
+    ! with weights, and static forces of which one turns
+    frame%space%supports(2)%turning = .true.
+    if (.not. allocated(failure)) call weigh_frame(frame, [3.0_dp, -8.0_dp, 4.0_dp], failure)
     call check_success(error, failure)
     if (allocated(error)) return
     call frame%space%masses_at(frame%mass, frame%speed, [frame%speed * t], masses)

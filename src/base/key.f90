@@ -35,6 +35,8 @@ module gestell_base_key
     character(len=256) :: meaning = ""
     !> Number of subscripts: 0 scalar, 1 vector or list, 2 matrix; fewest and most values.
     integer :: rank = 0, least = 1, most = 1
+    !> Where a shorter list will do too: so many values, the first ones, of a matrix the square of its first rows.
+    integer :: shorter = 0
     !> Whether every group of this name must have it.
     logical :: required = .false.
     !> The quantity of its unit (`of_length`, ...), or the symbol of a unit that is always the same.

@@ -32,6 +32,7 @@ module gestell_door_numerics
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_frame_quantity, only: find_quantity, point_quantity
   use gestell_model_frame_rows, only: accelerations, displacements, guide_forces, probe_type, quantity_type, velocities
+  use gestell_model_frame_gravity, only: weigh_frame
   use gestell_model_frame_in_space, only: planes_of, put_in_space
   use gestell_model_space_masses, only: plane_type
   use gestell_model_space_mounting, only: space_support_type
@@ -47,7 +48,8 @@ module gestell_door_numerics
   use gestell_study_frame_model, only: frame_models, newton_type, settle, settle_member
   use gestell_study_frame_model_settled_family, only: settled_family_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
-  use gestell_task_forces_reactions, only: along_x, along_y, find_reactions, moment, reaction_type, static_force, whole_force
+  use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, moment, moment_x, moment_y, &
+    & reaction_type, static_force, whole_force
   use gestell_study_measure, only: band_measure, measure_type, new_measure, peak_measure, rms_measure, take_measures
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_type, only: mode_type

@@ -4,7 +4,7 @@ module gestell_math_matrix
   implicit none (type, external)
   private
 
-  public :: balanced, unit_matrix
+  public :: balanced, solve_semidefinite, unit_matrix
 
 contains
 
@@ -27,5 +27,54 @@ contains
       e(i, i) = 1
     end do
   end function unit_matrix
+
+  !> C q = load of a positive semi-definite C, by elimination with full pivoting in units that make the diagonal 1; a part of q that
+  !> no number determines is 0. `sizes`: of the terms that the load sums. `left`: a row whose load C cannot balance, to 1e-9 of
+  !> these; 0: there is none.
+  pure subroutine solve_semidefinite(c, load, sizes, q, left)
+    real(dp), intent(in) :: c(:, :), load(:), sizes(:)
+    real(dp), intent(out) :: q(:)
+    integer, intent(out) :: left
+    real(dp), parameter :: singular = 1.0e-12_dp, negligible = 1.0e-9_dp
+    real(dp) :: a(size(load), size(load)), b(size(load)), x(size(load)), unit(size(load)), greatest
+    integer :: row(size(load)), column(size(load)), at(2), i, k, n, rank
+
+    n = size(load)
+    unit = sqrt([(abs(c(i, i)), i = 1, n)])
+    where (.not. unit > 0) unit = max(1.0_dp, maxval(unit))
+    a = c / (spread(unit, 2, n) * spread(unit, 1, n))
+    b = load / unit
+    greatest = sum(sizes / unit)
+    row = [(i, i = 1, n)]
+    column = row
+    rank = n
+    do k = 1, n
+      at = k - 1 + maxloc(abs(a(row(k:), column(k:))))
+      row([k, at(1)]) = row([at(1), k])
+      column([k, at(2)]) = column([at(2), k])
+      if (.not. abs(a(row(k), column(k))) > singular) then
+        rank = k - 1
+        exit
+      end if
+      do i = k + 1, n
+        associate (factor => a(row(i), column(k)) / a(row(k), column(k)))
+          b(row(i)) = b(row(i)) - factor * b(row(k))
+          a(row(i), column(k + 1:)) = a(row(i), column(k + 1:)) - factor * a(row(k), column(k + 1:))
+        end associate
+      end do
+    end do
+    q = 0
+    left = 0
+    do i = rank + 1, n
+      if (abs(b(row(i))) <= negligible * greatest) cycle
+      left = row(i)
+      return
+    end do
+    x = 0
+    do k = rank, 1, -1
+      x(column(k)) = (b(row(k)) - dot_product(a(row(k), column(k + 1:rank)), x(column(k + 1:rank)))) / a(row(k), column(k))
+    end do
+    q = x / unit
+  end subroutine solve_semidefinite
 
 end module gestell_math_matrix

@@ -152,11 +152,11 @@ INPUTS = [
      "input.nml:4: &joint 'B0': position = 0, 40, 0, 0: takes 2 values, has 4 (a decimal comma? use a "
      "point)"),
     ("repeat count too large", changed("0.5,0.5,0.05", "4*0.5"), 2,
-     "input.nml:15: &foundation: damping = 4*0.5: takes 3 values, has 4"),
+     "input.nml:15: &foundation: damping = 4*0.5: takes 3 or 6 values, has 4"),
     ("gap in a vector", changed("origin=-0.20,0.20", "origin=,0.20"), 2,
      "input.nml:10: &frame: a value is missing before a comma of 'origin'"),
-    ("subscript out of range", changed("damping=0.5,0.5,0.05", "damping(4)=0.5"), 2,
-     "input.nml:15: &foundation: damping(4) = 0.5: is no element: the subscript runs from 1 to 3"),
+    ("subscript out of range", changed("damping=0.5,0.5,0.05", "damping(7)=0.5"), 2,
+     "input.nml:15: &foundation: damping(7) = 0.5: is no element: the subscript runs from 1 to 6"),
     ("subscript where none belongs", changed("mass=18.0", "mass(1)=18.0"), 2,
      "input.nml:10: &frame: mass(1) = 18.0: takes no subscript"),
     ("not a number", changed("= 240.0", "= NaN"), 2,
@@ -198,7 +198,7 @@ INPUTS = [
      "input.nml:15: &foundation: stiffness = -4.4e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0: the matrix "
      "is not positive (semi-)definite: it would push the frame away in some direction"),
     ("foundation's matrix too short", changed("&foundation ", "&foundation stiffness=1.0,2.0,3.0, "), 2,
-     "input.nml:15: &foundation: stiffness = 1.0, 2.0, 3.0: takes 9 values, has 3"),
+     "input.nml:15: &foundation: stiffness = 1.0, 2.0, 3.0: takes 9 or 36 values, has 3"),
     ("sums of finite numbers overflow", changed("position=0.10,-0.20, stiffness=196133.0,196133.0",
                                                 "position=1e200,-0.20, stiffness=196133.0,196133.0"), 2,
      "input.nml:13: &support 3: position = 1e200, -0.20: so far from F its stiffness or damping about F "

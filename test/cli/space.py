@@ -31,12 +31,19 @@ REFERENCE = {
                                   3.2791883093107e-03, 1.6968155335522e-02)),
         "exact": (0.847767803099, (1.7299776178788e-02, 4.5259069346122e-04, 6.4892528293753e-04, 1.2626474517025e-03,
                                    3.3348179300654e-03, 1.6969164542043e-02))}),
+    "weighing": (420, {
+        "rest": (0.863695492937, (2.4723928396194e-03, 2.2214251340081e-03, 4.9577611775699e-03, 5.0514366368957e-03,
+                                  6.9983710484329e-04, 4.6897310537504e-03)),
+        "exact": (0.863799521464, (2.4730104179031e-03, 2.2187604118501e-03, 4.9601284192076e-03, 5.0318816716235e-03,
+                                   6.7851021982958e-04, 4.6900481625566e-03))}),
     "twin_balance_shaft": (625, {
         "rest": (0.886374862868, (1.0475821697834e-06, 5.5774591160081e-05, 3.9145798169801e-06, 3.5527443581493e-05,
                                   1.4597006718715e-05, 2.9855588169734e-05)),
         "exact": (0.886374841744, (1.0475833999791e-06, 5.5774590740192e-05, 3.9145202988651e-06, 3.5527444038832e-05,
                                    1.4597077614008e-05, 2.9855620779367e-05))}),
 }
+# The same, exact, of validation/space/weighing.nml: greatest of 400 rows of the forces on the ground (N).
+WEIGHING_FORCES = {"1": 191.3662621696942, "2": 271.43213258391603, "total": 413.1929093651879}
 # data/engine_in_space.nml is validation/space/inline_four.nml in other words, its crank at 90 deg where that one's is at 0.
 ENGINE = (336, 0.716992557639, (7.8441568718468e-06, 6.8979299597789e-06, 1.8997896654406e-06, 5.0284783159456e-05,
                                 5.0841084388053e-05, 2.6008034566268e-04))
@@ -84,7 +91,7 @@ def reference_tests():
 
 
 def times(a, b):
-    return [[sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+    return [[sum(a[i][k] * b[k][j] for k in range(len(b))) for j in range(len(b[0]))] for i in range(len(a))]
 
 
 def turned(axis, angle):
@@ -115,6 +122,18 @@ TASKS = "&case tasks='stability','response' /\n&response points=64, harmonics=40
 
 
 def tilted_tests():
+    """Without weights, and with weights, axes that turn and a foundation."""
+    tilt("tilted", False)
+    tilt("tilted, weighing", True)
+
+
+def block_of(matrix):
+    """A matrix twice, of displacements and rotations."""
+    none = [0.0] * 3
+    return [[*row, *none] for row in matrix] + [[*none, *row] for row in matrix]
+
+
+def tilt(what, weighs):
     """A planar machine whose plane is tilted: in the plane it moves as there, and not out of it; its multipliers are among all."""
     yaw, pitch, roll = 30, -25, 50
     q = times(turned(2, yaw), times(turned(1, pitch), turned(0, roll)))
@@ -128,8 +147,21 @@ def tilted_tests():
     space += f"&mechanism name='m', axis={words(row[2] for row in q)}, x_axis={words(row[0] for row in q)} /\n" \
         f"&frame mass=18, inertia={words(j)}, origin={placed(0.1, -0.25)}, {ALL} /\n"
     plane += "&frame mass=18, inertia=0.78, origin=0.1,-0.25 /\n"
+    turning = ""
+    if weighs:
+        # one of two supports turns; elements of the foundation in the plane, of stiffness about it and across it too
+        turning = ", axes='frame'"
+        ground = [[1000.0, 100.0, 0, 0, 0, 50.0], [100.0, 2000.0, 0, 0, 0, 30.0], [0, 0, 500.0, 0, 0, 0], [0, 0, 0, 40.0, 0, 0],
+                  [0, 0, 0, 0, 60.0, 0], [50.0, 30.0, 0, 0, 0, 90.0]]
+        whole = block_of(q)
+        tilted_ground = times(times(whole, ground), [list(column) for column in zip(*whole)])
+        tilted_ground = [[(tilted_ground[i][k] + tilted_ground[k][i]) / 2 for k in range(6)] for i in range(6)]
+        plane += "&foundation stiffness=1000,100,50,100,2000,30,50,30,90, damping=3,3,2 /\n&gravity direction=-70 /\n"
+        order = (0, 1, 5, 2, 3, 4)
+        space += f"&foundation stiffness={words(tilted_ground[i][k] for i in order for k in order)}, damping=3,3,2,3,2,2 /\n" \
+            f"&gravity direction={placed(math.cos(math.radians(70)), -math.sin(math.radians(70)))} /\n"
     for x, y, kx, ky, bx, by, angle in SUPPORTS:
-        plane += f"&support position={x},{y}, stiffness={kx},{ky}, damping={bx},{by}, angle={angle} /\n"
+        plane += f"&support position={x},{y}, stiffness={kx},{ky}, damping={bx},{by}, angle={angle}{turning} /\n"
         # its own angle first: yaw, pitch, roll of both together
         axes = times(q, turned(2, angle))
         angles = (math.degrees(math.atan2(axes[1][0], axes[0][0])), math.degrees(math.asin(-axes[2][0])),
@@ -137,11 +169,12 @@ def tilted_tests():
         # two halves on both sides of the plane, which hold the frame there too
         for z in (-0.2, 0.2):
             space += f"&support position={placed(x, y, z)}, stiffness={kx / 2},{ky / 2},2e4, damping={bx / 2},{by / 2},25, " \
-                f"angle={words(angles)} /\n"
+                f"angle={words(angles)}{turning} /\n"
+        turning = ""
     for model in ("rest", "exact", "first_order"):
         with Folder(plane=TASKS.format(model) + plane, space=TASKS.format(model) + space) as folder:
             for name in ("plane", "space"):
-                if not Run(folder, "-q", "--set", "accuracy.tolerance=1e-12", f"{name}.nml").done(f"tilted, {model}, {name}"):
+                if not Run(folder, "-q", "--set", "accuracy.tolerance=1e-12", f"{name}.nml").done(f"{what}, {model}, {name}"):
                     return
             flat, tilted = rows(folder / "plane" / "response.csv"), rows(folder / "space" / "response.csv")
             size = max(abs(float(row["psi_rad"])) for row in flat)
@@ -157,30 +190,37 @@ def tilted_tests():
             force = max(math.hypot(float(row["fx_N"]), float(row["fy_N"])) for row in flat)
             # both solved to 1e-12
             for what, miss in (("displacements", worst[0]), ("turns", worst[1]), ("forces", worst[2] / force)):
-                near(f"tilted, {model}: {what}", miss, 0.0, 1e-11)
+                near(f"{what}, {model}: {what}", miss, 0.0, 1e-11)
             multipliers = [[complex(float(row["re"]), float(row["im"])) for row in rows(folder / name / "multipliers.csv")]
                            for name in ("plane", "space")]
-            equal(f"tilted, {model}: multipliers", [len(found) for found in multipliers], [6, 12])
+            equal(f"{what}, {model}: multipliers", [len(found) for found in multipliers], [6, 12])
             for rho in multipliers[0]:
-                near(f"tilted, {model}: rho", min(abs(rho - other) for other in multipliers[1]), 0.0, 1e-10)
+                near(f"{what}, {model}: rho", min(abs(rho - other) for other in multipliers[1]), 0.0, 1e-10)
 
 
 def block_tests():
-    """A block on four equal mounts at the height of F below it: closed forms of its six frequencies, a rotor that turns about zeta."""
-    mass, j, a, b, h, k = 40.0, (1.2, 0.9, 1.5), 0.3, 0.2, 0.15, (3.0e4, 8.0e4, 5.0e4)
+    """A block on four equal mounts at a height below F: closed forms of its six frequencies, a rotor that turns about zeta. Where it
+    weighs, on mounts that are compressed below F or hangs on springs above it, the weight's moment m g h takes from the stiffness
+    of rot_xi and psi or adds to it."""
+    for what, height, weight in (("block", -0.15, 0.0), ("weighing block", -0.15, 9.80665), ("hanging block", 0.25, 9.80665)):
+        block(what, height, weight)
+
+
+def block(what, height, weight):
+    mass, j, a, b, k = 40.0, (1.2, 0.9, 1.5), 0.3, 0.2, (3.0e4, 8.0e4, 5.0e4)
     text = "&case tasks='stability' /\n&model frame='rest' /\n&drive speed_rpm=60 /\n&joint name='O', type='ground', position=0,0 /\n" \
         "&joint name='A', type='crank', pivot='O', radius=0.1 /\n&link name='rotor', from='O', to='A', mass=1e-9, inertia=0 /\n" \
-        f"&frame mass={mass}, inertia={words(j)}, origin=0,0, {ALL} /\n"
+        f"&frame mass={mass}, inertia={words(j)}, origin=0,0, {ALL} /\n&gravity acceleration={weight}, direction=0,-1,0 /\n"
     for x in (a, -a):
         for z in (b, -b):
-            text += f"&support position={x},{-h},{z}, stiffness={words(k)} /\n"
+            text += f"&support position={x},{height},{z}, stiffness={words(k)} /\n"
     kx, ky, kz = (4 * value for value in k)
     # eta, and the turn about it, are alone; xi goes with psi, zeta with rot_xi: each two of m s + k and the coupling k h
     squares = [ky / mass, (kx * b**2 + kz * a**2) / j[1]]
     for spring, inertia, arm in ((kx, j[2], a), (kz, j[0], b)):
-        turn = ky * arm**2 + spring * h**2
+        turn = ky * arm**2 + spring * height**2 + mass * weight * height
         middle = (spring / mass + turn / inertia) / 2
-        root = math.sqrt(middle**2 - (spring * turn - (spring * h)**2) / (mass * inertia))
+        root = math.sqrt(middle**2 - (spring * turn - (spring * height)**2) / (mass * inertia))
         squares += [middle - root, middle + root]
     expected = sorted(math.sqrt(square) / (2 * math.pi) for square in squares)
     with Folder(input=text) as folder:
@@ -188,7 +228,7 @@ def block_tests():
         table = run.out[run.out.index("rad/s"):]
         found = [float(line.split()[2]) / (2 * math.pi) for line in table.splitlines()[1:7]]
         for i, (one, other) in enumerate(zip(found, expected)):
-            near(f"block, frequency {i + 1}", one, other, 1e-5 * other)
+            near(f"{what}, frequency {i + 1}", one, other, 1e-5 * other)
 
 
 def task_tests():
@@ -222,6 +262,50 @@ def task_tests():
         check("space, one line", "zeta_peak" in run.out, "zeta_peak", run.out)
 
 
+def force_tests():
+    """Forces by support: they add up; over the turn the mounting gives no momentum, and carries the weights; a block's mounts carry a
+    quarter each; what lifts off."""
+    text = (VALIDATION / "weighing.nml").read_text().replace("&case ", "&response points=400 /\n&case tasks='response','forces', ")
+    with Folder(input=text) as folder:
+        run = Run(folder, "-o", "out", "input.nml")
+        if not run.done("weighing, forces"):
+            return
+        history, response = rows(folder / "out" / "supports_history.csv"), rows(folder / "out" / "response.csv")
+        table = {row["support"]: row for row in rows(folder / "out" / "supports.csv")}
+        equal("weighing, places", list(table), ["1", "2", "foundation", "total"])
+        greatest_force = max(float(row["f_total_N"]) for row in history)
+        for axis in "xyz":
+            parts = [sum(float(row[f"f{axis}_{place}_N"]) for place in ("1", "2", "foundation")) for row in history]
+            # sums of rows to rounding
+            miss = max(abs(one - float(row[f"f{axis}_total_N"])) for one, row in zip(parts, history))
+            near(f"weighing, sum of forces along {axis}", miss, 0, 1e-12 * greatest_force)
+            miss = max(abs(float(row[f"f{axis}_total_N"]) - float(other[f"f{axis}_N"])) for row, other in zip(history, response))
+            near(f"weighing, the response's force along {axis}", miss, 0, 1e-12 * greatest_force)
+            # the momentum is that of before after a turn: 400 rows sum a smooth periodic function to its error, 1e-9
+            near(f"weighing, mean force along {axis}", sum(parts[:-1]) / 400, 0, 1e-8 * greatest_force)
+            static = [float(table[place][f"static_f{axis}_N"]) for place in table]
+            near(f"weighing, static forces along {axis}", sum(static[:3]), static[3], 1e-11 * 200)
+        down = [value / math.sqrt(14) for value in (2, -3, 1)]
+        weight = (18 + 0.5 + 0.6 + 0.25) * 9.81
+        for axis, part in zip("xyz", down):
+            near(f"weighing, weight along {axis}", float(table["total"][f"static_f{axis}_N"]), weight * part, 1e-11 * weight)
+        # of validation/space/newton_euler.py, at 400 rows: greatest force of each support and of all, in the report's steps of a turn
+        for place, size in WEIGHING_FORCES.items():
+            found = max(float(row[f"f_{place}_N"]) for row in history)
+            near(f"weighing, force at {place}", found, size, 1e-8 * size)
+        for place in ("1", "2"):
+            lowest = min(sum(part * (float(table[place][f"static_f{axis}_N"]) + float(row[f"f{axis}_{place}_N"]))
+                             for axis, part in zip("xyz", down)) for row in history)
+            # a parabola between 400 rows
+            near(f"weighing, least compression of {place}", float(table[place]["least_compression_N"]), lowest, 1e-3 * greatest_force)
+            near_zero = float(table[place]["least_compression_N"]) < 0
+            equal(f"weighing, {place} lifts off", bool(re.search(rf"support {place} .*LIFTS OFF", run.out)), near_zero)
+        check("weighing, gravity in the report", "9.81 m/s^2 along (0.5345,-0.8018,0.2673)" in run.out, "along", run.out[:900])
+    with Folder(input=BLOCK.format(**GOOD).replace("'stability'", "'forces'").replace("0.1,0,0.1", "0,0,0") + "&gravity /\n") as folder:
+        run = Run(folder, "--check", "input.nml")
+        check("space, static loads of --check", "STATIC LOADS" in run.out and "fz" in run.out, "STATIC LOADS", run.out)
+
+
 BLOCK = """\
 &case tasks='stability' /
 &model frame='rest' /
@@ -245,7 +329,18 @@ REFUSED = (
     ("tilted plane in the plane", {"dof": "'xi','eta','psi'"}, "&mechanism name='m', axis=1,0,0 /\n", "turns out of the frame's plane"),
     ("no axis", {}, "&mechanism name='m', axis=0,0,0 /\n", "has no direction"),
     ("x-axis on the plane", {}, "&mechanism name='m', axis=1,0,0, x_axis=2,0,0 /\n", "stands on the plane"),
-    ("gravity", {}, "&gravity /\n", "not known yet"),
+    ("gravity of two values", {}, "&gravity direction=0,-1 /\n", "needs 1 value, an angle, or 3, a vector; has 2"),
+    ("gravity without direction", {}, "&gravity direction=0,0,0 /\n", "all three values are zero"),
+    ("gravity's vector in the plane", {"dof": "'xi','eta','psi'"}, "&gravity direction=0,-1,0 /\n", "is one angle in the plane"),
+    ("foundation in the plane", {"dof": "'xi','eta','psi'"}, "&foundation stiffness(4,4)=1e3 /\n",
+     "&foundation: stiffness(4,4) = 1e3: is of a frame in space"),
+    ("foundation's damping in the plane", {"dof": "'xi','eta','psi'"}, "&foundation damping(5)=1e3 /\n",
+     "&foundation: damping(5) = 1e3: is of a frame in space"),
+    ("foundation not symmetric", {}, "&foundation stiffness(2,6)=1e3 /\n",
+     "stiffness(2,6) = 1e3: the matrix must be symmetric, c26 is 1000 and c62 is 0"),
+    ("foundation that pushes", {}, "&foundation stiffness(4,6)=1e3, stiffness(6,4)=1e3, stiffness(4,4)=1e3, stiffness(6,6)=999 /\n",
+     "not positive (semi-)definite"),
+    ("foundation of too few", {}, "&foundation stiffness=10*0 /\n", "takes 9 or 36 values, has 10"),
     ("four values", {"z": "0.1,3"}, "", "takes at most 3 values"),
 )
 
@@ -263,7 +358,11 @@ def refused_tests():
         (folder / "all.nml").write_text((folder / "input.nml").read_text().replace("&model frame='rest' /\n", ""))
         Run(folder, "all.nml").refused("space, all vibrations", 2, "all.nml:8: &model: vibrations = 'all': 'all' is not known of a "
                                        "frame in space yet")
-    for task in ("forces", "power", "sensitivity", "balance", "trade"):
+    loose = GOOD | {"stiffness": "1e4,1e4,0", "dof": "'xi','eta','zeta'"}
+    with Folder(input=BLOCK.format(**loose) + "&gravity direction=0,-1,1 /\n") as folder:
+        Run(folder, "input.nml").refused("space, nothing carries the weight", 3, "input.nml:9: &gravity: nothing carries the weight "
+                                         "along zeta: give the frame a spring there, or a guide")
+    for task in ("power", "sensitivity", "balance", "trade"):
         with Folder(input=BLOCK.format(**GOOD).replace("'stability'", f"'stability','{task}'")) as folder:
             run = Run(folder, "input.nml")
             equal(f"space, {task}: code", run.code, 2)
@@ -271,4 +370,4 @@ def refused_tests():
                   "does not know", run.err)
 
 
-SPACE_TESTS = [reference_tests, tilted_tests, block_tests, task_tests, refused_tests]
+SPACE_TESTS = [reference_tests, tilted_tests, block_tests, force_tests, task_tests, refused_tests]

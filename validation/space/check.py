@@ -105,9 +105,10 @@ def tilted(machine, turned):
         copy.place, copy.axes = turned @ mechanism.place, turned @ mechanism.axes
         mechanisms.append(copy)
     other.mechanisms = mechanisms
-    mounts = [(turned @ place, turned @ axes, np.array([*k[:2], k[0]]), np.array([*b[:2], b[0]])) for place, axes, k, b in machine.mounts()]
+    mounts = [(turned @ place, turned @ axes, np.array([*k[:2], k[0]]), np.array([*b[:2], b[0]]), turning)
+              for place, axes, k, b, turning in machine.mounts()]
     # Nothing holds the frame about the line of two mounts: one more beside it, across the plane only.
-    mounts += [(turned @ np.array([0.0, 0.3, 0.0]), turned, np.array([0.0, 0.0, mounts[0][2][2]]), np.zeros(3))]
+    mounts += [(turned @ np.array([0.0, 0.3, 0.0]), turned, np.array([0.0, 0.0, mounts[0][2][2]]), np.zeros(3), False)]
     other.mounts = lambda: mounts
     grounds = {key: machine.grounding(key) for key in ("stiffness", "damping")}
     whole = np.kron(np.eye(2), turned)

@@ -202,8 +202,8 @@ class Model:
 
     def __init__(self, machine, recording=False):
         self.machine, self.recording, self.free = machine, recording, machine.free
-        if machine.foundation or machine.gravity is not None or self.free not in ([0, 1, 5], [0, 1, 2, 3, 4, 5]):
-            raise SystemExit("not built here: a foundation, weights, freedoms but those of the plane or all six")
+        if machine.foundation or any(mount[4] for mount in machine.mounts()) or self.free not in ([0, 1, 5], [0, 1, 2, 3, 4, 5]):
+            raise SystemExit("not built here: a foundation, axes that turn, freedoms but those of the plane or all six")
         self.container = exu.SystemContainer()
         self.mbs = mbs = self.container.AddSystem()
         self.tree = tree = [Body(k - 1, kind, np.eye(3), np.zeros(3)) for k, kind in enumerate(SLIDES + HINGES)]
@@ -212,17 +212,20 @@ class Model:
         node = mbs.AddNode(item.NodeGenericODE2(referenceCoordinates=[0.0] * len(tree), initialCoordinates=[0.0] * len(tree),
                                                 initialCoordinates_t=[0.0] * len(tree), numberOfODE2Coordinates=len(tree)))
         self.body = mbs.AddObject(item.ObjectKinematicTree(
-            nodeNumber=node, jointTypes=[body.kind for body in tree], linkParents=[body.parent for body in tree],
+            nodeNumber=node, gravity=machine.weight(), jointTypes=[body.kind for body in tree], linkParents=[body.parent for body in tree],
             jointTransformations=exu.Matrix3DList([body.turned for body in tree]),
             jointOffsets=exu.Vector3DList([body.offset for body in tree]), linkMasses=[body.mass for body in tree],
             linkCOMs=exu.Vector3DList([body.center for body in tree]), linkInertiasCOM=exu.Matrix3DList([body.inertia for body in tree])))
         still = mbs.AddObject(item.ObjectGround())
         self.springs = []
-        for place, axes, stiffness, damping in machine.mounts():
+        # Springs are set so that they carry the weights where the frame is drawn.
+        self.static = Reference(machine).held
+        for (place, axes, stiffness, damping, _), static in zip(machine.mounts(), self.static):
             ends = [mbs.AddMarker(item.MarkerBodyRigid(bodyNumber=still, localHT=exu.HT(rotation=axes, translation=place))),
                     self.marker(5, place, axes)]
             self.springs.append((axes, mbs.AddObject(item.RigidBodySpringDamper(
-                markerNumbers=ends, stiffness=np.diag([*stiffness, 0.0, 0.0, 0.0]), damping=np.diag([*damping, 0.0, 0.0, 0.0])))))
+                markerNumbers=ends, stiffness=np.diag([*stiffness, 0.0, 0.0, 0.0]), damping=np.diag([*damping, 0.0, 0.0, 0.0]),
+                offset=[*np.divide(axes.T @ static, stiffness, out=np.zeros(3), where=stiffness > 0), 0.0, 0.0, 0.0]))))
         for part in self.parts:
             self.close(part)
         nothing = mbs.AddNode(item.NodePointGround())
@@ -325,7 +328,8 @@ class Model:
         self.integrate(state, steps)
         q, v = (self.mbs.GetSensorStoredData(sensor)[:, 1:] for sensor in self.sensors)
         moved = np.array([self.frame(*row)[0] for row in zip(q, v)])
-        forces = np.array([self.mbs.GetSensorStoredData(gauge)[:, 1:4] @ axes.T for gauge, (axes, _) in zip(self.gauges, self.springs)])
+        forces = np.array([self.mbs.GetSensorStoredData(gauge)[:, 1:4] @ axes.T + static
+                           for gauge, (axes, _), static in zip(self.gauges, self.springs, self.static)])
         energy, lost = np.array([self.energy(*row) for row in zip(q, v)]).T
         return moved, forces.transpose(1, 0, 2), energy, lost
 
@@ -347,10 +351,12 @@ class Model:
             known[k] = axes, place + arm, speed, w
             moving, own = speed + np.cross(w, axes @ body.center), axes.T @ w
             kinetic += (body.mass * moving @ moving + own @ body.inertia @ own) / 2
+            kinetic -= body.mass * self.machine.weight() @ (known[k][1] + axes @ body.center)
         axes, middle, speed, w = known[5]
         potential = lost = 0.0
-        for place, own, stiffness, damping in self.machine.mounts():
+        for (place, own, stiffness, damping, _), static in zip(self.machine.mounts(), self.static):
             away, moving = own.T @ (middle + axes @ place - place), own.T @ (speed + np.cross(w, axes @ place))
+            potential -= static @ own @ away
             potential, lost = potential + stiffness @ away ** 2 / 2, lost + damping @ moving ** 2
         return kinetic + potential, lost
 

@@ -136,25 +136,23 @@ class Machine:
         return self.turns * 2 * math.pi / abs(self.speed)
 
     def mounts(self):
-        """Place, axes (columns), stiffness and damping along them, of every support."""
+        """Place, axes (columns), stiffness and damping along them, whether the axes turn with the frame, of every support."""
         found = []
         for support in self.supports:
-            if support.get("axes") == ["frame"]:
-                raise SystemExit("axes='frame' is not built here")
             yaw, pitch, roll = (math.radians(word) for word in [*support.get("angle", [0.0]), 0.0, 0.0][:3])
             axes = turn([0, 0, 1], yaw) @ turn([0, 1, 0], pitch) @ turn([1, 0, 0], roll)
             found.append((in_space(support["position"]), axes, in_space(support["stiffness"]),
-                          in_space(support.get("damping", [0.0, 0.0]))))
+                          in_space(support.get("damping", [0.0, 0.0])), support.get("axes") == ["frame"]))
         return found
 
     def grounding(self, key):
         """The foundation's matrix of stiffness or damping in the six coordinates."""
         values = np.array(self.foundation.get(key, [0.0]))
-        plane, whole = [0, 1, 5], np.zeros((6, 6))
+        order, whole = [0, 1, 5, 2, 3, 4], np.zeros((6, 6))  # xi, eta, psi, zeta, rot_xi, rot_eta
         if len(values) in (3, 9):
-            whole[np.ix_(plane, plane)] = np.diag(values) if len(values) == 3 else values.reshape(3, 3)
+            whole[np.ix_(order[:3], order[:3])] = np.diag(values) if len(values) == 3 else values.reshape(3, 3)
         elif len(values) in (6, 36):
-            whole[:] = np.diag(values) if len(values) == 6 else values.reshape(6, 6)
+            whole[np.ix_(order, order)] = np.diag(values) if len(values) == 6 else values.reshape(6, 6)
         return whole
 
     def weight(self):

@@ -173,11 +173,12 @@ class Reference:
         self.place = np.array([mount[0] for mount in self.mounts]).reshape(-1, 3)
         self.springs, self.dampers = (np.array([mount[1] @ np.diag(mount[k]) @ mount[1].T for mount in self.mounts]).reshape(-1, 3, 3)
                                       for k in (2, 3))
+        self.turning = np.array([mount[4] for mount in self.mounts], dtype=bool)
         self.static()
 
     def static(self):
         """What carries the weights at rest, with the mean of their moment: the supports' static forces and the foundation's."""
-        machine, self.sag = self.machine, np.zeros(6)
+        machine, self.sag, load = self.machine, np.zeros(6), np.zeros(6)
         whole = self.stiffness.copy()
         arms = [np.hstack([np.eye(3), -cross_matrix(p)]) for p in self.place]
         for arm, spring in zip(arms, self.springs):
@@ -185,12 +186,12 @@ class Reference:
         if self.g.any():
             turns = 2 * math.pi * machine.turns
             mean = np.mean([self.links.masses @ self.links.at(turns * k / 720)[0][0] for k in range(720)], axis=0)
-            load = np.concatenate([(machine.mass + sum(self.links.masses)) * self.g, np.cross(mean, self.g)])
+            load[:] = np.concatenate([(machine.mass + sum(self.links.masses)) * self.g, np.cross(mean, self.g)])
             free = np.ix_(self.free, self.free)
             self.sag[self.free] = np.linalg.lstsq(whole[free], load[self.free], rcond=1e-12)[0]
-        # Forces on the frame.
+        # Forces on the frame; what supports leave, the foundation and guides carry.
         self.held = np.array([-spring @ arm @ self.sag for spring, arm in zip(self.springs, arms)]).reshape(-1, 3)
-        self.held_ground = -self.stiffness @ self.sag
+        self.held_ground = -load - sum((arm.T @ force for arm, force in zip(arms, self.held)), np.zeros(6))
 
     def loads(self, phi, q, v, a):
         """d'Alembert: masses times accelerations less the weights, in space, and moments of that and of the attitudes about F, in the
@@ -216,22 +217,33 @@ class Reference:
         return times(turned, force), moment, power
 
     def mounting(self, q, v):
-        """Forces of all supports on the frame in space, and forces and moments of the foundation on it, both in space."""
+        """Forces of all supports on the frame, static ones too, and their arms, both in space; forces and moments of the foundation.
+
+        Axes that turn are those of a second frame, fixed to the first: the ground's point of the support is seen from there, moves and
+        is pulled at; the force acts where it is."""
         theta = q[..., 3:]
         turned, matrix = rotation(theta), spin_matrix(theta)
-        heads = times(turned[..., None, :, :], self.place)
-        w = times(matrix, v[..., 3:])
+        each = turned[..., None, :, :]
+        heads = times(each, self.place)
+        w = times(matrix, v[..., 3:])[..., None, :]
         away = q[..., None, :3] + heads - self.place
-        moving = v[..., None, :3] + times(turned[..., None, :, :], cross(w[..., None, :], self.place))
-        forces = -times(self.springs, away) - times(self.dampers, moving)
+        moving = v[..., None, :3] + times(each, cross(w, self.place))
+        forces = self.held - times(self.springs, away) - times(self.dampers, moving)
+        # The ground's point as seen from the frame: R^T (p - u), and its rate there.
+        back = np.swapaxes(each, -1, -2)
+        seen = times(back, self.place - q[..., None, :3])
+        rate = -times(back, v[..., None, :3]) - cross(w, seen)
+        drawn = times(each, self.held + times(self.springs, seen - self.place) + times(self.dampers, rate))
+        forces = np.where(self.turning[:, None], drawn, forces)
+        arms = np.where(self.turning[:, None], times(each, seen), heads)
         ground = -q @ self.stiffness - v @ self.damping
-        return forces, heads, ground, turned, matrix
+        return forces, arms, ground, turned, matrix
 
     def missing(self, phi, q, v, a):
         """What is left of forces (space) and moments (frame's axes): zero along a motion."""
         force, moment, _ = self.loads(phi, q, v, a)
         forces, heads, ground, turned, matrix = self.mounting(q, v)
-        forces, ground = forces + self.held, ground + self.held_ground
+        ground = ground + self.held_ground
         force = force - np.sum(forces, axis=-2) - ground[..., :3]
         back = np.swapaxes(turned, -1, -2)
         moment = moment - times(back, np.sum(cross(heads, forces), axis=-2))
@@ -348,8 +360,9 @@ class Vibration:
 
         q, v = self.q * size, self.v * size
         forces, heads, ground, turned, matrix = own.mounting(q, v)
-        forces, ground = -forces, -ground
-        about = heads + q[:, None, :3] if own.model == "exact" else heads
+        forces, ground = own.held - forces, -ground
+        # At a head that stays in space forces act where it is, else at its place at rest.
+        about = np.where(own.turning[:, None], own.place, heads + q[:, None, :3] if own.model == "exact" else heads)
         moment = np.sum(cross(about, forces), axis=1) + times(turned, np.linalg.solve(np.swapaxes(matrix, 1, 2),
                                                                                       ground[:, 3:, None])[..., 0])
         whole = np.sum(forces, axis=1) + ground[:, :3]

@@ -1,12 +1,13 @@
 !> Drive, frame and mounting of an input file.
 module gestell_input_machine_frame
   use gestell_base_error, only: error_type
-  use gestell_base_key, only: key_type, nonnegative, nonzero, of_angle, of_damping, of_damping_diagonal, of_inertia, of_length, &
-    & of_mass, of_stiffness, of_stiffness_matrix, positive, real_key, text_key
+  use gestell_base_key, only: key_type, nonnegative, nonzero, of_angle, of_damping, of_inertia, of_length, of_mass, of_stiffness, &
+    & positive, real_key, text_key
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, the_group, word_length
   use gestell_input_schema_read, only: count_values, read, read_place
+  use gestell_input_machine_loads, only: foundation_keys, gravity_keys, read_foundation, read_gravity
   use gestell_input_machine_mechanisms, only: read_planes
   use gestell_input_machine_mechanism, only: name_line
   use gestell_input_namelist_message, only: in_group, input_error
@@ -14,6 +15,7 @@ module gestell_input_machine_frame
   use gestell_model_frame, only: frame_type, dof_names, new_frame
   use gestell_model_mechanism_held, only: held_subject, holders
   use gestell_model_mechanism, only: mechanism_type
+  use gestell_model_frame_gravity, only: weigh_frame
   use gestell_model_frame_in_space, only: planes_of, put_in_space
   use gestell_model_linkage, only: linkage_type
   use gestell_model_space_masses, only: plane_type
@@ -25,7 +27,7 @@ module gestell_input_machine_frame
   implicit none (type, external)
   private
 
-  public :: read_drive_and_frame, read_frame
+  public :: foundation_keys, gravity_keys, read_drive_and_frame, read_frame
 
   type(key_type), parameter, public :: drive_keys(*) = [ &
     & key_type("drive", "speed_rpm", real_key, "crank speed, counter-clockwise positive", required=.true., symbol="1/min", &
@@ -57,22 +59,10 @@ module gestell_input_machine_frame
     & key_type("support", "axes", text_key, "whether the axes stay in space or turn with the frame, see below", word="space", &
     &   words="space, frame")]
 
-  type(key_type), parameter, public :: foundation_keys(*) = [ &
-    & key_type("foundation", "stiffness", real_key, "c_ij added to what the supports give, symmetric and nowhere negative", &
-    &   2, 9, 9, unit=of_stiffness_matrix, default=0.0_dp, rows=3), &
-    & key_type("foundation", "damping", real_key, "b_i added to the diagonal", 1, 3, 3, unit=of_damping_diagonal, &
-    &   default=0.0_dp, range=nonnegative)]
-
-  type(key_type), parameter, public :: gravity_keys(*) = [ &
-    & key_type("gravity", "acceleration", real_key, "of gravity; 0: as without the group", symbol="m/s^2", default=9.80665_dp, &
-    &   range=nonnegative), &
-    & key_type("gravity", "direction", real_key, "of the weights in the frame's axes: 0 along xi, -90 downwards against eta", &
-    &   unit=of_angle, default=-90.0_dp)]
-
   !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing. `supports` are those
   !> of a frame of the plane, `in_space` those of one in space.
   type, public :: frame_data_type
-    real(dp) :: mass = 0, inertia(3, 3) = 0, origin(3) = 0, stiffness(3, 3) = 0, damping(3, 3) = 0, speed = 0, gravity(2) = 0, &
+    real(dp) :: mass = 0, inertia(3, 3) = 0, origin(3) = 0, stiffness(6, 6) = 0, damping(6, 6) = 0, speed = 0, gravity(3) = 0, &
       & flywheel_inertia = 0
     character(len=8) :: held_by = "motor"
     integer, allocatable :: free(:)
@@ -100,8 +90,8 @@ contains
     if (any(data%free > 3)) then
       call read_frame_in_space(doc, units, data, mechanism, frame, error)
     else
-      call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness, data%damping, data%speed, &
-        & error, data%free, data%supports, data%gravity, trim(data%held_by))
+      call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness(:3, :3), &
+        & data%damping(:3, :3), data%speed, error, data%free, data%supports, data%gravity(:2), trim(data%held_by))
     end if
     frame%flywheel_inertia = data%flywheel_inertia
     if (.not. allocated(error)) return
@@ -125,10 +115,7 @@ contains
     type(plane_type), allocatable :: planes(:)
     real(dp), allocatable :: origins(:, :), axes(:, :, :)
 
-    if (any(abs(data%gravity) > 0)) then
-      call input_error(the_group(doc, "gravity"), "", "of a frame in space is not known yet: without it q = 0 is its static rest " &
-        & // "all the same", error)
-    else if (data%held_by /= "motor") then
+    if (data%held_by /= "motor") then
       call input_error(the_group(doc, "drive"), "held_by", "of a frame in space is 'motor' only, yet", error)
     end if
     if (allocated(error)) return
@@ -142,10 +129,12 @@ contains
         & error)
       return
     end select
-    call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness, data%damping, data%speed, &
-      & error)
-    if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%in_space, data%free, error)
+    call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness(:3, :3), &
+      & data%damping(:3, :3), data%speed, error)
+    if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%in_space, data%free, error, data%stiffness, &
+      & data%damping)
     if (.not. allocated(error)) frame%space%origin = data%origin
+    if (.not. allocated(error)) call weigh_frame(frame, data%gravity, error)
   end subroutine read_frame_in_space
 
   !> All of it but the mechanism.
@@ -155,22 +144,22 @@ contains
     type(frame_data_type), intent(out) :: data
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
+    logical :: in_space
 
     call read_drive(the_group(doc, "drive"), units, data, error)
     if (allocated(error)) return
-    call read_foundation(the_group(doc, "foundation"), units, data%stiffness, data%damping, error)
-    if (allocated(error)) return
-    call read_gravity(groups_named(doc, "gravity"), units, data%gravity, error)
-    if (allocated(error)) return
-
     group = the_group(doc, "frame")
     call read(group, frame_keys, "mass", data%mass, error, units)
     if (allocated(error)) return
     call read_dof(group, data%free, error)
+    if (allocated(error)) return
+    in_space = any(data%free > 3)
+    call read_foundation(the_group(doc, "foundation"), units, in_space, data%stiffness, data%damping, error)
+    if (.not. allocated(error)) call read_gravity(groups_named(doc, "gravity"), units, in_space, data%gravity, error)
     if (.not. allocated(error)) call read_inertia(group, units, any(data%free > 4), data%inertia, error)
     if (.not. allocated(error)) call read_place(group, frame_keys, "origin", units, data%origin, error)
-    if (.not. allocated(error)) call read_supports(groups_named(doc, "support"), units, any(data%free > 3), data, error)
-    if (.not. allocated(error) .and. .not. any(data%free > 3)) call refuse_tilted(doc, error)
+    if (.not. allocated(error)) call read_supports(groups_named(doc, "support"), units, data, error)
+    if (.not. allocated(error) .and. .not. in_space) call refuse_tilted(doc, error)
   end subroutine read_drive_and_frame
 
   !> The speed and who holds it.
@@ -197,56 +186,6 @@ contains
     if (allocated(error)) return
     if (held_by /= "flywheel") call input_error(group, "flywheel_inertia", "needs held_by='flywheel'", error)
   end subroutine read_drive
-
-  !> c_ij and b_ij of the foundation. Error: the stiffness is not symmetric, or negative in some direction.
-  subroutine read_foundation(group, units, stiffness, damping, error)
-    type(group_type), intent(in) :: group
-    type(units_type), intent(in) :: units
-    real(dp), intent(out) :: stiffness(3, 3), damping(3, 3)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp) :: b(3)
-    integer :: i, k
-
-    damping = 0
-    call read(group, foundation_keys, "stiffness", stiffness, error)
-    if (allocated(error)) return
-    do i = 1, 3
-      k = 1 + mod(i, 3)
-      if (.not. abs(stiffness(i, k) - stiffness(k, i)) > 0) cycle
-      call input_error(group, "stiffness", "the matrix must be symmetric, c" // text(i) // text(k) // " is " &
-        & // concise(stiffness(i, k)) // " and c" // text(k) // text(i) // " is " // concise(stiffness(k, i)), error, &
-        & element=i + 3 * (k - 1))
-      return
-    end do
-    call read(group, foundation_keys, "stiffness", stiffness, error, units)
-    if (negative_somewhere(stiffness)) then
-      call input_error(group, "stiffness", "the matrix is not positive (semi-)definite: it would push the frame away in " // &
-        & "some direction", error)
-      return
-    end if
-    call read(group, foundation_keys, "damping", b, error, units)
-    if (allocated(error)) return
-    do i = 1, 3
-      damping(i, i) = b(i)
-    end do
-  end subroutine read_foundation
-
-  !> Whether a symmetric matrix has a principal minor below zero by more than rounding (Sylvester).
-  pure logical function negative_somewhere(c)
-    real(dp), intent(in) :: c(3, 3)
-    real(dp), parameter :: rounding = 1.0e-12_dp
-    real(dp) :: products, mixed
-    integer :: i, k
-
-    negative_somewhere = any([(c(i, i) < 0, i = 1, 3)])
-    do i = 1, 3
-      k = 1 + mod(i, 3)
-      negative_somewhere = negative_somewhere .or. c(i, k)**2 > (1 + rounding) * c(i, i) * c(k, k)
-    end do
-    products = c(1, 1) * c(2, 2) * c(3, 3)
-    mixed = c(1, 1) * c(2, 3)**2 + c(2, 2) * c(1, 3)**2 + c(3, 3) * c(1, 2)**2 - 2 * c(1, 2) * c(2, 3) * c(1, 3)
-    negative_somewhere = negative_somewhere .or. mixed > (1 + rounding) * products
-  end function negative_somewhere
 
   !> The tensor of inertia. Errors: a moment is not positive; `turning` about xi or eta one value does not do.
   subroutine read_inertia(group, units, turning, inertia, error)
@@ -303,11 +242,10 @@ contains
     end do
   end subroutine refuse_tilted
 
-  !> The supports of the plane or `in_space`.
-  subroutine read_supports(groups, units, in_space, data, error)
+  !> The supports, as those of the plane and as those in space.
+  subroutine read_supports(groups, units, data, error)
     type(group_type), intent(in) :: groups(:)
     type(units_type), intent(in) :: units
-    logical, intent(in) :: in_space
     type(frame_data_type), intent(inout) :: data
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: axes
@@ -326,38 +264,16 @@ contains
         if (.not. allocated(error)) call read(group, support_keys, "axes", axes, error)
         if (allocated(error)) return
         support = support_type(there%position(:2), there%stiffness(:2), there%damping(:2), angles(1), axes == "frame")
+        there%turning = axes == "frame"
         angles = modulo(angles, 2 * pi)
         there%axes = matmul(rotation_matrix([0.0_dp, 0.0_dp, angles(1)]), matmul(rotation_matrix([0.0_dp, angles(2), 0.0_dp]), &
           & rotation_matrix([angles(3), 0.0_dp, 0.0_dp])))
-        if (in_space .and. axes == "frame") then
-          call input_error(group, "axes", "in space stay there, yet", error)
-          return
-        end if
         if (all(ieee_is_finite(stiffness_matrix([support])) .and. ieee_is_finite(damping_matrix([support])))) cycle
         call input_error(group, "position", "so far from F its stiffness or damping about F overflows", error)
         return
       end associate
     end do
   end subroutine read_supports
-
-  !> Gravity (m/s^2) along xi and eta; without a group there is none.
-  subroutine read_gravity(groups, units, gravity, error)
-    type(group_type), intent(in) :: groups(:)
-    type(units_type), intent(in) :: units
-    real(dp), intent(out) :: gravity(2)
-    type(error_type), allocatable, intent(out) :: error
-    !> Along an axis the other component is zero, not its rounding.
-    real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
-    real(dp) :: acceleration, direction
-
-    gravity = 0
-    if (size(groups) == 0) return
-    call read(groups(1), gravity_keys, "acceleration", acceleration, error)
-    if (.not. allocated(error)) call read(groups(1), gravity_keys, "direction", direction, error, units)
-    if (allocated(error)) return
-    gravity = [cos(direction), sin(direction)]
-    gravity = acceleration * merge(gravity, 0.0_dp, abs(gravity) > rounding)
-  end subroutine read_gravity
 
   !> Key `dof`: numbers of the free degrees of freedom, each once, in the order of the matrices.
   subroutine read_dof(group, free, error)

@@ -103,24 +103,40 @@ contains
 
     ! in real numbers: repeat counts may be as large as they like
     total = sum(real(entry%values%count, dp))
-    if (total > rule%most) then
+    if (rule%shorter > 0 .and. all(nint(min(total, 1.0e6_dp)) /= [rule%shorter, rule%most])) then
+      call refuse_entry(group, entry, "takes " // decimal(rule%shorter) // " or " // decimal(rule%most) // " values, has " &
+        // decimal(nint(min(total, 1.0e6_dp))) // comma_hint(entry, rule), error)
+      return
+    else if (total > rule%most) then
       call refuse_entry(group, entry, values_words(rule, total) // comma_hint(entry, rule), error)
       return
-    else if (total < rule%least) then
+    else if (total < rule%least .and. rule%shorter == 0) then
       call refuse_entry(group, entry, values_words(rule, total), error)
       return
     end if
-    call start(entry, rule, nint(total), merged)
+    call start(entry, rule, merge(rule%most, nint(total), rule%shorter > 0), merged)
     n = 0
     do i = 1, size(entry%values)
       value = entry%values(i)
       value%count = 1
       do k = 1, entry%values(i)%count
         n = n + 1
-        merged%values(n) = value
+        merged%values(place_of(n, nint(total), rule)) = value
       end do
     end do
   end subroutine expand
+
+  !> Which element number n of a list of so many values is.
+  pure integer function place_of(n, total, rule)
+    integer, intent(in) :: n, total
+    type(key_type), intent(in) :: rule
+    integer :: rows
+
+    place_of = n
+    if (rule%rank < 2 .or. total /= rule%shorter) return
+    rows = nint(sqrt(real(total, dp)))
+    place_of = 1 + mod(n - 1, rows) + rule%rows * ((n - 1) / rows)
+  end function place_of
 
   !> A merged entry without values.
   pure subroutine start(entry, rule, n, merged)

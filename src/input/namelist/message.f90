@@ -75,12 +75,12 @@ contains
     end do
   end function telling_value
 
-  !> "key = values" as the user typed them, or "key(2) = value".
+  !> "key = values" as the user typed them, those that are given, or "key(2) = value".
   pure function typed(entry, element) result(text)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
-    character(len=:), allocatable :: text
-    integer :: i
+    character(len=:), allocatable :: text, comma
+    integer :: i, last
 
     text = entry%key // subscripts(entry, element)
     if (present(element)) then
@@ -89,13 +89,17 @@ contains
       return
     end if
     text = text // " ="
-    do i = 1, size(entry%values)
-      if (i > 1) text = text // ","
-      text = text // " " // typed_value(entry%values(i))
-      if (len(text) <= 2 * longest_shown .or. i == size(entry%values)) cycle
+    comma = " "
+    last = findloc([(allocated(entry%values(i)%text), i = 1, size(entry%values))], .true., dim=1, back=.true.)
+    do i = 1, last
+      if (.not. allocated(entry%values(i)%text)) cycle
+      text = text // comma // typed_value(entry%values(i))
+      comma = ", "
+      if (len(text) <= 2 * longest_shown .or. i == last) cycle
       text = text // ", ..."
       return
     end do
+    if (comma == " ") text = text // comma
   end function typed
 
   !> The subscripts as typed, or those of one element.

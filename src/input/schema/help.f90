@@ -2,6 +2,7 @@
 module gestell_input_schema_help
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_key, only: all_words, integer_key, key_type, real_key, text_key, unset
+  use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_wording, only: decimal, lower, shown
   use gestell_input_namelist_suggest, only: listed, nearest_of
@@ -210,8 +211,13 @@ contains
       if (key%most > 1) words = "some of " // quoted(key%words)
       return
     end if
-    if (key%rank == 2) then
+    if (key%rank == 2 .and. key%shorter > 0) then
+      words = decimal(nint(sqrt(real(key%shorter, dp)))) // " x " // decimal(nint(sqrt(real(key%shorter, dp)))) // " or " &
+        & // decimal(key%rows) // " x " // decimal(key%most / key%rows) // " " // noun // "s"
+    else if (key%rank == 2) then
       words = decimal(key%rows) // " x " // decimal(key%most / key%rows) // " " // noun // "s"
+    else if (key%shorter > 0) then
+      words = decimal(key%shorter) // " or " // decimal(key%most) // " " // noun // "s"
     else if (key%most == 1) then
       words = noun
     else if (key%least == key%most) then
@@ -261,6 +267,7 @@ contains
   pure function default_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
+    integer :: n
 
     words = trim(key%otherwise)
     if (words /= "") return
@@ -268,8 +275,9 @@ contains
       words = quoted(key%word)
     else if (key%default > unset) then
       words = concise(key%default)
-      if (key%rank == 1 .and. key%least == key%most) words = words // repeat(", " // words, key%most - 1)
-      if (key%rank == 2) words = decimal(key%most) // "*" // words
+      n = merge(key%shorter, key%most, key%shorter > 0)
+      if (key%rank == 1 .and. key%least == key%most) words = words // repeat(", " // words, n - 1)
+      if (key%rank == 2) words = decimal(n) // "*" // words
       words = "`" // words // "`"
     end if
   end function default_of

@@ -5,7 +5,7 @@ module gestell_input_schema_read
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_wording, only: decimal
-  use gestell_input_namelist_document, only: group_type, find_entry, word_length
+  use gestell_input_namelist_document, only: entry_type, find_entry, group_type, word_length
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema_units, only: units_type
@@ -16,7 +16,8 @@ module gestell_input_schema_read
 
   !> call read(group, keys, name, value, error, units, default): the value of a group's key, whose record stands in `keys`.
   !> Numbers, vectors and matrices come in SI, with `units`, or as typed without. Where the key is missing its default stands
-  !> for it, the one given here first; for vectors and matrices for every element not given. Errors: a value out of range, a word
+  !> for it, the one given here first; for vectors and matrices for every element not given. Of a matrix with more rows the first
+  !> ones come. Errors: a value out of range, a word
   !> that is not allowed, a key without default that is missing.
   interface read
     module procedure read_real
@@ -70,7 +71,7 @@ contains
       if (present(default)) missing = default
       i = find_entry(group, name)
       n = 0
-      if (i > 0) n = size(group%entries(i)%values)
+      if (i > 0) n = last_given(group%entries(i))
       if (n > size(value)) then
         value = 0
         call input_error(group, name, "needs " // decimal(size(value)) &
@@ -123,11 +124,27 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(units_type), intent(in), optional :: units
     real(dp), intent(in), optional :: default
-    real(dp) :: elements(size(value))
+    real(dp), allocatable :: elements(:)
+    integer :: i, k, rows
 
+    rows = size(value, 1)
+    i = find_entry(group, name)
+    if (i > 0) rows = max(rows, group%entries(i)%rows)
+    allocate(elements(rows * size(value, 2)))
     call read_vector(group, keys, name, elements, error, units, default)
-    value = reshape(elements, shape(value))
+    do k = 1, size(value, 2)
+      value(:, k) = elements(1 + rows * (k - 1):size(value, 1) + rows * (k - 1))
+    end do
   end subroutine read_matrix
+
+  !> The last element that has a value.
+  pure integer function last_given(entry) result(n)
+    type(entry_type), intent(in) :: entry
+
+    do n = size(entry%values), 1, -1
+      if (allocated(entry%values(n)%text)) return
+    end do
+  end function last_given
 
   pure subroutine read_integer(group, keys, name, value, error)
     type(group_type), intent(in) :: group

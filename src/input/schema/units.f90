@@ -29,10 +29,12 @@ module gestell_input_schema_units
   character(len=14), parameter, public :: quantity_names(quantities) = [character(len=14) :: "length", "mass", "inertia", &
     & "stiffness", "force", "moment", "damping", "rotary_damping", "angle"]
 
-  !> The quantities of a stiffness matrix in Fortran's order, and of the diagonal of a damping matrix.
-  integer, parameter :: stiffness_matrix(9) = [of_stiffness, of_stiffness, of_force, of_stiffness, of_stiffness, of_force, &
-    & of_force, of_force, of_moment]
-  integer, parameter :: damping_diagonal(3) = [of_damping, of_damping, of_rotary_damping]
+  !> Which degrees of freedom of a frame turn it, in its order; the quantities of a stiffness matrix in Fortran's order, and of the
+  !> diagonal of a damping matrix.
+  logical, parameter :: turns(6) = [.false., .false., .true., .false., .true., .true.]
+  integer :: i, j
+  integer, parameter :: stiffness_matrix(36) = [((of_stiffness + count([turns(i), turns(j)]), i = 1, 6), j = 1, 6)]
+  integer, parameter :: damping_diagonal(6) = [(merge(of_rotary_damping, of_damping, turns(i)), i = 1, 6)]
 
   !> A unit of a quantity. 1 kp = 9.80665 N.
   type :: entry_type

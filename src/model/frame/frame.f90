@@ -295,8 +295,8 @@ contains
     call self%check(error)
     if (allocated(error)) return
     if (allocated(self%space)) then
-      call symmetric_pencil(self%space%stiffness(in_space(self%free), in_space(self%free)), &
-        & self%space%mean_mass(self%mass, self%free, 4 * self%least_steps), frequencies, error)
+      call symmetric_pencil(self%space%mean_stiffness(self%free), self%space%mean_mass(self%mass, self%free, &
+        & 4 * self%least_steps), frequencies, error)
     else
       m = mean_mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, self%even_in_space(), &
         & [(2 * pi * k / (4 * self%least_steps), k = 1, 4 * self%least_steps)])
@@ -323,7 +323,7 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), allocatable :: c(:, :)
 
-    if (allocated(self%space)) c = self%space%stiffness(in_space, in_space)
+    if (allocated(self%space)) c = self%space%ground_stiffness()
     if (.not. allocated(self%space)) c = self%stiffness + turned_loads(self%supports)
   end function ground_stiffness
 

@@ -18,18 +18,21 @@ module gestell_model_frame_in_space
 contains
 
   !> Gives a `frame`, as `new_frame` has made it with its foundation, the tensor of `inertia` about F (kg m^2), mechanisms in their
-  !> `planes` in the place of its own, `supports`, and the degrees of freedom that are `free`, of six.
+  !> `planes` in the place of its own, `supports`, and the degrees of freedom that are `free`, of six. `stiffness` and `damping` are
+  !> the foundation's in the order of these, where the frame's own of (xi, eta, psi) are not all.
   !> Errors: numbers that are not finite or out of range; a mechanism that cannot turn.
-  subroutine put_in_space(frame, inertia, planes, supports, free, error)
+  subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping)
     type(frame_type), intent(inout) :: frame
     real(dp), intent(in) :: inertia(3, 3)
     type(plane_type), intent(in) :: planes(:)
     type(space_support_type), intent(in) :: supports(:)
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: stiffness(6, 6), damping(6, 6)
     !> As of the plane (gestell_model_frame).
     real(dp), parameter :: share = 12
     type(plane_type), allocatable :: prepared(:)
+    real(dp) :: c(6, 6), b(6, 6)
     integer :: i
 
     call check_free(free, 6, error)
@@ -51,7 +54,13 @@ contains
       end associate
     end do
     allocate(frame%space)
-    call new_space(frame%space, inertia, prepared, supports, frame%stiffness, frame%damping)
+    c = 0
+    c(:3, :3) = frame%stiffness
+    if (present(stiffness)) c = stiffness
+    b = 0
+    b(:3, :3) = frame%damping
+    if (present(damping)) b = damping
+    call new_space(frame%space, inertia, prepared, supports, c, b)
     if (.not. all(ieee_is_finite(frame%space%stiffness)) .or. .not. all(ieee_is_finite(frame%space%damping))) then
       call fatal_error(error, "a support is so far from F that its stiffness or damping about F overflows", invalid_input)
       return

@@ -5,10 +5,10 @@ module gestell_model_frame_quantity_in_space
   use gestell_base_text, only: text
   use gestell_model_frame, only: dof_names, frame_type
   use gestell_model_frame_mounting, only: matrix_rounding
-  use gestell_model_frame_rows, only: accelerations, exact_rows_in_space, moments_excess, probe_type, quantity_type, rows_of, &
-    & turn_excess
+  use gestell_model_frame_rows, only: accelerations, exact_rows, moments_excess, probe_type, quantity_type, rows_of, &
+    & supports_excess, turn_excess
   use gestell_model_space, only: in_frame, is_rotation
-  use gestell_model_space_mounting, only: support_matrix
+  use gestell_model_space_mounting, only: space_support_type, support_matrix, turned_loads
   use gestell_model_space_rotation, only: cross
   implicit none (type, external)
   private
@@ -24,7 +24,7 @@ module gestell_model_frame_quantity_in_space
   !> Forces and moments about F at rest, of (u, theta): weights of the motion's rows and bounds on their roundings, shape
   !> (rows, 6).
   type :: forces_type
-    real(dp) :: weights(exact_rows_in_space, 6) = 0, rounding(exact_rows_in_space, 6) = 0
+    real(dp), allocatable :: weights(:, :), rounding(:, :)
   contains
     procedure :: add
   end type forces_type
@@ -42,9 +42,10 @@ contains
     type(forces_type) :: forces
     integer :: dot, dof, k, number
 
+    allocate(forces%weights(exact_rows(frame), 6), forces%rounding(exact_rows(frame), 6), source=0.0_dp)
     do dof = 1, 6
       if (name /= trim(dof_names(dof)) .and. name /= trim(dof_names(dof)) // "_dot") cycle
-      allocate(quantity%weights(exact_rows_in_space, 1), source=0.0_dp)
+      allocate(quantity%weights(exact_rows(frame), 1), source=0.0_dp)
       k = merge(0, 6, name == dof_names(dof))
       quantity%weights(k + dof, 1) = 1
       quantity%unit = merge("rad", "m  ", is_rotation(dof))
@@ -116,8 +117,7 @@ contains
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: number
     type(forces_type), intent(inout) :: forces
-    real(dp) :: k(3, 3), d(3, 3), p(3)
-    integer :: i, j, row
+    integer :: i
 
     associate (space => frame%space)
       if (number == 0) then
@@ -130,19 +130,44 @@ contains
           & support_matrix(space%supports(number), space%supports(number)%damping))
       end if
       do i = max(1, number), merge(size(space%supports), number, number == 0)
-        p = space%supports(i)%position
-        associate (axes => space%supports(i)%axes)
-          k = matmul(axes * spread(space%supports(i)%stiffness, 1, 3), transpose(axes))
-          d = matmul(axes * spread(space%supports(i)%damping, 1, 3), transpose(axes))
-        end associate
-        do j = 1, 3
-          row = turn_excess + 3 * (j - 1)
-          forces%weights(row + 1:row + 3, :3) = forces%weights(row + 1:row + 3, :3) + p(j) * k
-          forces%weights(row + 10:row + 12, :3) = forces%weights(row + 10:row + 12, :3) + p(j) * d
-        end do
+        call add_turned(space%supports, i, forces)
       end do
     end associate
   end subroutine add_mounting
+
+  !> Adds what the force of a support has by the frame's turn: where its axes stay in space, rows of R - 1 - [theta], which moves
+  !> its head too; else its static force turned, and its own rows of the exact frame.
+  pure subroutine add_turned(supports, number, forces)
+    type(space_support_type), intent(in) :: supports(:)
+    integer, intent(in) :: number
+    type(forces_type), intent(inout) :: forces
+    real(dp), parameter :: unit = 16 * epsilon(1.0_dp)
+    real(dp) :: c(6, 6), k(3, 3), d(3, 3)
+    integer :: i, row
+
+    associate (support => supports(number), p => supports(number)%position)
+      if (support%turning) then
+        c = turned_loads([support])
+        forces%weights(in_frame, :) = forces%weights(in_frame, :) + transpose(c)
+        forces%rounding(in_frame(4:), :3) = forces%rounding(in_frame(4:), :3) + unit * norm2(support%static)
+        forces%rounding(in_frame(4:), 4:) = forces%rounding(in_frame(4:), 4:) + unit * norm2(support%static) * norm2(p)
+        row = supports_excess + 3 * count(supports(:number - 1)%turning)
+        do i = 1, 3
+          forces%weights(row + i, i) = 1
+        end do
+        return
+      end if
+      c = support_matrix(support, support%stiffness)
+      k = c(:3, :3)
+      c = support_matrix(support, support%damping)
+      d = c(:3, :3)
+      do i = 1, 3
+        row = turn_excess + 3 * (i - 1)
+        forces%weights(row + 1:row + 3, :3) = forces%weights(row + 1:row + 3, :3) + p(i) * k
+        forces%weights(row + 10:row + 12, :3) = forces%weights(row + 10:row + 12, :3) + p(i) * d
+      end do
+    end associate
+  end subroutine add_turned
 
   !> Adds a mounting's matrices of (u, theta).
   pure subroutine add(self, c, b)
@@ -188,11 +213,9 @@ contains
     type(probe_type), intent(in) :: probe
     character(len=*), intent(in) :: part
     type(quantity_type), intent(out) :: quantity
-    real(dp) :: along(exact_rows_in_space, 3), unit(3), p(3)
+    real(dp) :: along(exact_rows(frame), 3), unit(3), p(3)
     integer :: number, level, i, row
 
-    associate (unused => frame)
-    end associate
     p = [probe%position, probe%z]
     number = findloc(point_parts, part, dim=1)
     level = (number - 1) / 4

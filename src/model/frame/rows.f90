@@ -11,7 +11,8 @@
 !>
 !> In space these are four times six numbers, in the order of the frame's degrees of freedom. Of the exact frame follow the nine
 !> numbers of R - 1 - [theta], column by column, with which the displacements of all points are u + theta x p + (R - 1 - [theta]) p,
-!> their first and second derivatives, and what the three moments on the ground have beyond their linear terms.
+!> their first and second derivatives, and what the three moments on the ground have beyond their linear terms; then what
+!> the three forces of each support have whose axes turn.
 module gestell_model_frame_rows
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -24,8 +25,8 @@ module gestell_model_frame_rows
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12, &
     & sine = 13, cosine = 14, moment_excess = 19
 
-  !> In space: where the 9 excesses of R and of their derivatives begin, those of the moments, all rows.
-  integer, parameter, public :: turn_excess = 24, moments_excess = 51, exact_rows_in_space = 54
+  !> In space: where the 9 excesses of R and of their derivatives begin, those of the moments, and those of supports.
+  integer, parameter, public :: turn_excess = 24, moments_excess = 51, supports_excess = 54
 
   !> A measuring point on the frame, in its system (m); the greatest vibration velocity (m/s, rms in the band of frequencies, Hz,
   !> in any direction) that is allowed, 0: no limit.
@@ -57,7 +58,7 @@ contains
     integer :: k
 
     if (allocated(frame%space)) then
-      exact_rows = exact_rows_in_space
+      exact_rows = supports_excess + 3 * count(frame%space%supports%turning)
       return
     end if
     exact_rows = moment_excess + 2 * count([(frame%supports(k)%turning, k = 1, size(frame%supports))])

@@ -10,8 +10,10 @@
 !> the moment is Im(conj(E) X - R), its derivative with respect to psi -Re(conj(E) X), the potential Im(R) psi - Re(conj(E) X).
 module gestell_model_frame_weights
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
-  use gestell_base_kinds, only: dp, pi
-  use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mechanism_type, table_columns
+  use gestell_base_kinds, only: dp
+  use gestell_math_matrix, only: solve_semidefinite
+  use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mechanism_type
+  use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_frame_mounting, only: stiffness_matrix, support_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -81,91 +83,23 @@ contains
       & "the weights overflow", invalid_input, gravity_subject)
   end subroutine new_weights
 
-  !> The mean over the turn of a1 + i a2 and the greatest size of it, by the trapezoidal rule, its points doubled until two
-  !> doublings in a row have changed nothing but roundings.
-  subroutine average_masses(mechanism, mean, greatest)
-    class(mechanism_type), intent(in) :: mechanism
-    complex(dp), intent(out) :: mean
-    real(dp), intent(out) :: greatest
-    integer, parameter :: most_points = 2**18
-    real(dp), allocatable :: table(:, :), angles(:)
-    complex(dp) :: before
-    real(dp) :: shift, change, last
-    integer :: k, points
-
-    points = max(16, 2 * ceiling(2 * pi / mechanism%angle_scale))
-    shift = 0
-    mean = 0
-    greatest = 0
-    change = huge(change)
-    do
-      if (allocated(table)) deallocate(table)
-      allocate(table(points, table_columns))
-      angles = [(2 * pi * (k + shift) / points, k = 0, points - 1)]
-      call mechanism%tabulate(angles, table)
-      greatest = max(greatest, maxval(hypot(table(:, a1_v), table(:, a2_v))))
-      before = mean
-      mean = cmplx(sum(table(:, a1_v)), sum(table(:, a2_v)), dp) / points
-      if (shift > 0) then
-        mean = (mean + before) / 2
-        points = 2 * points
-        last = change
-        change = abs(mean - before)
-        if (max(change, last) <= 8 * epsilon(1.0_dp) * greatest .or. points > most_points) exit
-      end if
-      shift = 0.5_dp
-    end do
-  end subroutine average_masses
-
-  !> C q = load of the `free` degrees of freedom, by elimination with full pivoting in units that make the diagonal 1; what no
-  !> spring holds stays 0. `sizes`: of the terms that the load sums. Error: a load along it is left.
+  !> Where the mounting with the stiffness c carries a load of the `free` degrees of freedom; what no spring holds stays 0.
+  !> `sizes`: of the terms that the load sums. Error: a load along it is left.
   pure subroutine find_sag(c, free, load, sizes, q, error)
     real(dp), intent(in) :: c(3, 3), load(3), sizes(3)
     integer, intent(in) :: free(:)
     real(dp), intent(out) :: q(3)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: singular = 1.0e-12_dp, left = 1.0e-9_dp
     character(len=*), parameter :: names(3) = [character(len=32) :: "the weight along xi", "the weight along eta", &
       & "the weights' moment about F"]
-    real(dp) :: a(size(free), size(free)), b(size(free)), x(size(free)), unit(3), greatest
-    integer :: row(size(free)), column(size(free)), at(2), i, k, n, rank
+    real(dp) :: moved(size(free))
+    integer :: left
 
-    n = size(free)
-    unit = sqrt([(abs(c(i, i)), i = 1, 3)])
-    where (.not. unit > 0) unit = max(1.0_dp, maxval(unit(free)))
-    a = c(free, free) / (spread(unit(free), 2, n) * spread(unit(free), 1, n))
-    b = load(free) / unit(free)
-    greatest = sum(sizes(free) / unit(free))
-    row = [(i, i = 1, n)]
-    column = row
-    rank = n
-    do k = 1, n
-      at = k - 1 + maxloc(abs(a(row(k:), column(k:))))
-      row([k, at(1)]) = row([at(1), k])
-      column([k, at(2)]) = column([at(2), k])
-      if (.not. abs(a(row(k), column(k))) > singular) then
-        rank = k - 1
-        exit
-      end if
-      do i = k + 1, n
-        associate (factor => a(row(i), column(k)) / a(row(k), column(k)))
-          b(row(i)) = b(row(i)) - factor * b(row(k))
-          a(row(i), column(k + 1:)) = a(row(i), column(k + 1:)) - factor * a(row(k), column(k + 1:))
-        end associate
-      end do
-    end do
+    call solve_semidefinite(c(free, free), load(free), sizes(free), moved, left)
     q = 0
-    do i = rank + 1, n
-      if (abs(b(row(i))) <= left * greatest) cycle
-      call fatal_error(error, "nothing carries " // trim(names(free(row(i)))) // ": give the frame a spring there, or a guide", &
-        & impossible_mechanism, gravity_subject)
-      return
-    end do
-    x = 0
-    do k = rank, 1, -1
-      x(column(k)) = (b(row(k)) - dot_product(a(row(k), column(k + 1:rank)), x(column(k + 1:rank)))) / a(row(k), column(k))
-    end do
-    q(free) = x / unit(free)
+    q(free) = moved
+    if (left > 0) call fatal_error(error, "nothing carries " // trim(names(free(left))) &
+      & // ": give the frame a spring there, or a guide", impossible_mechanism, gravity_subject)
   end subroutine find_sag
 
   !> What the weights add to C and h of the `free` degrees of freedom about rest, at the crank angles of a table of the mass

@@ -1,16 +1,30 @@
-!> What holds a frame in space: springs and dampers along axes that stay in space.
+!> What holds a frame in space: springs and dampers along axes that stay in space or turn with the frame.
+!>
+!> With the frame's displacement u, velocity v, axes R, angular velocity w, the head of a support at p has moved by
+!>
+!>     d = u + (R - 1) p,   d' = v + R (w x p),   F = -K d - B d',   M = p x R^T F,
+!>
+!> forces along axes in space, moments along those of the frame. Axes that turn with it measure displacement and rate in the frame;
+!> with y = R^T (u - p), the way from the support's place at rest to F,
+!>
+!>     e = R^T d = p + y,   e' = R^T v - w x y,   f = K e + B e' + G,   F = -R f,   M = y x f,
+!>
+!> where the static force G on the ground turns with the axes (gestell_model_frame_moved_mounting has the plane's).
 module gestell_model_space_mounting
   use gestell_base_kinds, only: dp
   use gestell_model_space_rotation, only: cross, cross_matrix
   implicit none (type, external)
   private
 
-  public :: add_supports, support_force, support_matrix
+  public :: add_supports, load_matrix, support_force, support_matrix, turned_loads
 
   !> Springs and dampers at `position` in the frame's axes (m), along the three columns of `axes`.
   type, public :: space_support_type
     real(dp) :: position(3) = 0, stiffness(3) = 0, damping(3) = 0
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
+    !> Whether the axes turn with the frame; the static force on the ground by the weights (N), which then turns too.
+    logical :: turning = .false.
+    real(dp) :: static(3) = 0
   end type space_support_type
 
 contains
@@ -30,60 +44,157 @@ contains
     end do
   end function support_matrix
 
-  !> The force of a support on the ground, -F below, along axes in space (N).
+  !> What static forces that turn with the frame add to the stiffness of small motions, shape (6, 6): theta x G against u, and
+  !> e x G, e = u + theta x p, against theta.
+  pure function load_matrix(supports) result(c)
+    type(space_support_type), intent(in) :: supports(:)
+    real(dp) :: c(6, 6), g(3, 3)
+    integer :: i
+
+    c = 0
+    do i = 1, size(supports)
+      if (.not. supports(i)%turning) cycle
+      g = cross_matrix(supports(i)%static)
+      c(:3, 4:) = c(:3, 4:) - g
+      c(4:, :3) = c(4:, :3) + g
+      c(4:, 4:) = c(4:, 4:) - matmul(g, cross_matrix(supports(i)%position))
+    end do
+  end function load_matrix
+
+  !> How these forces on the ground and their moment about F at rest change with small motions: theta x G, p x (theta x G).
+  pure function turned_loads(supports) result(c)
+    type(space_support_type), intent(in) :: supports(:)
+    real(dp) :: c(6, 6)
+    integer :: i
+
+    c = 0
+    do i = 1, size(supports)
+      if (.not. supports(i)%turning) cycle
+      associate (turned => -cross_matrix(supports(i)%static))
+        c(:3, 4:) = c(:3, 4:) + turned
+        c(4:, 4:) = c(4:, 4:) + matmul(cross_matrix(supports(i)%position), turned)
+      end associate
+    end do
+  end function turned_loads
+
+  !> What a support exerts on the ground by the motion, along axes in space (N): -F, less the static G.
   pure function support_force(support, u, v, rotation, w) result(force)
     type(space_support_type), intent(in) :: support
     real(dp), intent(in) :: u(3), v(3), rotation(3, 3), w(3)
-    real(dp) :: force(3)
+    real(dp) :: force(3), e(3), e_d(3)
 
-    associate (axes => support%axes, p => support%position)
-      force = matmul(axes, support%stiffness * matmul(u + matmul(rotation, p) - p, axes) &
-        & + support%damping * matmul(v + matmul(rotation, cross(w, p)), axes))
+    associate (p => support%position)
+      if (support%turning) then
+        e = p + matmul(u - p, rotation)
+        e_d = matmul(v, rotation) - cross(w, e - p)
+        force = matmul(rotation, held(support, e, e_d) + support%static) - support%static
+      else
+        force = held(support, u + matmul(rotation, p) - p, v + matmul(rotation, cross(w, p)))
+      end if
     end associate
   end function support_force
 
+  !> K d + B d'.
+  pure function held(support, d, d_d) result(force)
+    type(space_support_type), intent(in) :: support
+    real(dp), intent(in) :: d(3), d_d(3)
+    real(dp) :: force(3)
+
+    force = matmul(support%axes, support%stiffness * matmul(d, support%axes) + support%damping * matmul(d_d, support%axes))
+  end function held
+
   !> Subtracts force and moment about F of the supports on a frame from r, shape (6), and their derivatives from b and c, shape
-  !> (6, 6): with the frame's displacement u, velocity v, axes R, angular velocity w, the head of a support has moved by
-  !>
-  !>     d = u + (R - 1) p,   d' = v + R (w x p),   F = -K d - B d',   M = p x R^T F,
-  !>
-  !> forces along axes in space, moments along those of the frame. Changes: of u; of R by R [dalpha], so that dw = dalpha' + w x
-  !> dalpha.
+  !> (6, 6), with respect to u; to R, which changes by R [dalpha], so that dw = dalpha' + w x dalpha.
   pure subroutine add_supports(supports, u, v, rotation, w, r, b, c)
     type(space_support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: u(3), v(3), rotation(3, 3), w(3)
     real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
-    real(dp) :: k(3, 3), d(3, 3), f(3), arm(3), by_turn(3, 3), by_spin(3, 3), back(3, 3)
     integer :: i
 
-    back = transpose(rotation)
     do i = 1, size(supports)
-      associate (s => supports(i), p => supports(i)%position)
-        k = matmul(s%axes * spread(s%stiffness, 1, 3), transpose(s%axes))
-        d = matmul(s%axes * spread(s%damping, 1, 3), transpose(s%axes))
-        arm = cross(w, p)
-        f = -matmul(k, u + matmul(rotation, p) - p) - matmul(d, v + matmul(rotation, arm))
-        ! d d = d u + R (dalpha x p), d d' = d v + R (dalpha x (w x p) + (dalpha' + w x dalpha) x p)
-        by_spin = -matmul(rotation, cross_matrix(p))
-        by_turn = -matmul(rotation, cross_matrix(arm) + matmul(cross_matrix(p), cross_matrix(w)))
-        by_turn = matmul(k, by_spin) + matmul(d, by_turn)              ! of -F
-        by_spin = matmul(d, by_spin)
-        r(:3) = r(:3) - f
-        c(:3, :3) = c(:3, :3) + k
-        b(:3, :3) = b(:3, :3) + d
-        c(:3, 4:) = c(:3, 4:) + by_turn
-        b(:3, 4:) = b(:3, 4:) + by_spin
-        ! M = p x R^T F: dM = p x (R^T dF - dalpha x R^T F)
-        f = matmul(back, f)
-        back = matmul(cross_matrix(p), back)
-        r(4:) = r(4:) - cross(p, f)
-        c(4:, :3) = c(4:, :3) + matmul(back, k)
-        b(4:, :3) = b(4:, :3) + matmul(back, d)
-        c(4:, 4:) = c(4:, 4:) + matmul(back, by_turn) - matmul(cross_matrix(p), cross_matrix(f))
-        b(4:, 4:) = b(4:, 4:) + matmul(back, by_spin)
-        back = transpose(rotation)
-      end associate
+      if (supports(i)%turning) then
+        call add_in_frame(supports(i), u, v, rotation, w, r, b, c)
+      else
+        call add_in_space(supports(i), u, v, rotation, w, r, b, c)
+      end if
     end do
   end subroutine add_supports
+
+  pure subroutine add_in_space(support, u, v, rotation, w, r, b, c)
+    type(space_support_type), intent(in) :: support
+    real(dp), intent(in) :: u(3), v(3), rotation(3, 3), w(3)
+    real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
+    real(dp) :: k(3, 3), d(3, 3), f(3), arm(3), by_turn(3, 3), by_spin(3, 3), back(3, 3)
+
+    associate (p => support%position)
+      k = matrix(support, support%stiffness)
+      d = matrix(support, support%damping)
+      arm = cross(w, p)
+      f = -matmul(k, u + matmul(rotation, p) - p) - matmul(d, v + matmul(rotation, arm))
+      ! d d = d u + R (dalpha x p), d d' = d v + R (dalpha x (w x p) + (dalpha' + w x dalpha) x p)
+      by_spin = -matmul(rotation, cross_matrix(p))
+      by_turn = -matmul(rotation, cross_matrix(arm) + matmul(cross_matrix(p), cross_matrix(w)))
+      by_turn = matmul(k, by_spin) + matmul(d, by_turn)              ! of -F
+      by_spin = matmul(d, by_spin)
+      r(:3) = r(:3) - f
+      c(:3, :3) = c(:3, :3) + k
+      b(:3, :3) = b(:3, :3) + d
+      c(:3, 4:) = c(:3, 4:) + by_turn
+      b(:3, 4:) = b(:3, 4:) + by_spin
+      ! M = p x R^T F: dM = p x (R^T dF - dalpha x R^T F)
+      f = matmul(f, rotation)
+      back = matmul(cross_matrix(p), transpose(rotation))
+      r(4:) = r(4:) - cross(p, f)
+      c(4:, :3) = c(4:, :3) + matmul(back, k)
+      b(4:, :3) = b(4:, :3) + matmul(back, d)
+      c(4:, 4:) = c(4:, 4:) + matmul(back, by_turn) - matmul(cross_matrix(p), cross_matrix(f))
+      b(4:, 4:) = b(4:, 4:) + matmul(back, by_spin)
+    end associate
+  end subroutine add_in_space
+
+  !> The same of a support whose axes turn with the frame: dy = R^T du + y x dalpha, de' = R^T dv - w x R^T du + y x dalpha' +
+  !> e' x dalpha.
+  pure subroutine add_in_frame(support, u, v, rotation, w, r, b, c)
+    type(space_support_type), intent(in) :: support
+    real(dp), intent(in) :: u(3), v(3), rotation(3, 3), w(3)
+    real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
+    real(dp), dimension(3, 3) :: k, d, arm, load, back, by_place, by_speed, by_turn, by_spin
+    real(dp) :: y(3), e_d(3), f(3)
+
+    k = matrix(support, support%stiffness)
+    d = matrix(support, support%damping)
+    back = transpose(rotation)
+    y = matmul(back, u - support%position)
+    e_d = matmul(back, v) - cross(w, y)
+    f = matmul(k, support%position + y) + matmul(d, e_d) + support%static
+    arm = cross_matrix(y)
+    load = cross_matrix(f)
+    ! of f
+    by_place = matmul(k, back) - matmul(d, matmul(cross_matrix(w), back))
+    by_speed = matmul(d, back)
+    by_turn = matmul(k, arm) + matmul(d, cross_matrix(e_d))
+    by_spin = matmul(d, arm)
+    ! -F = R f: d(R f) = R (df + dalpha x f)
+    r(:3) = r(:3) + matmul(rotation, f) - support%static
+    c(:3, :3) = c(:3, :3) + matmul(rotation, by_place)
+    b(:3, :3) = b(:3, :3) + matmul(rotation, by_speed)
+    c(:3, 4:) = c(:3, 4:) + matmul(rotation, by_turn - load)
+    b(:3, 4:) = b(:3, 4:) + matmul(rotation, by_spin)
+    ! -M = f x y
+    r(4:) = r(4:) - cross(y, f)
+    c(4:, :3) = c(4:, :3) + matmul(load, back) - matmul(arm, by_place)
+    b(4:, :3) = b(4:, :3) - matmul(arm, by_speed)
+    c(4:, 4:) = c(4:, 4:) + matmul(load, arm) - matmul(arm, by_turn)
+    b(4:, 4:) = b(4:, 4:) - matmul(arm, by_spin)
+  end subroutine add_in_frame
+
+  !> K or B of a support with the numbers `k` along its axes.
+  pure function matrix(support, k)
+    type(space_support_type), intent(in) :: support
+    real(dp), intent(in) :: k(3)
+    real(dp) :: matrix(3, 3)
+
+    matrix = matmul(support%axes * spread(k, 1, 3), transpose(support%axes))
+  end function matrix
 
 end module gestell_model_space_mounting

@@ -13,11 +13,12 @@
 !>     M = |  m 1   -[S] |   B = B_0 + | 0   -2 [S']    |   C = C_0 + | 0   -[S''] |   h = -(S'', H').
 !>         | [S]     J   |             | 0    J' - [H]  |             | 0    0     |
 !>
-!> In the plane psi alone turns, S = (a1, a2) about F, and these are (8) to (12).
+!> and what weights do (gestell_model_space_weights). In the plane psi alone turns, S = (a1, a2) about F, and these are (8) to (12).
 module gestell_model_space
   use gestell_base_kinds, only: dp, pi
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
-  use gestell_model_space_mounting, only: space_support_type, support_matrix
+  use gestell_model_space_mounting, only: space_support_type, support_matrix, turned_loads
+  use gestell_model_space_weights, only: new_space_weights, space_weights_type
   implicit none (type, external)
   private
 
@@ -41,8 +42,11 @@ module gestell_model_space
     type(space_support_type), allocatable :: supports(:)
     !> C_0 and B_0, and what of them is the foundation's.
     real(dp), dimension(6, 6) :: stiffness = 0, damping = 0, foundation_stiffness = 0, foundation_damping = 0
+    type(space_weights_type) :: weights
     type(table_type), allocatable, private :: tables(:)
   contains
+    procedure :: weigh
+    procedure :: mean_stiffness, ground_stiffness
     procedure :: remember
     procedure :: masses_at
     procedure :: sample_at_rest
@@ -54,20 +58,19 @@ module gestell_model_space
 
 contains
 
-  !> Mechanisms in their `planes`, each proved to turn, and supports, beside a foundation's matrices of (xi, eta, psi).
+  !> Mechanisms in their `planes`, each proved to turn, and supports, beside a foundation's matrices in the frame's order.
   pure subroutine new_space(space, inertia, planes, supports, stiffness, damping)
     type(space_type), intent(out) :: space
-    real(dp), intent(in) :: inertia(3, 3), stiffness(3, 3), damping(3, 3)
+    real(dp), intent(in) :: inertia(3, 3), stiffness(6, 6), damping(6, 6)
     type(plane_type), intent(in) :: planes(:)
     type(space_support_type), intent(in) :: supports(:)
-    integer, parameter :: flat(3) = in_space(:3)
     integer :: i
 
     space%inertia = inertia
     space%planes = planes
     space%supports = supports
-    space%foundation_stiffness(flat, flat) = stiffness
-    space%foundation_damping(flat, flat) = damping
+    space%foundation_stiffness = stiffness(in_frame, in_frame)
+    space%foundation_damping = damping(in_frame, in_frame)
     space%stiffness = space%foundation_stiffness
     space%damping = space%foundation_damping
     do i = 1, size(supports)
@@ -75,6 +78,36 @@ contains
       space%damping = space%damping + support_matrix(supports(i), supports(i)%damping)
     end do
   end subroutine new_space
+
+  !> Weights by `gravity` (m/s^2) where the degrees of freedom `free` of a frame of this `mass` are. `left`: the one along which no
+  !> spring carries them, 0: there is none.
+  subroutine weigh(self, gravity, mass, free, left)
+    class(space_type), intent(inout) :: self
+    real(dp), intent(in) :: gravity(3), mass
+    integer, intent(in) :: free(:)
+    integer, intent(out) :: left
+
+    call new_space_weights(self%weights, gravity, mass, self%planes, self%stiffness, self%supports, in_space(free), left)
+    if (left > 0) left = in_frame(left)
+  end subroutine weigh
+
+  !> C about rest, its mean over the turn, of the degrees of freedom `free`.
+  pure function mean_stiffness(self, free) result(c)
+    class(space_type), intent(in) :: self
+    integer, intent(in) :: free(:)
+    real(dp) :: c(size(free), size(free))
+
+    c = self%stiffness(in_space(free), in_space(free)) + self%weights%stiffness(in_space(free), in_space(free))
+  end function mean_stiffness
+
+  !> What forces on the ground and their moment about F at rest have of small motions, in the frame's order.
+  pure function ground_stiffness(self) result(c)
+    class(space_type), intent(in) :: self
+    real(dp) :: c(6, 6)
+
+    c = self%stiffness + turned_loads(self%supports)
+    c = c(in_space, in_space)
+  end function ground_stiffness
 
   !> Whether one of the frame's degrees of freedom turns it.
   elemental logical function is_rotation(dof)
@@ -162,7 +195,7 @@ contains
       do i = 1, size(at)
         m(:, i, k) = 0
         b(:, i, k) = self%damping(at(i), at(k))
-        c(:, i, k) = self%stiffness(at(i), at(k))
+        c(:, i, k) = self%stiffness(at(i), at(k)) + self%weights%stiffness(at(i), at(k))
       end do
       if (at(k) <= 3) m(:, k, k) = masses%mass
     end do
@@ -175,11 +208,13 @@ contains
       call add_cross(b, -1.0_dp, h(:, :, 0), theta, theta)
       call add_cross(c, -1.0_dp, s(:, :, 2), u, theta)
     end associate
+    if (self%weights%act) call self%weights%add_stiffness(place(4:), masses%s(:, :, 0), c)
     if (.not. present(h)) return
     do i = 1, size(at)
       if (at(i) <= 3) h(:, i) = -masses%s(:, at(i), 2)
       if (at(i) > 3) h(:, i) = -masses%h(:, at(i) - 3, 1)
     end do
+    if (self%weights%act) call self%weights%add_load(place(4:), masses%s(:, :, 0), h)
   end subroutine sample_at_rest
 
   !> Adds `factor` [a] to these rows and columns of matrices over the angles, 0: one that is not there; a of shape (angles, 3).

@@ -10,12 +10,12 @@ module gestell_model_space_variation
   use gestell_base_kinds, only: dp
   use gestell_model_space, only: in_space, space_type
   use gestell_model_space_masses, only: masses_type
-  use gestell_model_space_mounting, only: add_supports, support_force
+  use gestell_model_space_mounting, only: add_supports, support_force, support_matrix, turned_loads
   use gestell_model_space_rotation, only: cross, cross_matrix, rotation_matrix, turning_matrices
   implicit none (type, external)
   private
 
-  public :: ground_in_space, sample_varied, vary
+  public :: force_excess, ground_in_space, sample_varied, vary
 
 contains
 
@@ -45,11 +45,11 @@ contains
   end subroutine sample_varied
 
   !> Forces on the ground along axes in space and their moments about F at rest, in the frame's order, shape (6, points), of a
-  !> motion q, v, shape (points, 6). Forces act where the heads of the supports are.
+  !> motion q, v, shape (points, 6). Forces act where the heads of the supports are, of those whose axes turn where they rest.
   pure function ground_in_space(space, q, v) result(forces)
     type(space_type), intent(in) :: space
     real(dp), intent(in) :: q(:, :), v(:, :)
-    real(dp) :: forces(6, size(q, 1)), motion(6, 0:2), f(6), force(3), turning(3, 3, 0:2), rotation(3, 3)
+    real(dp) :: forces(6, size(q, 1)), motion(6, 0:2), f(6), force(3), arm(3), turning(3, 3, 0:2), rotation(3, 3)
     integer :: i, k
 
     do k = 1, size(q, 1)
@@ -62,11 +62,40 @@ contains
       do i = 1, size(space%supports)
         force = support_force(space%supports(i), motion(:3, 0), motion(:3, 1), rotation, matmul(turning(:, :, 0), motion(4:, 1)))
         f(:3) = f(:3) + force
-        f(4:) = f(4:) + cross(motion(:3, 0) + matmul(rotation, space%supports(i)%position), force)
+        arm = space%supports(i)%position
+        if (.not. space%supports(i)%turning) arm = motion(:3, 0) + matmul(rotation, arm)
+        f(4:) = f(4:) + cross(arm, force)
       end do
       forces(:, k) = f(in_space)
     end do
   end function ground_in_space
+
+  !> What the forces on the ground of supports whose axes turn with the frame have beyond their linear terms, three of each (N), at
+  !> q, v in the frame's order.
+  pure function force_excess(space, q, v) result(excess)
+    type(space_type), intent(in) :: space
+    real(dp), intent(in) :: q(6), v(6)
+    real(dp) :: excess(3 * count(space%supports%turning)), motion(6, 0:2), turning(3, 3, 0:2), c(6, 6)
+    integer :: i, n
+
+    motion(in_space, 0) = q
+    motion(in_space, 1) = v
+    motion(:, 2) = 0
+    turning = turning_matrices(motion(4:, :))
+    n = 0
+    do i = 1, size(space%supports)
+      associate (support => space%supports(i))
+        if (.not. support%turning) cycle
+        excess(n + 1:n + 3) = support_force(support, motion(:3, 0), motion(:3, 1), rotation_matrix(motion(4:, 0)), &
+          & matmul(turning(:, :, 0), motion(4:, 1)))
+        c = support_matrix(support, support%stiffness) + turned_loads([support])
+        excess(n + 1:n + 3) = excess(n + 1:n + 3) - matmul(c(:3, :), motion(:, 0))
+        c = support_matrix(support, support%damping)
+        excess(n + 1:n + 3) = excess(n + 1:n + 3) - matmul(c(:3, :), motion(:, 1))
+      end associate
+      n = n + 3
+    end do
+  end function force_excess
 
   !> The left sides of the equations of a frame, of the `masses` at number `k` of their angles, at q, q', q'', shape (6, 0:2): shape
   !> (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order (u, theta).
@@ -116,6 +145,10 @@ contains
     c(:3, 4:) = matmul(rotation, matmul(change, spin) - matmul(s, cross_matrix(w_d)) - cross_matrix(g))
     c(4:, 4:) = matmul(wheel, spin) + matmul(inertia(:, :, 0), cross_matrix(w_d)) + matmul(s, cross_matrix(a))
     call add_supports(space%supports, q(:3, 0), q(:3, 1), rotation, w, r, b, c)
+    if (space%weights%act) then
+      r(4:) = r(4:) - space%weights%moment(rotation, sums(:, 0))
+      c(4:, 4:) = c(4:, 4:) + space%weights%moment_stiffness(rotation, sums(:, 0))
+    end if
     ! with respect to dtheta'', dtheta', dtheta, and the moments T^T r along theta's own directions, of which those held may be at
     ! work
     c(:, 4:) = matmul(m(:, 4:), turning(:, :, 2)) + matmul(b(:, 4:), turning(:, :, 1)) + matmul(c(:, 4:), turning(:, :, 0))
@@ -129,7 +162,8 @@ contains
       c(4:, 3 + i) = c(4:, 3 + i) + matmul(transpose(varied(:, :, 1)), r(4:))
     end do
     r(4:) = matmul(transpose(turning(:, :, 0)), r(4:))
-    ! the foundation's potential is quadratic in u and theta
+    ! the foundation's potential is quadratic in u and theta; it and guides carry what is left of static moments
+    r(4:) = r(4:) + space%weights%carried
     r = r + matmul(space%foundation_stiffness, q(:, 0)) + matmul(space%foundation_damping, q(:, 1))
     b = b + space%foundation_damping
     c = c + space%foundation_stiffness

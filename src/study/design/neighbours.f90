@@ -10,6 +10,7 @@ module gestell_study_design_neighbours
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
+  use gestell_model_frame_gravity, only: gravity_of, weigh_frame, weighs
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_bodies, only: sum_drive
@@ -123,9 +124,7 @@ contains
         end select
       end associate
     end select
-    associate (gravity => changed%weights%gravity)
-      if (changed%weights%act) call changed%weigh([real(gravity, dp), aimag(gravity)], error)
-    end associate
+    if (weighs(changed)) call weigh_frame(changed, gravity_of(changed), error)
   end subroutine change_link
 
   pure function moved(parameters, k, distance)

@@ -6,10 +6,12 @@ module gestell_study_vibration_motion
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, turned_loads
   use gestell_model_frame_moved_mounting, only: ground_load
   use gestell_model_frame_rows, only: accelerations, cosine, displacements, guide_forces, moment_excess, moments_excess, rows_of, &
-    & sine, turn_excess, velocities
+    & sine, supports_excess, turn_excess, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_model_space, only: in_frame
+  use gestell_model_space_mounting, only: support_matrix, turned_in_space => turned_loads
   use gestell_model_space_rotation, only: cross, turn_beyond_first_order
+  use gestell_model_space_variation, only: force_excess
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
@@ -109,8 +111,8 @@ contains
       & - motion(2, :) * motion(accelerations + 1, :)
   end subroutine add_turned
 
-  !> The same in space: R - 1 - [theta] with its derivatives, and moments beyond their linear terms; guides' moments about F at
-  !> rest.
+  !> The same in space: R - 1 - [theta] with its derivatives, moments and forces of supports beyond their linear terms; guides'
+  !> moments about F at rest.
   subroutine add_turned_in_space(frame, x, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
@@ -125,7 +127,8 @@ contains
     do k = 1, size(motion, 2)
       beyond = turn_beyond_first_order(reshape([motion(turns, k), motion(6 + turns, k), motion(12 + turns, k)], [3, 3]))
       motion(turn_excess + 1:moments_excess, k) = reshape(beyond, [27])
-      motion(moments_excess + 1:, k) = load(turns, k)
+      motion(moments_excess + 1:supports_excess, k) = load(turns, k)
+      motion(supports_excess + 1:, k) = force_excess(frame%space, motion(:6, k), motion(7:12, k))
       first = rows_of(6, accelerations)
       motion(first + turns, k) = motion(first + turns, k) + cross(motion(places, k), motion(first + places, k))
     end do
@@ -244,7 +247,7 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)
     integer, parameter :: turns(3) = in_frame(4:)
-    real(dp) :: load(frame%dofs())
+    real(dp) :: load(frame%dofs()), of_support(6, 6)
     integer :: k, row
 
     if (allocated(frame%space)) then
@@ -252,7 +255,18 @@ contains
         errors(turn_excess + 9 * k + 1:turn_excess + 9 * k + 9) = sum(errors(6 * k + turns))
       end do
       load = matmul(abs(frame%ground_stiffness()), errors(:6)) + matmul(abs(frame%ground_damping()), errors(7:12))
-      errors(moments_excess + 1:) = load(turns)
+      errors(moments_excess + 1:supports_excess) = load(turns)
+      row = supports_excess
+      do k = 1, size(frame%space%supports)
+        associate (support => frame%space%supports(k))
+          if (.not. support%turning) cycle
+          of_support = support_matrix(support, support%stiffness) + turned_in_space([support])
+          errors(row + 1:row + 3) = matmul(abs(of_support(:3, :)), errors(in_frame))
+          of_support = support_matrix(support, support%damping)
+          errors(row + 1:row + 3) = errors(row + 1:row + 3) + matmul(abs(of_support(:3, :)), errors(6 + in_frame))
+        end associate
+        row = row + 3
+      end do
       return
     end if
     do k = 0, 2

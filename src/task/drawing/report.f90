@@ -9,10 +9,11 @@ module gestell_task_drawing_report
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: frame_type
+  use gestell_model_frame_gravity, only: weighs, weight_of
   use gestell_model_linkage, only: linkage_type
   use gestell_study_balance, only: counterweight_type, examine, rigid_ground_type
   use gestell_study_balance_complete, only: balance_force, balanced, balanced_already
-  use gestell_task_forces_reactions, only: static_force
+  use gestell_task_forces_reactions, only: static_force, support_places
   use gestell_task_drawing_balance_table, only: balance_table
   use gestell_task_separation_torque_roll, only: axis_line
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -51,28 +52,39 @@ contains
     else
       lines = lines // shaking_lines(frame)
     end if
-    if (frame%weights%act) lines = lines // static_lines(frame)
+    if (weighs(frame)) lines = lines // static_lines(frame)
   end function report_mechanism
 
   !> What the supports carry at static rest.
   function static_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows
-    real(dp) :: force(2)
-    integer :: i
+    real(dp), allocatable :: places(:, :), force(:)
+    integer :: i, k
 
     rows = ""
-    do i = 1, size(frame%supports)
-      associate (p => frame%supports(i)%position)
-        rows = rows // text(i) // " at (" // concise(p(1), 4) // ", " // concise(p(2), 4) // ")"
-      end associate
+    places = support_places(frame)
+    do i = 1, size(places, 2)
+      rows = rows // text(i) // " at (" // concise(places(1, i), 4)
+      do k = 2, size(places, 1)
+        rows = rows // ", " // concise(places(k, i), 4)
+      end do
+      rows = rows // ")"
       force = static_force(frame, text(i))
-      force = merge(0.0_dp, force, abs(force) <= 1.0e-12_dp * norm2(frame%weights%load(:2)))
-      rows = rows // tab // concise(force(1), 5) // tab // concise(force(2), 5) // newline
+      force = merge(0.0_dp, force, abs(force) <= 1.0e-12_dp * norm2(weight_of(frame)))
+      do k = 1, size(force)
+        rows = rows // tab // concise(force(k), 5)
+      end do
+      rows = rows // newline
     end do
-    lines = newline // "STATIC LOADS on the ground, masses at their mean over the turn" // newline // tabulated("lrr", &
-      & "support,fx,fy" // newline // ",N,N", rows // "weight of all" // tab // concise(frame%weights%load(1), 5) // tab &
-      & // concise(frame%weights%load(2), 5) // newline)
+    rows = rows // "weight of all"
+    force = static_force(frame, "total")
+    do k = 1, size(force)
+      rows = rows // tab // concise(force(k), 5)
+    end do
+    lines = newline // "STATIC LOADS on the ground, masses at their mean over the turn" // newline
+    if (size(force) == 2) lines = lines // tabulated("lrr", "support,fx,fy" // newline // ",N,N", rows // newline)
+    if (size(force) == 3) lines = lines // tabulated("lrrr", "support,fx,fy,fz" // newline // ",N,N,N", rows // newline)
   end function static_lines
 
   !> The one line that the report of a run has.

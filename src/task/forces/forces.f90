@@ -11,7 +11,8 @@ module gestell_task_forces
   use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
-  use gestell_task_forces_reactions, only: find_reactions, force_parts, moment, reaction_type, whole_force
+  use gestell_task_forces_reactions, only: find_reactions, most_parts, part_names, parts_of, reaction_type, &
+    & support_places, whole_force
   use gestell_task_forces_plot, only: plot_forces
   use gestell_task_forces_report, only: force_lines
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -25,8 +26,7 @@ module gestell_task_forces
     procedure :: run
   end type forces_task
 
-  character(len=2), parameter :: names(force_parts) = [character(len=2) :: "fx", "fy", "f", "m"]
-  type(unit_type), parameter :: units(force_parts) = [newton, newton, newton, newton_metre]
+  type(unit_type), parameter :: units(most_parts) = [newton, newton, newton, newton_metre, newton, newton_metre, newton_metre]
 
 contains
 
@@ -37,6 +37,7 @@ contains
     self%tables = [character(len=longest_table) :: "supports", "supports_history", "supports_harmonics"]
     self%judges = .true.
     self%brief = .true.
+    self%in_space = .true.
   end subroutine describe
 
   subroutine read_forces(self, configuration, error)
@@ -45,7 +46,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, merge(velocities, guide_forces, &
-      & size(configuration%frame%free) == 3))
+      & size(configuration%frame%free) == configuration%frame%dofs()))
   end subroutine read_forces
 
   subroutine run(self, context, result, error)
@@ -71,7 +72,7 @@ contains
       peak = ieee_value(peak, ieee_quiet_nan)
       if (allocated(reactions)) peak = reactions(size(reactions))%statistics(whole_force)%peak
       call result%brief%add("f_peak", newton, "peak of the whole force on the ground", [peak])
-      do i = 1, size(frame%supports)
+      do i = 1, size(support_places(frame), 2)
         if (allocated(reactions)) peak = reactions(i)%statistics(whole_force)%peak
         call result%brief%add("support(" // text(i) // ").f_peak", newton, "peak of the support's force", [peak])
       end do
@@ -98,44 +99,55 @@ contains
     real(dp), intent(in) :: speed
     character(len=*), intent(in) :: verdict
     real(dp) :: peak(size(reactions)), error(size(reactions)), rms(size(reactions)), crest(size(reactions)), angle(size(reactions))
+    character, parameter :: axes(3) = ["x", "y", "z"]
     character(len=:), allocatable :: part
-    integer :: orders(size(reactions), force_parts), i, k
+    integer :: orders(size(reactions)), i, k, n
+    integer, allocatable :: parts(:)
 
     table = new_table("supports", "Forces on the ground", "Peak and root mean square, support by support.", verdict, shown=.true.)
     call table%add("support", "its number; foundation, guide; total: all of them together", (reactions%name))
-    call table%add("x", metre, "where it is in the frame's system", [(reactions(i)%position(1), i = 1, size(reactions))])
-    call table%add("y", metre, "where it is in the frame's system", [(reactions(i)%position(2), i = 1, size(reactions))])
-    orders = 0
-    do k = 1, force_parts
+    do k = 1, size(reactions(1)%position)
+      call table%add(axes(k), metre, "where it is in the frame's system", [(reactions(i)%position(k), i = 1, size(reactions))])
+    end do
+    ! the total has all parts
+    parts = parts_of(reactions(size(reactions)))
+    do n = 1, size(parts)
+      k = parts(n)
       peak = 0
       error = 0
       rms = 0
       crest = 0
       angle = 0
       do i = 1, size(reactions)
-        if (k == moment .and. .not. reactions(i)%turns) cycle
+        if (all(parts_of(reactions(i)) /= k)) cycle
         associate (found => reactions(i)%statistics(k))
           peak(i) = found%peak
           error(i) = found%peak_error
           rms(i) = found%rms
           crest(i) = found%crest()
           angle(i) = sign(360.0_dp, speed) * found%peak_phase
-          orders(i, k) = found%strongest()
         end associate
       end do
-      part = trim(names(k))
+      part = trim(part_names(k))
       call table%add(part // "_peak", units(k), "greatest size over the period", peak, error=part // "_peak_error")
       call table%add(part // "_peak_error", units(k), "bound on its error", error)
       call table%add(part // "_rms", units(k), "root mean square", rms)
       call table%add(part // "_crest", plain, "crest factor, peak over rms; 0 where nothing moves", crest)
       call table%add(part // "_peak_crank", degree, "crank angle of the peak", angle)
     end do
-    do k = 1, force_parts
-      call table%add(trim(names(k)) // "_strongest_order", "order of the crank with the greatest amplitude; 0: none", orders(:, k))
+    do n = 1, size(parts)
+      orders = 0
+      do i = 1, size(reactions)
+        if (any(parts_of(reactions(i)) == parts(n))) orders(i) = reactions(i)%statistics(parts(n))%strongest()
+      end do
+      call table%add(trim(part_names(parts(n))) // "_strongest_order", "order of the crank with the greatest amplitude; 0: none", &
+        & orders)
     end do
     if (.not. any(reactions%weighed)) return
-    call table%add("static_fx", newton, "static force along x", [(reactions(i)%static(1), i = 1, size(reactions))])
-    call table%add("static_fy", newton, "static force along y", [(reactions(i)%static(2), i = 1, size(reactions))])
+    do k = 1, size(reactions(1)%position)
+      call table%add("static_f" // axes(k), newton, "static force along " // axes(k), &
+        & [(reactions(i)%static(k), i = 1, size(reactions))])
+    end do
     call table%add("least_compression", newton, "least of the whole force along gravity", reactions%least_compression, &
       & error="least_compression_error")
     call table%add("least_compression_error", newton, "bound on its error", (reactions%least_error))
@@ -145,14 +157,16 @@ contains
     type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: speed, period
     character(len=*), intent(in) :: verdict
+    integer, allocatable :: parts(:)
     integer :: i, k
 
     table = new_table("supports_history", "Forces over a turn", "The forces of every support over a turn.", verdict)
     call add_turn(table, speed, period, size(reactions(1)%history, 1) - 1)
     do i = 1, size(reactions)
-      do k = 1, force_parts
-        if (k == moment .and. .not. reactions(i)%turns) cycle
-        call table%add(column(reactions(i), k), units(k), "force or moment on the ground", reactions(i)%history(:, k))
+      parts = parts_of(reactions(i))
+      do k = 1, size(parts)
+        call table%add(column(reactions(i), parts(k)), units(parts(k)), "force or moment on the ground", &
+          & reactions(i)%history(:, parts(k)))
       end do
     end do
   end function histories
@@ -162,15 +176,18 @@ contains
     real(dp), intent(in) :: period
     integer, intent(in) :: last
     character(len=*), intent(in) :: verdict
+    integer, allocatable :: parts(:)
     integer :: i, k
 
     table = new_table("supports_harmonics", "Forces by orders", "Amplitudes of the supports' forces by orders of the crank.", &
       & verdict)
     call add_orders(table, period, last)
     do i = 1, size(reactions)
-      do k = 1, force_parts
-        if (k == whole_force .or. (k == moment .and. .not. reactions(i)%turns)) cycle
-        call add_harmonics(table, column(reactions(i), k), units(k), reactions(i)%statistics(k)%series(1), last)
+      parts = pack(parts_of(reactions(i)), parts_of(reactions(i)) /= whole_force)
+      do k = 1, size(parts)
+        associate (part => parts(k))
+          call add_harmonics(table, column(reactions(i), part), units(part), reactions(i)%statistics(part)%series(1), last)
+        end associate
       end do
     end do
   end function harmonics
@@ -181,7 +198,7 @@ contains
     integer, intent(in) :: part
     character(len=:), allocatable :: name
 
-    name = trim(names(part)) // "_" // trim(reaction%name)
+    name = trim(part_names(part)) // "_" // trim(reaction%name)
   end function column
 
 end module gestell_task_forces

@@ -31,60 +31,78 @@ contains
       if (scan(names(i), "0123456789") == 1) names(i) = "support " // reactions(i)%name
       turns(i) = reactions(i)%turns
     end do
-    figures(1) = plot_summary(names)
-    figures(2) = plot_histories(names, turns, speed)
-    figures(3) = plot_orders(names, turns, harmonics)
+    associate (axes => size(reactions(1)%position))
+      figures(1) = plot_summary(names, axes)
+      figures(2) = plot_histories(names, turns, axes, speed)
+      figures(3) = plot_orders(names, turns, axes, harmonics)
+    end associate
   end function plot_forces
 
-  !> Bars for every reaction.
-  function plot_summary(names) result(figure)
+  !> Bars for every reaction, whose forces have two or three axes.
+  function plot_summary(names, axes) result(figure)
     character(len=*), intent(in) :: names(:)
+    integer, intent(in) :: axes
     type(figure_type) :: figure
-    character(len=12), parameter :: columns(4) = [character(len=12) :: "fx_peak_N", "fy_peak_N", "f_peak_N", "f_rms_N"]
-    character(len=16), parameter :: titles(4) = [character(len=16) :: "peak along x", "peak along y", "peak", "rms"]
-    character(len=12), parameter :: fills(4) = [character(len=12) :: "solid 1", "pattern 2", "solid 0.25", "pattern 5"]
+    character(len=12), parameter :: columns(5) = [character(len=12) :: "fx_peak_N", "fy_peak_N", "f_peak_N", "f_rms_N", "fz_peak_N"]
+    character(len=16), parameter :: titles(5) = [character(len=16) :: "peak along x", "peak along y", "peak", "rms", "peak along z"]
+    character(len=12), parameter :: fills(5) = [character(len=12) :: "solid 1", "pattern 2", "solid 0.25", "pattern 5", &
+      & "pattern 4"]
     character(len=:), allocatable :: lines, tics
+    real(dp) :: width
+    integer, allocatable :: bars(:)
     integer :: i
 
+    bars = [1, 2, 3, 4]
+    if (axes == 3) bars = [1, 2, 5, 3, 4]
+    width = 0.84_dp / size(bars)
     tics = ""
     do i = 1, size(names)
       tics = tics // ", '" // trim(names(i)) // "' " // text(i - 1)
     end do
     lines = "set title heading noenhanced" // newline &
-      & // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth 0.2; set xtics (" // tics(3:) // ")" // newline &
+      & // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth " // concise(width - 0.01_dp, 3) // "; set xtics (" &
+      & // tics(3:) // ")" // newline &
       & // "set ylabel 'force (N)'" // newline // "set grid noxtics ytics; set xtics scale 0" // newline &
       & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
       & // "most = 0; set table $unused" // newline &
       & // "plot [0:1] [-1:1] 'supports.csv' using (0):(v = column('f_peak_N'), most = v > most ? v : most, 0)" // newline &
       & // "unset table" // newline // "set yrange [0:(most > 0 ? 1.05 * most : 1)]" // newline // "plot "
-    do i = 1, 4
+    do i = 1, size(bars)
       if (i > 1) lines = lines // ", \" // newline // "  "
-      lines = lines // "'supports.csv' using ($0 + " // concise(0.21_dp * (i - 2.5_dp), 3) // "):(column('" // trim(columns(i)) &
-        & // "')) with boxes lt " // text(i) // " dt 1 lw 1 fs " // trim(fills(i)) // " border lt -1 title '" &
-        & // trim(titles(i)) // "'"
+      associate (k => bars(i))
+        lines = lines // "'supports.csv' using ($0 + " // concise(width * (i - (size(bars) + 1) / 2.0_dp), 3) // "):(column('" &
+          & // trim(columns(k)) // "')) with boxes lt " // text(k) // " dt 1 lw 1 fs " // trim(fills(k)) &
+          & // " border lt -1 title '" // trim(titles(k)) // "'"
+      end associate
     end do
     figure = new_figure("supports", "Forces on the ground, place by place", lines, width=800, height=480)
   end function plot_summary
 
   !> Forces along x and y, their size, and the moment where there is one.
-  function plot_histories(names, turns, speed) result(figure)
+  function plot_histories(names, turns, axes, speed) result(figure)
     character(len=*), intent(in) :: names(:)
     logical, intent(in) :: turns(:)
+    integer, intent(in) :: axes
     real(dp), intent(in) :: speed
     type(figure_type) :: figure
-    character(len=*), parameter :: labels(4) = [character(len=14) :: "force x (N)", "force y (N)", "force (N)", "moment (N m)"]
+    character(len=16), parameter :: flat(4) = [character(len=16) :: "force x (N)", "force y (N)", "force (N)", "moment (N m)"]
+    character(len=16), parameter :: in_space(7) = [character(len=16) :: "force x (N)", "force y (N)", "force z (N)", &
+      & "force (N)", "moment x (N m)", "moment y (N m)", "moment z (N m)"]
     character(len=:), allocatable :: lines
+    character(len=16), allocatable :: labels(:)
     integer :: first(size(names)), panels, i, k
 
-    first = first_columns(turns, 3, 1)
-    panels = 3 + merge(1, 0, any(turns))
+    labels = flat
+    if (axes == 3) labels = in_space
+    first = first_columns(turns, axes + 1, size(labels) - axes - 1, 1)
+    panels = merge(size(labels), axes + 1, any(turns))
     lines = layout_line(panels, 1)
     do k = 1, panels
       lines = lines // turn_axis(speed, k == panels) // key_line(k == 1)
-      if (k <= 3) then
+      if (k <= axes + 1) then
         lines = lines // history_panel("supports_history.csv", trim(labels(k)), "1", first + k - 1, names)
       else
-        lines = lines // history_panel("supports_history.csv", trim(labels(k)), "1", pack(first + 3, turns), &
+        lines = lines // history_panel("supports_history.csv", trim(labels(k)), "1", pack(first + k - 1, turns), &
           & pack(names, turns), pack([(i, i = 1, size(names))], turns))
       end if
     end do
@@ -92,34 +110,34 @@ contains
       & // newline, width=800, height=nint(height_of(panels)))
   end function plot_histories
 
-  function plot_orders(names, turns, harmonics) result(figure)
+  function plot_orders(names, turns, axes, harmonics) result(figure)
     character(len=*), intent(in) :: names(:)
     logical, intent(in) :: turns(:)
-    integer, intent(in) :: harmonics
+    integer, intent(in) :: axes, harmonics
     type(figure_type) :: figure
-    character(len=*), parameter :: labels(2) = [character(len=14) :: "force x (N)", "force y (N)"]
+    character(len=*), parameter :: labels(3) = [character(len=14) :: "force x (N)", "force y (N)", "force z (N)"]
     character(len=:), allocatable :: lines
     integer :: first(size(names)), k
 
-    first = first_columns(turns, 2, 2)
-    lines = layout_line(2, 1) &
+    first = first_columns(turns, axes, merge(3, 1, axes == 3), 2)
+    lines = layout_line(axes, 1) &
       & // "set grid noxtics ytics" // newline
-    do k = 1, 2
-      lines = lines // order_axis(harmonics, k == 2) // key_line(k == 1) // order_panel("supports_harmonics.csv", &
+    do k = 1, axes
+      lines = lines // order_axis(harmonics, k == axes) // key_line(k == 1) // order_panel("supports_harmonics.csv", &
         & trim(labels(k)), "1", first + 2 * (k - 1), names)
     end do
     figure = new_figure("supports_harmonics", "Amplitudes of the forces on the ground, place by place", lines &
-      & // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
+      & // "unset multiplot" // newline, width=800, height=nint(height_of(axes)))
   end function plot_orders
 
-  !> The first column of each reaction, which has `always` quantities and one more where it turns, in `wide` columns each.
-  pure function first_columns(turns, always, wide) result(first)
+  !> The first column of each reaction, which has `always` quantities and `more` where it turns, in `wide` columns each.
+  pure function first_columns(turns, always, more, wide) result(first)
     logical, intent(in) :: turns(:)
-    integer, intent(in) :: always, wide
+    integer, intent(in) :: always, more, wide
     integer :: first(size(turns))
     integer :: i
 
-    first = [(before + 1 + wide * (always * (i - 1) + count(turns(:i - 1))), i = 1, size(turns))]
+    first = [(before + 1 + wide * (always * (i - 1) + more * count(turns(:i - 1))), i = 1, size(turns))]
   end function first_columns
 
 end module gestell_task_forces_plot

@@ -4,36 +4,73 @@ module gestell_task_forces_reactions
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_model_frame, only: frame_type
+  use gestell_model_frame_gravity, only: gravity_of, weighs, weight_of
   use gestell_model_frame_mounting, only: stiffness_matrix
   use gestell_model_frame_quantity, only: find_quantity
   use gestell_model_frame_rows, only: guide_forces, probe_type, quantity_type, velocities
+  use gestell_model_space, only: in_frame
   use gestell_study_vibration_statistics, only: history_of, statistics_type, take_least, take_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
   implicit none (type, external)
   private
 
-  public :: find_reactions, static_force
+  public :: find_reactions, parts_of, static_force, support_places
 
   !> What is told of a reaction: the force on the ground along x and y, its size (N), and its moment about F at rest (N m); a
-  !> support exerts none but that of its force, and has no moment of its own.
-  integer, parameter, public :: along_x = 1, along_y = 2, whole_force = 3, moment = 4, force_parts = 4
+  !> support exerts none but that of its force, and has no moment of its own. In space also the force along z, and moments about x
+  !> and y; the one in the plane is that about z.
+  integer, parameter, public :: along_x = 1, along_y = 2, whole_force = 3, moment = 4, along_z = 5, moment_x = 6, moment_y = 7, &
+    & most_parts = 7
+  character(len=2), parameter, public :: part_names(most_parts) = [character(len=2) :: "fx", "fy", "f", "m", "fz", "mx", "my"]
 
   type, public :: reaction_type
-    !> The support's number, "foundation", "guide", "total"; where it is in the frame's system (m).
+    !> The support's number, "foundation", "guide", "total"; where it is in the frame's system (m), two numbers, in space three.
     character(len=12) :: name = ""
-    real(dp) :: position(2) = 0
+    real(dp), allocatable :: position(:)
     !> Whether it has a moment of its own.
     logical :: turns = .true.
     type(statistics_type), allocatable :: statistics(:)
-    !> At the times of the vibration's history, shape (points + 1, force_parts).
+    !> At the times of the vibration's history, shape (points + 1, parts).
     real(dp), allocatable :: history(:, :)
-    !> With weights: the static force on the ground (N), and the least over the turn of the whole force along gravity with a bound
-    !> on its error: a support that carries something lifts off where its least compression is negative.
+    !> With weights: the static force on the ground (N), as many numbers as the position has, and the least over the turn of the
+    !> whole force along gravity with a bound on its error: a support that carries something lifts off where its least
+    !> compression is negative.
     logical :: weighed = .false., carrying = .false.
-    real(dp) :: static(2) = 0, least_compression = 0, least_error = 0
+    real(dp), allocatable :: static(:)
+    real(dp) :: least_compression = 0, least_error = 0
   end type reaction_type
 
 contains
+
+  !> The parts of a reaction in the order in which they are told.
+  pure function parts_of(reaction) result(parts)
+    type(reaction_type), intent(in) :: reaction
+    integer, allocatable :: parts(:)
+
+    parts = [along_x, along_y, whole_force]
+    if (size(reaction%position) == 3) parts = [along_x, along_y, along_z, whole_force]
+    if (reaction%turns .and. size(reaction%position) == 3) parts = [parts, moment_x, moment_y]
+    if (reaction%turns) parts = [parts, moment]
+  end function parts_of
+
+  !> Where the supports are (m), shape (2, supports), in space (3, supports).
+  pure function support_places(frame) result(places)
+    class(frame_type), intent(in) :: frame
+    real(dp), allocatable :: places(:, :)
+    integer :: i
+
+    if (allocated(frame%space)) then
+      allocate(places(3, size(frame%space%supports)))
+      do i = 1, size(places, 2)
+        places(:, i) = frame%space%supports(i)%position
+      end do
+    else
+      allocate(places(2, size(frame%supports)))
+      do i = 1, size(places, 2)
+        places(:, i) = frame%supports(i)%position
+      end do
+    end if
+  end function support_places
 
   !> Supports in the frame's order, then foundation and guide where they carry anything, then the total. Errors: as of the frame's
   !> `check`; `vibration` does not hold the rows of the motion that they need.
@@ -42,23 +79,28 @@ contains
     type(vibration_type), intent(in) :: vibration
     type(reaction_type), allocatable, intent(out) :: reactions(:)
     type(error_type), allocatable, intent(out) :: error
-    type(quantity_type) :: parts(force_parts), guide(force_parts)
+    type(quantity_type), allocatable :: parts(:), guide(:)
+    real(dp), allocatable :: places(:, :)
     logical :: founded, guided
     integer :: i, n
 
+    guided = size(frame%free) < frame%dofs()
     call frame%check(error)
-    if (.not. allocated(error)) call check_rows(vibration, merge(guide_forces, velocities, size(frame%free) < 3), error)
+    if (.not. allocated(error)) call check_rows(vibration, merge(guide_forces, velocities, guided), error)
     if (allocated(error)) return
-    n = size(frame%supports)
+    places = support_places(frame)
+    n = size(places, 2)
     call force_of(frame, "foundation.", parts)
-    founded = carries(parts(along_x)) .or. carries(parts(along_y)) .or. carries(parts(moment))
-    guided = size(frame%free) < 3
+    founded = any([(carries(parts(i)), i = 1, size(parts))])
     allocate(reactions(n + count([founded, guided]) + 1))
+    do i = 1, size(reactions)
+      allocate(reactions(i)%position(size(places, 1)), reactions(i)%static(size(places, 1)), source=0.0_dp)
+    end do
     if (founded) call take_reaction(frame, vibration, "foundation", parts, reactions(n + 1), error)
     if (allocated(error)) return
     do i = 1, n
       call force_of(frame, "support(" // text(i) // ").", parts)
-      reactions(i)%position = frame%supports(i)%position
+      reactions(i)%position = places(:, i)
       reactions(i)%turns = .false.
       call take_reaction(frame, vibration, text(i), parts, reactions(i), error)
       if (allocated(error)) return
@@ -67,7 +109,7 @@ contains
     if (guided) call take_reaction(frame, vibration, "guide", guide, reactions(size(reactions) - 1), error)
     if (allocated(error)) return
     call force_of(frame, "", parts)
-    do i = along_x, moment
+    do i = 1, size(parts)
       if (i /= whole_force) parts(i)%weights = parts(i)%weights + guide(i)%weights
     end do
     call take_reaction(frame, vibration, "total", parts, reactions(size(reactions)), error)
@@ -77,47 +119,57 @@ contains
   subroutine weigh(frame, vibration, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
-    type(quantity_type), intent(in) :: parts(force_parts)
+    type(quantity_type), intent(in) :: parts(:)
     type(reaction_type), intent(inout) :: reaction
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: roundings = 1.0e-12_dp
+    integer, parameter :: axes(3) = [along_x, along_y, along_z]
     type(quantity_type) :: along
-    real(dp) :: down(2), least
+    real(dp) :: down(3), least, bearing
+    integer :: i, n
 
-    down = [real(frame%weights%gravity, dp), aimag(frame%weights%gravity)] / abs(frame%weights%gravity)
+    n = size(reaction%position)
+    down = gravity_of(frame) / norm2(gravity_of(frame))
     along = parts(along_x)
-    along%weights = down(1) * parts(along_x)%weights + down(2) * parts(along_y)%weights
-    if (allocated(along%rounding)) along%rounding = abs(down(1)) * parts(along_x)%rounding &
-      & + abs(down(2)) * parts(along_y)%rounding
+    along%weights = down(1) * along%weights
+    if (allocated(along%rounding)) along%rounding = abs(down(1)) * along%rounding
+    do i = 2, n
+      along%weights = along%weights + down(i) * parts(axes(i))%weights
+      if (allocated(along%rounding)) along%rounding = along%rounding + abs(down(i)) * parts(axes(i))%rounding
+    end do
     call take_least(vibration, along, least, reaction%least_error, error)
     if (allocated(error)) return
     reaction%weighed = .true.
     reaction%static = static_force(frame, trim(reaction%name))
-    reaction%least_compression = dot_product(down, reaction%static) + least
+    bearing = dot_product(down(:n), reaction%static)
+    reaction%least_compression = bearing + least
     ! Beside a guide that carries the frame a support bears nothing, and nothing can lift it off.
-    reaction%carrying = .not. reaction%turns .and. dot_product(down, reaction%static) > roundings * norm2(frame%weights%load(:2))
+    reaction%carrying = .not. reaction%turns .and. bearing > roundings * norm2(weight_of(frame))
   end subroutine weigh
 
-  !> The static force (N) on the ground by the weights, of the reaction of that name.
+  !> The static force (N) on the ground by the weights, of the reaction of that name: two numbers, in space three.
   pure function static_force(frame, name) result(force)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
-    real(dp) :: force(2)
+    real(dp), allocatable :: force(:)
     integer :: i
 
+    if (allocated(frame%space)) then
+      force = static_in_space(frame, name)
+      return
+    end if
+    allocate(force(2), source=0.0_dp)
     associate (weights => frame%weights)
       select case (name)
       case ("total")
         force = weights%load(:2)
       case ("guide")
-        force = 0
         do i = 1, 2
           if (all(frame%free /= i)) force(i) = weights%load(i) - dot_product(frame%stiffness(i, :), weights%sag)
         end do
       case ("foundation")
         force = weights%static_forces(frame%stiffness - stiffness_matrix(frame%supports))
       case default
-        force = 0
         do i = 1, size(frame%supports)
           if (name == text(i)) force = weights%static_forces(stiffness_matrix([frame%supports(i)]))
         end do
@@ -125,25 +177,52 @@ contains
     end associate
   end function static_force
 
+  pure function static_in_space(frame, name) result(force)
+    class(frame_type), intent(in) :: frame
+    character(len=*), intent(in) :: name
+    real(dp) :: force(3)
+    integer :: i
+
+    force = 0
+    associate (space => frame%space)
+      select case (name)
+      case ("total")
+        force = space%weights%load(:3)
+      case ("guide")
+        do i = 1, 3
+          if (all(frame%free /= in_frame(i))) force(i) = space%weights%load(i) &
+            & - dot_product(space%stiffness(i, :), space%weights%sag)
+        end do
+      case ("foundation")
+        force = space%weights%static_force(space%foundation_stiffness)
+      case default
+        do i = 1, size(space%supports)
+          if (name == text(i)) force = space%supports(i)%static
+        end do
+      end select
+    end associate
+  end function static_in_space
+
   !> The forces of `reaction`, named with its dot. What it does not have remains unallocated.
   subroutine force_of(frame, reaction, parts)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: reaction
-    type(quantity_type), intent(out) :: parts(force_parts)
-    character(len=*), parameter :: names(force_parts) = [character(len=2) :: "fx", "fy", "f", "m"]
+    type(quantity_type), allocatable, intent(out) :: parts(:)
     type(probe_type) :: none(0)
     type(error_type), allocatable :: error
     integer :: i
 
-    do i = 1, force_parts
-      call find_quantity(frame, none, reaction // trim(names(i)), parts(i), error)
+    allocate(parts(merge(most_parts, moment, allocated(frame%space))))
+    do i = 1, size(parts)
+      call find_quantity(frame, none, reaction // trim(part_names(i)), parts(i), error)
     end do
   end subroutine force_of
 
   pure logical function carries(quantity)
     type(quantity_type), intent(in) :: quantity
 
-    carries = any(abs(quantity%weights) > 0)
+    carries = .false.
+    if (allocated(quantity%weights)) carries = any(abs(quantity%weights) > 0)
   end function carries
 
   !> What is told of a reaction that is called `name` and whose forces are `parts`.
@@ -151,23 +230,23 @@ contains
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     character(len=*), intent(in) :: name
-    type(quantity_type), intent(in) :: parts(force_parts)
+    type(quantity_type), intent(in) :: parts(:)
     type(reaction_type), intent(inout) :: reaction
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: history(:)
     integer :: i
 
     reaction%name = name
-    allocate(reaction%statistics(force_parts))
-    allocate(reaction%history(size(vibration%motion_history, 2), force_parts), source=0.0_dp)
-    do i = 1, force_parts
+    allocate(reaction%statistics(size(parts)))
+    allocate(reaction%history(size(vibration%motion_history, 2), size(parts)), source=0.0_dp)
+    do i = 1, size(parts)
       if (.not. allocated(parts(i)%weights)) cycle
       call take_statistics(vibration, parts(i), reaction%statistics(i), error)
       if (.not. allocated(error)) call history_of(vibration, parts(i), history, error)
       if (allocated(error)) return
       reaction%history(:, i) = history
     end do
-    if (frame%weights%act) call weigh(frame, vibration, parts, reaction, error)
+    if (weighs(frame)) call weigh(frame, vibration, parts, reaction, error)
   end subroutine take_reaction
 
 end module gestell_task_forces_reactions

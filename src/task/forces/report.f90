@@ -5,7 +5,7 @@ module gestell_task_forces_report
   use gestell_output_report_significance, only: noise_of, order_words
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
-  use gestell_task_forces_reactions, only: along_x, along_y, moment, reaction_type, whole_force
+  use gestell_task_forces_reactions, only: along_x, along_y, along_z, moment, moment_x, moment_y, reaction_type, whole_force
   implicit none (type, external)
   private
 
@@ -27,9 +27,14 @@ contains
     do i = 1, size(reactions)
       lines = lines // reaction_line(reactions(i)) // newline
     end do
+    if (size(reactions(1)%position) == 3) then
+      lines = tabulated("lrrrrrrl", ",fx peak,fy peak,fz peak,f peak,error,f rms,strongest" // newline // ",N,N,N,N,N,N,order", &
+        & lines)
+    else
+      lines = tabulated("lrrrrrl", ",fx peak,fy peak,f peak,error,f rms,strongest" // newline // ",N,N,N,N,N,order", lines)
+    end if
     lines = section("FORCES ON THE GROUND, " // trim(merge("by the motion ", "without weight", any(reactions%weighed))) &
-      & // "; f: size of the vector; %: of rms^2", verdict) // tabulated("lrrrrrl", &
-      & ",fx peak,fy peak,f peak,error,f rms,strongest" // newline // ",N,N,N,N,N,order", lines)
+      & // "; f: size of the vector; %: of rms^2", verdict) // lines
     most = most_loaded(reactions)
     if (most > 0) then
       if (reactions(most)%statistics(whole_force)%peak > 0) lines = lines // "  support " // trim(reactions(most)%name) &
@@ -42,14 +47,29 @@ contains
       end if
       if (total%statistics(whole_force)%peak > 0) lines = lines // "  all together up to " &
         & // concise(total%statistics(whole_force)%peak, 5) // " N" // crank_angle(total, whole_force) // newline
-      if (total%statistics(moment)%peak * noise_of(total%statistics(moment)%peak, total%statistics(moment)%peak_error, &
-        & arm(reactions) * total%statistics(whole_force)%peak) > 0) lines = lines // "  their moment about F up to " &
-        & // concise(total%statistics(moment)%peak, 5) // " N m" // crank_angle(total, moment) // ", rms " &
-        & // concise(total%statistics(moment)%rms, 5) // " N m" // newline
+      if (size(total%position) == 3) lines = lines // moment_line(moment_x, "xi through ") &
+        & // moment_line(moment_y, "eta through ") // moment_line(moment, "zeta through ")
+      if (size(total%position) == 2) lines = lines // moment_line(moment, "")
     end associate
     if (any(reactions%weighed)) lines = lines // static_lines(reactions)
 
   contains
+
+    !> The moment of all about F.
+    pure function moment_line(part, axis) result(line)
+      integer, intent(in) :: part
+      character(len=*), intent(in) :: axis
+      character(len=:), allocatable :: line
+
+      line = ""
+      associate (total => reactions(size(reactions)))
+        associate (m => total%statistics(part))
+          if (m%peak * noise_of(m%peak, m%peak_error, arm(reactions) * total%statistics(whole_force)%peak) > 0) line = &
+            & "  their moment about " // axis // "F up to " // concise(m%peak, 5) // " N m" // crank_angle(total, part) &
+            & // ", rms " // concise(m%rms, 5) // " N m" // newline
+        end associate
+      end associate
+    end function moment_line
 
     !> Where the peak is.
     pure function crank_angle(reaction, part) result(words)
@@ -66,19 +86,27 @@ contains
   pure function static_lines(reactions) result(lines)
     type(reaction_type), intent(in) :: reactions(:)
     character(len=:), allocatable :: lines
-    integer :: i
+    integer :: i, k
 
     lines = ""
     do i = 1, size(reactions)
       associate (reaction => reactions(i), static => cleared(reactions(i)%static, reactions(size(reactions))%static))
-        lines = lines // labelled(reaction) // tab // concise(static(1), 5) // tab // concise(static(2), 5) // tab
+        lines = lines // labelled(reaction) // tab
+        do k = 1, size(static)
+          lines = lines // concise(static(k), 5) // tab
+        end do
         if (reaction%name /= "guide") lines = lines // concise(reaction%least_compression, 5) // tab &
           & // concise(reaction%least_error, 1) // tab
         if (reaction%carrying) lines = lines // lift_off(reaction)
         lines = lines // newline
       end associate
     end do
-    lines = tabulated("lrrrrl", ",fx,fy,least,error,unless" // newline // ",static N,static N,compr. N,N,bolted", lines)
+    if (size(reactions(1)%static) == 3) then
+      lines = tabulated("lrrrrrl", ",fx,fy,fz,least,error,unless" // newline // ",static N,static N,static N,compr. N,N,bolted", &
+        & lines)
+    else
+      lines = tabulated("lrrrrl", ",fx,fy,least,error,unless" // newline // ",static N,static N,compr. N,N,bolted", lines)
+    end if
   end function static_lines
 
   !> Whether the frame leaves a support that only stands there.
@@ -93,9 +121,9 @@ contains
 
   !> Static forces without what is rounding beside the weight.
   pure function cleared(force, weight) result(clear)
-    real(dp), intent(in) :: force(2), weight(2)
+    real(dp), intent(in) :: force(:), weight(:)
     real(dp), parameter :: rounding = 1.0e-12_dp
-    real(dp) :: clear(2)
+    real(dp) :: clear(size(force))
 
     clear = merge(0.0_dp, force, abs(force) <= rounding * norm2(weight))
   end function cleared
@@ -112,27 +140,39 @@ contains
   pure function reaction_line(reaction) result(line)
     type(reaction_type), intent(in) :: reaction
     character(len=:), allocatable :: line
-    real(dp) :: zero(2)
     integer :: order
 
-    line = labelled(reaction)
-    associate (fx => reaction%statistics(along_x), fy => reaction%statistics(along_y), f => reaction%statistics(whole_force))
+    line = labelled(reaction) // component(along_x) // component(along_y)
+    if (size(reaction%position) == 3) line = line // component(along_z)
+    associate (f => reaction%statistics(whole_force))
       order = f%strongest()
-      zero = [noise_of(fx%peak, fx%peak_error, f%peak), noise_of(fy%peak, fy%peak_error, f%peak)]
-      line = line // tab // concise(zero(1) * fx%peak, 5) // tab // concise(zero(2) * fy%peak, 5) // tab // concise(f%peak, 5) &
-        & // tab // concise(f%peak_error, 1) // tab // concise(f%rms, 5) // tab
+      line = line // tab // concise(f%peak, 5) // tab // concise(f%peak_error, 1) // tab // concise(f%rms, 5) // tab
       if (order > 0) line = line // order_words(order, f%amplitude(order), f%rms)
     end associate
+
+  contains
+
+    !> The peak of a component, without what is noise beside the whole.
+    pure function component(part) result(words)
+      integer, intent(in) :: part
+      character(len=:), allocatable :: words
+
+      associate (f => reaction%statistics(part), whole => reaction%statistics(whole_force))
+        words = tab // concise(noise_of(f%peak, f%peak_error, whole%peak) * f%peak, 5)
+      end associate
+    end function component
+
   end function reaction_line
 
-  !> What a reaction is called.
+  !> What a reaction is called; in space without its place, for which there is no room.
   pure function labelled(reaction) result(line)
     type(reaction_type), intent(in) :: reaction
     character(len=:), allocatable :: line
 
     line = trim(reaction%name)
-    if (.not. reaction%turns) line = "support " // line // " (" // concise(reaction%position(1), 4) // "," &
-      & // concise(reaction%position(2), 4) // ")"
+    if (.not. reaction%turns) line = "support " // line
+    if (reaction%turns .or. size(reaction%position) == 3) return
+    line = line // " (" // concise(reaction%position(1), 4) // "," // concise(reaction%position(2), 4) // ")"
   end function labelled
 
   !> The support whose force is greatest; 0: there is none.

@@ -17,6 +17,7 @@ module gestell_task_machine_report
   use gestell_task_machine_model, only: model_line
   use gestell_task_stability_report, only: modulus_of, out_of_range
   use gestell_model_frame, only: frame_type, dof_names
+  use gestell_model_frame_gravity, only: gravity_of, weighs, weight_of
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analysis_type
   use gestell_study_vibration_resonance, only: describe_resonance, resonance_type
@@ -97,11 +98,17 @@ contains
     character(len=:), allocatable :: line
 
     line = ""
-    if (.not. frame%weights%act) return
-    associate (g => [real(frame%weights%gravity, dp), aimag(frame%weights%gravity)], weight => norm2(frame%weights%load(:2)))
-      line = "  gravity    " // concise(norm2(g)) // " m/s^2 at " // concise(atan2(g(2), g(1)) * 180 / pi, 4) &
-        & // " deg; all weighs " // concise(weight, 5) // " N" // newline
+    if (.not. weighs(frame)) return
+    associate (g => gravity_of(frame))
+      line = "  gravity    " // concise(norm2(g)) // " m/s^2 "
+      if (abs(g(3)) > 0) then
+        line = line // "along (" // concise(g(1) / norm2(g), 4) // "," // concise(g(2) / norm2(g), 4) // "," &
+          & // concise(g(3) / norm2(g), 4) // ")"
+      else
+        line = line // "at " // concise(atan2(g(2), g(1)) * 180 / pi, 4) // " deg"
+      end if
     end associate
+    line = line // "; all weighs " // concise(norm2(weight_of(frame)), 5) // " N" // newline
   end function gravity_line
 
   !> The natural frequencies in one line; nothing where they cannot be told.

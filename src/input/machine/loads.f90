@@ -1,0 +1,164 @@
+!> What loads the frame beside its mechanism and supports: foundation and gravity of an input file.
+module gestell_input_machine_loads
+  use gestell_base_error, only: error_type
+  use gestell_base_key, only: key_type, nonnegative, of_angle, of_damping_diagonal, of_stiffness_matrix, real_key
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_input_namelist_document, only: find_entry, group_type
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_schema_read, only: count_values, read
+  use gestell_input_schema_units, only: units_type
+  implicit none (type, external)
+  private
+
+  public :: read_foundation, read_gravity
+
+  type(key_type), parameter, public :: foundation_keys(*) = [ &
+    & key_type("foundation", "stiffness", real_key, "c_ij added to what the supports give, symmetric and nowhere negative, in " // &
+    &   "the order xi, eta, psi, in space then zeta, rot_xi, rot_eta", 2, 36, 36, shorter=9, unit=of_stiffness_matrix, &
+    &   default=0.0_dp, rows=6), &
+    & key_type("foundation", "damping", real_key, "b_i added to the diagonal, in the same order", 1, 6, 6, shorter=3, &
+    &   unit=of_damping_diagonal, default=0.0_dp, range=nonnegative)]
+
+  type(key_type), parameter, public :: gravity_keys(*) = [ &
+    & key_type("gravity", "acceleration", real_key, "of gravity; 0: as without the group", symbol="m/s^2", default=9.80665_dp, &
+    &   range=nonnegative), &
+    & key_type("gravity", "direction", real_key, "of the weights in the frame's axes: 0 along xi, -90 downwards against " // &
+    &   "eta; in space also a vector along xi, eta, zeta, of any length", 1, 1, 3, unit=of_angle, default=-90.0_dp)]
+
+contains
+
+  !> c_ij and b_ij of the foundation, shape (6, 6), in the frame's order. Errors: the stiffness is not symmetric, or negative in
+  !> some direction; elements of a frame `in_space` where it is none.
+  subroutine read_foundation(group, units, in_space, stiffness, damping, error)
+    type(group_type), intent(in) :: group
+    type(units_type), intent(in) :: units
+    logical, intent(in) :: in_space
+    real(dp), intent(out) :: stiffness(6, 6), damping(6, 6)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: b(6)
+    integer :: i, k
+
+    damping = 0
+    if (.not. in_space) call refuse_beyond_plane(group, error)
+    if (.not. allocated(error)) call read(group, foundation_keys, "stiffness", stiffness, error)
+    if (allocated(error)) return
+    do k = 2, 6
+      do i = 1, k - 1
+        if (.not. abs(stiffness(i, k) - stiffness(k, i)) > 0) cycle
+        call refuse_skew(merge(i, k, i + k /= 4), merge(k, i, i + k /= 4))
+        return
+      end do
+    end do
+    call read(group, foundation_keys, "stiffness", stiffness, error, units)
+    if (negative_somewhere(stiffness)) then
+      call input_error(group, "stiffness", "the matrix is not positive (semi-)definite: it would push the frame away in " // &
+        & "some direction", error)
+      return
+    end if
+    call read(group, foundation_keys, "damping", b, error, units)
+    if (allocated(error)) return
+    do i = 1, 6
+      damping(i, i) = b(i)
+    end do
+
+  contains
+
+    subroutine refuse_skew(i, k)
+      integer, intent(in) :: i, k
+
+      call input_error(group, "stiffness", "the matrix must be symmetric, c" // text(i) // text(k) // " is " &
+        & // concise(stiffness(i, k)) // " and c" // text(k) // text(i) // " is " // concise(stiffness(k, i)), error, &
+        & element=i + 6 * (k - 1))
+    end subroutine refuse_skew
+
+  end subroutine read_foundation
+
+  !> Error: an element that only a frame in space has.
+  subroutine refuse_beyond_plane(group, error)
+    type(group_type), intent(in) :: group
+    type(error_type), allocatable, intent(out) :: error
+    character(len=9), parameter :: names(2) = [character(len=9) :: "stiffness", "damping"]
+    integer :: i, k, n
+
+    do k = 1, 2
+      i = find_entry(group, trim(names(k)))
+      if (i == 0) cycle
+      do n = 1, size(group%entries(i)%values)
+        if (.not. allocated(group%entries(i)%values(n)%text)) cycle
+        if (merge(max(1 + mod(n - 1, 6), 1 + (n - 1) / 6), n, k == 1) <= 3) cycle
+        call input_error(group, trim(names(k)), "is of a frame in space: then &frame dof needs zeta, rot_xi or rot_eta", error, n)
+        return
+      end do
+    end do
+  end subroutine refuse_beyond_plane
+
+  !> Whether a symmetric matrix is negative in some direction by more than rounding: so are pivots of its elimination, in units that
+  !> make the diagonal 1, with the greatest first.
+  pure logical function negative_somewhere(c)
+    real(dp), intent(in) :: c(6, 6)
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    real(dp) :: a(6, 6), unit(6)
+    integer :: i, k, at, row(6)
+
+    negative_somewhere = any([(c(i, i) < 0, i = 1, 6)])
+    if (negative_somewhere) return
+    unit = sqrt([(c(i, i), i = 1, 6)])
+    where (.not. unit > 0) unit = 1
+    a = c / (spread(unit, 2, 6) * spread(unit, 1, 6))
+    row = [(i, i = 1, 6)]
+    do k = 1, 6
+      at = k - 1 + maxloc([(a(row(i), row(i)), i = k, 6)], dim=1)
+      row([k, at]) = row([at, k])
+      negative_somewhere = any([(a(row(i), row(i)) < -rounding, i = k, 6)])
+      if (negative_somewhere) return
+      if (.not. a(row(k), row(k)) > rounding) exit
+      do i = k + 1, 6
+        a(row(i), row(k + 1:)) = a(row(i), row(k + 1:)) - a(row(i), row(k)) / a(row(k), row(k)) * a(row(k), row(k + 1:))
+      end do
+    end do
+    ! what is left beside a diagonal of zeros must be zero too
+    do i = k, 6
+      negative_somewhere = negative_somewhere .or. any(abs(a(row(i), row(k:))) > sqrt(rounding))
+    end do
+  end function negative_somewhere
+
+  !> Gravity (m/s^2) along xi, eta, zeta; without a group there is none. Errors: a vector in the plane, or without length.
+  subroutine read_gravity(groups, units, in_space, gravity, error)
+    type(group_type), intent(in) :: groups(:)
+    type(units_type), intent(in) :: units
+    logical, intent(in) :: in_space
+    real(dp), intent(out) :: gravity(3)
+    type(error_type), allocatable, intent(out) :: error
+    !> Along an axis the other component is zero, not its rounding.
+    real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
+    real(dp) :: acceleration, angle(1)
+    integer :: n
+
+    gravity = 0
+    if (size(groups) == 0) return
+    call read(groups(1), gravity_keys, "acceleration", acceleration, error)
+    if (allocated(error)) return
+    n = count_values(groups(1), "direction")
+    if (n > 1) then
+      call read(groups(1), gravity_keys, "direction", gravity, error)
+      if (.not. in_space) then
+        call input_error(groups(1), "direction", "is one angle in the plane; a vector of a frame in space: then &frame dof needs " &
+          & // "zeta, rot_xi or rot_eta", error)
+      else if (n == 2) then
+        call input_error(groups(1), "direction", "needs 1 value, an angle, or 3, a vector; has 2", error)
+      else if (.not. maxval(abs(gravity)) > 0) then
+        call input_error(groups(1), "direction", "is no direction: all three values are zero", error)
+      end if
+      if (allocated(error)) return
+      gravity = gravity / maxval(abs(gravity))
+      gravity = acceleration * gravity / norm2(gravity)
+    else
+      call read(groups(1), gravity_keys, "direction", angle, error, units)
+      if (allocated(error)) return
+      gravity(:2) = [cos(angle(1)), sin(angle(1))]
+      gravity = acceleration * merge(gravity, 0.0_dp, abs(gravity) > rounding)
+    end if
+  end subroutine read_gravity
+
+end module gestell_input_machine_loads
