@@ -38,13 +38,14 @@ contains
 
   subroutine test_schur(error)
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: unknowns(4) = [3, 6, 18, 24], borders(4) = [3, 3, 6, 9], right(4) = [3, 12, 9, 12]
+    integer, parameter :: unknowns(6) = [3, 6, 18, 24, 36, 60], borders(6) = [3, 3, 6, 9, 12, 12], &
+      & right(6) = [3, 12, 9, 12, 15, 15]
     real(dp), allocatable :: w(:, :, :), before(:, :, :)
     real(dp) :: multiplier(lanes)
     real(qp), allocatable :: exact(:, :)
     integer :: i, k, lane, rows, columns
 
-    allocate(w(lanes, most_rows, 2 * most_rows))
+    allocate(w(lanes, most_rows, 75))
     do i = 1, size(unknowns)
       rows = unknowns(i) + borders(i)
       columns = unknowns(i) + right(i)
@@ -57,7 +58,7 @@ contains
       call schur_complement(w(:, :, :columns), unknowns(i), rows, columns, multiplier)
       do lane = 1, lanes
         exact = schur_of(before(lane, :rows, :columns), unknowns(i))
-        ! Elements up to 3, multipliers below 1: a few roundings in each of 24 unknowns.
+        ! Elements up to 3, multipliers below 1: a few roundings in each of 60 unknowns.
         call check_that(error, maxval(abs(w(lane, unknowns(i) + 1:rows, unknowns(i) + 1:columns) - exact)), "<", 1.0e-13_qp, &
           & "Schur complement")
         if (allocated(error)) return
@@ -124,10 +125,10 @@ contains
     end do
   end subroutine test_multipliers
 
-  !> M^-1 R at 1 to 20 points for 1 to 18 degrees of freedom; some M are indefinite with zeros on the diagonal, some singular.
+  !> M^-1 R at 1 to 20 points for 1 to 40 degrees of freedom; some M are indefinite with zeros on the diagonal, some singular.
   subroutine test_mass(error)
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: freedoms(6) = [1, 2, 3, 7, 15, 18]
+    integer, parameter :: freedoms(7) = [1, 2, 3, 7, 18, 35, 40]
     real(dp), allocatable :: m(:, :, :), r(:, :, :), before(:, :, :)
     integer :: i, points, k, j
 
@@ -152,7 +153,7 @@ contains
           if (k == 11 .and. freedoms(i) > 1) then
             call check(error, all(ieee_is_nan(r(k, :, :))), more="a singular M is told")
           else
-            ! Diagonally dominant: residuals of a few roundings of 18 terms of size 1 to 20.
+            ! Diagonally dominant: residuals of a few roundings of 40 terms of size 1 to 40.
             call check_that(error, maxval(abs(matmul(m(k, :, :), r(k, :, :)) - before(k, :, :))), "<", 1.0e-13_dp, "M X = R")
           end if
           if (allocated(error)) return
@@ -170,7 +171,7 @@ contains
     integer :: counts(5), i, k, f
 
     counts = [1, 7, 8, 9, 21]
-    do f = 1, 5
+    do f = 1, 9
       do i = 1, size(counts)
         call check_oscillators(counts(i), [(frequencies(1 + modulo(k, 3)), k = 1, f)], .false., error)
         if (allocated(error)) return

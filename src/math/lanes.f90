@@ -12,9 +12,9 @@ module gestell_math_lanes
 
   public :: padded, schur_complement
 
-  !> Matrices side by side, rows of a block, and the most rows that a matrix can have: their distance in memory is fixed,
-  !> a vectorised loop cannot do with less.
-  integer, parameter, public :: lanes = 8, block = 3, most_rows = 36
+  !> Matrices side by side, rows of a block, and the most rows that a matrix can have: columns lie so far apart in memory whatever
+  !> its rows, a vectorised loop cannot do with less. (Ten stages of six degrees of freedom; 36 would be as fast for three.)
+  integer, parameter, public :: lanes = 8, block = 3, most_rows = 72
   !> Below this multiplier no digits that matter are lost (threshold pivoting in sparse elimination allows 10 to 100; I. S.
   !> Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).
   real(dp), parameter, public :: safe_multiplier = 16

@@ -10,9 +10,6 @@ module gestell_system_mass
 
   public :: solve_mass
 
-  !> For as many degrees of freedom as rows allow, with their 2 f + 1 right-hand sides.
-  integer, parameter :: most_columns = 2 * most_rows
-
 contains
 
   !> M^-1 R in place of R, shapes (points, f, f) and (points, f, columns); the diagonal of M is about 1. NaN where M is
@@ -27,8 +24,8 @@ contains
 
     points = size(m, 1)
     first = 1
-    if (2 * padded(size(m, 2)) <= most_rows .and. padded(size(m, 2)) + padded(size(r, 3)) <= most_columns) then
-      allocate(w(lanes, most_rows, most_columns))
+    if (2 * padded(size(m, 2)) <= most_rows) then
+      allocate(w(lanes, most_rows, padded(size(m, 2)) + padded(size(r, 3))))
       do first = 1, points - lanes + 1, lanes
         call solve_lanes(first, m, r, w, safe)
         do k = 1, lanes
@@ -46,7 +43,7 @@ contains
     integer, intent(in) :: first
     real(dp), contiguous, intent(in) :: m(:, :, :)
     real(dp), contiguous, intent(inout) :: r(:, :, :)
-    real(dp), intent(inout) :: w(lanes, most_rows, most_columns)
+    real(dp), contiguous, intent(inout) :: w(:, :, :)
     logical, intent(out) :: safe(lanes)
     real(dp) :: multiplier(lanes)
     integer :: f, n, columns, last, i, k

@@ -12,7 +12,7 @@ module gestell_system_second_order
   implicit none (type, external)
   private
 
-  public :: check_second_order, sample_in_units
+  public :: check_second_order, sample_in_units, sample_traces
 
   !> Extend this, set `states` = 2 f and `period`, give `matrices` (and `load` if there is one).
   type, abstract, extends(periodic_system), public :: second_order_system
@@ -119,6 +119,25 @@ contains
     unit_of = 1
     if (mass > 0 .and. mass <= huge(mass)) unit_of = scale(1.0_dp, -exponent(mass) / 2)
   end function unit_of
+
+  !> tr P = -tr M^-1 B at many phases, (22), shape (phases). NaN where M is singular.
+  subroutine sample_traces(system, phases, traces)
+    class(second_order_system), intent(in) :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(out) :: traces(:)
+    real(dp), allocatable, dimension(:, :, :) :: m, b, c
+    real(dp) :: units(system%states / 2)
+    integer :: f, i
+
+    f = system%states / 2
+    allocate(m(size(phases), f, f), b(size(phases), f, f), c(size(phases), f, f))
+    call sample_in_units(system, phases, m, b, c, units)
+    call solve_mass(m, b)
+    traces = 0
+    do i = 1, f
+      traces = traces - b(:, i, i)
+    end do
+  end subroutine sample_traces
 
   !> P(t) of (22).
   subroutine first_order_matrix(self, t, p)

@@ -40,7 +40,8 @@ module gestell_floquet_integrator_gauss_steps
   end type coefficients_type
 
   !> What eight steps at once need: their equations, and of these h B and h^2 C of one stage below the other. On the heap:
-  !> threads have small stacks.
+  !> threads have small stacks. For the largest of steps, whatever is used of it: once such a piece was given back the GNU C library
+  !> keeps twice as much for the next case, where else it returns memory to the system, and fetches it anew, ten times a case.
   type :: room_type
     real(dp) :: w(lanes, most_rows, most_rows + block)
     real(dp), dimension(lanes, most_rows, most_rows / 2) :: damping, stiffness

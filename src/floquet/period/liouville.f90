@@ -4,6 +4,7 @@ module gestell_floquet_period_liouville
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: sample_traces, second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -54,11 +55,16 @@ contains
   !> tr P at these phases.
   function traces(system, phases)
     class(periodic_system), intent(in) :: system
-    real(dp), intent(in) :: phases(:)
+    real(dp), contiguous, intent(in) :: phases(:)
     real(dp) :: traces(size(phases))
     real(dp), allocatable :: p(:, :, :)
     integer :: j
 
+    select type (system)
+    class is (second_order_system)
+      call sample_traces(system, phases, traces)
+      return
+    end select
     allocate(p(system%states, system%states, size(phases)))
     call system%sample(phases, p)
     traces = 0

@@ -151,7 +151,7 @@ contains
     real(dp), intent(in) :: axes(3, 3), origin(3)
     integer, intent(in) :: first, last
     type(masses_type), intent(inout) :: masses
-    real(dp) :: s(batch, 3, 0:2), j(batch), apart(3, 3)
+    real(dp) :: s(batch, 3, 0:2), j(batch), apart(3, 3), factor
     integer :: i, k, n, e, row, column
 
     n = last - first + 1
@@ -178,9 +178,11 @@ contains
         if (row == column) j = j + 2 * (origin(1) * s(:, 1, k) + origin(2) * s(:, 2, k) + origin(3) * s(:, 3, k))
         do i = 1, 6
           associate (a => of_row(i), b => of_column(i))
-            j = j + axes(row, a) * axes(column, b) * flat%j(:, i, k)
-            if (a /= b) j = j + axes(row, b) * axes(column, a) * flat%j(:, i, k)
+            factor = axes(row, a) * axes(column, b)
+            if (a /= b) factor = factor + axes(row, b) * axes(column, a)
           end associate
+          ! most axes are parallel to the frame's
+          if (abs(factor) > 0) j = j + factor * flat%j(:, i, k)
         end do
         masses%j(first:last, row, column, k) = masses%j(first:last, row, column, k) + j(:n)
         if (row /= column) masses%j(first:last, column, row, k) = masses%j(first:last, row, column, k)
