@@ -8,7 +8,7 @@ import re
 from harness import Folder, Run, check, equal, near
 from several import LINKAGE, PLACES
 from several import FRAME as STAND
-from space import DATA, rows
+from space import DATA, VALIDATION, against_reference, rows
 
 # Crank radius, rod, spacing of the cylinders (m), mass of a piston (kg), speed (1/min); massless rods and throws.
 R, ROD, SPACING, PISTON, RPM = 0.04, 0.13, 0.1, 0.5, 3000.0
@@ -281,6 +281,21 @@ def ratio_tests():
                 near("ratio: rho_max of a sweep", float(a["rho_max"]), float(b["rho_max"]), 1e-10)
 
 
+# validation/space/twin_balance_shaft.nml with ratio=-1,2 by validation/space/newton_euler.py, exact, at 625 rpm: greatest abs(rho)
+# over the two turns of the period, rms of the six coordinates.
+HALF = (0.785660339307, (1.3510204626367e-06, 5.5859292676651e-05, 6.7120551721022e-05, 1.2807738869258e-04, 1.8906845242009e-04,
+                         3.0899669780043e-05))
+
+
+def half_speed_tests():
+    """A shaft at half the speed, against d'Alembert's principle summed link by link."""
+    text = re.sub(r"&case title = ('[^']*') /", "&response points=64, harmonics=60 /\n&model frame='exact' /\n"
+                  "&case title = \\1, tasks='stability','response' /", (VALIDATION / "twin_balance_shaft.nml").read_text())
+    with Folder(input=text.replace("ratio=-1", "ratio=-1,2")) as folder:
+        if Run(folder, "-q", "-o", "out", "--set", "drive.speed_rpm=625", "input.nml").done("half the speed"):
+            against_reference(folder, "half the speed", *HALF)
+
+
 def compare_ratios(name, turns, runs, found):
     """The same machine in both words: roundings of the ratios are 1e-16 of the angles, of the loads by orders 1e-13."""
     rho = [sorted(abs(complex(float(row["re"]), float(row["im"]))) for row in one["multipliers"]) for one in found]
@@ -312,4 +327,4 @@ def compare_ratios(name, turns, runs, found):
         near(f"{name}: halves in turns", float(halving[0][1]) / float(halving[1][1]), turns, 0.01 * turns)
 
 
-SPACE_LOOKS_TESTS = [engine_tests, shaft_tests, torque_roll_tests, ratio_tests]
+SPACE_LOOKS_TESTS = [engine_tests, shaft_tests, torque_roll_tests, ratio_tests, half_speed_tests]
