@@ -139,7 +139,7 @@ def off(ours, theirs):
 def beside_gestell(program, file, speed):
     """A plane machine, flat and tilted, beside Gestell."""
     text, worst = Path(file).read_text(), 0.0
-    machine = Machine(text)
+    machine = Machine(text).driven_by_motor()
     machine.speed = (float(speed) if speed else machine.speed * 30 / math.pi) * math.pi / 30
     turned = turn([0.0, 0.0, 1.0], 0.4) @ turn([0.0, 1.0, 0.0], -0.9) @ turn([1.0, 0.0, 0.0], 0.7)
     for model in ("rest", "exact"):

@@ -394,7 +394,7 @@ def main():
     STEPS, STEP, scale = int(options.get("steps", STEPS)), float(options.get("step", STEP)), float(options.get("scale", 1.0))
     worst = 0.0
     for speed in [float(word) for word in rest if re.match(r"-?[\d.]+$", word)] or [Machine(text).speed * 30 / math.pi]:
-        machine = Machine(text).changed(scale, float(options.get("damping", 1.0)))
+        machine = Machine(text).driven_by_motor().changed(scale, float(options.get("damping", 1.0)))
         machine.speed = speed * math.pi / 30
         rest_, exact = (Reference(machine, model).solve(rows=ROWS) for model in ("rest", "exact"))
         state, map_ = Model(machine).periodic(exact.state)

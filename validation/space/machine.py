@@ -96,8 +96,8 @@ class Machine:
                 repeats.append(keys)
             elif name == "drive":
                 self.speed = keys["speed_rpm"][0] * math.pi / 30
-                if keys.get("held_by", ["motor"]) != ["motor"]:
-                    raise SystemExit("held_by: only the motor's drive is built here")
+                self.held_by = keys.get("held_by", ["motor"])[0]
+                self.flywheel = keys.get("flywheel_inertia", [0.0])[0]
         found = found or {"": {}}
         origin = self.frame.get("origin", [0.0, 0.0])
         only = next(iter(found)) if len(found) == 1 else None
@@ -113,6 +113,12 @@ class Machine:
         self.mass, self.inertia = self.frame["mass"][0], self.tensor(self.frame["inertia"])
         # Turns of the drive after which every mechanism is where it was.
         self.turns = math.lcm(*(mechanism.ratio.denominator for mechanism in self.mechanisms))
+
+    def driven_by_motor(self):
+        """Itself, where the motor's drive is all that is built."""
+        if self.held_by != "motor":
+            raise SystemExit("held_by: only the motor's drive is built here")
+        return self
 
     def changed(self, links=1.0, damping=1.0):
         """With the masses of all links and the dampers of all supports multiplied."""

@@ -87,14 +87,14 @@ class Series:
         terms[:, 0] /= 2
         orders = 1j * np.arange(last + 1)
         self.orders, self.size = orders, len(self.slope)
-        self.terms = np.concatenate([terms, orders * terms, orders ** 2 * terms])
+        self.terms = np.concatenate([orders ** k * terms for k in range(4)])
 
     def __call__(self, x):
-        """Values, first and second derivatives; x may be complex."""
+        """Values and their first three derivatives; x may be complex."""
         turning = np.exp(self.orders * x)
         found = (self.terms @ turning).real if np.isreal(x) else (self.terms @ turning + self.terms.conj() @ (1 / turning)) / 2
-        found = found.reshape(3, self.size)
-        return found + np.outer([x, 1.0, 0.0], self.slope)
+        found = found.reshape(4, self.size)
+        return found + np.outer([x, 1.0, 0.0, 0.0], self.slope)
 
 
 class Poses:
@@ -141,7 +141,7 @@ class Links:
         places, attitudes = [], []
         for mechanism, series in zip(self.mechanisms, self.series):
             ratio, axes = float(mechanism.ratio), mechanism.axes
-            values = series(mechanism.crank(phi)).reshape(3, -1, 3) * np.array([1.0, ratio, ratio ** 2])[:, None, None]
+            values = series(mechanism.crank(phi))[:3].reshape(3, -1, 3) * np.array([1.0, ratio, ratio ** 2])[:, None, None]
             height = np.array([link.get("z", [0.0])[0] for link in mechanism.links])
             flat = np.stack([values[..., 0], values[..., 1], height * np.array([[1.0], [0.0], [0.0]])], axis=-1)
             place = flat @ axes.T
@@ -153,6 +153,16 @@ class Links:
         if not places:
             return np.zeros((3, 0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3))
         return (np.concatenate(places, axis=1), *(np.concatenate(parts) for parts in zip(*attitudes)))
+
+
+    def third(self, phi):
+        """Third derivatives of the places, second ones of the angular velocities."""
+        places, spins = [np.zeros((0, 3))], [np.zeros((0, 3))]
+        for mechanism, series in zip(self.mechanisms, self.series):
+            values = series(mechanism.crank(phi))[3].reshape(-1, 3) * float(mechanism.ratio) ** 3
+            places.append(values[:, :2] @ mechanism.axes[:, :2].T)
+            spins.append(values[:, 2, None] * mechanism.axes[:, 2])
+        return np.concatenate(places), np.concatenate(spins)
 
 
 def integrate(right, end, start, least, tolerance, **options):
@@ -193,16 +203,21 @@ class Reference:
         self.held = np.array([-spring @ arm @ self.sag for spring, arm in zip(self.springs, arms)]).reshape(-1, 3)
         self.held_ground = -load - sum((arm.T @ force for arm, force in zip(arms, self.held)), np.zeros(6))
 
+    def driven(self, phi, q, v, a):
+        """Places of the links with their first and second derivatives, attitudes, angular velocities and accelerations over time."""
+        (r, r1, r2), attitude, spin, gain = self.links.at(phi)
+        speed = self.machine.speed
+        return r, r1 * speed, r2 * speed ** 2, attitude, spin * speed, gain * speed ** 2
+
     def loads(self, phi, q, v, a):
         """d'Alembert: masses times accelerations less the weights, in space, and moments of that and of the attitudes about F, in the
         frame's axes; with it the power that the drive gives."""
-        machine, speed = self.machine, self.machine.speed
+        machine = self.machine
         theta, rate = q[..., 3:], v[..., 3:]
         turned, matrix = rotation(theta), spin_matrix(theta)
         w, dw = times(matrix, rate), times(matrix, a[..., 3:]) + spin_rate(theta, rate)
         falling = times(np.swapaxes(turned, -1, -2), a[..., :3] - self.g)
-        (r, r1, r2), attitude, spin, gain = self.links.at(phi)
-        r1, r2, spin, gain = r1 * speed, r2 * speed ** 2, spin * speed, gain * speed ** 2
+        r, r1, r2, attitude, spin, gain = self.driven(phi, q, v, a)
         wl, dwl = w[..., None, :], dw[..., None, :]
         lead = falling[..., None, :] + r2 + 2 * cross(wl, r1) + cross(dwl, r) + cross(wl, cross(wl, r))
         # Of each link the change of I (w + spin) as seen from space; its principal axes turn with it.
@@ -342,16 +357,16 @@ class Vibration:
         rows = len(states) - 1
         self.phi = np.linspace(0.0, 2 * math.pi * machine.turns * math.copysign(1.0, machine.speed), rows + 1)
         self.q, self.v, self.a = np.zeros((3, rows + 1, 6))
-        self.q[:, reference.free], self.v[:, reference.free] = states[:, :n], states[:, n:] * machine.speed
+        self.q[:, reference.free], self.v[:, reference.free] = states[:, :n], states[:, n:2 * n] * machine.speed
         for k, phi in enumerate(self.phi):
-            rate, _ = reference.rates(phi, states[k], np.zeros((2 * n, 0)))
-            self.a[k, reference.free] = rate[n:] * machine.speed ** 2
+            rate, _ = reference.rates(phi, states[k], np.zeros((states.shape[1], 0)))
+            self.a[k, reference.free] = rate[n:2 * n] * machine.speed ** 2
         self.forces, self.moment, self.torque = self.measure()
 
     def measure(self):
         """Forces on the ground of every support, then of all, the moment of all about F at rest, both by the motion, without the static
         ones, the foundation's force as if at F; the torque of the drive. About rest forces and moment are linear in the vibration."""
-        own, speed, size = self.reference, self.reference.machine.speed, 1.0
+        own, size = self.reference, 1.0
         if own.model == "rest":
             size = 1j * STEP
 
@@ -366,10 +381,13 @@ class Vibration:
         moment = np.sum(cross(about, forces), axis=1) + times(turned, np.linalg.solve(np.swapaxes(matrix, 1, 2),
                                                                                       ground[:, 3:, None])[..., 0])
         whole = np.sum(forces, axis=1) + ground[:, :3]
-        torque = []
-        for phi, *motion in zip(self.phi, self.q, self.v, self.a):
-            torque.append(own.loads(phi, *motion)[2] / speed)
-        return real(np.concatenate([forces, whole[:, None]], axis=1)), real(moment), np.array(torque)
+        torque = np.array([self.torque_at(k) for k in range(len(self.phi))])
+        return real(np.concatenate([forces, whole[:, None]], axis=1)), real(moment), torque
+
+    def torque_at(self, k):
+        """The drive's torque at a phase."""
+        own = self.reference
+        return own.loads(self.phi[k], self.q[k], self.v[k], self.a[k])[2] / own.machine.speed
 
     def rms(self):
         return np.sqrt(np.mean(self.q[:-1] ** 2, axis=0))
@@ -390,6 +408,8 @@ def write(file, vibration):
 
 
 def main():
+    from holders import Held
+
     words = sys.argv[1:]
     file, *rest = words
     text = "\n".join([Path(file).read_text(), *(word for word in rest if word.startswith("&"))]) + "\n"
@@ -399,7 +419,7 @@ def main():
         machine = Machine(text).changed(*(float(options.get(key, 1.0)) for key in ("scale", "damping")))
         machine.speed = speed * math.pi / 30
         for model in options.get("model", "rest,exact").split(","):
-            found = Reference(machine, model).solve()
+            found = (Held if machine.held_by != "motor" else Reference)(machine, model).solve()
             print(f"{Path(file).name} at {speed:g} rpm, {model}: greatest |rho| {max(abs(found.multipliers)):.12f}")
             for rho in found.multipliers:
                 print(f"    {rho.real: .14e} {rho.imag: .14e}  {abs(rho):.14f}")

@@ -18,6 +18,7 @@ module gestell_input_machine_frame
   use gestell_model_frame_gravity, only: weigh_frame
   use gestell_model_frame_in_space, only: planes_of, put_in_space
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_space_drive, only: drive_type
   use gestell_model_space_masses, only: plane_type
   use gestell_model_space_mounting, only: space_support_type
   use gestell_model_space_rotation, only: rotation_matrix
@@ -113,14 +114,18 @@ contains
     type(frame_type), intent(out) :: frame
     type(error_type), allocatable, intent(out) :: error
     type(plane_type), allocatable :: planes(:)
+    type(drive_type) :: drive
     real(dp), allocatable :: origins(:, :), axes(:, :, :)
 
-    if (data%held_by /= "motor") then
-      call input_error(the_group(doc, "drive"), "held_by", "of a frame in space is 'motor' only, yet", error)
+    call read_planes(doc, units, origins, axes, drive%axis, error)
+    if (allocated(error)) return
+    drive%held_by = data%held_by
+    drive%flywheel_inertia = data%flywheel_inertia
+    if (drive%even_in_space() .and. .not. norm2(drive%axis) > 0) then
+      call input_error(the_group(doc, "drive"), "held_by", "'" // trim(data%held_by) // "' needs in space a mechanism " &
+        & // "with ratio=1, whose shaft is the drive's", error)
+      return
     end if
-    if (allocated(error)) return
-    call read_planes(doc, units, origins, axes, error)
-    if (allocated(error)) return
     select type (mechanism)
     type is (linkage_type)
       call planes_of(mechanism, data%origin, origins, axes, planes)
@@ -132,7 +137,7 @@ contains
     call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness(:3, :3), &
       & data%damping(:3, :3), data%speed, error)
     if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%in_space, data%free, error, data%stiffness, &
-      & data%damping)
+      & data%damping, drive)
     if (.not. allocated(error)) frame%space%origin = data%origin
     if (.not. allocated(error)) call weigh_frame(frame, data%gravity, error)
   end subroutine read_frame_in_space

@@ -111,25 +111,27 @@ contains
     placements = parts%placement
   end subroutine read_parts
 
-  !> Planes of their own, in the order of their numbers: origins from O (m) and axes x, y and normal in the frame's, shapes
-  !> (3, planes), (3, 3, planes). Errors: as of `read_parts`.
-  subroutine read_planes(doc, units, origins, axes, error)
+  !> Planes of their own by number: origins from O (m), axes x, y and normal in the frame's, shapes (3, planes), (3, 3, planes);
+  !> the axis of the drive's `shaft`, that of the first mechanism with the ratio 1, 0: there is none. Errors: as of `read_parts`.
+  subroutine read_planes(doc, units, origins, axes, shaft, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
     real(dp), allocatable, intent(out) :: origins(:, :), axes(:, :, :)
+    real(dp), intent(out) :: shaft(3)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
     type(part_type), allocatable :: parts(:)
     integer :: i, k
 
+    shaft = 0
     call read_all_parts(doc, units, mechanisms, copies, parts, error)
     if (allocated(error)) return
     allocate(origins(3, count(parts%tilted)), axes(3, 3, count(parts%tilted)))
-    do i = 1, size(parts)
+    do i = size(parts), 1, -1
       k = parts(i)%placement%plane
-      if (k == 0) cycle
-      origins(:, k) = parts(i)%origin
-      axes(:, :, k) = plane_axes(parts(i)%axis, parts(i)%x_axis)
+      if (parts(i)%placement%ratio == parts(i)%placement%denominator) shaft = parts(i)%axis / norm2(parts(i)%axis)
+      if (k > 0) origins(:, k) = parts(i)%origin
+      if (k > 0) axes(:, :, k) = plane_axes(parts(i)%axis, parts(i)%x_axis)
     end do
   end subroutine read_planes
 
@@ -244,10 +246,8 @@ contains
     ! the frame's own plane
     if (.not. norm2(axes(:, 3) - upright) > 0 .and. .not. norm2(part%x_axis) > 0) part%tilted = .false.
     if (has(group, "angle")) call read(group, keys, "angle", part%placement%angle, error, units)
-    if (allocated(error)) return
-    if (has(group, "phase")) call read(group, keys, "phase", part%placement%phase, error, units)
-    if (allocated(error)) return
-    if (has(group, "ratio")) call read_ratio(group, keys, part%placement, error)
+    if (.not. allocated(error) .and. has(group, "phase")) call read(group, keys, "phase", part%placement%phase, error, units)
+    if (.not. allocated(error) .and. has(group, "ratio")) call read_ratio(group, keys, part%placement, error)
   end subroutine read_placement
 
   !> Error: it is no fraction.

@@ -7,6 +7,7 @@ module gestell_model_frame_in_space
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_space, only: new_space
+  use gestell_model_space_drive, only: drive_type
   use gestell_model_space_masses, only: plane_type
   use gestell_model_space_mounting, only: space_support_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -19,9 +20,11 @@ contains
 
   !> Gives a `frame`, as `new_frame` has made it with its foundation, the tensor of `inertia` about F (kg m^2), mechanisms in their
   !> `planes` in the place of its own, `supports`, and the degrees of freedom that are `free`, of six. `stiffness` and `damping` are
-  !> the foundation's in the order of these, where the frame's own of (xi, eta, psi) are not all.
+  !> the foundation's in the order of these, where the frame's own of (xi, eta, psi) are not all. `drive`: who holds the speed, the
+  !> motor where it is missing.
   !> Errors: numbers that are not finite or out of range; a mechanism that cannot turn.
-  subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping)
+  !> Nine arguments: what a frame has in space.
+  subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping, drive)
     type(frame_type), intent(inout) :: frame
     real(dp), intent(in) :: inertia(3, 3)
     type(plane_type), intent(in) :: planes(:)
@@ -29,6 +32,7 @@ contains
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: stiffness(6, 6), damping(6, 6)
+    type(drive_type), intent(in), optional :: drive
     !> As of the plane (gestell_model_frame).
     real(dp), parameter :: share = 12
     type(plane_type), allocatable :: prepared(:)
@@ -65,6 +69,9 @@ contains
       call fatal_error(error, "a support is so far from F that its stiffness or damping about F overflows", invalid_input)
       return
     end if
+    if (present(drive)) frame%space%drive = drive
+    frame%held_by = frame%space%drive%held_by
+    frame%flywheel_inertia = frame%space%drive%flywheel_inertia
     frame%inertia = inertia(3, 3)
     frame%free = free
     frame%states = 2 * size(free)

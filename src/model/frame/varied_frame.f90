@@ -22,11 +22,13 @@
 module gestell_model_frame_varied_frame
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_trigonometric, only: series_type
+  use gestell_math_trigonometric, only: series_through, series_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix
   use gestell_model_frame_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
-  use gestell_model_space, only: is_rotation
+  use gestell_model_space, only: in_frame, is_rotation
+  use gestell_model_space_drive, only: driven_type, follow_frame
+  use gestell_model_space_energy, only: mounting_power_in_space => mounting_power
   use gestell_model_space_variation, only: ground_in_space, sample_varied
   use gestell_model_mechanism_moving_masses, only: find_masses, masses_type
   implicit none (type, external)
@@ -45,10 +47,14 @@ module gestell_model_frame_varied_frame
     logical :: lacking = .false.
     !> The part of the excitation that acts, 0 to 1: a path from rest.
     real(dp) :: excitation = 1
+    !> In space, beside a flywheel: the frame's turning about the shaft, chi, and its mean rate (gestell_model_space_drive).
+    type(series_type) :: spun
+    real(dp) :: drift = 0
     !> The foundation's part of the mounting.
     real(dp) :: foundation_stiffness(3, 3) = 0, foundation_damping(3, 3) = 0
   contains
     procedure :: move_to
+    procedure :: lag
     procedure :: sample_second_order
     procedure :: coupled
     procedure :: ground_forces
@@ -88,6 +94,10 @@ contains
     if (self%held_by /= "flywheel") return
     ! Powers are of second order in the motion: these points sum them but for what is of tenth.
     points = 8 * (ubound(motion%cosine, 1) + 1)
+    if (allocated(self%space)) then
+      call spin_flywheel(self, points)
+      return
+    end if
     allocate(q(points, 3), v(points, 3), a(points, 3))
     call motion%values([(real(k, dp) / points, k = 1, points)], q, v, a)
     do k = 1, points
@@ -96,6 +106,53 @@ contains
       self%motor_torque = self%motor_torque + self%dissipation(displacement, rate) / (points * self%speed)
     end do
   end subroutine move_to
+
+  !> What a flywheel makes of the motion in space: chi, whose rate is that of the frame about the shaft, and the motor's torque.
+  pure subroutine spin_flywheel(self, points)
+    class(varied_frame_type), intent(inout) :: self
+    integer, intent(in) :: points
+    real(dp), dimension(points, 6) :: q, v, a
+    real(dp) :: rate(points, 1), cosine
+    type(driven_type) :: driven
+    integer :: k
+
+    call self%motion%values([(real(k - 1, dp) / points, k = 1, points)], q, v, a)
+    v = v * (2 * pi / self%period)
+    a = a * (2 * pi / self%period)**2
+    do k = 1, points
+      call follow_frame(self%space%drive, self%speed, a(k, in_frame(:3)), reshape([q(k, in_frame(4:)), v(k, in_frame(4:)), &
+        & a(k, in_frame(4:))], [3, 3]), driven%moved, driven%turn)
+      rate(k, 1) = driven%turn%chi(1)
+      self%motor_torque = self%motor_torque + mounting_power_in_space(self%space, q(k, in_frame), v(k, in_frame)) &
+        & / (points * self%speed)
+    end do
+    self%spun = series_through(rate)
+    self%drift = self%spun%cosine(0, 1)
+    ! in the mean chi is n theta
+    self%spun%cosine(0, 1) = dot_product(self%space%drive%axis, self%motion%cosine(0, in_frame(4:)))
+    do k = 1, ubound(self%spun%cosine, 1)
+      associate (c => self%spun%cosine(k, 1), s => self%spun%sine(k, 1), frequency => 2 * pi * k / self%period)
+        cosine = -s / frequency
+        s = c / frequency
+        c = cosine
+      end associate
+    end do
+  end subroutine spin_flywheel
+
+  !> At phases of the turn chi, its mean rate and the motor's torque, shape (phases, 3).
+  pure function lag(self, phases)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp) :: lag(size(phases), 3)
+    real(dp), dimension(size(phases), 1) :: chi, chi_d, chi_dd
+
+    lag = 0
+    if (self%held_by /= "flywheel") return
+    call self%spun%values(phases, chi, chi_d, chi_dd)
+    lag(:, 1) = chi(:, 1)
+    lag(:, 2) = self%drift
+    lag(:, 3) = self%motor_torque
+  end function lag
 
   !> M, B, C, h at many phases of the turn.
   subroutine sample_second_order(self, phases, m, b, c, h)
@@ -112,7 +169,8 @@ contains
     a = a * (2 * pi / self%period)**2
     dofs = self%dofs()
     if (allocated(self%space)) then
-      call sample_varied(self%space, self%mass, self%speed, self%crank_angles(phases), q, v, a, r, all_m, all_b, all_c)
+      call sample_varied(self%space, self%mass, self%speed, self%crank_angles(phases), q, v, a, self%lag(phases), r, all_m, &
+        & all_b, all_c)
       if (self%excitation < 1 .or. self%excitation > 1) call take_excitation_in_space(self, phases, r)
     else
       call vary_in_plane(self, phases, q, v, a, r, all_m, all_b, all_c)

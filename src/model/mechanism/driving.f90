@@ -28,6 +28,7 @@
 module gestell_model_mechanism_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
+  use gestell_model_mechanism_driving_in_space, only: drive_power_in_space
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, energy_d, &
     & energy_dd, energy_v, spin_v, table_columns
   implicit none (type, external)
@@ -42,8 +43,9 @@ module gestell_model_mechanism_driving
 
 contains
 
-  !> The drive at phases of the turn, shape (power_rows, phases), from the motion there: q, q', q'', shape (9, phases).
-  !> `known`: the mechanism tells its kinetic energy. With `errors` of the motion's rows, shape (9), also `torque_error`, what
+  !> The drive at phases of the turn, shape (power_rows, phases), from the motion there: q, q', q'', shape (9, phases), in space
+  !> (18, phases).
+  !> `known`: the mechanism tells its kinetic energy. With `errors` of the motion's rows also `torque_error`, what
   !> they do to the torque at most.
   subroutine drive_power(frame, phases, motion, power, known, errors, torque_error)
     class(frame_type), intent(in) :: frame
@@ -58,6 +60,11 @@ contains
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     integer :: k
 
+    if (allocated(frame%space)) then
+      known = .true.
+      call drive_power_in_space(frame, phases, motion, power, errors, torque_error)
+      return
+    end if
     allocate(masses(size(phases), table_columns), drive(size(phases), drive_columns))
     even = merge(1.0_dp, 0.0_dp, frame%even_in_space())
     power = 0

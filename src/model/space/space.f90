@@ -16,8 +16,11 @@
 !> and what weights do (gestell_model_space_weights). In the plane psi alone turns, S = (a1, a2) about F, and these are (8) to (12).
 module gestell_model_space
   use gestell_base_kinds, only: dp, pi
+  use gestell_model_space_drive, only: add_drive, drive_type, driven_type, follow_frame
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
   use gestell_model_space_mounting, only: space_support_type, support_matrix, turned_loads
+  use gestell_model_space_moving, only: find_moving, moving_type
+  use gestell_model_space_rotation, only: cross_matrix
   use gestell_model_space_weights, only: new_space_weights, space_weights_type
   implicit none (type, external)
   private
@@ -40,6 +43,7 @@ module gestell_model_space
     real(dp) :: inertia(3, 3) = 0, origin(3) = 0
     type(plane_type), allocatable :: planes(:)
     type(space_support_type), allocatable :: supports(:)
+    type(drive_type) :: drive
     !> C_0 and B_0, and what of them is the foundation's.
     real(dp), dimension(6, 6) :: stiffness = 0, damping = 0, foundation_stiffness = 0, foundation_damping = 0
     type(space_weights_type) :: weights
@@ -134,12 +138,13 @@ contains
   end subroutine remember
 
   !> All masses about F at angles of the drive (rad) that turns at `speed` (rad/s), with the frame's own `mass`, derivatives with
-  !> respect to time.
-  pure subroutine masses_at(self, mass, speed, angles, masses)
+  !> respect to time; or that turns, at each angle, at the first of `rates` (rad/s) and ever faster by the second (rad/s^2).
+  pure subroutine masses_at(self, mass, speed, angles, masses, rates)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: mass, speed
     real(dp), contiguous, intent(in) :: angles(:)
     type(masses_type), intent(out) :: masses
+    real(dp), intent(in), optional :: rates(:, :)
     integer :: i, k
 
     call find_sums(self, angles, masses)
@@ -149,6 +154,18 @@ contains
         masses%j(:, i, k, 0) = masses%j(:, i, k, 0) + self%inertia(i, k)
       end do
     end do
+    if (present(rates)) then
+      do k = 1, 3
+        associate (s => masses%s(:, k, :), j => masses%j(:, :, k, 1), h => masses%h(:, k, :))
+          s(:, 3) = rates(:, 1)**2 * s(:, 3) + rates(:, 2) * s(:, 2)
+          s(:, 2) = rates(:, 1) * s(:, 2)
+          j = j * spread(rates(:, 1), 2, 3)
+          h(:, 2) = rates(:, 1)**2 * h(:, 2) + rates(:, 2) * h(:, 1)
+          h(:, 1) = rates(:, 1) * h(:, 1)
+        end associate
+      end do
+      return
+    end if
     masses%s(:, :, 1) = speed * masses%s(:, :, 1)
     masses%s(:, :, 2) = speed**2 * masses%s(:, :, 2)
     masses%j(:, :, :, 1) = speed * masses%j(:, :, :, 1)
@@ -209,13 +226,51 @@ contains
       call add_cross(c, -1.0_dp, s(:, :, 2), u, theta)
     end associate
     if (self%weights%act) call self%weights%add_stiffness(place(4:), masses%s(:, :, 0), c)
-    if (.not. present(h)) return
-    do i = 1, size(at)
-      if (at(i) <= 3) h(:, i) = -masses%s(:, at(i), 2)
-      if (at(i) > 3) h(:, i) = -masses%h(:, at(i) - 3, 1)
-    end do
-    if (self%weights%act) call self%weights%add_load(place(4:), masses%s(:, :, 0), h)
+    if (present(h)) then
+      do i = 1, size(at)
+        if (at(i) <= 3) h(:, i) = -masses%s(:, at(i), 2)
+        if (at(i) > 3) h(:, i) = -masses%h(:, at(i) - 3, 1)
+      end do
+      if (self%weights%act) call self%weights%add_load(place(4:), masses%s(:, :, 0), h)
+    end if
+    if (self%drive%even_in_space()) call add_drive_at_rest(self, speed, angles, at, m, b, c, h)
   end subroutine sample_at_rest
+
+  !> Adds to these what a drive that turns evenly in space makes of them.
+  pure subroutine add_drive_at_rest(self, speed, angles, at, m, b, c, h)
+    class(space_type), intent(in) :: self
+    real(dp), intent(in) :: speed, angles(:)
+    integer, intent(in) :: at(:)
+    real(dp), intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), intent(inout), optional :: h(:, :)
+    type(driven_type) :: driven
+    real(dp) :: r(6), all_m(6, 6), all_b(6, 6), all_c(6, 6)
+    real(dp), parameter :: upright(3, 0:2) = 0
+    integer :: k
+
+    call follow_frame(self%drive, speed, -self%weights%gravity, upright, driven%moved, driven%turn)
+    do k = 1, size(angles)
+      call find_moving(self%planes, angles(k), driven%moving)
+      r = 0
+      all_m = 0
+      all_b = 0
+      all_c = 0
+      all_b(4:, 4:) = -cross_matrix(driven%moved%spin)
+      call add_drive(driven%turn, driven%moving, driven%moved, r, all_m, all_b, all_c)
+      m(k, :, :) = total(m(k, :, :), all_m(at, at))
+      b(k, :, :) = total(b(k, :, :), all_b(at, at))
+      c(k, :, :) = total(c(k, :, :), all_c(at, at))
+      if (present(h)) h(k, :) = total(h(k, :), -r(at))
+    end do
+  end subroutine add_drive_at_rest
+
+  !> a + b, zero where only rounding is left.
+  elemental real(dp) function total(a, b)
+    real(dp), intent(in) :: a, b
+
+    total = a + b
+    if (abs(total) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) total = 0
+  end function total
 
   !> Adds `factor` [a] to these rows and columns of matrices over the angles, 0: one that is not there; a of shape (angles, 3).
   pure subroutine add_cross(matrices, factor, a, rows, columns)
@@ -301,18 +356,23 @@ contains
     integer, intent(in) :: free(:)
     integer, parameter :: angles = 16
     type(masses_type) :: all
-    real(dp) :: greatest, weights(6)
+    type(moving_type) :: moving
+    real(dp) :: greatest, weights(6), turn(angles), load(6)
     integer :: i, k, at(size(free))
 
     at = in_space(free)
     greatest = 0
-    call self%masses_at(mass, 1.0_dp, [(2 * pi * k / angles, k = 1, angles)], all)
+    turn = [(2 * pi * k / angles, k = 1, angles)]
+    call self%masses_at(mass, 1.0_dp, turn, all)
     weights(:3) = 1 / sqrt(max(tiny(1.0_dp), all%mass))
     do k = 1, angles
       weights(4:) = 1 / sqrt(max(tiny(1.0_dp), [(all%j(k, i, i, 0), i = 1, 3)]))
-      associate (h => [all%s(k, :, 2), all%h(k, :, 1)] * weights)
-        greatest = max(greatest, maxval(abs(h(at))))
-      end associate
+      load = [all%s(k, :, 2), all%h(k, :, 1)]
+      if (self%drive%even_in_space()) then
+        call find_moving(self%planes, turn(k), moving)
+        load(4:) = load(4:) - self%drive%axis * moving%k(1) / 2
+      end if
+      greatest = max(greatest, maxval(abs(load(at)) * weights(at)))
     end do
     cancellation = 0
     if (.not. greatest > 0) return

@@ -9,8 +9,10 @@
 module gestell_model_space_variation
   use gestell_base_kinds, only: dp
   use gestell_model_space, only: in_space, space_type
+  use gestell_model_space_drive, only: add_drive, driven_type, follow_frame, shift_time
   use gestell_model_space_masses, only: masses_type
   use gestell_model_space_mounting, only: add_supports, support_force, support_matrix, turned_loads
+  use gestell_model_space_moving, only: find_moving
   use gestell_model_space_rotation, only: cross, cross_matrix, rotation_matrix, turning_matrices
   implicit none (type, external)
   private
@@ -20,29 +22,69 @@ module gestell_model_space_variation
 contains
 
   !> r, M, B, C of all six degrees of freedom of a frame, in its order, along a motion q, v, a, shape (angles, 6), shapes
-  !> (angles, 6), (angles, 6, 6).
-  !> Eleven arguments: machine and motion; the left side with its three derivatives.
-  pure subroutine sample_varied(space, mass, speed, angles, q, v, a, r, m, b, c)
+  !> (angles, 6), (angles, 6, 6). Beside a flywheel `lag`, shape (angles, 3), is as of `follow_frame`.
+  !> Twelve arguments: machine and motion; the left side with its three derivatives.
+  pure subroutine sample_varied(space, mass, speed, angles, q, v, a, lag, r, m, b, c)
     type(space_type), intent(in) :: space
     real(dp), contiguous, intent(in) :: angles(:)
-    real(dp), intent(in) :: mass, speed, q(:, :), v(:, :), a(:, :)
+    real(dp), intent(in) :: mass, speed, q(:, :), v(:, :), a(:, :), lag(:, :)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     type(masses_type) :: masses
+    type(driven_type), allocatable :: driven(:)
     real(dp) :: motion(6, 0:2), all_r(6), all_m(6, 6), all_b(6, 6), all_c(6, 6)
     integer :: k
 
-    call space%masses_at(mass, speed, angles, masses)
+    if (space%drive%even_in_space()) then
+      allocate(driven(size(angles)))
+      call follow_motion(space, mass, speed, angles, v, a, q, lag, masses, driven)
+    else
+      call space%masses_at(mass, speed, angles, masses)
+    end if
     do k = 1, size(angles)
-      motion(in_space, 0) = q(k, :)
-      motion(in_space, 1) = v(k, :)
-      motion(in_space, 2) = a(k, :)
-      call vary(space, masses, k, motion, all_r, all_m, all_b, all_c)
+      motion = in_order(q(k, :), v(k, :), a(k, :))
+      if (allocated(driven)) then
+        call vary(space, masses, k, motion, all_r, all_m, all_b, all_c, driven(k))
+      else
+        call vary(space, masses, k, motion, all_r, all_m, all_b, all_c)
+      end if
       r(k, :) = all_r(in_space)
       m(k, :, :) = all_m(in_space, in_space)
       b(k, :, :) = all_b(in_space, in_space)
       c(k, :, :) = all_c(in_space, in_space)
     end do
   end subroutine sample_varied
+
+  !> q, q', q'' in the order (u, theta).
+  pure function in_order(q, v, a) result(motion)
+    real(dp), intent(in) :: q(6), v(6), a(6)
+    real(dp) :: motion(6, 0:2)
+
+    motion(in_space, 0) = q
+    motion(in_space, 1) = v
+    motion(in_space, 2) = a
+  end function in_order
+
+  !> A drive that turns evenly in space along a motion, and the masses where it is then.
+  !> Ten arguments: machine and motion; what is found.
+  pure subroutine follow_motion(space, mass, speed, angles, v, a, q, lag, masses, driven)
+    type(space_type), intent(in) :: space
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), intent(in) :: mass, speed, q(:, :), v(:, :), a(:, :), lag(:, :)
+    type(masses_type), intent(out) :: masses
+    type(driven_type), intent(out) :: driven(:)
+    real(dp) :: motion(6, 0:2), turned(size(angles)), rates(size(angles), 2)
+    integer :: k
+
+    do k = 1, size(angles)
+      motion = in_order(q(k, :), v(k, :), a(k, :))
+      call follow_frame(space%drive, speed, motion(:3, 2) - space%weights%gravity, motion(4:, :), driven(k)%moved, &
+        & driven(k)%turn, lag(k, :))
+      turned(k) = angles(k) - driven(k)%turn%chi(0)
+      rates(k, :) = [driven(k)%moved%rate, driven(k)%moved%gain]
+      call find_moving(space%planes, turned(k), driven(k)%moving)
+    end do
+    call space%masses_at(mass, speed, turned, masses, rates)
+  end subroutine follow_motion
 
   !> Forces on the ground along axes in space and their moments about F at rest, in the frame's order, shape (6, points), of a
   !> motion q, v, shape (points, 6). Forces act where the heads of the supports are, of those whose axes turn where they rest.
@@ -98,13 +140,16 @@ contains
   end function force_excess
 
   !> The left sides of the equations of a frame, of the `masses` at number `k` of their angles, at q, q', q'', shape (6, 0:2): shape
-  !> (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order (u, theta).
-  pure subroutine vary(space, masses, k, q, r, m, b, c)
+  !> (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order (u, theta). `driven`:
+  !> the drive, where it turns evenly in space.
+  !> Nine arguments: the machine and its motion; the left side with its three derivatives.
+  pure subroutine vary(space, masses, k, q, r, m, b, c, driven)
     type(space_type), intent(in) :: space
     type(masses_type), intent(in) :: masses
     integer, intent(in) :: k
     real(dp), intent(in) :: q(6, 0:2)
     real(dp), intent(out) :: r(6), m(6, 6), b(6, 6), c(6, 6)
+    type(driven_type), intent(in), optional :: driven
     real(dp), dimension(3, 3) :: rotation, back, s, spin, wheel, change
     real(dp), dimension(3, 3, 0:2) :: turning, varied
     real(dp), dimension(3, 0:2) :: theta, sums
@@ -123,6 +168,7 @@ contains
     g = sums(:, 2) + 2 * cross(w, sums(:, 1)) + cross(w_d, sums(:, 0)) + cross(w, cross(w, sums(:, 0)))
     a = matmul(back, q(:3, 2))
     momentum = matmul(inertia(:, :, 0), w) + momenta(:, 0)
+    if (present(driven)) momentum = momentum + driven%moved%spin
     r(:3) = masses%mass * q(:3, 2) + matmul(rotation, g)
     r(4:) = matmul(inertia(:, :, 0), w_d) + matmul(inertia(:, :, 1), w) + cross(w, momentum) + momenta(:, 1) + cross(sums(:, 0), a)
     s = cross_matrix(sums(:, 0))
@@ -149,6 +195,10 @@ contains
       r(4:) = r(4:) - space%weights%moment(rotation, sums(:, 0))
       c(4:, 4:) = c(4:, 4:) + space%weights%moment_stiffness(rotation, sums(:, 0))
     end if
+    if (present(driven)) then
+      call add_drive(driven%turn, driven%moving, driven%moved, r, m, b, c)
+      r(4:) = r(4:) + driven%moved%motor
+    end if
     ! with respect to dtheta'', dtheta', dtheta, and the moments T^T r along theta's own directions, of which those held may be at
     ! work
     c(:, 4:) = matmul(m(:, 4:), turning(:, :, 2)) + matmul(b(:, 4:), turning(:, :, 1)) + matmul(c(:, 4:), turning(:, :, 0))
@@ -167,6 +217,8 @@ contains
     r = r + matmul(space%foundation_stiffness, q(:, 0)) + matmul(space%foundation_damping, q(:, 1))
     b = b + space%foundation_damping
     c = c + space%foundation_stiffness
+    if (space%drive%held_by == "flywheel" .and. present(driven)) call shift_time(driven%turn, w_d, driven%moved%rate &
+      & + dot_product(driven%turn%b, w), turning, q, m, b, c)
   end subroutine vary
 
 end module gestell_model_space_variation

@@ -5,7 +5,7 @@ module gestell_task_power_drive
   use gestell_base_kinds, only: dp
   use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, torque
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: accelerations
+  use gestell_model_frame_rows, only: accelerations, rows_of
   use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type
   use gestell_study_vibration_statistics, only: top
   use gestell_study_vibration, only: check_rows, vibration_type
@@ -50,14 +50,15 @@ contains
 
     known = .false.
     drive%weighed = frame%weights%act
+    if (allocated(frame%space)) drive%weighed = frame%space%weights%act
     call frame%check(error)
     if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
     if (allocated(error)) return
     allocate(drive%history(power_rows, size(vibration%motion_history, 2)), samples(power_rows, size(vibration%motion, 2)))
-    associate (points => size(drive%history, 2) - 1, n => size(samples, 2))
-      motion = vibration%motion_history(:accelerations, :)
+    associate (points => size(drive%history, 2) - 1, n => size(samples, 2), rows => rows_of(frame%dofs(), accelerations))
+      motion = vibration%motion_history(:rows, :)
       call drive_power(frame, [(real(k, dp) / points, k = 0, points)], motion, drive%history, known)
-      motion = vibration%motion(:accelerations, :)
+      motion = vibration%motion(:rows, :)
       call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], motion, samples, known, vibration%motion_errors%bounds(), &
         & drive%peak_error)
       drive%drive_mean = sum(samples(drive_watts, :)) / n

@@ -1,0 +1,213 @@
+!> Who holds the drive's speed in space, and the torque that does it.
+!>
+!> The drive's angle is phi = Omega t - chi. With its shaft's axis n, fixed in the frame, and the frame's angular velocity w in its
+!> own axes,
+!>
+!> | held by    | chi                                                          | b                   |
+!> |------------|--------------------------------------------------------------|---------------------|
+!> | `motor`    | 0                                                            | 0                   |
+!> | `outside`  | the frame's twist about n: R = swing x twist                 | (n + e)/(1 + n e)   |
+!> | `flywheel` | chi' = w n less its mean: the spin of the shaft is constant  | n                   |
+!>
+!> e = R^T n, the axis at rest. Where the frame turns by R [dalpha] the torque M_d on the shaft keeps the work b dalpha from it: so
+!> the moments on the frame are less by b M_d, and chi' = w b (less the mean). With the masses of gestell_model_space_moving
+!> and a = R^T u'', u'' less gravity,
+!>
+!>     M_d = a S_1 + w' A - w J_1 w/2 + phi'' K + phi'^2 K_1/2,   index 1: d/dphi.
+module gestell_model_space_drive
+  use gestell_base_kinds, only: dp
+  use gestell_model_space_moving, only: moving_type
+  use gestell_model_space_rotation, only: cross, cross_matrix, rotation_matrix, turning_matrices
+  implicit none (type, external)
+  private
+
+  public :: add_drive, find_torque, follow_frame, shift_time
+
+  type, public :: drive_type
+    !> One of `holders` of gestell_model_mechanism_held; n; what a flywheel has beyond the links (kg m^2).
+    character(len=8) :: held_by = "motor"
+    real(dp) :: axis(3) = [0, 0, 1], flywheel_inertia = 0
+  contains
+    procedure :: even_in_space
+  end type drive_type
+
+  !> The frame as it moves: R, w, w', a, and phi', phi''; of a flywheel its momentum about the shaft (N m s), beyond the
+  !> links', and the torque of its motor, which stands on the frame (N m).
+  type, public :: moved_type
+    real(dp) :: rotation(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), w(3) = 0, w_d(3) = 0, a(3) = 0, rate = 0, gain = 0
+    real(dp) :: spin(3) = 0, motor(3) = 0
+  end type moved_type
+
+  !> chi, chi', chi'', and their changes: dchi = b dalpha, dchi' = b dalpha' + rate_turn dalpha, dchi'' = b dalpha'' + gain_spin
+  !> dalpha' + gain_turn dalpha; db = bend dalpha.
+  type, public :: turn_type
+    real(dp) :: chi(0:2) = 0, b(3) = 0, rate_turn(3) = 0, gain_spin(3) = 0, gain_turn(3) = 0, bend(3, 3) = 0
+  end type turn_type
+
+  type, public :: driven_type
+    type(moved_type) :: moved
+    type(turn_type) :: turn
+    type(moving_type) :: moving
+  end type driven_type
+
+contains
+
+  !> Whether the drive turns evenly in space, and not against the frame.
+  elemental logical function even_in_space(self)
+    class(drive_type), intent(in) :: self
+
+    even_in_space = self%held_by /= "motor"
+  end function even_in_space
+
+  !> A frame at u'' (less gravity) and the rotation vector theta, theta', theta'', shape (3, 0:2), and how the drive of mean `speed`
+  !> (rad/s) follows it. Of a flywheel chi, the mean of w n and the motor's torque are `lag`; chi is n theta where it is missing.
+  pure subroutine follow_frame(drive, speed, u_dd, theta, moved, turn, lag)
+    type(drive_type), intent(in) :: drive
+    real(dp), intent(in) :: speed, u_dd(3), theta(3, 0:2)
+    type(moved_type), intent(out) :: moved
+    type(turn_type), intent(out) :: turn
+    real(dp), intent(in), optional :: lag(3)
+    real(dp) :: turning(3, 3, 0:2)
+
+    turning = turning_matrices(theta)
+    moved%rotation = rotation_matrix(theta(:, 0))
+    moved%w = matmul(turning(:, :, 0), theta(:, 1))
+    moved%w_d = matmul(turning(:, :, 0), theta(:, 2)) + matmul(turning(:, :, 1), theta(:, 1))
+    moved%a = matmul(u_dd, moved%rotation)
+    moved%spin = speed * drive%flywheel_inertia * drive%axis
+    if (present(lag)) moved%spin = (speed + lag(2)) * drive%flywheel_inertia * drive%axis
+    if (present(lag)) moved%motor = lag(3) * drive%axis
+    call find_turn(drive, theta(:, 0), moved, turn, lag)
+    moved%rate = speed - turn%chi(1)
+    moved%gain = -turn%chi(2)
+  end subroutine follow_frame
+
+  !> chi of a frame that has turned by theta and is `moved`.
+  pure subroutine find_turn(drive, theta, moved, turn, lag)
+    type(drive_type), intent(in) :: drive
+    real(dp), intent(in) :: theta(3)
+    type(moved_type), intent(in) :: moved
+    type(turn_type), intent(out) :: turn
+    real(dp), intent(in), optional :: lag(3)
+    real(dp) :: e(3, 0:2), d(0:2), half, b(3, 0:2)
+
+    if (.not. drive%even_in_space()) return
+    associate (n => drive%axis, w => moved%w, w_d => moved%w_d)
+      e(:, 0) = matmul(n, moved%rotation)
+      e(:, 1) = cross(e(:, 0), w)
+      e(:, 2) = cross(e(:, 1), w) + cross(e(:, 0), w_d)
+      if (drive%held_by == "flywheel") then
+        turn%b = n
+        turn%chi = [dot_product(n, theta), dot_product(n, w), dot_product(n, w_d)]
+        if (present(lag)) turn%chi(0) = lag(1)
+        if (present(lag)) turn%chi(1) = turn%chi(1) - lag(2)
+        ! dw = dalpha' + w x dalpha
+        turn%rate_turn = cross(n, w)
+        turn%gain_spin = cross(n, w)
+        turn%gain_turn = cross(n, w_d)
+        return
+      end if
+      d = [1 + dot_product(n, e(:, 0)), dot_product(n, e(:, 1)), dot_product(n, e(:, 2))]
+      b(:, 0) = (n + e(:, 0)) / d(0)
+      b(:, 1) = (e(:, 1) - b(:, 0) * d(1)) / d(0)
+      b(:, 2) = (e(:, 2) - 2 * b(:, 1) * d(1) - b(:, 0) * d(2)) / d(0)
+      half = norm2(theta) / 2
+      ! tan(chi/2) = n theta tan(a/2)/a, a = |theta|
+      turn%chi(0) = dot_product(n, theta)
+      if (half > 0) turn%chi(0) = 2 * atan2(turn%chi(0) * sin(half) / (2 * half), cos(half))
+      turn%chi(1) = dot_product(b(:, 0), w)
+      turn%chi(2) = dot_product(b(:, 1), w) + dot_product(b(:, 0), w_d)
+      turn%b = b(:, 0)
+      turn%rate_turn = b(:, 1)
+      turn%gain_spin = 2 * b(:, 1)
+      turn%gain_turn = b(:, 2)
+      ! de = e x dalpha
+      turn%bend = cross_matrix(e(:, 0))
+      turn%bend = (turn%bend - spread(b(:, 0), 2, 3) * spread(matmul(n, turn%bend), 1, 3)) / d(0)
+    end associate
+  end subroutine find_turn
+
+  !> M_d (N m), and how it changes with d(u, alpha)'', ' and itself, each of shape (6), where dphi = -dchi.
+  pure subroutine find_torque(turn, moving, moved, torque, by_gain, by_rate, by_place)
+    type(turn_type), intent(in) :: turn
+    type(moving_type), intent(in) :: moving
+    type(moved_type), intent(in) :: moved
+    real(dp), intent(out) :: torque, by_gain(6), by_rate(6), by_place(6)
+    real(dp) :: spun(3), by_angle
+
+    associate (s => moving%s, a => moving%a, k => moving%k, w => moved%w, w_d => moved%w_d, rate => moved%rate, &
+      & gain => moved%gain)
+      spun = matmul(moving%j(:, :, 1), w)
+      torque = dot_product(moved%a, s(:, 1)) + dot_product(w_d, a(:, 0)) - dot_product(w, spun) / 2 + gain * k(0) &
+        & + rate**2 * k(1) / 2
+      by_angle = dot_product(moved%a, s(:, 2)) + dot_product(w_d, a(:, 1)) - dot_product(w, matmul(moving%j(:, :, 2), w)) / 2 &
+        & + gain * k(1) + rate**2 * k(2) / 2
+      by_gain(:3) = matmul(moved%rotation, s(:, 1))
+      by_gain(4:) = a(:, 0) - k(0) * turn%b
+      by_rate(:3) = 0
+      by_rate(4:) = cross(a(:, 0), w) - spun - k(0) * turn%gain_spin - rate * k(1) * turn%b
+      by_place(:3) = 0
+      by_place(4:) = cross(a(:, 0), w_d) - cross(spun, w) + cross(s(:, 1), moved%a) &
+        & - k(0) * turn%gain_turn - rate * k(1) * turn%rate_turn - by_angle * turn%b
+    end associate
+  end subroutine find_torque
+
+  !> Adds to the left sides r, shape (6), moments along the frame's axes, and their derivatives with respect to d(u, alpha)'', ' and
+  !> itself, shape (6, 6), which are there for a drive whose angle does not depend on the frame, that it turns by chi less, and
+  !> that its torque is no moment on the frame.
+  pure subroutine add_drive(turn, moving, moved, r, m, b, c)
+    type(turn_type), intent(in) :: turn
+    type(moving_type), intent(in) :: moving
+    type(moved_type), intent(in) :: moved
+    real(dp), intent(inout) :: r(6), m(6, 6), b(6, 6), c(6, 6)
+    real(dp), dimension(6) :: of_gain, of_rate, of_angle, by_gain, by_rate, by_place, axis
+    real(dp) :: torque
+    real(dp), parameter :: none(3) = 0
+
+    call find_torque(turn, moving, moved, torque, by_gain, by_rate, by_place)
+    associate (s => moving%s, j => moving%j, a => moving%a, w => moved%w, w_d => moved%w_d, rate => moved%rate, &
+      & gain => moved%gain)
+      ! of the left sides with respect to phi'', phi' and phi
+      of_gain = [matmul(moved%rotation, s(:, 1)), a(:, 0)]
+      of_rate(:3) = matmul(moved%rotation, 2 * rate * s(:, 2) + 2 * cross(w, s(:, 1)))
+      of_rate(4:) = matmul(j(:, :, 1), w) + 2 * rate * a(:, 1) + cross(w, a(:, 0))
+      of_angle(:3) = matmul(moved%rotation, rate**2 * s(:, 3) + gain * s(:, 2) + 2 * rate * cross(w, s(:, 2)) &
+        & + cross(w_d, s(:, 1)) + cross(w, cross(w, s(:, 1))))
+      of_angle(4:) = matmul(j(:, :, 1), w_d) + rate * matmul(j(:, :, 2), w) + cross(w, matmul(j(:, :, 1), w)) &
+        & + rate**2 * a(:, 2) + gain * a(:, 1) + rate * cross(w, a(:, 1)) + cross(s(:, 1), moved%a)
+    end associate
+    axis = [none, turn%b]
+    r = r - torque * axis
+    m = m - outer(of_gain, axis) - outer(axis, by_gain)
+    b = b - outer(of_gain, [none, turn%gain_spin]) - outer(of_rate, axis) - outer(axis, by_rate)
+    c = c - outer(of_gain, [none, turn%gain_turn]) - outer(of_rate, [none, turn%rate_turn]) - outer(of_angle, axis) &
+      & - outer(axis, by_place)
+    c(4:, 4:) = c(4:, 4:) - torque * turn%bend
+  end subroutine add_drive
+
+  !> Beside a flywheel dchi is n dalpha and what n (w x dalpha) adds up to. Seen at the time t + eta, eta' = n (w x dalpha)/`spin`,
+  !> `spin` the shaft's constant one (rad/s), a changed motion has dchi = n dalpha alone, dq' - eta' q' in place of dq' and
+  !> dq'' - 2 eta' q'' - eta'' q' in place of dq'', q = (u, theta), shape (6, 0:2). Multipliers do not depend on which time they are
+  !> told by. `turning`: T, T', T''.
+  pure subroutine shift_time(turn, w_d, spin, turning, q, m, b, c)
+    type(turn_type), intent(in) :: turn
+    real(dp), intent(in) :: w_d(3), spin, turning(3, 3, 0:2), q(6, 0:2), m(6, 6)
+    real(dp), intent(inout) :: b(6, 6), c(6, 6)
+    real(dp) :: shift(6, 0:1), moved(6)
+
+    shift = 0
+    shift(4:, 0) = matmul(turn%rate_turn, turning(:, :, 0)) / spin
+    shift(4:, 1) = (matmul(cross(turn%b, w_d), turning(:, :, 0)) + matmul(turn%rate_turn, turning(:, :, 1))) / spin
+    moved = matmul(m, q(:, 1))
+    c = c - outer(2 * matmul(m, q(:, 2)) + matmul(b, q(:, 1)), shift(:, 0)) - outer(moved, shift(:, 1))
+    b = b - outer(moved, shift(:, 0))
+  end subroutine shift_time
+
+  pure function outer(a, b)
+    real(dp), intent(in) :: a(6), b(6)
+    real(dp) :: outer(6, 6)
+
+    outer = spread(a, 2, 6) * spread(b, 1, 6)
+  end function outer
+
+end module gestell_model_space_drive

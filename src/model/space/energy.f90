@@ -1,0 +1,58 @@
+!> Power and potential energy of what holds a frame in space, where it is.
+module gestell_model_space_energy
+  use gestell_base_kinds, only: dp
+  use gestell_model_space, only: space_type
+  use gestell_model_space_rotation, only: cross, rotation_matrix, turning_matrices
+  implicit none (type, external)
+  private
+
+  public :: mounting_energy, mounting_power
+
+contains
+
+  !> Potential energy (J) at q of (u, theta), with that of the weights of the masses, whose moment about F is `s` (kg m), up to a
+  !> constant: -tr(R X), X as of gestell_model_space_weights.
+  pure real(dp) function mounting_energy(space, q, s)
+    type(space_type), intent(in) :: space
+    real(dp), intent(in) :: q(6), s(3)
+    real(dp) :: rotation(3, 3), d(3)
+    integer :: i
+
+    rotation = rotation_matrix(q(4:))
+    mounting_energy = dot_product(q, matmul(space%foundation_stiffness, q)) / 2
+    do i = 1, size(space%supports)
+      associate (support => space%supports(i), p => space%supports(i)%position)
+        d = q(:3) + matmul(rotation, p) - p
+        ! e, and the static force, whose part along the ground's axes is among the weights
+        if (support%turning) d = matmul(d, rotation)
+        mounting_energy = mounting_energy + dot_product(support%stiffness, matmul(d, support%axes)**2) / 2
+        if (support%turning) mounting_energy = mounting_energy + dot_product(support%static, d - q(:3))
+      end associate
+    end do
+    if (space%weights%act) mounting_energy = mounting_energy + dot_product(space%weights%carried, q(4:)) &
+      & - dot_product(space%weights%gravity, matmul(rotation, s - space%weights%mean)) &
+      & - sum(transpose(rotation) * space%weights%rest)
+  end function mounting_energy
+
+  !> Power that dampers take (W) at q and q' of (u, theta).
+  pure real(dp) function mounting_power(space, q, v)
+    type(space_type), intent(in) :: space
+    real(dp), intent(in) :: q(6), v(6)
+    real(dp) :: rotation(3, 3), turning(3, 3, 0:2), w(3), d_d(3)
+    integer :: i
+
+    rotation = rotation_matrix(q(4:))
+    turning = turning_matrices(reshape([q(4:), v(4:), 0.0_dp, 0.0_dp, 0.0_dp], [3, 3]))
+    w = matmul(turning(:, :, 0), v(4:))
+    mounting_power = dot_product(v, matmul(space%foundation_damping, v))
+    do i = 1, size(space%supports)
+      associate (support => space%supports(i), p => space%supports(i)%position)
+        d_d = v(:3) + matmul(rotation, cross(w, p))
+        ! e' = R^T v - w x y, y = R^T (u - p)
+        if (support%turning) d_d = matmul(v(:3), rotation) - cross(w, matmul(q(:3) - p, rotation))
+        mounting_power = mounting_power + dot_product(support%damping, matmul(d_d, support%axes)**2)
+      end associate
+    end do
+  end function mounting_power
+
+end module gestell_model_space_energy
