@@ -87,6 +87,7 @@ program main
   use test_text_table, only: collect_text_table
   use test_trade, only: collect_trade
   use test_space, only: collect_space
+  use test_space_held, only: collect_space_held
   use test_weights, only: collect_weights
   use test_user_joint, only: collect_user_joint
   use test_version, only: collect_version
@@ -187,6 +188,7 @@ program main
     & new_testsuite("boundary-tongues", collect_boundary_tongues), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("space", collect_space), &
+    & new_testsuite("space_held", collect_space_held), &
     & new_testsuite("weights", collect_weights), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &
