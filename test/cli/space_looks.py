@@ -170,6 +170,12 @@ def shaft_tests():
         check("compressor: its shaft", "across the shaft (0, 1, 0), as" in run.out, "(0, 1, 0)", run.out)
         axes = table(run.out, "SHAKING FORCES AND COUPLES")
         equal("compressor: no force along the shaft", [axes[str(k)][1] for k in range(1, 9)], [0.0] * 8)
+        # rigid ground carries the weights, whoever holds the speed
+        for holder in ("motor", "flywheel"):
+            held = [Run(DATA, "--check", "--set", f"drive.held_by={holder}", *more, "suspended_compressor.nml")
+                    for more in ([], ["--set", "gravity.acceleration=98"])]
+            if all(one.done(f"compressor, {holder}: --check") for one in held):
+                equal(f"compressor, {holder}: weights are no part of it", *(table(one.out, "SHAKING FORCES") for one in held))
 
 
 BLOCK = """\

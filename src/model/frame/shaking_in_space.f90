@@ -3,7 +3,7 @@ module gestell_model_frame_shaking_in_space
   use gestell_base_kinds, only: dp
   use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_space, only: in_frame
+  use gestell_model_space, only: in_frame, space_type
   use gestell_model_space_rotation, only: cross
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -34,16 +34,20 @@ contains
     !> Samples are known to so much of the sum of the absolute terms.
     real(dp), parameter :: rounding = 1.0e-12_dp
     real(dp), allocatable :: h(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    type(space_type) :: weightless
     real(dp) :: terms(2)
     integer :: i, n
 
+    weightless = frame%space
+    weightless%weights%act = .false.
+    weightless%weights%gravity = 0
     terms = frame%space%terms()
     found%noise = rounding * frame%speed**2 * [spread(terms(1), 1, 3), spread(terms(2), 1, 3)]
     n = max(128, min(most, 4 * frame%least_steps))
     do
       if (allocated(h)) deallocate(h, m, b, c)
       allocate(h(n, 6), m(n, 6, 6), b(n, 6, 6), c(n, 6, 6))
-      call frame%space%sample_at_rest(frame%mass, frame%speed, frame%crank_angles([(real(i, dp) / n, i = 0, n - 1)]), &
+      call weightless%sample_at_rest(frame%mass, frame%speed, frame%crank_angles([(real(i, dp) / n, i = 0, n - 1)]), &
         & [(i, i = 1, 6)], m, b, c, h)
       h = h(:, in_frame)
       do i = 1, n
