@@ -239,8 +239,10 @@ SHAFT = """\
 &joint mechanism='cam', name='k', type='crank', pivot='K', radius=0.03 /
 &link name='cam', from='K', to='k', mass=0.5, inertia=0.002, center=0.02,0.005 /
 """
-TABLES = ("multipliers", "harmonics", "response", "quantities", "probes", "probes_history", "probes_harmonics")
-RATIO_TASKS = ("&case tasks='stability','response' /\n&model frame='exact' /\n"
+TABLES = ("multipliers", "harmonics", "response", "quantities", "supports", "supports_history", "supports_harmonics", "power",
+          "probes", "probes_history", "probes_harmonics")
+ORDERED = "'stability','response','forces','power'"
+RATIO_TASKS = (f"&case tasks={ORDERED} /\n&model frame='exact' /\n"
                "&response points=64, harmonics={}, quantities='f','psi' /\n")
 
 
@@ -263,23 +265,24 @@ def ratio_tests():
                 if not all([run.done(f"{name}: run {k}") for k, run in enumerate(runs)]):
                     continue
                 found = [{table: rows(folder / which / f"{table}.csv")
-                          for table in TABLES[:4 if what == "space" else 7]} for which in ("one", "other")]
+                          for table in TABLES[:8 if what == "space" else 11]} for which in ("one", "other")]
                 compare_ratios(name, turns, runs, found)
+                compare_drive(name, turns, found)
+                compare_told(name, turns, runs)
                 told = Run(folder, "--check", "one.nml")
                 order = {2: "0.5", 3: "0.3333", 23: "0.7391"}[turns] if slow > 0 else "1.5"
                 check(f"{name}: its order in the balance table", re.search(rf"^ +{re.escape(order)} ", told.out, re.M), order,
                       told.out)
     with Folder(input=RATIO_TASKS.format(4) + plane.format(240, 1) + SHAFT.format("0.5", "")) as folder:
         for what, change, message in (("flywheel", ("speed_rpm=240", "speed_rpm=240, held_by='flywheel'"), "is 'motor' only, yet"),
-                                      ("power", ("'stability'", "'power'"), "does not know ratios that are not whole yet"),
-                                      ("forces", ("'stability'", "'forces'"), "does not know ratios that are not whole yet")):
+                                      ("critical", ("'stability'", "'critical'"), "does not know ratios that are not whole yet")):
             (folder / "bad.nml").write_text((folder / "input.nml").read_text().replace(*change))
             run = Run(folder, "bad.nml")
             equal(f"ratio, {what}: code", run.code, 2)
             check(f"ratio, {what}: line", message in run.err and run.err.startswith("bad.nml:"), message, run.err)
         sweep = "&sweep parameter='drive.speed_rpm', from={}, to={}, count=3 /\n"
-        text = (folder / "input.nml").read_text().replace("'stability','response'", "'sweep'")
-        slow = RATIO_TASKS.format(4).replace("'stability','response'", "'sweep'") + plane.format(120, 2) + SHAFT.format("1", "")
+        text = (folder / "input.nml").read_text().replace(ORDERED, "'sweep'")
+        slow = RATIO_TASKS.format(4).replace(ORDERED, "'sweep'") + plane.format(120, 2) + SHAFT.format("1", "")
         (folder / "one.nml").write_text(text + sweep.format(200, 400))
         (folder / "other.nml").write_text(slow + sweep.format(100, 200))
         if Run(folder, "-q", "one.nml").done("ratio: sweep") and Run(folder, "-q", "other.nml").done("ratio: slow sweep"):
@@ -300,6 +303,46 @@ def half_speed_tests():
     with Folder(input=text.replace("ratio=-1", "ratio=-1,2")) as folder:
         if Run(folder, "-q", "-o", "out", "--set", "drive.speed_rpm=625", "input.nml").done("half the speed"):
             against_reference(folder, "half the speed", *HALF)
+
+
+def compare_drive(name, turns, found):
+    """Forces on the ground and the drive: its torque is less by as many times as it turns faster, its power the same."""
+    for which in ("supports", "supports_history", "supports_harmonics", "power"):
+        a, b = (one[which] for one in found)
+        equal(f"{name}: rows of {which}", len(a), len(b))
+        for key in b[0]:
+            if key in ("support",) or key.endswith(("_error", "_error_N", "_error_N_m", "_error_Nm", "_phase_rad")):
+                continue
+            factor = 1.0
+            if key.endswith("crank_deg"):
+                factor = turns
+            elif key == "order" or key.endswith("_strongest_order") or key.endswith("torque_Nm"):
+                factor = 1 / turns
+            one, other = ([float(row[key]) for row in table] for table in (a, b))
+            # angles of peaks are known to the root of the roundings
+            scale = (1e-5 if key.endswith("peak_crank_deg") else 1e-10) * factor * max(abs(x) for x in other)
+            near(f"{name}: {key} of {which}", max(abs(x - factor * y) for x, y in zip(one, other)), 0, scale + 1e-11)
+    near(f"{name}: the power is torque times the drive's speed", float(found[0]["power"][5]["torque_Nm"])
+         * 2 * math.pi * turns / float(found[0]["power"][-1]["t_s"]), float(found[0]["power"][5]["drive_W"]),
+         1e-9 * abs(float(found[0]["power"][5]["drive_W"])))
+
+
+def compare_told(name, turns, runs):
+    """The report's lines on forces and the drive, in orders and angles of the drive."""
+    told = [[re.findall(pattern, run.out) for run in runs] for pattern in
+            (r"all together up to (\S+) N at crank angle (\S+) deg", r"on the frame as it is +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
+             r"^ *total .* (\S+) \(", r"greatest of the drive (\S+) W")]
+    for pairs, factors in zip(told, ((1, turns), (1 / turns, None, turns, 1 / turns, None), None, (1,))):
+        if factors is None:
+            continue
+        check(f"{name}: lines told", all(pairs), "a line", runs[0].out)
+        if not all(pairs):
+            continue
+        a, b = ([one] if isinstance(one, str) else one for one in (pairs[0][0], pairs[1][0]))
+        for x, y, factor in zip(a, b, factors):
+            if factor:
+                scale = abs(factor * float(y))
+                near(f"{name}: told {x}", float(x), factor * float(y), 2e-3 * scale + 0.1 * turns * (factor == turns))
 
 
 def compare_ratios(name, turns, runs, found):

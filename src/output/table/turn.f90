@@ -7,7 +7,7 @@ module gestell_output_table_turn
   implicit none (type, external)
   private
 
-  public :: add_harmonics, add_orders, add_turn
+  public :: add_harmonics, add_order_column, add_orders, add_turn
 
 contains
 
@@ -39,13 +39,22 @@ contains
 
     parts = 1
     if (present(turns)) parts = turns
-    if (parts == 1) then
-      call table%add("order", "order of the crank; 0: the mean", [(k, k = 0, last)])
-    else
-      call table%add("order", plain, "order of the crank; 0: the mean", [(real(k, dp) / parts, k = 0, last)])
-    end if
+    call add_order_column(table, "order", "order of the crank; 0: the mean", [(k, k = 0, last)], parts)
     call table%add("frequency", hertz, "of the order", [(k / period, k = 0, last)])
   end subroutine add_orders
+
+  !> The harmonics `k` of a period of so many turns as orders of the drive: whole numbers where they are.
+  pure subroutine add_order_column(table, name, meaning, k, turns)
+    type(table_type), intent(inout) :: table
+    character(len=*), intent(in) :: name, meaning
+    integer, intent(in) :: k(:), turns
+
+    if (turns == 1) then
+      call table%add(name, meaning, k)
+    else
+      call table%add(name, plain, meaning, real(k, dp) / turns)
+    end if
+  end subroutine add_order_column
 
   !> Amplitude and phase of a series in `unit`, orders 0 to `last`. Order 0 is the mean, with its sign.
   pure subroutine add_harmonics(table, name, unit, series, last)

@@ -6,7 +6,7 @@ module gestell_task_forces
   use gestell_model_frame_rows, only: guide_forces, velocities
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
-  use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
+  use gestell_output_table_turn, only: add_harmonics, add_order_column, add_orders, add_turn
   use gestell_output_table_unit, only: degree, metre, newton, newton_metre, plain, unit_type
   use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
@@ -38,6 +38,7 @@ contains
     self%judges = .true.
     self%brief = .true.
     self%in_space = .true.
+    self%many_turns = .true.
   end subroutine describe
 
   subroutine read_forces(self, configuration, error)
@@ -78,11 +79,13 @@ contains
       end do
       call result%fail(failure)
       if (.not. allocated(reactions)) return
-      call result%add(summary(reactions, frame%speed, result%verdict))
-      call result%add(histories(reactions, frame%speed, frame%period, result%verdict))
-      call result%add(harmonics(reactions, frame%period, tasks%harmonics, result%verdict))
-      call result%draw(plot_forces(reactions, frame%speed, tasks%harmonics))
-      call result%say(force_lines(reactions, frame%speed, trim(result%verdict)))
+      associate (turns => frame%mechanism%turns)
+        call result%add(summary(reactions, frame%speed, turns, result%verdict))
+        call result%add(histories(reactions, frame%speed, frame%period, turns, result%verdict))
+        call result%add(harmonics(reactions, frame%period, turns, tasks%harmonics, result%verdict))
+        call result%draw(plot_forces(reactions, frame%speed, turns, tasks%harmonics))
+        call result%say(force_lines(reactions, frame%speed, turns, trim(result%verdict)))
+      end associate
     end associate
   end subroutine run
 
@@ -93,10 +96,11 @@ contains
       & .and. ieee_is_finite(reaction%least_compression)
   end function finite
 
-  !> supports.csv, one row for each reaction; `speed` in rad/s.
-  pure type(table_type) function summary(reactions, speed, verdict) result(table)
+  !> supports.csv, one row for each reaction; `speed` in rad/s, so many `turns` of the drive in the period.
+  pure type(table_type) function summary(reactions, speed, turns, verdict) result(table)
     type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: speed
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     real(dp) :: peak(size(reactions)), error(size(reactions)), rms(size(reactions)), crest(size(reactions)), angle(size(reactions))
     character, parameter :: axes(3) = ["x", "y", "z"]
@@ -125,7 +129,7 @@ contains
           error(i) = found%peak_error
           rms(i) = found%rms
           crest(i) = found%crest()
-          angle(i) = sign(360.0_dp, speed) * found%peak_phase
+          angle(i) = sign(360.0_dp, speed) * turns * found%peak_phase
         end associate
       end do
       part = trim(part_names(k))
@@ -140,8 +144,8 @@ contains
       do i = 1, size(reactions)
         if (any(parts_of(reactions(i)) == parts(n))) orders(i) = reactions(i)%statistics(parts(n))%strongest()
       end do
-      call table%add(trim(part_names(parts(n))) // "_strongest_order", "order of the crank with the greatest amplitude; 0: none", &
-        & orders)
+      call add_order_column(table, trim(part_names(parts(n))) // "_strongest_order", &
+        & "order of the crank with the greatest amplitude; 0: none", orders, turns)
     end do
     if (.not. any(reactions%weighed)) return
     do k = 1, size(reactions(1)%position)
@@ -153,15 +157,16 @@ contains
     call table%add("least_compression_error", newton, "bound on its error", (reactions%least_error))
   end function summary
 
-  pure type(table_type) function histories(reactions, speed, period, verdict) result(table)
+  pure type(table_type) function histories(reactions, speed, period, turns, verdict) result(table)
     type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: speed, period
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     integer, allocatable :: parts(:)
     integer :: i, k
 
     table = new_table("supports_history", "Forces over a turn", "The forces of every support over a turn.", verdict)
-    call add_turn(table, speed, period, size(reactions(1)%history, 1) - 1)
+    call add_turn(table, speed, period, size(reactions(1)%history, 1) - 1, turns)
     do i = 1, size(reactions)
       parts = parts_of(reactions(i))
       do k = 1, size(parts)
@@ -171,17 +176,17 @@ contains
     end do
   end function histories
 
-  pure type(table_type) function harmonics(reactions, period, last, verdict) result(table)
+  pure type(table_type) function harmonics(reactions, period, turns, last, verdict) result(table)
     type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: period
-    integer, intent(in) :: last
+    integer, intent(in) :: turns, last
     character(len=*), intent(in) :: verdict
     integer, allocatable :: parts(:)
     integer :: i, k
 
     table = new_table("supports_harmonics", "Forces by orders", "Amplitudes of the supports' forces by orders of the crank.", &
       & verdict)
-    call add_orders(table, period, last)
+    call add_orders(table, period, last, turns)
     do i = 1, size(reactions)
       parts = pack(parts_of(reactions(i)), parts_of(reactions(i)) /= whole_force)
       do k = 1, size(parts)

@@ -16,11 +16,11 @@ module gestell_task_forces_plot
 
 contains
 
-  !> supports.gp, supports_history.gp, supports_harmonics.gp.
-  function plot_forces(reactions, speed, harmonics) result(figures)
+  !> supports.gp, supports_history.gp, supports_harmonics.gp; so many turns of the drive are a period.
+  function plot_forces(reactions, speed, period_turns, harmonics) result(figures)
     type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: speed
-    integer, intent(in) :: harmonics
+    integer, intent(in) :: period_turns, harmonics
     type(figure_type) :: figures(3)
     character(len=24) :: names(size(reactions))
     logical :: turns(size(reactions))
@@ -33,8 +33,8 @@ contains
     end do
     associate (axes => size(reactions(1)%position))
       figures(1) = plot_summary(names, axes)
-      figures(2) = plot_histories(names, turns, axes, speed)
-      figures(3) = plot_orders(names, turns, axes, harmonics)
+      figures(2) = plot_histories(names, turns, axes, speed, period_turns)
+      figures(3) = plot_orders(names, turns, axes, harmonics, period_turns)
     end associate
   end function plot_forces
 
@@ -79,10 +79,10 @@ contains
   end function plot_summary
 
   !> Forces along x and y, their size, and the moment where there is one.
-  function plot_histories(names, turns, axes, speed) result(figure)
+  function plot_histories(names, turns, axes, speed, period_turns) result(figure)
     character(len=*), intent(in) :: names(:)
     logical, intent(in) :: turns(:)
-    integer, intent(in) :: axes
+    integer, intent(in) :: axes, period_turns
     real(dp), intent(in) :: speed
     type(figure_type) :: figure
     character(len=16), parameter :: flat(4) = [character(len=16) :: "force x (N)", "force y (N)", "force (N)", "moment (N m)"]
@@ -98,7 +98,7 @@ contains
     panels = merge(size(labels), axes + 1, any(turns))
     lines = layout_line(panels, 1)
     do k = 1, panels
-      lines = lines // turn_axis(speed, k == panels) // key_line(k == 1)
+      lines = lines // turn_axis(speed, k == panels, period_turns) // key_line(k == 1)
       if (k <= axes + 1) then
         lines = lines // history_panel("supports_history.csv", trim(labels(k)), "1", first + k - 1, names)
       else
@@ -110,10 +110,10 @@ contains
       & // newline, width=800, height=nint(height_of(panels)))
   end function plot_histories
 
-  function plot_orders(names, turns, axes, harmonics) result(figure)
+  function plot_orders(names, turns, axes, harmonics, period_turns) result(figure)
     character(len=*), intent(in) :: names(:)
     logical, intent(in) :: turns(:)
-    integer, intent(in) :: axes, harmonics
+    integer, intent(in) :: axes, harmonics, period_turns
     type(figure_type) :: figure
     character(len=*), parameter :: labels(3) = [character(len=14) :: "force x (N)", "force y (N)", "force z (N)"]
     character(len=:), allocatable :: lines
@@ -123,7 +123,7 @@ contains
     lines = layout_line(axes, 1) &
       & // "set grid noxtics ytics" // newline
     do k = 1, axes
-      lines = lines // order_axis(harmonics, k == axes) // key_line(k == 1) // order_panel("supports_harmonics.csv", &
+      lines = lines // order_axis(harmonics, k == axes, period_turns) // key_line(k == 1) // order_panel("supports_harmonics.csv", &
         & trim(labels(k)), "1", first + 2 * (k - 1), names)
     end do
     figure = new_figure("supports_harmonics", "Amplitudes of the forces on the ground, place by place", lines &

@@ -15,17 +15,18 @@ module gestell_task_forces_report
 
 contains
 
-  !> Every reaction and the total, and which support carries most.
-  pure function force_lines(reactions, speed, verdict) result(lines)
+  !> Every reaction and the total, and which support carries most; so many `turns` of the drive are a period.
+  pure function force_lines(reactions, speed, turns, verdict) result(lines)
     type(reaction_type), intent(in) :: reactions(:)
     real(dp), intent(in) :: speed
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     integer :: i, most
 
     lines = ""
     do i = 1, size(reactions)
-      lines = lines // reaction_line(reactions(i)) // newline
+      lines = lines // reaction_line(reactions(i), turns) // newline
     end do
     if (size(reactions(1)%position) == 3) then
       lines = tabulated("lrrrrrrl", ",fx peak,fy peak,fz peak,f peak,error,f rms,strongest" // newline // ",N,N,N,N,N,N,order", &
@@ -77,7 +78,7 @@ contains
       integer, intent(in) :: part
       character(len=:), allocatable :: words
 
-      words = " at crank angle " // fixed(sign(360.0_dp, speed) * reaction%statistics(part)%peak_phase, 1) // " deg"
+      words = " at crank angle " // fixed(sign(360.0_dp, speed) * turns * reaction%statistics(part)%peak_phase, 1) // " deg"
     end function crank_angle
 
   end function force_lines
@@ -137,8 +138,9 @@ contains
     if (.not. arm > 0) arm = 1
   end function arm
 
-  pure function reaction_line(reaction) result(line)
+  pure function reaction_line(reaction, turns) result(line)
     type(reaction_type), intent(in) :: reaction
+    integer, intent(in) :: turns
     character(len=:), allocatable :: line
     integer :: order
 
@@ -147,7 +149,7 @@ contains
     associate (f => reaction%statistics(whole_force))
       order = f%strongest()
       line = line // tab // concise(f%peak, 5) // tab // concise(f%peak_error, 1) // tab // concise(f%rms, 5) // tab
-      if (order > 0) line = line // order_words(order, f%amplitude(order), f%rms)
+      if (order > 0) line = line // order_words(order, f%amplitude(order), f%rms, turns)
     end associate
 
   contains

@@ -12,17 +12,18 @@ module gestell_task_power_plot
 
 contains
 
-  !> power.gp.
-  function plot_power(speed) result(figure)
+  !> power.gp; so many `turns` of the drive are a period.
+  function plot_power(speed, turns) result(figure)
     real(dp), intent(in) :: speed
+    integer, intent(in) :: turns
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
 
     lines = layout_line(3, 1) &
-      & // turn_axis(speed, .false.) // key_line(.true.) // history_panel("power.csv", "torque (N m)", "1", [3, 4], &
+      & // turn_axis(speed, .false., turns) // key_line(.true.) // history_panel("power.csv", "torque (N m)", "1", [3, 4], &
       & [character(len=32) :: "on the vibrating frame", "on a frame at rest"]) &
       & // history_panel("power.csv", "power (W)", "1", [5, 6], [character(len=32) :: "of the drive", "taken by the dampers"]) &
-      & // turn_axis(speed, .true.) // key_line(.false.) // history_panel("power.csv", "energy (J)", "1", [7], &
+      & // turn_axis(speed, .true., turns) // key_line(.false.) // history_panel("power.csv", "energy (J)", "1", [7], &
       & [character(len=32) :: "energy"])
     figure = new_figure("power", "Driving torque over a turn, and where its power goes", lines // "unset multiplot" // newline, &
       & width=800, height=nint(height_of(3)))

@@ -36,6 +36,7 @@ contains
     self%tables = [character(len=longest_table) :: "power"]
     self%judges = .true.
     self%in_space = .true.
+    self%many_turns = .true.
     self%brief = .true.
   end subroutine describe
 
@@ -84,8 +85,9 @@ contains
       call result%brief%add("torque_peak", newton_metre, "greatest torque on the crank, with its sign", [peak])
       call result%fail(failure)
       if (.not. allocated(drive)) return
-      call result%add(table_of(drive, frame%speed, frame%period, result%verdict), plot_power(frame%speed))
-      call result%say(drive_lines(drive, frame%speed, trim(result%verdict)))
+      call result%add(table_of(drive, frame%speed, frame%period, frame%mechanism%turns, result%verdict), &
+        & plot_power(frame%speed, frame%mechanism%turns))
+      call result%say(drive_lines(drive, frame%speed, frame%mechanism%turns, trim(result%verdict)))
       call result%detail(balance_line(drive))
     end associate
   end subroutine run
@@ -100,13 +102,14 @@ contains
   end function finite
 
   !> power.csv.
-  pure type(table_type) function table_of(drive, speed, period, verdict) result(table)
+  pure type(table_type) function table_of(drive, speed, period, turns, verdict) result(table)
     type(drive_type), intent(in) :: drive
     real(dp), intent(in) :: speed, period
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
 
     table = new_table("power", "Drive", "Driving torque over a turn, and the power of drive and dampers.", verdict)
-    call add_turn(table, speed, period, size(drive%history, 2) - 1)
+    call add_turn(table, speed, period, size(drive%history, 2) - 1, turns)
     call table%add("torque", newton_metre, "on the crank, counter-clockwise positive", drive%history(1, :))
     call table%add("rigid_torque", newton_metre, "the same on a frame at rest", drive%history(2, :))
     call table%add("drive", watt, "power of the drive", drive%history(3, :))

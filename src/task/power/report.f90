@@ -32,10 +32,11 @@ contains
     end select
   end function holder_line
 
-  !> Torque over the turn and the balance of power. `speed`: of the crank (rad/s).
-  pure function drive_lines(drive, speed, verdict) result(lines)
+  !> Torque over the turn and the balance of power. `speed`: of the crank (rad/s); so many `turns` of the drive are a period.
+  pure function drive_lines(drive, speed, turns, verdict) result(lines)
     type(drive_type), intent(in) :: drive
     real(dp), intent(in) :: speed
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     type(torque_type) :: rigid
@@ -46,8 +47,8 @@ contains
     lines = section("DRIVE, torque on the crank, " // trim(merge("with weights, without process forces", &
       & "without gravity and process forces  ", drive%weighed)), verdict) &
       & // tabulated("lrrrrr", ",peak,error,at crank,rms,mean" // newline // ",N m,N m,deg,N m,N m", &
-      & torque_row("on the frame as it is", drive%actual, concise(drive%peak_error, 1), speed) &
-      & // torque_row("on a rigid frame", rigid, "", speed)) // "  counter-clockwise positive" // newline &
+      & torque_row("on the frame as it is", drive%actual, concise(drive%peak_error, 1), sign(360.0_dp, speed) * turns) &
+      & // torque_row("on a rigid frame", rigid, "", sign(360.0_dp, speed) * turns)) // "  counter-clockwise positive" // newline &
       & // "  mean power: drive " // concise(drive%drive_mean, 5) // " W, dampers " // concise(drive%dampers_mean, 5) &
       & // " W; greatest of the drive " // concise(drive%greatest, 4) // " W" // newline
     if (allocated(drive%fluctuation)) lines = lines // fluctuation_lines(drive%fluctuation, speed)
@@ -77,14 +78,15 @@ contains
     line = "  the balance of power is missed by " // concise(drive%defect(), 1) // " of the drive's greatest power" // newline
   end function balance_line
 
-  pure function torque_row(name, found, error, speed) result(row)
+  !> `whole`: the crank angle through which the drive turns in a period (deg).
+  pure function torque_row(name, found, error, whole) result(row)
     character(len=*), intent(in) :: name, error
     type(torque_type), intent(in) :: found
-    real(dp), intent(in) :: speed
+    real(dp), intent(in) :: whole
     character(len=:), allocatable :: row
 
     row = name // tab // concise(found%peak, 5) // tab // error // tab &
-      & // fixed(sign(360.0_dp, speed) * found%peak_phase, 1) // tab // concise(found%rms, 5) // tab &
+      & // fixed(whole * found%peak_phase, 1) // tab // concise(found%rms, 5) // tab &
       & // concise(merge(0.0_dp, found%mean, abs(found%mean) < rounding * abs(found%peak)), 5) // newline
   end function torque_row
 
