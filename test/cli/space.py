@@ -295,6 +295,25 @@ def block(what, height, weight):
             near(f"{what}, frequency {i + 1}", one, other, 1e-5 * other)
 
 
+def range_tests():
+    """Mechanisms in planes of their own stand there too where a number that is not theirs runs: a point of a sweep, and the modes
+    over a speed, are those of the machine by itself."""
+    source = re.sub(r"tasks = .*/", "tasks = '{}' /", (DATA / "suspended_compressor.nml").read_text(), count=1)
+    sweep = "&sweep parameter='support(1).stiffness(2)', from=2000, to=2400, count=2, columns='rho_max' /\n"
+    with Folder(sweep=source.format("sweep") + sweep, single=source.format("stability','separation")) as folder:
+        if Run(folder, "-q", "sweep.nml").done("space, a range") and Run(folder, "-q", "single.nml").done("space, its machine"):
+            for row in rows(folder / "sweep" / "sweep.csv"):
+                setting = f"support(1).stiffness(2)={row['support(1).stiffness(2)']}"
+                Run(folder, "-q", "--set", setting, "-s", "case.tasks=stability", "-o", "one", "single.nml").done("space, a point")
+                # both to the tolerance, 1e-9
+                near("space, a range: rho", float(row["rho_max"]), greatest(folder / "one" / "multipliers.csv"), 2e-9)
+            modes = {float(row["frequency_Hz"]) for row in rows(folder / "single" / "separation.csv")}
+            turns = [abs(float(row["exponent_im_rad_per_s"])) / (2 * math.pi) for row in rows(folder / "single" / "multipliers.csv")]
+            for frequency in modes:
+                # separation is about the vibration at rest, 1e-5 of these frequencies from that of the exact one
+                near("space, modes over a speed", min(abs(frequency - turn) for turn in turns), 0.0, 1e-3)
+
+
 def task_tests():
     """What else knows a frame in space: probes, quantities, resonance, a sweep, Campbell's diagram, critical speeds."""
     with Folder() as folder:
@@ -439,4 +458,4 @@ def refused_tests():
                   "does not know", run.err)
 
 
-SPACE_TESTS = [reference_tests, tilted_tests, power_tests, block_tests, force_tests, task_tests, refused_tests]
+SPACE_TESTS = [reference_tests, range_tests, tilted_tests, power_tests, block_tests, force_tests, task_tests, refused_tests]

@@ -130,18 +130,19 @@ contains
     if (i > 0) about = schema%groups(i)%about
   end function about
 
-  !> The groups of `doc` from which a member is read.
+  !> The groups of `doc` from which a member is read; where its mechanisms stand in space is the frame's to know.
   pure subroutine select_groups(doc, schema, mechanism, selected)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     logical, intent(in) :: mechanism
     type(document_type), intent(out) :: selected
     integer :: i, n
+    character(len=9), parameter :: places(2) = [character(len=9) :: "mechanism", "repeat"]
     logical :: wanted(size(doc%groups))
 
     do i = 1, size(doc%groups)
       wanted(i) = about(schema, doc%groups(i)%name) /= option_group .and. &
-        & (mechanism .or. about(schema, doc%groups(i)%name) /= mechanism_group)
+        & (mechanism .or. any(places == doc%groups(i)%name) .or. about(schema, doc%groups(i)%name) /= mechanism_group)
     end do
     selected%file = doc%file
     selected%normalised = doc%normalised
