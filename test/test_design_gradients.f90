@@ -28,8 +28,7 @@ contains
       & new_slow("gradients of all models against differences of solutions", test_all_gradients)]
   end subroutine collect_design_gradients
 
-  !> Every kind of parameter and goal, by all models and holders: relative changes of the values over the parameters' ranges. The
-  !> differences are extrapolated from steps of a 200th, 400th and 800th of these ranges: solutions to 1e-11 leave 1e-8 of them.
+  !> Every kind of parameter and goal, by all models and holders.
   subroutine compare_gradients(variants, error)
     character(len=*), intent(in) :: variants(:)
     type(error_type), allocatable, intent(out) :: error
@@ -43,14 +42,7 @@ contains
     real(dp), parameter :: start(9) = [0.01_dp, 0.5_dp, 0.003_dp, 0.2_dp, 1.2e5_dp, 5.0_dp, -0.2_dp, 0.6_dp, 900.0_dp]
     real(dp), parameter :: range(9) = [0.1_dp, 1.0_dp, 0.002_dp, 0.1_dp, 1.0e5_dp, 40.0_dp, 0.2_dp, 0.5_dp, 400.0_dp]
     character(len=:), allocatable :: text
-    type(document_family_type) :: family
-    type(design_order_type) :: order
-    type(configuration_type) :: configuration
-    type(goal_branches_type) :: at
-    type(goal_type), allocatable :: goals(:)
-    type(gestell_error), allocatable :: failure
-    real(dp) :: table(3), h, change, found, unit
-    integer :: v, g, k, i, b, n
+    integer :: v, i, k, n
 
     do v = 1, size(variants)
       text = machine // variants(v)
@@ -59,43 +51,102 @@ contains
         i = index(machine, "&frame")
         text = machine(:i + 6) // "dof='xi','psi', " // machine(i + 7:)
       end if
-      call new_family(text, paths, start, family, order, configuration, error)
-      if (allocated(error)) return
-      order%lower = start - range / 2
-      order%upper = start + range / 2
-      order%conditions = [condition_type()]
-      order%link = [1, 3, 2, 0, 0, 0, 0, 0, 0]
-      order%part = [place_parts(1), mass_part, inertia_part, (other_part, k = 4, size(start))]
-      order%unit = [(1.0_dp, k = 1, size(start))]
       ! of multipliers that are lost beside others there are no derivatives
       n = merge(size(names) - 1, size(names), variants(v)(:6) == "&found")
-      if (allocated(goals)) deallocate(goals)
-      allocate(goals(n))
-      do g = 1, n
-        call new_goal(configuration%frame, configuration%probes, trim(names(g)), kinds(g), goals(g), failure)
-        call check_success(error, failure)
-        if (allocated(error)) return
-      end do
-      call evaluate_goals(family, order, goals, start, .true., at, failure)
-      call check_success(error, failure)
-      call check_that(error, at%known, "==", .true., trim(variants(v)) // " known")
+      call compare(trim(variants(v)), text, names(:n), kinds(:n), paths, start, range, [1, 3, 2, 0, 0, 0, 0, 0, 0], &
+        & [place_parts(1), mass_part, inertia_part, (other_part, k = 4, size(start))], error)
       if (allocated(error)) return
-      do g = 1, n
-        b = maxloc(merge(at%value, -huge(h), at%group == g), dim=1)
-        unit = max(at%value(b), tiny(unit))
-        do k = 1, size(paths)
-          do i = 1, 3
-            h = range(k) * 0.01_dp / 2**i
-            table(i) = (top(k, h) - top(k, -h)) / (2 * h)
-          end do
-          ! Neville's table, twice
-          table(:2) = table(2:) + (table(2:) - table(:2)) / 3
-          change = (table(2) + (table(2) - table(1)) / 15) * range(k) / unit
-          found = at%slope(k, b) * range(k) / unit
-          call check_that(error, abs(found - change), "<=", 1.0e-7_dp * max(abs(change), 1.0_dp), trim(variants(v)) // " d " // &
-            & goals(g)%name() // " / d " // trim(paths(k)))
-          if (allocated(error)) return
+    end do
+  end subroutine compare_gradients
+
+  !> A V-twin in space: three stiffnesses and angles, a tensor of inertia, mechanisms beside each other.
+  subroutine compare_in_space(model, error)
+    character(len=*), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: names(14) = [character(len=12) :: "f", "f", "probe(p).v", "probe(p).az", "support(2).f", "mx", &
+      & "shaking.f", "shaking.my", "shaking.fz", "added_mass", "separation", "rot_eta", "zeta", "rho_max"]
+    integer, parameter :: kinds(14) = [rms_measure, peak_measure, band_measure, peak_measure, rms_measure, peak_measure, &
+      & peak_measure, rms_measure, peak_measure, peak_measure, peak_measure, peak_measure, rms_measure, peak_measure]
+    character(len=*), parameter :: paths(9) = [character(len=28) :: "link(crank).center(1)", "link(piston).mass", &
+      & "link(rod).inertia(2)", "joint(B).lengths(1)", "support(1).stiffness(3)", "support(2).angle(2)", "support(1).position(3)", &
+      & "frame.inertia(4)", "drive.speed_rpm"]
+    real(dp), parameter :: start(9) = [-0.004_dp, 0.5_dp, 0.0013_dp, 0.14_dp, 6.0e4_dp, 5.0_dp, 0.16_dp, 0.05_dp, 900.0_dp]
+    real(dp), parameter :: range(9) = [0.02_dp, 0.5_dp, 0.001_dp, 0.04_dp, 5.0e4_dp, 40.0_dp, 0.2_dp, 0.5_dp, 400.0_dp]
+    character(len=*), parameter :: twin = "&drive speed_rpm=900 /" // newline // &
+      & "&mechanism name='right', origin=0,0,0.03, angle=-45, phase=45 /" // newline // &
+      & "&repeat of='right', name='left', origin=0,0,-0.02, axis=0.1,0,1, phase=-45 /" // newline // &
+      & "&joint mechanism='right', name='O', type='ground', position=0,0 /" // newline // &
+      & "&joint mechanism='right', name='A', type='crank', pivot='O', radius=0.04 /" // newline // &
+      & "&joint mechanism='right', name='B', type='RRP', ends='A', lengths=0.14, guide_point=0,0, " // &
+      & "guide_angle=90, branch=1 /" // newline // &
+      & "&link mechanism='right', name='crank', from='O', to='A', mass=3.6, " // &
+      & "inertia=0.006,0.006,0.009, center=-0.004,0 /" // newline // &
+      & "&link mechanism='right', name='rod', from='A', to='B', mass=0.44, " // &
+      & "inertia=1.5e-4,1.3e-3,1.4e-3, center=0.042,0 /" // newline // &
+      & "&link mechanism='right', name='piston', from='B', mass=0.5, inertia=3e-4,2.5e-4,3e-4 /" // newline // &
+      & "&frame mass=28, inertia=0.9,0.8,0.7,0.05,-0.06,0.08, origin=0.02,-0.07,0, " // &
+      & "dof='xi','eta','zeta','rot_xi','rot_eta','psi' /" // newline // &
+      & "&support position=0.22,-0.17,0.16, stiffness=7e4,1.3e5,6e4, damping=150,180,150, angle=45,0,0 /" // newline // &
+      & "&support position=-0.22,-0.17,0.16, stiffness=7e4,1.3e5,6e4, damping=150,180,150, angle=-45,5,0 /" // newline // &
+      & "&support position=0.01,-0.17,-0.18, stiffness=7e4,1.3e5,6e4, damping=150,180,150, angle=10,20,15 /" // newline // &
+      & "&probe name='p', position=0.1,0.05,0.1 /" // newline
+    integer :: k
+
+    call compare("space, " // model, "&model frame='" // model // "' /" // twin, names, kinds, paths, start, range, &
+      & [(0, k = 1, size(start))], [(other_part, k = 1, size(start))], error)
+  end subroutine compare_in_space
+
+  !> Relative changes of the values over the parameters' ranges. The differences are extrapolated from steps of a 200th, 400th and
+  !> 800th of these ranges: solutions to 1e-11 leave 1e-8 of them.
+  !> Ten arguments: the machine, its goals and its parameters.
+  subroutine compare(what, text, names, kinds, paths, start, range, link, part, error)
+    character(len=*), intent(in) :: what, text, names(:), paths(:)
+    integer, intent(in) :: kinds(:), link(:), part(:)
+    real(dp), intent(in) :: start(:), range(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(document_family_type) :: family
+    type(design_order_type) :: order
+    type(configuration_type) :: configuration
+    type(goal_branches_type) :: at
+    type(goal_type), allocatable :: goals(:)
+    type(gestell_error), allocatable :: failure
+    real(dp) :: table(3), h, change, found, unit
+    integer :: g, k, i, b, n
+
+  call new_family(text, paths, start, family, order, configuration, error)
+    if (allocated(error)) return
+    order%lower = start - range / 2
+    order%upper = start + range / 2
+    order%conditions = [condition_type()]
+    order%link = link
+    order%part = part
+    order%unit = [(1.0_dp, k = 1, size(start))]
+    n = size(names)
+    allocate(goals(n))
+    do g = 1, n
+      call new_goal(configuration%frame, configuration%probes, trim(names(g)), kinds(g), goals(g), failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+    end do
+    call evaluate_goals(family, order, goals, start, .true., at, failure)
+    call check_success(error, failure)
+    call check_that(error, at%known, "==", .true., trim(what) // " known")
+    if (allocated(error)) return
+    do g = 1, n
+      b = maxloc(merge(at%value, -huge(h), at%group == g), dim=1)
+      unit = max(at%value(b), tiny(unit))
+      do k = 1, size(paths)
+        do i = 1, 3
+          h = range(k) * 0.01_dp / 2**i
+          table(i) = (top(k, h) - top(k, -h)) / (2 * h)
         end do
+        ! Neville's table, twice
+        table(:2) = table(2:) + (table(2:) - table(:2)) / 3
+        change = (table(2) + (table(2) - table(1)) / 15) * range(k) / unit
+        found = at%slope(k, b) * range(k) / unit
+        call check_that(error, abs(found - change), "<=", 1.0e-7_dp * max(abs(change), 1.0_dp), trim(what) // " d " // &
+          & goals(g)%name() // " / d " // trim(paths(k)))
+        if (allocated(error)) return
       end do
     end do
 
@@ -118,7 +169,7 @@ contains
       top = there%value(i_top)
     end function top
 
-  end subroutine compare_gradients
+  end subroutine compare
 
   subroutine test_gradients(error)
     type(error_type), allocatable, intent(out) :: error
@@ -132,6 +183,9 @@ contains
     call compare_gradients([character(len=80) :: "&model frame='first_order' /", "&model frame='exact' /", &
       & "&drive held_by='outside' /", "&drive held_by='flywheel' /", "&frame dof='xi','psi' /", &
       & "&foundation damping=5e4,0,0 / &model frame='rest' /"], error)
+    if (.not. allocated(error)) call compare_in_space("rest", error)
+    if (.not. allocated(error)) call compare_in_space("first_order", error)
+    if (.not. allocated(error)) call compare_in_space("exact", error)
   end subroutine test_all_gradients
 
 end module test_design_gradients

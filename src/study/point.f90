@@ -9,7 +9,7 @@ module gestell_study_point
   use gestell_study_family, only: family_type
   use gestell_study_measure, only: measure_type, solve_measures
   use gestell_study_member, only: impossible_member, member_type
-  use gestell_study_tile_results, only: all_columns, eta_peak, failed, has_multipliers, impossible, log_rho_max, psi_peak, &
+  use gestell_study_tile_results, only: all_columns, failed, has_multipliers, impossible, last_peak, log_rho_max, &
     & rho_error, rho_max, stable, sweep_columns, undecided, unstable, verdict, verdict_behind, xi_peak
   use gestell_study_vibration, only: vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
@@ -67,7 +67,7 @@ contains
 
     values = ieee_value(1.0_dp, ieee_quiet_nan)
     if (present(measures)) measures = ieee_value(1.0_dp, ieee_quiet_nan)
-    forced = any(order%columns(xi_peak:psi_peak)) .or. order%measured() > 0
+    forced = any(order%columns(xi_peak:last_peak)) .or. order%measured() > 0
     call member%make(family, parameters, error)
     if (.not. allocated(error)) call member%solve(order%accuracy, forced, error)
     if (has_multipliers(order%columns) .and. .not. allocated(error)) call member%multipliers(.false., multipliers, error)
@@ -111,7 +111,9 @@ contains
       if (error%code /= invalid_input .or. size(wanted) == 0) deallocate(error)
       return
     end if
-    values([xi_peak, eta_peak, psi_peak]) = vibration%peak(:3)
+    associate (dofs => size(vibration%peak) / 3)
+      values(xi_peak:xi_peak - 1 + dofs) = vibration%peak(:dofs)
+    end associate
     if (size(wanted) > 0) measures = found
   end subroutine set_vibration
 

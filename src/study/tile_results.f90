@@ -4,18 +4,20 @@ module gestell_study_tile_results
   implicit none (type, external)
   private
 
-  public :: has_multipliers, verdict_column
+  public :: has_multipliers, peaks_of, verdict_column
 
-  !> Columns, in the order in which they are written.
+  !> Columns, in the order in which they are written; peaks in the order of the frame's degrees of freedom.
   integer, parameter, public :: rho_max = 1, log_rho_max = 2, rho_error = 3, verdict = 4, xi_peak = 5, eta_peak = 6, &
-    & psi_peak = 7, sweep_columns = 8
+    & psi_peak = 7, last_peak = 10, sweep_columns = 11
   !> The verdict behind the peaks, where these were ordered without it: no peak is told of which nobody knows whether the machine
   !> keeps to that vibration.
-  integer, parameter, public :: verdict_behind = 8
-  character(len=12), parameter, public :: column_names(sweep_columns) = [character(len=12) :: "rho_max", "log_rho_max", &
-    & "rho_error", "verdict", "xi_peak_m", "eta_peak_m", "psi_peak_rad", "verdict"]
-  !> All that can be ordered, and no verdict twice.
-  logical, parameter, public :: all_columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false.]
+  integer, parameter, public :: verdict_behind = 11
+  character(len=16), parameter, public :: column_names(sweep_columns) = [character(len=16) :: "rho_max", "log_rho_max", &
+    & "rho_error", "verdict", "xi_peak_m", "eta_peak_m", "psi_peak_rad", "zeta_peak_m", &
+    & "rot_xi_peak_rad", "rot_eta_peak_rad", "verdict"]
+  !> All that can be ordered of a frame in the plane, and no verdict twice.
+  logical, parameter, public :: all_columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false., &
+    & .false., .false., .false.]
 
   !> Verdicts as numbers. Impossible: the mechanism cannot be assembled. Failed: it could not be computed.
   integer, parameter, public :: stable = 0, unstable = 1, undecided = 2, impossible = 3, failed = 4
@@ -34,6 +36,15 @@ module gestell_study_tile_results
   end type tile_results_type
 
 contains
+
+  !> Which columns are peaks of a frame with so many degrees of freedom.
+  pure function peaks_of(dofs) result(columns)
+    integer, intent(in) :: dofs
+    logical :: columns(sweep_columns)
+
+    columns = .false.
+    columns(xi_peak:xi_peak - 1 + dofs) = .true.
+  end function peaks_of
 
   !> Whether any of the columns tells of the multipliers.
   pure logical function has_multipliers(columns)

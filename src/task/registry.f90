@@ -122,15 +122,11 @@ contains
     integer :: i, k
 
     if (.not. allocated(configuration%frame%space)) return
-    if (configuration%tasks%all_vibrations) then
-      call input_error(the_group(configuration%document, "model"), "vibrations", "'all' is not known of a frame in space yet", &
-        & error)
-      return
-    end if
     do i = 1, size(tasks)
       if (.not. tasks(i)%task%ordered .or. tasks(i)%task%in_space) cycle
       k = findloc(names == tasks(i)%task%name, .true., dim=1)
-      call input_error(the_group(configuration%document, "case"), "tasks", "does not know a frame in space yet", error, k)
+      call input_error(the_group(configuration%document, "case"), "tasks", "does not know a frame in space yet" &
+        & // trim(tasks(i)%task%instead), error, k)
       return
     end do
   end subroutine refuse_in_space

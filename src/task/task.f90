@@ -23,8 +23,9 @@ module gestell_task
     character(len=longest_table), allocatable :: tables(:)
     integer :: about = own_machine
     logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
-    !> Whether it knows a frame in space.
+    !> Whether it knows a frame in space, and what does in its place.
     logical :: in_space = .false.
+    character(len=130) :: instead = ""
     !> Whether it knows machines whose period is more than a turn of the drive.
     logical :: many_turns = .false.
     !> Whether the input orders it; whether an option does, for its picture alone.

@@ -51,6 +51,7 @@ from sensitivity import SENSITIVITY_TESTS  # noqa: E402
 from separation import SEPARATION_TESTS  # noqa: E402
 from space import SPACE_TESTS  # noqa: E402
 from space_looks import SPACE_LOOKS_TESTS  # noqa: E402
+from space_studies import SPACE_STUDIES_TESTS  # noqa: E402
 from spread import SPREAD_TESTS  # noqa: E402
 from sweeps import SWEEP_TESTS, write_sweep_golden  # noqa: E402
 from told import TOLD_TESTS  # noqa: E402
@@ -625,7 +626,7 @@ def main():
                      *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *LEVEL_TESTS,
                      *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
                      *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_TESTS, *SPACE_TESTS,
-                     *SPACE_LOOKS_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
+                     *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
                      *FAULT_TESTS,
                      *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS):
             test()

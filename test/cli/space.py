@@ -442,15 +442,11 @@ def refused_tests():
         equal("space, no shaft of the drive: code", run.code, 2)
         message = "input.nml:3: &drive: held_by = 'outside': 'outside' needs in space a mechanism with ratio=1, whose shaft is the drive's"
         check("space, no shaft of the drive: line", message in run.err, message, run.err)
-    with Folder(input=BLOCK.format(**GOOD) + "&model frame='exact', vibrations='all' /\n") as folder:
-        (folder / "all.nml").write_text((folder / "input.nml").read_text().replace("&model frame='rest' /\n", ""))
-        Run(folder, "all.nml").refused("space, all vibrations", 2, "all.nml:8: &model: vibrations = 'all': 'all' is not known of a "
-                                       "frame in space yet")
     loose = GOOD | {"stiffness": "1e4,1e4,0", "dof": "'xi','eta','zeta'"}
     with Folder(input=BLOCK.format(**loose) + "&gravity direction=0,-1,1 /\n") as folder:
         Run(folder, "input.nml").refused("space, nothing carries the weight", 3, "input.nml:9: &gravity: nothing carries the weight "
                                          "along zeta: give the frame a spring there, or a guide")
-    for task in ("sensitivity", "balance", "trade"):
+    for task in ("balance",):
         with Folder(input=BLOCK.format(**GOOD).replace("'stability'", f"'stability','{task}'")) as folder:
             run = Run(folder, "input.nml")
             equal(f"space, {task}: code", run.code, 2)

@@ -51,6 +51,7 @@ module gestell_model_space
   contains
     procedure :: weigh
     procedure :: mean_stiffness, ground_stiffness
+    procedure :: scale_mounting
     procedure :: remember
     procedure :: masses_at
     procedure :: sample_at_rest
@@ -112,6 +113,21 @@ contains
     c = self%stiffness + turned_loads(self%supports)
     c = c(in_space, in_space)
   end function ground_stiffness
+  !> The mounting becomes stiffer and more damped by these factors.
+  pure subroutine scale_mounting(self, stiffness, damping)
+    class(space_type), intent(inout) :: self
+    real(dp), intent(in) :: stiffness, damping
+    integer :: i
+
+    self%stiffness = self%stiffness * stiffness
+    self%damping = self%damping * damping
+    self%foundation_stiffness = self%foundation_stiffness * stiffness
+    self%foundation_damping = self%foundation_damping * damping
+    do i = 1, size(self%supports)
+      self%supports(i)%stiffness = self%supports(i)%stiffness * stiffness
+      self%supports(i)%damping = self%supports(i)%damping * damping
+    end do
+  end subroutine scale_mounting
 
   !> Whether one of the frame's degrees of freedom turns it.
   elemental logical function is_rotation(dof)

@@ -4,7 +4,8 @@
 module gestell_study_design_branches
   use gestell_base_kinds, only: dp, pi
   use gestell_math_trigonometric, only: series_through, series_type
-  use gestell_study_measure, only: measure_type, peak_measure, rms_measure
+  use gestell_study_design_directions, only: directions_about
+  use gestell_study_measure, only: peak_measure, rms_measure
   implicit none (type, external)
   private
 
@@ -17,10 +18,11 @@ module gestell_study_design_branches
 contains
 
   !> Values, shape (branches), and derivatives, shape (parameters, branches), from the components' `samples` over the turn, shape
-  !> (samples, components), and their derivatives `slopes`, shape (samples, components, parameters). `period` in s.
-  pure subroutine measure_branches(measure, period, samples, slopes, values, changes)
-    type(measure_type), intent(in) :: measure
-    real(dp), intent(in) :: period, samples(:, :), slopes(:, :, :)
+  !> (samples, components), and their derivatives `slopes`, shape (samples, components, parameters). `kind` and
+  !> `band` (Hz) are the measure's (gestell_study_measure), `period` in s.
+  pure subroutine measure_branches(kind, band, period, samples, slopes, values, changes)
+    integer, intent(in) :: kind
+    real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
     real(dp) :: unit
     integer :: k
@@ -29,16 +31,16 @@ contains
     if (.not. unit > 0) then
       values = [0.0_dp]
       allocate(changes(size(slopes, 3), 1), source=0.0_dp)
-    else if (measure%kind == peak_measure) then
+    else if (kind == peak_measure) then
       call find_tops(samples / unit, slopes / unit, values, changes)
-    else if (measure%kind == rms_measure) then
+    else if (kind == rms_measure) then
       values = [norm2(samples / unit) / sqrt(real(size(samples, 1), dp))]
       allocate(changes(size(slopes, 3), 1))
       do k = 1, size(slopes, 3)
         changes(k, 1) = sum(samples / unit * slopes(:, :, k) / unit) / size(samples, 1) / values(1)
       end do
     else
-      call within_band(measure%band, period, samples / unit, slopes / unit, values, changes)
+      call within_band(band, period, samples / unit, slopes / unit, values, changes)
       unit = 1000 * unit ! a vibration meter shows mm/s
     end if
     values = unit * values
@@ -97,28 +99,26 @@ contains
     real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
     real(dp), parameter :: rounding = 1.0e-12_dp
-    integer, parameter :: directions = 12
     type(series_type) :: along, change
-    real(dp) :: square(2, 2), slope(2, 2), angles(directions + 1), u(2)
+    real(dp), dimension(size(samples, 2), size(samples, 2)) :: square, slope
+    real(dp), allocatable :: u(:, :)
     integer :: d, k, first, last
 
     along = series_through(samples)
     first = max(1, ceiling(band(1) * period * (1 - rounding)))
     last = min(ubound(along%cosine, 1), floor(min(band(2) * period * (1 + rounding), 1.0e9_dp)))
     call add_orders(along, along, first, last, square)
-    angles = [atan2(2 * square(1, 2), square(1, 1) - square(2, 2)) / 2, [(pi * d / directions, d = 1, directions)]]
-    allocate(values(merge(size(angles), 1, size(samples, 2) == 2)))
+    u = directions_about(square)
+    allocate(values(size(u, 2)))
     allocate(changes(size(slopes, 3), size(values)), source=0.0_dp)
     do d = 1, size(values)
-      u = [cos(angles(d)), sin(angles(d))]
-      values(d) = sqrt(max(dot_product(u, matmul(square, u)), 0.0_dp))
+      values(d) = sqrt(max(dot_product(u(:, d), matmul(square, u(:, d))), 0.0_dp))
     end do
     do k = 1, size(slopes, 3)
       change = series_through(slopes(:, :, k))
       call add_orders(along, change, first, last, slope)
       do d = 1, size(values)
-        u = [cos(angles(d)), sin(angles(d))]
-        if (values(d) > 0) changes(k, d) = dot_product(u, matmul(slope, u)) / values(d)
+        if (values(d) > 0) changes(k, d) = dot_product(u(:, d), matmul(slope, u(:, d))) / values(d)
       end do
     end do
   end subroutine within_band
@@ -127,7 +127,7 @@ contains
   pure subroutine add_orders(y, z, first, last, mean)
     type(series_type), intent(in) :: y, z
     integer, intent(in) :: first, last
-    real(dp), intent(out) :: mean(2, 2)
+    real(dp), intent(out) :: mean(:, :)
     integer :: i, j
 
     mean = 0

@@ -114,7 +114,7 @@ contains
       logical, intent(in) :: is_objective
 
       goes = (goal%about == of_machine .and. goal%measure%quantity == "added_mass") .or. (goal%about == of_shaking &
-        & .and. (goal%sense > 0 .or. is_objective) .and. .not. (places .and. goal%measure%quantity == "shaking.m"))
+        & .and. (goal%sense > 0 .or. is_objective) .and. .not. (places .and. index(goal%measure%quantity, "shaking.m") == 1))
     end function goes
 
   end function is_convex

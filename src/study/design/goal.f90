@@ -6,8 +6,9 @@ module gestell_study_design_goal
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_gravity, only: sag_of, weighs
   use gestell_model_frame_quantity, only: look_up_quantity
-  use gestell_model_frame_rows, only: accelerations, exact_rows, guide_forces, probe_type, quantity_type
+  use gestell_model_frame_rows, only: accelerations, exact_rows, guide_forces, probe_type, quantity_type, rows_of
   use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_space, only: in_frame, is_rotation, space_type
   use gestell_model_mechanism, only: a1_dd, a2_dd, a4_v, drive_columns, energy_d, table_columns
   use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
   use gestell_study_measure, only: band_measure, measure_type, new_measure
@@ -15,12 +16,14 @@ module gestell_study_design_goal
   implicit none (type, external)
   private
 
-  public :: new_goal, plain_values, take_samples
+  public :: components, new_goal, plain_values, shaking_error, take_samples
 
   !> What is looked at: a quantity of the motion, a shaking force, the torque, multipliers, a number of the machine.
   integer, parameter, public :: of_motion = 1, of_shaking = 2, of_torque = 3, of_multipliers = 4, of_machine = 5
 
-  character(len=10), parameter :: shaking_names(4) = [character(len=10) :: "shaking.fx", "shaking.fy", "shaking.f", "shaking.m"]
+  !> The last three are those of a frame in space alone.
+  character(len=10), parameter :: shaking_names(7) = [character(len=10) :: "shaking.fx", "shaking.fy", "shaking.f", "shaking.m", &
+    & "shaking.fz", "shaking.mx", "shaking.my"]
   character(len=10), parameter :: machine_names(3) = [character(len=10) :: "added_mass", "sag", "separation"]
 
   type, public :: goal_type
@@ -52,12 +55,13 @@ contains
     goal%measure%quantity = name
     goal%measure%kind = kind
     call find_offset(frame, name, offset, named)
-    if (any(name == shaking_names)) then
+    if (any(name == shaking_names(:merge(7, 4, allocated(frame%space))))) then
       goal%about = of_shaking
-      goal%measure%unit = merge("Nm", "N ", name == "shaking.m")
+      goal%measure%unit = merge("Nm", "N ", index(name, "shaking.m") == 1)
     else if (name == "torque") then
       goal%about = of_torque
       goal%measure%unit = "Nm"
+      if (allocated(frame%space)) call fatal_error(error, "'torque' is not known of a frame in space yet", invalid_input)
     else if (name == "rho_max") then
       goal%about = of_multipliers
     else if (any(name == machine_names)) then
@@ -79,6 +83,13 @@ contains
     if (kind == band_measure .and. .not. allocated(error)) call fatal_error(error, &
       & "'band' is for velocities of probes, probe(NAME).v, .vx, .vy", invalid_input)
   end subroutine new_goal
+
+  !> How many components a goal's samples have room for: those of a vector.
+  pure integer function components(frame)
+    class(frame_type), intent(in) :: frame
+
+    components = merge(3, 2, allocated(frame%space))
+  end function components
 
   !> The distance (m) that link(NAME).offset names; negative: there is no such link. `named`: the name is of this form.
   pure subroutine find_offset(frame, name, offset, named)
@@ -118,9 +129,9 @@ contains
     if (self%is_periodic()) name = name // " " // trim(kinds(self%measure%kind))
   end function name_of
 
-  !> The components of the periodic goals at `phases` of the turn, shape (phases, 2, goals), the second of a magnitude only, of a
-  !> frame that moves by q and its derivatives over theta, shape (phases, 3, 0:2). Errors: there is no such quantity; the mechanism
-  !> does not tell its energy.
+  !> The components of the periodic goals at `phases` of the turn, shape (phases, components, goals), those after the first of
+  !> a magnitude only, of a frame that moves by q and its derivatives over theta, shape (phases, dofs, 0:2). Errors: there is no
+  !> such quantity; the mechanism does not tell its energy.
   subroutine take_samples(goals, frame, probes, phases, q, samples, error)
     type(goal_type), intent(in) :: goals(:)
     class(frame_type), intent(in) :: frame
@@ -132,11 +143,13 @@ contains
     real(dp), allocatable :: motion(:, :), first_rows(:, :), forces(:, :), power(:, :)
     type(quantity_type) :: quantity
     logical :: known
-    integer :: i, k, rows
+    integer, parameter :: places(3) = in_frame(:3)
+    integer :: dofs, i, k, rows
 
     samples = 0
-    rows = accelerations
-    if (size(frame%free) < 3) rows = guide_forces
+    dofs = frame%dofs()
+    rows = rows_of(dofs, accelerations)
+    if (size(frame%free) < dofs) rows = rows_of(dofs, guide_forces)
     select type (frame)
     class is (varied_frame_type)
       rows = exact_rows(frame)
@@ -144,9 +157,9 @@ contains
     allocate(motion(rows, size(phases)), source=0.0_dp)
     if (any(goals%needs_motion())) then
       do k = 0, 2
-        motion(3 * k + 1:3 * k + 3, :) = (2 * pi / frame%period)**k * transpose(q(:, :, k))
+        motion(dofs * k + 1:dofs * (k + 1), :) = (2 * pi / frame%period)**k * transpose(q(:, :, k))
       end do
-      if (rows > accelerations) call complete_motion(frame, frame, phases, motion)
+      if (rows > rows_of(dofs, accelerations)) call complete_motion(frame, frame, phases, motion)
     end if
     if (any(goals%about == of_shaking)) call shaking_forces(frame, phases, forces)
     do i = 1, size(goals)
@@ -158,12 +171,14 @@ contains
           samples(:, k, i) = matmul(quantity%weights(:rows, k), motion)
         end do
       case (of_shaking)
-        k = findloc(shaking_names, goals(i)%measure%quantity, dim=1)
-        if (k == 3) then
-          samples(:, :, i) = forces(:, :2)
-        else
-          samples(:, 1, i) = forces(:, min(k, 3))
-        end if
+        select case (goals(i)%measure%quantity)
+        case ("shaking.f")
+          samples(:, :, i) = forces(:, pack(places, places <= dofs))
+        case default
+          ! fx, fy and m, in space fz, mx and my, as the degrees of freedom
+          k = findloc([character(len=2) :: "fx", "fy", "m", "fz", "mx", "my"], goals(i)%measure%quantity(9:10), dim=1)
+          samples(:, 1, i) = forces(:, k)
+        end select
       case (of_torque)
         allocate(power(power_rows, size(phases)))
         first_rows = motion(:accelerations, :)
@@ -180,20 +195,56 @@ contains
     end do
   end subroutine take_samples
 
-  !> Forces along x and y and the moment about O on a frame at rest (gestell_model_mechanism_shaking), shape (phases, 3).
+  !> Forces along x and y and the moment about O on a frame at rest (gestell_model_mechanism_shaking), shape (phases, 3); in space
+  !> forces and moments about F, in the order of the degrees of freedom, shape (phases, 6).
   subroutine shaking_forces(frame, phases, forces)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), allocatable, intent(out) :: forces(:, :)
     real(dp) :: table(size(phases), table_columns), drive(size(phases), drive_columns)
+    real(dp), dimension(size(phases), 6, 6) :: m, b, c
+    type(space_type) :: weightless
     logical :: known
+    integer :: i
 
+    if (allocated(frame%space)) then
+      allocate(forces(size(phases), 6))
+      weightless = frame%space
+      weightless%weights%act = .false.
+      call weightless%sample_at_rest(frame%mass, frame%speed, frame%crank_angles(phases), [(i, i = 1, 6)], m, b, c, forces)
+      return
+    end if
     call frame%mechanism%tabulate(frame%crank_angles(phases), table)
     drive = 0
     if (frame%even_in_space()) call frame%mechanism%tabulate_drive(frame%crank_angles(phases), drive, known)
     forces = -frame%speed**2 * table(:, [a1_dd, a2_dd, a4_v])
     forces(:, 3) = forces(:, 3) + frame%speed**2 * drive(:, energy_d) / 2
   end subroutine shaking_forces
+
+  !> What the roundings of their terms leave of them (N, N m).
+  real(dp) function shaking_error(frame, phases, quantity) result(error)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    character(len=*), intent(in) :: quantity
+    real(dp), parameter :: roundings = 16
+    real(dp), allocatable :: forces(:, :)
+    real(dp) :: arm
+    logical :: is_moment, turns(6)
+    integer :: i
+
+    is_moment = index(quantity, "shaking.m") == 1
+    if (allocated(frame%space)) then
+      ! of the load, where a moment counts as a force at the radius of gyration
+      call shaking_forces(frame, phases, forces)
+      arm = sqrt(max(tiny(arm), sum([(frame%space%inertia(i, i), i = 1, 3)]) / 3 / max(frame%mass, tiny(arm))))
+      turns = is_rotation([(i, i = 1, 6)])
+      error = frame%load_rounding * max(maxval(abs(forces), mask=spread(.not. turns, 1, size(phases))), &
+        & maxval(abs(forces), mask=spread(turns, 1, size(phases))) / arm) * merge(arm, 1.0_dp, is_moment)
+    else
+      error = roundings * frame%rounding * frame%speed**2 * merge(frame%mechanism%terms(3), norm2(frame%mechanism%terms(:2)), &
+        & is_moment)
+    end if
+  end function shaking_error
 
   !> A number of the machine, or for the separation one for each natural frequency f and order k of the crank, which turns n times a
   !> second: 100 |f / (k n) - 1|. Error: as of `natural_frequencies`.

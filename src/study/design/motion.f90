@@ -25,8 +25,8 @@ module gestell_study_design_motion
   public :: beside, coarse, usual_phases, solve_motion, solve_slopes
 
   !> The machine as it is run and settled by its model, and how it moves: q and its first and second derivatives with respect to
-  !> theta = 2 pi t/T at equidistant phases, of xi, eta, psi, shape (phases, 3, 0:2); with parameters dq/dp in the same way, shape
-  !> (phases, 3, 0:2, parameters).
+  !> theta = 2 pi t/T at equidistant phases, of all degrees of freedom, shape (phases, dofs, 0:2); with parameters dq/dp in the same
+  !> way, shape (phases, dofs, 0:2, parameters).
   type, public :: motion_type
     type(condition_type) :: condition
     class(frame_type), allocatable :: frame
@@ -100,11 +100,11 @@ contains
       if (allocated(error)) return
     else
       allocate(motion%frame, source=run)
-      allocate(series%cosine(0:0, 3), series%sine(0:0, 3), source=0.0_dp)
+      allocate(series%cosine(0:0, run%dofs()), series%sine(0:0, run%dofs()), source=0.0_dp)
     end if
     n = max(fewest, 8 * ((2 * ubound(series%cosine, 1) + 9) / 8), 8 * ((min(4 * run%least_steps, 4096) + 7) / 8))
     motion%phases = [(real(k, dp) / n, k = 0, n - 1)]
-    allocate(motion%q(n, 3, 0:2))
+    allocate(motion%q(n, run%dofs(), 0:2))
     call series%values(motion%phases, motion%q(:, :, 0), motion%q(:, :, 1), motion%q(:, :, 2))
   end subroutine solve_motion
 
@@ -118,7 +118,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: run
 
-    allocate(motion%slope(size(motion%phases), 3, 0:2, size(neighbours%beside, 2)), source=0.0_dp)
+    allocate(motion%slope(size(motion%phases), size(motion%q, 2), 0:2, size(neighbours%beside, 2)), source=0.0_dp)
     if (.not. moves) return
     if (model == "exact") then
       call find_slopes(neighbours, motion%frame, accuracy, motion, error)
@@ -160,7 +160,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(coordinates_type) :: coordinates
     real(dp), dimension(motion%parameters()) :: most, lacking
-    real(dp) :: lack(size(motion%phases), 3)
+    real(dp) :: lack(size(motion%phases), size(motion%q, 2))
     real(dp), allocatable :: loads(:, :, :), changes(:, :, :, :)
     integer :: k, correction
     logical :: fits
@@ -236,7 +236,7 @@ contains
     integer, intent(in) :: k
     real(dp), intent(out) :: lack(:, :)
     class(frame_type), allocatable :: frame
-    real(dp) :: q(size(motion%phases), 3, 0:2), r(size(lack, 1), 3)
+    real(dp) :: q(size(motion%phases), size(motion%q, 2), 0:2), r(size(lack, 1), size(lack, 2))
     integer :: i
 
     lack = 0
@@ -276,7 +276,7 @@ contains
     end select
   end subroutine beside
 
-  !> R of the frame at a motion q, shape (phases, 3); only the equations of its free degrees of freedom are there.
+  !> R of the frame at a motion q, shape (phases, dofs); only the equations of its free degrees of freedom are there.
   subroutine take_equations(frame, phases, q, r)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

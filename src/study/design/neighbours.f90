@@ -72,6 +72,8 @@ contains
     class default
       neighbours%steps%link = 0
     end select
+    ! links are those of its planes there
+    if (allocated(neighbours%frame%space)) neighbours%steps%link = 0
     associate (n => size(parameters))
       allocate(neighbours%beside(2, n), neighbours%distance(2, n), neighbours%weight(0:2, n))
     end associate
@@ -171,6 +173,16 @@ contains
     integer :: i, k
 
     angles = neighbours%frame%crank_angles(phases)
+    if (allocated(neighbours%frame%space)) then
+      call neighbours%frame%remember(phases)
+      if (.not. allocated(neighbours%beside)) return
+      do k = 1, size(neighbours%beside, 2)
+        do i = 1, size(neighbours%beside, 1)
+          call neighbours%beside(i, k)%remember(phases)
+        end do
+      end do
+      return
+    end if
     if (drive .and. allocated(neighbours%beside)) then
       select type (mechanism => neighbours%frame%mechanism)
       type is (linkage_type)
@@ -240,6 +252,7 @@ contains
     run%supports%stiffness(2) = run%supports%stiffness(2) * condition%stiffness_factor
     run%supports%damping(1) = run%supports%damping(1) * condition%damping_factor
     run%supports%damping(2) = run%supports%damping(2) * condition%damping_factor
+    if (allocated(run%space)) call run%space%scale_mounting(condition%stiffness_factor, condition%damping_factor)
   end subroutine at_condition
 
 end module gestell_study_design_neighbours

@@ -8,7 +8,8 @@ module gestell_study_design_problem
   use gestell_model_frame_rows, only: probe_type
   use gestell_study_design_branches, only: measure_branches
   use gestell_study_design_exponents, only: solve_exponents
-  use gestell_study_design_goal, only: goal_type, of_machine, of_multipliers, of_torque, plain_values, take_samples
+  use gestell_study_design_goal, only: components, goal_type, of_machine, of_multipliers, of_torque, plain_values, &
+    & take_samples
   use gestell_study_design_moments, only: moments_type
   use gestell_study_design_motion, only: beside, coarse, motion_type, solve_motion, solve_slopes, usual_phases
   use gestell_study_design_neighbours, only: condition_type, find_neighbours, neighbours_type, remember, step_type
@@ -215,11 +216,11 @@ contains
     integer, intent(in) :: condition
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: samples(size(motion%phases), 2, size(goals))
+    real(dp) :: samples(size(motion%phases), components(motion%frame), size(goals))
     real(dp), allocatable :: slopes(:, :, :, :), values(:), changes(:, :)
     integer :: g
 
-    allocate(slopes(size(motion%phases), 2, size(goals), motion%parameters()), source=0.0_dp)
+    allocate(slopes(size(samples, 1), size(samples, 2), size(goals), motion%parameters()), source=0.0_dp)
     if (any(goals%is_periodic())) then
       call take_samples(goals, motion%frame, order%probes, motion%phases, motion%q, samples, error)
       if (.not. allocated(error)) call differentiate_samples(neighbours, motion, order%probes, goals, samples, slopes, error)
@@ -232,7 +233,8 @@ contains
       case (of_machine)
         call differentiate_plain(neighbours, motion, goals(g), values, changes, error)
       case default
-        call measure_branches(goals(g)%measure, motion%frame%period, samples(:, :, g), slopes(:, :, g, :), values, changes)
+        call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, motion%frame%period, samples(:, :, g), &
+          & slopes(:, :, g, :), values, changes)
       end select
       if (allocated(error)) return
       call append(at, g, condition, values, changes)
@@ -256,7 +258,7 @@ contains
     at%value = [at%value, values]
   end subroutine append
 
-  !> Derivatives of the goals' samples, shape (phases, 2, goals, parameters), by the neighbours with their motions.
+  !> Derivatives of the goals' samples, shape (phases, components, goals, parameters), by the neighbours with their motions.
   subroutine differentiate_samples(neighbours, motion, probes, goals, samples, slopes, error)
     type(neighbours_type), intent(in) :: neighbours
     type(motion_type), intent(in) :: motion
@@ -266,7 +268,7 @@ contains
     real(dp), intent(out) :: slopes(:, :, :, :)
     type(error_type), allocatable, intent(out) :: error
     class(frame_type), allocatable :: frame
-    real(dp) :: q(size(motion%phases), 3, 0:2), other(size(samples, 1), 2, size(goals))
+    real(dp) :: q(size(motion%phases), size(motion%q, 2), 0:2), other(size(samples, 1), size(samples, 2), size(goals))
     integer :: i, k
 
     do k = 1, size(slopes, 4)

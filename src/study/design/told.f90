@@ -9,8 +9,8 @@ module gestell_study_design_told
   use gestell_model_frame_rows, only: accelerations
   use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
   use gestell_study_design_branches, only: measure_branches
-  use gestell_study_design_goal, only: goal_type, of_machine, of_motion, of_multipliers, of_shaking, of_torque, plain_values, &
-    & take_samples
+  use gestell_study_design_goal, only: components, goal_type, of_machine, of_motion, of_multipliers, of_shaking, of_torque, &
+    & plain_values, shaking_error, take_samples
   use gestell_study_design_neighbours, only: at_condition
   use gestell_study_design_problem, only: design_order_type
   use gestell_study_frame_model, only: settle
@@ -100,13 +100,13 @@ contains
         errors(g) = roundings * epsilon(1.0_dp) * maxval(abs(found + goals(g)%offset))
       case (of_shaking)
         phases = [(real(k, dp) / n, k = 0, n - 1)]
-        allocate(samples(n, 2, 1), slopes(n, 2, 0))
-        call take_samples(one, run, order%probes, phases, reshape([(0.0_dp, k = 1, 9 * n)], [n, 3, 3]), samples, error)
+        allocate(samples(n, components(run), 1), slopes(n, components(run), 0))
+        call take_samples(one, run, order%probes, phases, reshape([(0.0_dp, k = 1, 3 * run%dofs() * n)], [n, run%dofs(), 3]), &
+          & samples, error)
         if (allocated(error)) return
-        call measure_branches(goals(g)%measure, run%period, samples(:, :, 1), slopes, found, unused)
+        call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, run%period, samples(:, :, 1), slopes, found, unused)
         values(g) = maxval(found)
-        errors(g) = roundings * run%rounding * run%speed**2 * merge(run%mechanism%terms(3), norm2(run%mechanism%terms(:2)), &
-          & goals(g)%measure%quantity == "shaking.m")
+        errors(g) = shaking_error(run, phases, goals(g)%measure%quantity)
         deallocate(samples, slopes)
       case default
         cycle
@@ -176,7 +176,8 @@ contains
       call fatal_error(error, "the mechanism does not tell its energy", failed_computation)
       return
     end if
-    call measure_branches(goal%measure, frame%period, reshape(power(torque, :), [n, 1]), slopes, values, unused)
+    call measure_branches(goal%measure%kind, goal%measure%band, frame%period, reshape(power(torque, :), [n, 1]), slopes, values, &
+      & unused)
     found(1) = maxval(values)
   end subroutine take_torque
 

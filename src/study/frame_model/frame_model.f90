@@ -118,12 +118,6 @@ contains
     call iterate(frame, accuracy, .false., found, steps, error)
     followed = too_far(error)
     if (allocated(error) .and. .not. followed) return
-    if (allocated(frame%space)) then
-      ! paths are those of the plane
-      if (.not. followed) varied = found
-      if (.not. followed .and. present(newton)) call move_alloc(steps, newton%steps)
-      return
-    end if
     if (followed) then
       found = varied
       call follow_excitation(frame, accuracy, found, steps, error)

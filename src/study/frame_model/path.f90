@@ -18,6 +18,7 @@ module gestell_study_frame_model_path
   use gestell_floquet_solution, only: floquet_type, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_space, only: is_rotation
   use gestell_study_frame_model_newton, only: loosened, next_motion, next_type, values_of
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -25,10 +26,11 @@ module gestell_study_frame_model_path
 
   public :: advance, between, cubic, first_point, middle_of, motion_of, next_iterate, size_of, units_of
 
-  !> A family of frames varied about motions; motions at equidistant phases, shape (samples, 3), over `units` (m, m, rad).
+  !> A family of frames varied about motions; motions at equidistant phases, shape (samples, dofs), over `units` (m, rad), in the
+  !> frame's order.
   type, abstract, public :: path_family_type
     type(accuracy_type) :: accuracy
-    real(dp) :: units(3) = 1
+    real(dp), allocatable :: units(:)
     !> Whether the equations are linear in lambda, with rest at 0.
     logical :: from_rest = .false.
     !> Difference of lambda that tells the change with it, and accuracy of the two motions: beside errors of 1e-8 differences over
@@ -44,6 +46,7 @@ module gestell_study_frame_model_path
   contains
     procedure(member_at), deferred :: member
     procedure :: solve_both
+    procedure :: turn
   end type path_family_type
 
   !> The next iterate of Newton's method about a motion; whether it was solved quickly.
@@ -86,16 +89,31 @@ module gestell_study_frame_model_path
 
 contains
 
-  !> Units that make a turn of `frame` comparable to a displacement.
+  !> Units that make turns of `frame` comparable to displacements, shape (dofs).
   pure function units_of(frame) result(units)
     class(frame_type), intent(in) :: frame
-    real(dp) :: units(3)
+    real(dp) :: units(frame%dofs()), mass, inertia
+    integer :: i
 
     units = 1
-    associate (mass => frame%mass + frame%mechanism%mass, inertia => frame%inertia + frame%mechanism%inertia)
-      if (mass > 0 .and. inertia > 0) units(3) = sqrt(mass / inertia)
-    end associate
+    mass = frame%mass + frame%mechanism%mass
+    inertia = frame%inertia + frame%mechanism%inertia
+    ! of a tensor the mean of its moments, so that the axes do not matter
+    if (allocated(frame%space)) inertia = sum([(frame%space%inertia(i, i), i = 1, 3)]) / 3 + frame%mechanism%inertia
+    if (.not. (mass > 0 .and. inertia > 0)) return
+    where (is_rotation([(i, i = 1, size(units))])) units = sqrt(mass / inertia)
   end function units_of
+
+  !> The furthest turn (rad) in a motion.
+  pure real(dp) function turn(self, q)
+    class(path_family_type), intent(in) :: self
+    real(dp), intent(in) :: q(:, :)
+    logical :: turns(size(self%units))
+    integer :: i
+
+    turns = is_rotation([(i, i = 1, size(turns))])
+    turn = maxval([(norm2(pack(q(i, :) * self%units, turns)), i = 1, size(q, 1))])
+  end function turn
 
   !> The point at lambda near the motion q with the tangent up or down (`way` = 1 or -1). Error: as of `linearise`.
   subroutine first_point(family, q, lambda, way, at, error)

@@ -51,7 +51,7 @@ contains
     integer :: way
 
     family = machine_path(varied, accuracy)
-    allocate(rest(first_samples, 3), source=0.0_dp)
+    allocate(rest(first_samples, frame%dofs()), source=0.0_dp)
     do way = 1, -1, -2
       call follow_path(family, frame, rest, way, varied, steps, error)
       if (.not. allocated(error)) return
@@ -167,7 +167,7 @@ contains
         greatest = max(greatest, size_of(at%q))
         if (easy) arc = min(2 * arc, greatest_arc)
         if (at%lambda < furthest_back .or. size_of(at%q) < back_at_rest * greatest) exit
-        if (maxval(abs(at%q(:, 3))) * family%units(3) > furthest_turn) exit
+        if (family%turn(at%q) > furthest_turn) exit
       end if
     end do
     call fatal_error(error, unfound, failed_computation)

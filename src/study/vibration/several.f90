@@ -27,8 +27,8 @@ module gestell_study_vibration_several
     !> Whether it is the one that all else is told of.
     logical :: told = .false.
     type(multipliers_type) :: multipliers
-    !> Of xi, eta (m), psi (rad): the greatest over the turn, a bound on its error, rms.
-    real(dp) :: peak(3) = 0, peak_error(3) = 0, rms(3) = 0
+    !> Of the degrees of freedom (m, rad), in the frame's order: the greatest over the turn, a bound on its error, rms.
+    real(dp), allocatable :: peak(:), peak_error(:), rms(:)
   contains
     procedure :: vibration_index
   end type several_type
@@ -54,7 +54,7 @@ contains
     real(dp) :: speed
     integer :: i, way
 
-    allocate(rest(first_samples, 3), source=0.0_dp)
+    allocate(rest(first_samples, frame%dofs()), source=0.0_dp)
     do way = 1, -1, -2
       call walk(frame, machine_path(varied_frame(frame, list(1)%motion), accuracy), rest, 1.0_dp, furthest_excitation, way, list)
     end do
@@ -107,7 +107,7 @@ contains
       if (easy) arc = min(2 * arc, long_arc)
       ! From a known one over the speed it is the known one's own path.
       if (known .and. .not. family%from_rest) return
-      if (abs(at%lambda) > furthest .or. maxval(abs(at%q(:, 3))) * family%units(3) > furthest_turn) return
+      if (abs(at%lambda) > furthest .or. family%turn(at%q) > furthest_turn) return
     end do
   end subroutine walk
 
@@ -189,7 +189,7 @@ contains
 
   logical function same(one, other, units)
     type(varied_frame_type), intent(in) :: one, other
-    real(dp), intent(in) :: units(3)
+    real(dp), intent(in) :: units(:)
     real(dp), allocatable :: q(:, :), r(:, :)
     integer :: samples
 
@@ -218,9 +218,11 @@ contains
       if (.not. allocated(error)) call solve_vibration(list(i), floquet, points, harmonics, vibration, error)
       if (allocated(error)) return
       new%told = i == 1
-      new%peak = vibration%peak(:3)
-      new%peak_error = vibration%peak_error(:3)
-      new%rms = vibration%rms(:3)
+      associate (dofs => list(i)%dofs())
+        new%peak = vibration%peak(:dofs)
+        new%peak_error = vibration%peak_error(:dofs)
+        new%rms = vibration%rms(:dofs)
+      end associate
       k = i
       do while (k > 1)
         if (norm2(sorted(k - 1)%rms / units_of(list(1))) <= norm2(new%rms / units_of(list(1)))) exit

@@ -44,6 +44,7 @@ contains
     class(balance_task), intent(inout) :: self
 
     self%name = "balance"
+    self%instead = ": what balances a force in one plane leaves a couple"
     self%tables = [character(len=longest_table) :: "balance", "balance_links", "balance_harmonics"]
     self%judges = .true.
   end subroutine describe

@@ -35,6 +35,7 @@ contains
     class(boundary_task), intent(inout) :: self
 
     self%name = "boundary"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "boundary"]
     self%about = all_machines
   end subroutine describe

@@ -52,7 +52,7 @@ contains
 
     call bare_frame(self%bare, [parameter_at(self%axis, lambda)], frame, error)
     if (allocated(error)) return
-    allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
+    allocate(rest%cosine(0:1, frame%dofs()), rest%sine(0:1, frame%dofs()), source=0.0_dp)
     varied = varied_frame(frame, rest)
   end subroutine member
 

@@ -25,7 +25,7 @@ module gestell_task_boundary_vibrations
     !> Whether the ends are turning points, and the errors of their lambda.
     logical :: turns(2) = .false.
     real(dp) :: errors(2) = 0
-    real(dp) :: units(3) = 1
+    real(dp), allocatable :: units(:)
   contains
     procedure :: ends
   end type branch_type
@@ -156,7 +156,7 @@ contains
       call trail%add(next, rest, 0.0_dp)
       at = next
       arc = min(merge(2 * arc, arc, easy), long_arc, allowed)
-      if (maxval(abs(at%q(:, 3))) * family%units(3) > furthest_turn) return
+      if (family%turn(at%q) > furthest_turn) return
     end do
   end subroutine walk
 

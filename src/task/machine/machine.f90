@@ -3,10 +3,12 @@ module gestell_task_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_model_frame, only: dof_names
+  use gestell_model_space, only: is_rotation
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, nothing, table_type
-  use gestell_output_table_unit, only: metre, plain, radian
+  use gestell_output_table_unit, only: metre, plain, radian, unit_type
   use gestell_study_frame_model_model_check, only: check_model
   use gestell_study_vibration_analysis, only: analyse
   use gestell_study_vibration_several, only: several_type
@@ -115,24 +117,25 @@ contains
   pure type(table_type) function table_of(several, verdict) result(table)
     type(several_type), intent(in) :: several(:)
     character(len=*), intent(in) :: verdict
-    character(len=3), parameter :: names(3) = [character(len=3) :: "xi", "eta", "psi"]
+    type(unit_type) :: units(size(several(1)%peak))
     integer :: i, k, n
 
     n = size(several)
+    units = merge(radian, metre, is_rotation([(k, k = 1, size(units))]))
     table = new_table(trim(own_table), "Vibrations at this speed", "Periodic vibrations of the machine, smallest first.", verdict, &
       & shown=.true.)
     call table%add("index", "number, smallest first", [(i, i = 1, n)])
     call table%add("rho_max", plain, "largest |rho|", [(abs(several(i)%multipliers%rho(1)), i = 1, n)], error="rho_error")
     call table%add("rho_error", plain, "bound on its error, relative to it", [(several(i)%multipliers%error(1), i = 1, n)])
-    do k = 1, 3
-      call table%add(trim(names(k)) // "_rms", merge(metre, radian, k < 3), "root mean square", [(several(i)%rms(k), i = 1, n)])
+    do k = 1, size(units)
+      call table%add(trim(dof_names(k)) // "_rms", units(k), "root mean square", [(several(i)%rms(k), i = 1, n)])
     end do
-    do k = 1, 3
-      call table%add(trim(names(k)) // "_peak", merge(metre, radian, k < 3), "peak over the period", &
-        & [(several(i)%peak(k), i = 1, n)], error=trim(names(k)) // "_peak_error")
+    do k = 1, size(units)
+      call table%add(trim(dof_names(k)) // "_peak", units(k), "peak over the period", &
+        & [(several(i)%peak(k), i = 1, n)], error=trim(dof_names(k)) // "_peak_error")
     end do
-    do k = 1, 3
-      call table%add(trim(names(k)) // "_peak_error", merge(metre, radian, k < 3), "bound on the error of the peak", &
+    do k = 1, size(units)
+      call table%add(trim(dof_names(k)) // "_peak_error", units(k), "bound on the error of the peak", &
         & [(several(i)%peak_error(k), i = 1, n)])
     end do
     call table%add("verdict", "on this vibration", [(several(i)%multipliers%verdict(), i = 1, n)])

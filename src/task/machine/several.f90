@@ -4,6 +4,7 @@ module gestell_task_machine_several
   use gestell_task_stability_report, only: modulus_of
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_task_response_names, only: peak_heads, peak_units
   use gestell_study_vibration_several, only: index_sum, several_type
   implicit none (type, external)
   private
@@ -42,8 +43,8 @@ contains
       associate (v => several(i))
         lines = lines // text(i) // tab // modulus_of(v%multipliers, 1, 9) // tab // concise(v%multipliers%error(1), 1) // tab &
           & // trim(v%multipliers%verdict())
-        do k = 1, 3
-          lines = lines // tab // concise(1000 * v%peak(k), 5)
+        do k = 1, size(v%peak)
+          lines = lines // tab // concise(1000 * v%peak(k), merge(5, 4, size(v%peak) == 3))
         end do
         lines = lines // tab
         if (v%vibration_index() < 0) lines = lines // "between turning points, not kept to  "
@@ -51,7 +52,10 @@ contains
         lines = lines // newline
       end associate
     end do
-    lines = tabulated("lrrlrrrl", ",|rho|,error,verdict,peak xi,peak eta,peak psi" // newline // ",,,,mm,mm,mrad", lines)
+    associate (dofs => size(several(1)%peak))
+      lines = tabulated("lrrl" // repeat("r", dofs) // "l", ",|rho|,error,verdict" // peak_heads(dofs) // newline // ",,," &
+        & // peak_units(dofs), lines)
+    end associate
     if (sought) lines = ", sought on paths over excitation and speed" // newline // lines
     if (.not. sought) lines = newline // lines
     lines = newline // "VIBRATIONS at this speed: " // text(size(several)) // lines

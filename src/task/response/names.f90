@@ -7,7 +7,7 @@ module gestell_task_response_names
   implicit none (type, external)
   private
 
-  public :: names_of
+  public :: names_of, peak_heads, peak_units, peak_words
 
   type, public :: name_type
     !> The column and its meaning; the row of a report, its unit with the factor from SI; the symbol of a picture with the unit in
@@ -57,5 +57,48 @@ contains
       end associate
     end do
   end function names_of
+
+  !> Heads of columns with their peaks, and the units in which they are told to people, commas before each.
+  pure function peak_heads(dofs) result(heads)
+    integer, intent(in) :: dofs
+    character(len=:), allocatable :: heads
+    integer :: i
+
+    heads = ""
+    do i = 1, dofs
+      heads = heads // ","
+      ! six stand side by side without it
+      if (dofs == 3) heads = heads // "peak "
+      heads = heads // trim(dof_names(i))
+    end do
+  end function peak_heads
+
+  pure function peak_units(dofs) result(units)
+    integer, intent(in) :: dofs
+    character(len=:), allocatable :: units
+    type(name_type) :: names(3 * dofs)
+    integer :: i
+
+    names = names_of(dofs)
+    units = ""
+    do i = 1, dofs
+      units = units // "," // trim(names(i)%small_unit)
+    end do
+  end function peak_units
+
+  !> Lines with their peaks in SI: peak of xi (m), peak of xi' (m/s), peak of fx (N).
+  pure function peak_words(dofs) result(words)
+    integer, intent(in) :: dofs
+    character(len=24) :: words(3 * dofs)
+    type(name_type) :: names(3 * dofs)
+    integer :: i
+
+    names = names_of(dofs)
+    do i = 1, dofs
+      words(i) = "peak of " // trim(dof_names(i)) // " (" // trim(names(i)%si) // ")"
+      words(dofs + i) = "peak of " // trim(dof_names(i)) // "' (" // trim(names(dofs + i)%si) // ")"
+      words(2 * dofs + i) = "peak of " // trim(forces(i)) // " (" // trim(names(2 * dofs + i)%si) // ")"
+    end do
+  end function peak_words
 
 end module gestell_task_response_names

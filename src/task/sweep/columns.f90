@@ -10,7 +10,8 @@ module gestell_task_sweep_columns
   use gestell_model_frame_quantity, only: look_up_quantity
   use gestell_model_frame_rows, only: probe_type, quantity_type
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: column_names, eta_peak, psi_peak, sweep_columns, verdict, verdict_behind, xi_peak
+  use gestell_study_tile_results, only: column_names, last_peak, peaks_of, sweep_columns, verdict, &
+    & verdict_behind, xi_peak
   use gestell_task_sweep_keys, only: sweep_keys
   implicit none (type, external)
   private
@@ -45,6 +46,7 @@ contains
       end if
       order%engine = engine
     end do
+    order%columns = order%columns .or. peaks_of(frame%dofs())
     allocate(quantities(0))
     i = group_with(groups, "columns")
     if (has(groups(i), "columns")) then
@@ -96,17 +98,22 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
     type(quantity_type) :: quantity
-    integer :: i, near
+    integer :: i, n, near
 
     do i = 1, size(columns)
+      n = xi_peak - 1 + frame%dofs()
+      if (any(fixed_names(n + 1:) == columns(i))) then
+        call input_error(group, "columns", "is of a frame in space", error, i)
+        return
+      end if
       if (.not. is_quantity(columns(i))) cycle
       call look_up_quantity(frame, probes, trim(columns(i)), quantity, reason)
       if (allocated(reason)) then
-        near = nearest_of(columns(i), fixed_names)
+        near = nearest_of(columns(i), fixed_names(:n))
         if (near > 0) then
           call input_error(group, "columns", "unknown; did you mean '" // trim(fixed_names(near)) // "'?", error, i)
         else
-          call input_error(group, "columns", reason%message // "; nor is it one of " // listed(fixed_names, "", ""), error, i)
+          call input_error(group, "columns", reason%message // "; nor is it one of " // listed(fixed_names(:n), "", ""), error, i)
         end if
       else if (any(columns(:i - 1) == columns(i))) then
         call input_error(group, "columns", "names '" // trim(columns(i)) // "' twice", error, i)
@@ -129,7 +136,7 @@ contains
     integer :: i
 
     wanted = [(any(columns == column_names(i)), i = 1, sweep_columns)]
-    wanted(verdict_behind) = .not. wanted(verdict) .and. (any(wanted([xi_peak, eta_peak, psi_peak])) &
+    wanted(verdict_behind) = .not. wanted(verdict) .and. (any(wanted(xi_peak:last_peak)) &
       & .or. any([(is_quantity(columns(i)), i = 1, size(columns))]))
   end function wanted
 

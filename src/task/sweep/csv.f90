@@ -2,13 +2,14 @@
 !> memory.
 module gestell_task_sweep_csv
   use gestell_base_kinds, only: dp
+  use gestell_model_space, only: is_rotation
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_csv, only: field
   use gestell_output_table_scientific, only: number_width, put_number
   use gestell_output_table_unit, only: new_unit, plain, unit_type
   use gestell_study_grid, only: grid_type
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: column_names, eta_peak, psi_peak, rho_error, rho_max, sweep_columns, verdict, &
+  use gestell_study_tile_results, only: column_names, last_peak, rho_error, rho_max, sweep_columns, verdict, &
     & verdict_behind, verdict_column, verdict_names, xi_peak
   implicit none (type, external)
   private
@@ -50,8 +51,7 @@ contains
         call table%add(trim(column_names(k)), "stable, unstable, undecided, impossible or failed", verdict_names(nint(column(n))))
       else
         unit = plain
-        if (any(k == [xi_peak, eta_peak])) unit = unit_type(words="m")
-        if (k == psi_peak) unit = unit_type(words="rad")
+        if (k >= xi_peak .and. k <= last_peak) unit = unit_type(words=merge("rad", "m  ", is_rotation(k - xi_peak + 1)))
         call table%add(trim(column_names(k)), unit, "of the machine at the point", column(n), &
           & error=trim(merge("rho_error", "         ", k == rho_max .and. order%columns(rho_error))))
       end if

@@ -17,8 +17,9 @@ module gestell_task_sweep_keys
     &   "points of them (see doc/theory.md), `'direct'`: every point is solved by itself; `'auto'`: what is quicker; it may " // &
     &   "stand in either group", word="auto", words="auto, expansion, direct"), &
     & key_type("sweep", "columns", text_key, "what is computed and written: some of `'rho_max'`, `'log_rho_max'`, " // &
-    &   "`'rho_error'`, `'verdict'`, `'xi_peak_m'`, `'eta_peak_m'`, `'psi_peak_rad'`, and quantities as for `&resonance`, see " // &
-    &   "below; it may stand in either group", 1, 1, 27, otherwise="the first seven"), &
+    &   "`'rho_error'`, `'verdict'`, `'xi_peak_m'`, `'eta_peak_m'`, `'psi_peak_rad'`, of a frame in space " // &
+    &   "`'zeta_peak_m'`, `'rot_xi_peak_rad'`, `'rot_eta_peak_rad'`, and quantities as for `&resonance`, see below; it may " // &
+    &   "stand in either group", 1, 1, 30, otherwise="all but quantities"), &
     & key_type("sweep", "measures", text_key, "what is told of these quantities: their peak, their root mean square, and of " // &
     &   "velocities of probes that within the probe's band; it may stand in either group", 1, 1, 3, word="peak", &
     &   words="peak, rms, band")]

@@ -10,7 +10,7 @@ module gestell_task_sweep_plot
   use gestell_study_grid, only: axis_type
   use gestell_study_measure, only: measure_names
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: eta_peak, failed, impossible, log_rho_max, psi_peak, rho_max, stable, sweep_columns, &
+  use gestell_study_tile_results, only: failed, impossible, last_peak, log_rho_max, rho_max, stable, sweep_columns, &
     & undecided, unstable, verdict, verdict_behind, verdict_names, xi_peak
   implicit none (type, external)
   private
@@ -54,7 +54,7 @@ contains
 
     column = column_numbers(order%columns, size(plan%paths))
     growth = any(order%columns([rho_max, log_rho_max, verdict, verdict_behind]))
-    peaks = any(order%columns([xi_peak, eta_peak, psi_peak]))
+    peaks = any(order%columns(xi_peak:last_peak))
     panels = count([growth, peaks, order%measured() > 0])
     x = "(X(column(" // text(k) // ")))"
     style = "with lines"
@@ -149,14 +149,14 @@ contains
     lines = lines // newline // "unset object 1; unset arrow 1; set ytics" // newline
   end function growth_panel
 
-  !> Peaks of xi, eta, psi on a logarithmic axis.
+  !> Peaks of the degrees of freedom on a logarithmic axis.
   pure function peaks_panel(column, x, style, shades) result(lines)
     integer, intent(in) :: column(sweep_columns)
     character(len=*), intent(in) :: x, style, shades
     character(len=:), allocatable :: lines
 
-    lines = logarithmic_panel(column(xi_peak:psi_peak), [character(len=9) :: "ξ (mm)", "η (mm)", "ψ (mrad)"], "1e3", &
-      & "peak of the vibration", x, style, shades)
+    lines = logarithmic_panel(column(xi_peak:last_peak), [character(len=13) :: "ξ (mm)", "η (mm)", "ψ (mrad)", "ζ (mm)", &
+      & "rot ξ (mrad)", "rot η (mrad)"], "1e3", "peak of the vibration", x, style, shades)
   end function peaks_panel
 
   !> What is measured of quantities, in their units, on a logarithmic axis: as many as have room for their names.
@@ -227,7 +227,7 @@ contains
         & // ") eq 'unstable' ? 1 : strcol(" // text(column(verdict)) // ") eq 'undecided' ? 0 : NaN)"
       label = "-1 stable, 0 undecided, 1 unstable"
     else
-      value = "growth(column(" // text(maxval(column(:psi_peak), mask=[(i /= verdict, i = 1, psi_peak)])) // ")) / log(10)"
+      value = "growth(column(" // text(maxval(column(:last_peak), mask=[(i /= verdict, i = 1, last_peak)])) // ")) / log(10)"
       label = "lg of the peak (m, rad)"
       if (columns(xi_peak)) value = "growth(column(" // text(column(xi_peak)) // ")) / log(10)"
     end if

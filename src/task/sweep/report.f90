@@ -5,6 +5,7 @@ module gestell_task_sweep_report
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type
   use gestell_input_wording, only: counted
+  use gestell_model_frame, only: dof_names
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: small_motion_limits
   use gestell_study_tile_results, only: rho_max, verdict_column, verdict_names
@@ -40,7 +41,7 @@ contains
   pure function report_sweep(plan, summary) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(summary_type), intent(in) :: summary
-    character(len=:), allocatable :: report, rows
+    character(len=:), allocatable :: dof, report, rows
     integer :: k
 
     rows = ""
@@ -61,10 +62,12 @@ contains
       end do
       report = report // newline
     end if
-    if (summary%turned > 0 .and. plan%order%model /= "exact") report = report // "  BEYOND SMALL MOTIONS at " &
-      & // big(summary%turned) // " points: psi reaches " &
-      & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the equations are linear: psi up to " &
-      & // small_motion_limits(0.0_dp) // newline
+    if (summary%turned > 0 .and. plan%order%model /= "exact") then
+      dof = trim(dof_names(summary%furthest))
+      report = report // "  BEYOND SMALL MOTIONS at " // big(summary%turned) // " points: " // dof // " reaches " &
+        & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the equations are linear: " // dof // " up to " &
+        & // small_motion_limits(0.0_dp) // newline
+    end if
   end function report_sweep
 
   !> What the points rest on.

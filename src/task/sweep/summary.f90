@@ -2,7 +2,9 @@
 module gestell_task_sweep_summary
   use gestell_base_kinds, only: dp
   use gestell_study_vibration_small_motion, only: small_turn
-  use gestell_study_tile_results, only: psi_peak, rho_max, sweep_columns, tile_results_type, verdict_column, verdict_names
+  use gestell_model_space, only: is_rotation
+  use gestell_study_tile_results, only: last_peak, rho_max, sweep_columns, tile_results_type, verdict_column, verdict_names, &
+    & xi_peak
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -15,8 +17,10 @@ module gestell_task_sweep_summary
     !> Range of rho_max and the point of the greatest, on each axis; nothing was found while least > most.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
     integer :: where(2) = 0
-    !> Points at which psi turns too far for linear equations, and the greatest of all (rad).
+    !> Points at which the frame turns too far for linear equations, the greatest turn of all (rad) and the degree of freedom that
+    !> makes it.
     integer(int64) :: turned = 0
+    integer :: furthest = 0
     real(dp) :: greatest_turn = 0
     !> As in tile_results_type, of all tiles.
     integer(int64) :: solutions = 0, checks = 0
@@ -45,8 +49,9 @@ contains
     logical, intent(in) :: columns(sweep_columns)
     integer, intent(in) :: first(2)
     real(dp), intent(in) :: values(:, :, :)
-    real(dp), allocatable :: turns(:)
-    integer :: column, word, at(2)
+    logical :: turns(size(values, 2), size(values, 3))
+    real(dp) :: greatest
+    integer :: column, dof, word, at(2)
 
     self%points = self%points + size(values, 2, kind=int64) * size(values, 3)
     column = verdict_column(columns)
@@ -56,12 +61,19 @@ contains
       end do
     end if
     ! a comparison with NaN would raise a floating-point exception
-    if (columns(psi_peak)) then
-      column = count(columns(:psi_peak))
-      turns = pack(values(column, :, :), .not. ieee_is_nan(values(column, :, :)))
-      self%turned = self%turned + count(turns > small_turn)
-      self%greatest_turn = maxval([self%greatest_turn, turns])
-    end if
+    turns = .false.
+    do dof = 1, last_peak - xi_peak + 1
+      if (.not. (is_rotation(dof) .and. columns(xi_peak - 1 + dof))) cycle
+      column = count(columns(:xi_peak - 1 + dof))
+      associate (peaks => merge(0.0_dp, values(column, :, :), ieee_is_nan(values(column, :, :))))
+        turns = turns .or. peaks > small_turn
+        greatest = maxval([0.0_dp, peaks])
+      end associate
+      if (.not. greatest > self%greatest_turn) cycle
+      self%greatest_turn = greatest
+      self%furthest = dof
+    end do
+    self%turned = self%turned + count(turns)
     if (.not. columns(rho_max)) return
     column = count(columns(:rho_max))
     associate (rho => values(column, :, :))

@@ -197,9 +197,8 @@ contains
     sampler%solutions = sampler%solutions + 1
     fits = .not. allocated(error)
     if (.not. fits) return
-    ! of a frame in space some have no columns
-    there = own(xi_peak - 1 + min(sampler%free, 3))
-    fits = all(sampler%free > 3 .or. abs(peaks - there) <= peak_limit(order) &
+    there = own(xi_peak - 1 + sampler%free)
+    fits = all(abs(peaks - there) <= peak_limit(order) &
       & * maxval(peaks / sampler%scale(:size(peaks))) * sampler%scale(:size(peaks)))
   end subroutine check_peaks
 

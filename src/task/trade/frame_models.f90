@@ -20,8 +20,8 @@ module gestell_task_trade_frame_models
     character(len=9) :: verdict = ""
     character(len=:), allocatable :: reason
     real(dp) :: log_rho = 0
-    !> Peaks of xi, eta (m), psi (rad).
-    real(dp) :: peak(3) = 0
+    !> Peaks of the degrees of freedom (m, rad), in the frame's order.
+    real(dp), allocatable :: peak(:)
     !> Median time of verdict and vibration (s).
     real(dp) :: seconds = 0
   end type model_finding_type
@@ -44,6 +44,7 @@ contains
 
     do i = 1, size(findings)
       findings(i)%model = frame_models(i)
+      allocate(findings(i)%peak(frame%dofs()), source=0.0_dp)
       do k = 1, runs
         call system_clock(begin, rate)
         call analyse(frame, tasks_type(model=frame_models(i)), accuracy, analysis, error)
@@ -55,7 +56,7 @@ contains
       if (.not. allocated(analysis%multipliers)) cycle
       findings(i)%verdict = analysis%multipliers%verdict()
       findings(i)%log_rho = analysis%multipliers%log_abs(1)
-      if (allocated(analysis%vibration)) findings(i)%peak = analysis%vibration%peak(:3)
+      if (allocated(analysis%vibration)) findings(i)%peak = analysis%vibration%peak(:frame%dofs())
     end do
   end subroutine measure_frame_models
 

@@ -8,7 +8,6 @@ module gestell_task_trade_model_trade
   use gestell_model_frame, only: frame_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_trade, only: median
-  use gestell_study_vibration, only: quantities
   use gestell_system_averaged, only: averaged_system
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -162,9 +161,11 @@ contains
   !> The greatest of all misses.
   pure real(dp) function worst_miss(self) result(miss)
     class(model_trade_type), intent(in) :: self
-    integer :: i
+    integer :: i, n
 
-    miss = maxval(abs([self%log_rho_miss(), (self%peak_miss(i), i = 1, quantities)]))
+    n = 0
+    if (allocated(self%averaged%peak)) n = size(self%averaged%peak)
+    miss = maxval(abs([self%log_rho_miss(), (self%peak_miss(i), i = 1, n)]))
   end function worst_miss
 
 end module gestell_task_trade_model_trade

@@ -3,6 +3,7 @@ module gestell_task_trade_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_task_response_names, only: peak_words
   use gestell_task_trade_model_trade, only: model_trade_type
   use gestell_task_trade, only: cheapest, trade_type
   implicit none (type, external)
@@ -48,8 +49,7 @@ contains
   pure function report_model(trade) result(lines)
     type(model_trade_type), intent(in) :: trade
     character(len=:), allocatable :: lines
-    character(len=*), parameter :: names(9) = [character(len=20) :: "peak of xi (m)", "peak of eta (m)", "peak of psi (rad)", &
-      & "peak of xi' (m/s)", "peak of eta' (m/s)", "peak of psi' (rad/s)", "peak of fx (N)", "peak of fy (N)", "peak of m (N m)"]
+    character(len=24), allocatable :: names(:)
     real(dp), parameter :: most = log(huge(1.0_dp)) - 1
     integer :: i
 
@@ -58,6 +58,7 @@ contains
       & // line("largest |rho|", exp(min(trade%periodic%log_rho, most)), exp(min(trade%averaged%log_rho, most)), trade%rho_miss()) &
       & // line("ln of it, per turn", trade%periodic%log_rho, trade%averaged%log_rho, trade%log_rho_miss())
     if (allocated(trade%averaged%peak)) then
+      names = peak_words(size(trade%averaged%peak) / 3)
       do i = 1, size(names)
         if (trade%periodic%peak(i) > 0) lines = lines &
           & // line(names(i), trade%periodic%peak(i), trade%averaged%peak(i), trade%peak_miss(i))

@@ -6,7 +6,7 @@ module gestell_task_sweep_expansion_cell
   use gestell_task_sweep_expansion_pilot, only: count_points, most_points
   use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: psi_peak, xi_peak
+  use gestell_study_tile_results, only: last_peak, xi_peak
   use gestell_task_sweep_expansion_variable, only: inverse, itself, logarithm, variable_type
   implicit none (type, external)
   private
@@ -52,7 +52,7 @@ contains
     plan = widest(cell)
     tolerance = part_of_tolerance * order%accuracy%tolerance
     middle = (cell%first + cell%last) / 2
-    call new_sampler(sampler, family, corners(grid, cell), order%accuracy, any(order%columns(xi_peak:psi_peak)), fits)
+    call new_sampler(sampler, family, corners(grid, cell), order%accuracy, any(order%columns(xi_peak:last_peak)), fits)
     if (.not. fits) return
     allocate(variables(size(grid%axes)))
     do axis = 1, size(variables)

@@ -10,7 +10,7 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_task_sweep_expansion_peaks, only: peaks_of_numbers
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
-  use gestell_study_tile_results, only: log_rho_max, psi_peak, rho_error, rho_max, stable, sweep_columns, tile_results_type, &
+  use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, stable, sweep_columns, tile_results_type, &
     & undecided, unstable, verdict, verdict_behind, xi_peak
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -74,7 +74,7 @@ contains
     real(dp) :: all(sweep_columns)
     integer :: last, i, j
 
-    last = count(order%columns(:psi_peak))
+    last = count(order%columns(:last_peak))
     do i = cell%first(1), cell%last(1)
       do j = cell%first(2), cell%last(2)
         associate (values => results%values(:, j - tile%first(2) + 1, i - tile%first(1) + 1))
@@ -109,14 +109,13 @@ contains
       call spectral_radii(numbers(:, :n2), perturbations(1), columns(:, rho_max), columns(:, log_rho_max))
     end if
     if (sampler%times == 0) return
-    columns(:, xi_peak:psi_peak) = 0
+    columns(:, xi_peak:last_peak) = 0
     do k = 1, size(numbers, 1)
       call peaks_of_numbers(sampler, numbers(k, :), perturbations(2), peak_limit(order), peaks, known)
       if (.not. known) peaks = ieee_value(1.0_dp, ieee_quiet_nan)
-      ! those that have columns
-      columns(k, xi_peak - 1 + pack(sampler%free, sampler%free <= 3)) = pack(peaks, sampler%free <= 3)
+      columns(k, xi_peak - 1 + sampler%free) = peaks
       ! A degree of freedom that is locked rests, but is as little known.
-      if (.not. known) columns(k, xi_peak:psi_peak) = peaks(1)
+      if (.not. known) columns(k, xi_peak:last_peak) = peaks(1)
     end do
   end subroutine set_columns
 
