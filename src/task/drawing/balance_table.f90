@@ -24,6 +24,7 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, turning
     type(space_shaking_type) :: found
+    logical :: nothing
     integer :: k, i
 
     lines = newline // "SHAKING FORCES AND COUPLES of all mechanisms on a frame at rest"
@@ -36,8 +37,8 @@ contains
     turning = ""
     do k = 1, min(highest * frame%mechanism%turns, size(found%series(1)%amplitude))
       ! parts of an order only where there is something
-      if (modulo(k, frame%mechanism%turns) > 0 .and. all([(found%series(i)%amplitude(k) <= found%noise(i), i = 1, 6)])) &
-        & cycle
+      nothing = all([(found%series(i)%amplitude(k) <= found%noise(i), i = 1, 6)])
+      if (nothing .and. modulo(k, frame%mechanism%turns) > 0) cycle
       rows = rows // order_of(k, frame%mechanism%turns) // cells([(found%series(i)%amplitude(k), i = 1, 6)], found%noise) &
         & // newline
       if (all([found%force(k, :), found%couple(k, :)] <= found%noise([1, 1, 4, 4]))) cycle
