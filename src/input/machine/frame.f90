@@ -81,6 +81,7 @@ contains
     type(frame_type), intent(out) :: frame
     type(error_type), allocatable, intent(out) :: error
     type(frame_data_type) :: data
+    real(dp), dimension(3, 3) :: stiffness, damping
 
     call read_drive_and_frame(doc, units, data, error)
     if (allocated(error)) return
@@ -91,8 +92,10 @@ contains
     if (any(data%free > 3)) then
       call read_frame_in_space(doc, units, data, mechanism, frame, error)
     else
-      call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness(:3, :3), &
-        & data%damping(:3, :3), data%speed, error, data%free, data%supports, data%gravity(:2), trim(data%held_by))
+      stiffness = data%stiffness(:3, :3)
+      damping = data%damping(:3, :3)
+      call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), stiffness, damping, data%speed, error, &
+        & data%free, data%supports, data%gravity(:2), trim(data%held_by))
     end if
     frame%flywheel_inertia = data%flywheel_inertia
     if (.not. allocated(error)) return
@@ -116,6 +119,7 @@ contains
     type(plane_type), allocatable :: planes(:)
     type(drive_type) :: drive
     real(dp), allocatable :: origins(:, :), axes(:, :, :)
+    real(dp), dimension(3, 3) :: stiffness, damping
 
     call read_planes(doc, units, origins, axes, drive%axis, error)
     if (allocated(error)) return
@@ -134,8 +138,9 @@ contains
         & error)
       return
     end select
-    call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), data%stiffness(:3, :3), &
-      & data%damping(:3, :3), data%speed, error)
+    stiffness = data%stiffness(:3, :3)
+    damping = data%damping(:3, :3)
+    call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), stiffness, damping, data%speed, error)
     if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%in_space, data%free, error, data%stiffness, &
       & data%damping, drive)
     if (.not. allocated(error)) frame%space%origin = data%origin

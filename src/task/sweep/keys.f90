@@ -16,10 +16,10 @@ module gestell_task_sweep_keys
     & key_type("sweep", "engine", text_key, "`'expansion'`: Phi(T) is expanded over cells of the grid and proved at random " // &
     &   "points of them (see doc/theory.md), `'direct'`: every point is solved by itself; `'auto'`: what is quicker; it may " // &
     &   "stand in either group", word="auto", words="auto, expansion, direct"), &
-    & key_type("sweep", "columns", text_key, "what is computed and written: some of `'rho_max'`, `'log_rho_max'`, " // &
-    &   "`'rho_error'`, `'verdict'`, `'xi_peak_m'`, `'eta_peak_m'`, `'psi_peak_rad'`, of a frame in space " // &
-    &   "`'zeta_peak_m'`, `'rot_xi_peak_rad'`, `'rot_eta_peak_rad'`, and quantities as for `&resonance`, see below; it may " // &
-    &   "stand in either group", 1, 1, 30, otherwise="all but quantities"), &
+    & key_type("sweep", "columns", text_key, "some of `'rho_max'`, `'log_rho_max'`, `'rho_error'`, `'verdict'`, " // &
+    &   "`'xi_peak_m'`, `'eta_peak_m'`, `'psi_peak_rad'`, in space `'zeta_peak_m'`, `'rot_xi_peak_rad'`, " // &
+    &   "`'rot_eta_peak_rad'`, and quantities as for `&resonance`, see below; in either group", 1, 1, 30, &
+    &   otherwise="all but quantities"), &
     & key_type("sweep", "measures", text_key, "what is told of these quantities: their peak, their root mean square, and of " // &
     &   "velocities of probes that within the probe's band; it may stand in either group", 1, 1, 3, word="peak", &
     &   words="peak, rms, band")]
