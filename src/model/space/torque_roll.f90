@@ -16,6 +16,8 @@ module gestell_model_space_torque_roll
   public :: find_torque_roll
 
   type, public :: torque_roll_type
+    !> Whether there is one: where J_c has no inverse, or the numbers overflow, there is none.
+    logical :: known = .false.
     !> The axis as a unit vector, the centre of mass from F (m), and the angle between axis and shaft (rad).
     real(dp) :: axis(3) = 0, center(3) = 0, angle = 0
     !> The motion (u, theta) at the unit torque, up to a factor.
@@ -37,10 +39,13 @@ contains
       j(:, i) = mass(4:, 3 + i) + mass(1, 1) * c * c(i)
       j(i, i) = j(i, i) - mass(1, 1) * dot_product(c, c)
     end do
+    j = j / maxval(abs(j))
     adjugate(1, :) = cross(j(:, 2), j(:, 3))
     adjugate(2, :) = cross(j(:, 3), j(:, 1))
     adjugate(3, :) = cross(j(:, 1), j(:, 2))
     found%axis = matmul(adjugate, shaft)
+    found%known = norm2(found%axis) > 0 .and. norm2(found%axis) <= huge(1.0_dp)
+    if (.not. found%known) return
     found%axis = found%axis / norm2(found%axis)
     found%center = c
     found%angle = atan2(norm2(cross(found%axis, shaft)), dot_product(found%axis, shaft))

@@ -32,6 +32,7 @@ contains
     if (.not. allocated(frame%space) .or. solved == 0 .or. size(campbell%free) < 6) return
     associate (mass => campbell%points(solved)%mass)
       call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
+      if (.not. roll%known) return
       do i = 1, size(found)
         if (.not. found(i)%at%identified) cycle
         shape = found(i)%at%shape()
@@ -69,6 +70,8 @@ contains
 
     mass = frame%space%mean_mass(frame%mass, [(i, i = 1, 6)], 4 * frame%least_steps)
     call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
+    line = ""
+    if (.not. roll%known) return
     line = newline // wrapped("TORQUE-ROLL AXIS of the machine on nothing: (" // listed(roll%axis) // "), " &
       & // fixed(roll%angle * 180 / pi, 2) // " deg from the shaft, through the centre of mass at (" // listed(roll%center) &
       & // ") m" // newline)
