@@ -36,27 +36,42 @@ class Case:
         return f"{self.name} at {self.rpm:g} rpm"
 
     @property
+    def states(self):
+        return len(self.scale)
+
+    @property
     def size(self):
         """Unit of x_p."""
         return math.hypot(*(x / s for x, s in zip(self.xp, self.scale)))
 
     def errors(self, method, values):
         """True errors of Phi(T), or of the multipliers, and of x0."""
+        n = self.states
+        if n == 12 and method in (*GAUSS, *WHOLE):
+            values = reordered(method, values)
         if method in WHOLE:
-            rho = [complex(a, b) for a, b in zip(values[:6], values[6:12])]
-            found = values[12:]
+            rho = [complex(a, b) for a, b in zip(values[:n], values[n:2 * n])]
+            found = values[2 * n:]
             first = max(min(abs(r - s) for s in rho) / abs(r) for r in self.rho)
         else:
             d, error, size = self.scale, 0.0, 0.0
-            for i in range(6):
-                for j in range(6):
-                    error += ((values[6 * i + j] - self.phi[i][j]) * d[j] / d[i]) ** 2
+            for i in range(n):
+                for j in range(n):
+                    error += ((values[n * i + j] - self.phi[i][j]) * d[j] / d[i]) ** 2
                     size += (self.phi[i][j] * d[j] / d[i]) ** 2
-            first, found = math.sqrt(error / size), values[36:]
+            first, found = math.sqrt(error / size), values[n * n:]
         if method == "multipliers":
             return first, 0.0
         second = math.hypot(*((a - b) / s for a, b, s in zip(found, self.x0, self.scale)))
         return first, second / math.hypot(*(b / s for b, s in zip(self.x0, self.scale)))
+
+
+def reordered(method, values):
+    """In space the library has xi, eta, psi, zeta, rot_xi, rot_eta, the reference u and theta."""
+    order = [k + half for half in (0, 6) for k in (0, 1, 3, 4, 5, 2)]
+    if method in WHOLE:
+        return values[:24] + [values[24 + k] for k in order]
+    return [values[12 * i + j] for i in order for j in order] + [values[144 + k] for k in order]
 
 
 def read_reference():
@@ -123,8 +138,8 @@ GAUSS = {f"gauss{s}": STEPS for s in range(2, 11)}
 WHOLE = ("auto", "multipliers")
 
 
-def programs_in(build, python, ours_only):
-    speed = [str(build / "speed" / "bin" / "speed"), str(BENCH.parent / "data")]
+def programs_in(build, python, ours_only, in_space):
+    speed = [str(build / "speed" / "bin" / "speed"), str(BENCH.parent / ("validation/space" if in_space else "data"))]
     found = [Program("Gestell", speed, GAUSS), Program("Gestell, all", speed, {"auto": TOLERANCE}),
              Program("Gestell, multipliers", speed, {"multipliers": TOLERANCE})]
     peers = [("GSL", "gsl", {"rk8pd": TOLERANCE, "rk8pd-steps": STEPS, "msadams": TOLERANCE}),
@@ -133,6 +148,7 @@ def programs_in(build, python, ours_only):
     if ours_only:
         return found
     for name, file, methods in peers:
+        file += "_space" if in_space else ""
         if (build / file).exists():
             found.append(Program(name, [str(build / file)], methods))
     script = str(BENCH / "peers" / "scipy_peer.py")
@@ -141,6 +157,10 @@ def programs_in(build, python, ours_only):
             ("SciPy with numba", "numba", "scipy, numba", {"DOP853": TOLERANCE}),
             ("SciPy, scalar Python", "python", "scipy", {"DOP853": TOLERANCE}),
             ("SciPy, plain numpy", "plain", "scipy", {"DOP853": TOLERANCE})):
+        if in_space:
+            if kind not in ("numba", "plain"):
+                continue
+            kind = "space-numba" if kind == "numba" else "space"
         if subprocess.run([python, "-c", f"import {needs}"], capture_output=True).returncode == 0:
             found.append(Program(name, [python, script, kind], methods))
     return found
@@ -294,16 +314,19 @@ def main():
     parser.add_argument("--csv")
     order = parser.parse_args()
     cases = [case for case in read_reference() if not order.cases or f"{case.name}:{case.rpm:g}" in order.cases.split(",")]
-    programs = programs_in(order.build, order.python, order.ours_only)
+    programs = {n: programs_in(order.build, order.python, order.ours_only, n > 6) for n in {case.states for case in cases}}
     csv = open(order.csv, "w", encoding="utf-8") if order.csv else None
     if csv:
         print("machine,rpm,program,method,setting,median,shortest,evaluations,error_phi_or_rho,error_x0", file=csv)
     for case in cases:
-        compare(case, programs, [float(a) for a in order.accuracies.split(",")], order.rounds, csv)
+        if not case.rho:  # the reference of six degrees of freedom has Phi alone
+            import numpy
+            case.rho = list(numpy.linalg.eigvals(numpy.array(case.phi)))
+        compare(case, programs[case.states], [float(a) for a in order.accuracies.split(",")], order.rounds, csv)
     print("| program | peak of resident memory, MB |", "|---|--:|", sep="\n")
-    for program in programs:
+    for program in programs.get(6, []):
         print(f"| {program.name} | {program.peak_memory():.1f} |")
-    for program in programs:
+    for program in [program for some in programs.values() for program in some]:
         if program.process:
             program.process.stdin.close()
             program.process.wait()

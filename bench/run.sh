@@ -86,6 +86,8 @@ fi
 [[ $charts_only ]] || library speed bench/speed "$flags"
 peer gsl libgsl-dev "$cc" gsl.c -lgsl -lgslcblas
 peer boost libboost-dev "$cxx" boost.cpp
+peer gsl_space libgsl-dev "$cc" gsl.c -DSPACE -lgsl -lgslcblas
+peer boost_space libboost-dev "$cxx" boost.cpp -DSPACE
 peer sundials libsundials-dev "$cc" sundials.c -lsundials_arkode -lsundials_cvode -lsundials_nvecserial
 for name in scipy numba numbalsoda; do module $name; done
 if [[ $ours_only ]]; then skipped=(); fi

@@ -1,13 +1,19 @@
 /* The frame of three mechanisms of data/ as a right-hand side y' = P y + f, as one would write it by hand.
  *
- * y holds the six rows of [Phi | x_p], seven numbers each, in balanced units: D^-1 [Phi D | x_p / size] with D = diag(unit).
+ * With SPACE it is that of a machine with six degrees of freedom (space.h).
+ * y holds the rows of [Phi | x_p], six of seven numbers each, in balanced units: D^-1 [Phi D | x_p / size] with D = diag(unit).
  * Derivatives of the kinematics are with respect to the crank angle. Equation numbers are those of doc/theory.md. C and C++. */
 #ifndef MODEL_H
 #define MODEL_H
 #include <math.h>
 #include <string.h>
 
-enum { columns = 7, states = 6, numbers = columns * states };
+#ifdef SPACE
+enum { states = 12 };
+#else
+enum { states = 6 };
+#endif
+enum { dofs = states / 2, columns = states + 1, numbers = columns * states };
 
 static const double pi = 3.14159265358979323846;
 
@@ -18,8 +24,8 @@ typedef struct { double a1[3], a2[3], a3[3], a4; } mass_functions;
 
 typedef struct {
   double omega, period, mass, inertia, links_mass, links_inertia, xi, eta;
-  double stiffness[3][3], damping[3][3];
-  double unit[6], size;
+  double stiffness[dofs][dofs], damping[dofs][dofs], tensor[3][3];
+  double unit[states], size;
 } machine;
 
 typedef void (*right_hand_side)(const machine *, double t, const double *y, double *dy);
@@ -61,6 +67,9 @@ static inline point carried(point p, point q, double length, double along, doubl
                  p.ax + a * (q.ax - p.ax) - b * (q.ay - p.ay), p.ay + a * (q.ay - p.ay) + b * (q.ax - p.ax)};
 }
 
+#ifdef SPACE
+#include "space.h"
+#else
 static inline void add_mass(mass_functions *a, double m, point c) {
   a->a1[0] += m * c.x, a->a1[1] += m * c.vx, a->a1[2] += m * c.ax;
   a->a2[0] += m * c.y, a->a2[1] += m * c.vy, a->a2[2] += m * c.ay;
@@ -196,4 +205,5 @@ static right_hand_side find_machine(const char *name, double rpm, machine *k) {
   }
   return 0;
 }
+#endif
 #endif

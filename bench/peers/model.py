@@ -30,9 +30,8 @@ def mounting(name, factor=1.0):
     return c, b
 
 
-def kinematics(compiled):
-    """The sums (a1, a1', a1'', a2, a2', a2'', a3, a3', a4) at a crank angle, by machine. `compiled` decorates the functions:
-    numba's njit, or nothing."""
+def joints(compiled):
+    """dyad, slider and a point of a body. `compiled` decorates the functions: numba's njit, or nothing."""
 
     @compiled
     def dyad(p, q, l1, l2):
@@ -66,6 +65,13 @@ def kinematics(compiled):
         ex, ey, fx, fy, gx, gy = qx - px, qy - py, qvx - pvx, qvy - pvy, qax - pax, qay - pay
         return (px + a * ex - b * ey, py + a * ey + b * ex, pvx + a * fx - b * fy, pvy + a * fy + b * fx,
                 pax + a * gx - b * gy, pay + a * gy + b * gx)
+
+    return dyad, slider, carried
+
+
+def kinematics(compiled):
+    """The sums (a1, a1', a1'', a2, a2', a2'', a3, a3', a4) at a crank angle, by machine."""
+    dyad, slider, carried = joints(compiled)
 
     @compiled
     def with_mass(s, m, c):

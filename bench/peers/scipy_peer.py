@@ -1,10 +1,10 @@
 """SciPy's and numbalsoda's integrators, with the orders and answers of serve.h:
 
-    scipy_peer.py plain | python | numba | numbalsoda
+    scipy_peer.py plain | python | numba | numbalsoda | space | space-numba
 
 plain: DOP853 and a right-hand side as one writes it with numpy at first; python: one written for speed; numba: the same
 compiled; numbalsoda: its dop853 and lsoda, which call the compiled one directly. The setting is the tolerance, relative
-and absolute.
+and absolute. space and space-numba: six degrees of freedom with numpy's matrices, plain and compiled.
 """
 import os
 import sys
@@ -23,11 +23,18 @@ def scipy_solver(kind):
 
         from model import compiled_sides, numbers
         sides = compiled_sides(njit)
+    elif kind.startswith("space"):
+        from space import side_in_space
+        if kind == "space-numba":
+            from numba import njit
+        sides = side_in_space(njit if kind == "space-numba" else lambda function: function)
 
     def solver(method, name, rpm, size, unit, factor=1.0):
         if kind == "plain":
             from plain import plain_side
             side = plain_side(name, rpm, size, unit, factor)
+        elif kind.startswith("space"):
+            side = sides(rpm, size, unit, factor)
         elif kind == "python":
             from model import python_side
             side = python_side(name, rpm, size, unit, factor)
@@ -79,7 +86,8 @@ def numbalsoda_solver():
 
 
 def answer(solve, rpm, setting, seconds, size, unit):
-    start = np.hstack([np.eye(6), np.zeros((6, 1))]).ravel()
+    n = len(unit)
+    start = np.hstack([np.eye(n), np.zeros((n, 1))]).ravel()
     times = []
     begin = time.perf_counter()
     while not times or (time.perf_counter() - begin < seconds and len(times) < 1001):
@@ -87,11 +95,11 @@ def answer(solve, rpm, setting, seconds, size, unit):
         success, y, evaluations = solve(start, 60.0 / rpm, setting)
         if not success or not np.all(np.isfinite(y)):
             return "failed"
-        y = y.reshape(6, 7)
-        x0 = np.linalg.solve(np.eye(6) - y[:, :6], y[:, 6])
+        y = y.reshape(n, n + 1)
+        x0 = np.linalg.solve(np.eye(n) - y[:, :n], y[:, n])
         times.append(time.perf_counter() - since)
     times.sort()
-    phi = y[:, :6] * unit[:, None] / unit
+    phi = y[:, :n] * unit[:, None] / unit
     values = [times[0], times[len(times) // 2], len(times), evaluations, *phi.ravel(), *(x0 * size * unit)]
     return ",".join(repr(float(v)) if isinstance(v, float) else str(v) for v in values)
 
@@ -101,8 +109,9 @@ def main():
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # integrators write messages of their own
     solver = numbalsoda_solver() if kind == "numbalsoda" else scipy_solver(kind)
-    for name in MACHINES:  # all is compiled before the first order
-        solver({"numbalsoda": "dop853"}.get(kind, "DOP853"), name, 60.0, 1.0, [1.0] * 6)(np.zeros(42), 0.01, 1e-3)
+    n = 12 if kind.startswith("space") else 6
+    for name in ["watt_beside"] if n == 12 else MACHINES:  # all is compiled before the first order
+        solver({"numbalsoda": "dop853"}.get(kind, "DOP853"), name, 60.0, 1.0, [1.0] * n)(np.zeros(n * (n + 1)), 0.01, 1e-3)
     for line in sys.stdin:
         name, rpm, method, setting, seconds, size, *unit = line.split()
         unit = [float(u) for u in unit]

@@ -1,10 +1,10 @@
 /* What every compiled peer does around its integrator: it reads orders from standard input, a line each,
  *
- *     machine rpm method setting seconds size unit_1 ... unit_6
+ *     machine rpm method setting seconds size unit_1 ... unit_n
  *
  * integrates over one period again and again for about so many seconds, and answers in one line
  *
- *     shortest time, median time, runs, evaluations, Phi(T) in rows of six, x0
+ *     shortest time, median time, runs, evaluations, Phi(T) in rows of six or twelve, x0
  *
  * or "failed". The setting is a tolerance or a number of steps, as the method wants. The machine's name may be followed by a
  * factor of the stiffness, as in khang_four_bar*0.5. Included once, after `integrate`. */

@@ -4,7 +4,7 @@
 !>
 !> where DATA is the folder of the input files. An order is a line
 !>
-!>     machine rpm method setting seconds size unit_1 ... unit_6
+!>     machine rpm method setting seconds size unit_1 ... unit_n
 !>
 !> Method `auto`: the whole solution to the tolerance `setting`, answered by shortest time, median time, runs, evaluations,
 !> the real and the imaginary parts of the multipliers and x0. `multipliers`: the same without x0, zeros in its place. Every
@@ -23,7 +23,7 @@ program speed
   use, intrinsic :: iso_fortran_env, only: int64, output_unit
   implicit none (type, external)
 
-  integer, parameter :: n = 6, most_runs = 1001
+  integer, parameter :: most_runs = 1001
   character(len=200) :: folder, line
   character(len=40) :: machine, rpm, method
   real(dp) :: setting, seconds
@@ -46,12 +46,15 @@ contains
     type(frame_type) :: frame
     class(method_type), allocatable :: prepared
     type(error_type), allocatable :: error
-    real(dp) :: times(most_runs), phi(n, n), x0(n), found(n * n + n)
-    complex(dp) :: rho(n)
+    real(dp) :: times(most_runs)
+    real(dp), allocatable :: phi(:, :), x0(:), found(:)
+    complex(dp), allocatable :: rho(:)
     integer(int64) :: begin, start, finish, rate
-    integer :: runs, evaluations, numbers, most
+    integer :: runs, evaluations, numbers, most, n
 
     call read_machine(machine, rpm, frame)
+    n = frame%states
+    allocate(phi(n, n), x0(n), found(n * n + n), rho(n))
     if (method /= "auto" .and. method /= "multipliers") then
       call new_method(trim(method), prepared, error)
       if (allocated(error)) then
