@@ -7,7 +7,8 @@ module balance_linkages
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
-  use gestell_study_balance, only: counterweight_type, examine, rigid_ground_type, with_counterweights
+  use gestell_study_balance, only: examine, rigid_ground_type
+  use gestell_study_balance_bodies, only: counterweight_type, with_counterweights
   use testdrive, only: error_type
   implicit none (type, external)
   private

@@ -7,8 +7,9 @@ module test_balance
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism_shaking, only: shaking_type
-  use gestell_study_balance, only: counterweight_type, examine, left_type, measure_left, rigid_ground_type, &
-    & with_counterweights
+  use gestell_study_balance, only: examine, left_type, measure_left, rigid_ground_type
+  use gestell_study_balance_bodies, only: counterweight_type, with_counterweights
+  use gestell_study_balance_least_squares, only: least_squares_type
   use gestell_study_balance_complete, only: balance_force, balanced, balanced_already, no_pivots, not_balanced
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -29,7 +30,8 @@ contains
       & new_unittest("six-bar: complete balance, three counterweights", test_six_bar), &
       & new_unittest("no complete balance: a Scotch yoke", test_none), &
       & new_unittest("what is told is what a linkage with these links exerts", test_left), &
-      & new_unittest("bodies: links that share one, pivots that no joint is at", test_bodies)]
+      & new_unittest("bodies: links that share one, pivots that no joint is at", test_bodies), &
+      & new_unittest("least squares of force, then moment, then size: the conditions of each", test_least_squares)]
   end subroutine collect_balance
 
   !> Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26: with the coupler's centre at s from A on its length l the crank needs
@@ -279,5 +281,47 @@ contains
     end function axis
 
   end subroutine test_bodies
+
+  !> Eight unknowns of which the last four do to the force what sums of the first do: there the residual of the moment is at right
+  !> angles to what changes it alone, and the last two, which do the same to both, are alike.
+  subroutine test_least_squares(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: kinds(6) = [1, 1, 1, 2, 2, 2], angles = 20
+    type(least_squares_type) :: least
+    real(dp) :: effects(6, angles, 8), wanted(6, angles), left(6, angles), x(8), none(8, 4)
+    complex(dp) :: u(4)
+    integer :: i, j, k
+
+    effects = reshape([(sin(0.7_dp * i**2), i = 1, size(effects))], shape(effects))
+    wanted = reshape([(cos(0.3_dp * i**2), i = 1, size(wanted))], shape(wanted))
+    associate (force => effects(:3, :, :))
+      effects(:3, :, 5) = force(:, :, 1) + 2 * force(:, :, 2)
+      effects(:3, :, 6) = force(:, :, 3) - force(:, :, 4)
+      effects(:3, :, 7) = force(:, :, 1)
+    end associate
+    effects(:, :, 8) = effects(:, :, 7)
+    none = 0
+    none([1, 2, 5], 1) = [-1, -2, 1]
+    none([3, 4, 6], 2) = [-1, 1, 1]
+    none([1, 7], 3) = [-1, 1]
+    none([7, 8], 4) = [-1, 1]
+    call least%prepare(effects, kinds)
+    call least%solve(wanted, u)
+    x(1::2) = real(u, dp)
+    x(2::2) = aimag(u)
+    left = -wanted
+    do k = 1, 8
+      left = left + x(k) * effects(:, :, k)
+    end do
+    ! sums of 60 terms of about 1
+    do k = 1, 8
+      call check_that(error, abs(sum(effects(:3, :, k) * left(:3, :))), "<", 1.0e-13_dp, "force")
+    end do
+    do k = 1, 4
+      call check_that(error, abs(sum([(none(j, k) * sum(effects(4:, :, j) * left(4:, :)), j = 1, 8)])), "<", 1.0e-12_dp, "moment")
+    end do
+    call check_that(error, abs(x(7) - x(8)), "<", 1.0e-14_dp, "the shortest")
+    call check_that(error, norm2(left(4:, :)), "<", norm2(wanted(4:, :)) * 10, "no more than that")
+  end subroutine test_least_squares
 
 end module test_balance

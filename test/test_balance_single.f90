@@ -5,7 +5,8 @@ module test_balance_single
   use gestell_base_kinds, only: dp, pi
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism_shaking, only: shaking_type
-  use gestell_study_balance, only: counterweight_type, left_type, measure_left, rigid_ground_type
+  use gestell_study_balance, only: left_type, measure_left, rigid_ground_type
+  use gestell_study_balance_bodies, only: counterweight_type
   use gestell_study_balance_single, only: best_single
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)

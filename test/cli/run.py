@@ -2,12 +2,14 @@
 
     ./bootstrap python3 test/cli/run.py                 builds the program, then tests it
     python3 test/cli/run.py PROGRAM                     tests a program that is there
+    python3 test/cli/run.py PROGRAM space held          the tests of these files alone; "run" are those of this one
     python3 test/cli/run.py PROGRAM --write-golden      writes the files in golden/ anew, after a change that is meant
 
 Prints the tests that failed, with what was expected and what came, and as last line "N passed, M failed".
 """
 
 import cmath
+import inspect
 import itertools
 import math
 import os
@@ -50,6 +52,7 @@ from several import SEVERAL_TESTS  # noqa: E402
 from sensitivity import SENSITIVITY_TESTS  # noqa: E402
 from separation import SEPARATION_TESTS  # noqa: E402
 from space import SPACE_TESTS  # noqa: E402
+from space_balance import SPACE_BALANCE_TESTS  # noqa: E402
 from space_looks import SPACE_LOOKS_TESTS  # noqa: E402
 from space_studies import SPACE_STUDIES_TESTS  # noqa: E402
 from spread import SPREAD_TESTS  # noqa: E402
@@ -612,24 +615,29 @@ def build(folder):
 
 
 def main():
-    arguments = [word for word in sys.argv[1:] if word != "--write-golden"]
+    program, *names = [word for word in sys.argv[1:] if word != "--write-golden"] or [""]
+    tests = (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
+             test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
+             test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *FOLLOWER_TESTS, *NAME_TESTS,
+             *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *LEVEL_TESTS,
+             *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
+             *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_TESTS, *SPACE_TESTS,
+             *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *TOLD_TESTS, *VERDICT_TESTS, *FAULT_TESTS,
+             *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS)
+    files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
+    unknown = set(names) - set(files_of.values())
+    if unknown:
+        sys.exit(f"no tests in {', '.join(sorted(unknown))}; there are {', '.join(sorted(set(files_of.values())))}")
     with tempfile.TemporaryDirectory() as folder:
-        Run.program = os.path.abspath(arguments[0]) if arguments else build(folder)
+        Run.program = os.path.abspath(program) if program else build(folder)
         if "--write-golden" in sys.argv:
             write_golden()
             write_averaged_golden()
             write_sweep_golden()
             write_findings_golden()
-        for test in (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
-                     test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
-                     test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *FOLLOWER_TESTS, *NAME_TESTS,
-                     *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *LEVEL_TESTS,
-                     *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
-                     *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_TESTS, *SPACE_TESTS,
-                     *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
-                     *FAULT_TESTS,
-                     *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS):
-            test()
+        for test in tests:
+            if not names or files_of[test] in names:
+                test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)
 

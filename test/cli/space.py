@@ -446,12 +446,6 @@ def refused_tests():
     with Folder(input=BLOCK.format(**loose) + "&gravity direction=0,-1,1 /\n") as folder:
         Run(folder, "input.nml").refused("space, nothing carries the weight", 3, "input.nml:9: &gravity: nothing carries the weight "
                                          "along zeta: give the frame a spring there, or a guide")
-    for task in ("balance",):
-        with Folder(input=BLOCK.format(**GOOD).replace("'stability'", f"'stability','{task}'")) as folder:
-            run = Run(folder, "input.nml")
-            equal(f"space, {task}: code", run.code, 2)
-            check(f"space, {task}: line", "input.nml:1: " in run.err and "does not know a frame in space yet" in run.err,
-                  "does not know", run.err)
 
 
 SPACE_TESTS = [reference_tests, range_tests, tilted_tests, power_tests, block_tests, force_tests, task_tests, refused_tests]

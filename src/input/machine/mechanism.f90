@@ -263,6 +263,7 @@ contains
     end if
     associate (link => linkage%links(size(linkage%links)))
       link%z = placement%z + z
+      link%own_z = z
       link%along = inertia(1)
       link%across = inertia(2)
       link%axis = placement%vector([1.0_dp, 0.0_dp])

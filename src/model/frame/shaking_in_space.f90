@@ -9,7 +9,7 @@ module gestell_model_frame_shaking_in_space
   implicit none (type, external)
   private
 
-  public :: shaking_in_space
+  public :: shaking_in_space, turning_vectors
 
   !> Over the period, each f = mean + sum of amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi.
   type, public :: space_shaking_type
@@ -65,8 +65,8 @@ contains
     found%peak = [(found%series(i)%peak(h(:, i)), i = 1, 6)]
     found%shaft = frame%space%planes(1)%axes(:, 3)
     associate (x => frame%space%planes(1)%axes(:, 1), y => frame%space%planes(1)%axes(:, 2))
-      found%force = turning(found%series(:3), size(found%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
-      found%couple = turning(found%series(4:), size(found%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
+      found%force = turning_vectors(found%series(:3), size(found%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
+      found%couple = turning_vectors(found%series(4:), size(found%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
     end associate
   end subroutine shaking_in_space
 
@@ -83,9 +83,10 @@ contains
     all_finite = all(ieee_is_finite(values))
   end function all_finite
 
-  !> Of a vector in space with these components, across the shaft: with Re C_x e^(ik theta) along x and Re C_y e^(ik theta) along y
-  !> it is F+ e^(ik theta) + F- e^(-ik theta) in the plane x + iy, |F+-| = |C_x +- i C_y| / 2.
-  pure function turning(series, orders, x, y) result(sizes)
+  !> Of a vector in space with these components, across the shaft, of the orders 1, 2, ..., shape (orders, 2): with Re C_x
+  !> e^(ik theta) along x and Re C_y e^(ik theta) along y it is F+ e^(ik theta) + F- e^(-ik theta) in the plane x + iy,
+  !> |F+-| = |C_x +- i C_y| / 2.
+  pure function turning_vectors(series, orders, x, y) result(sizes)
     type(fourier_type), intent(in) :: series(3)
     integer, intent(in) :: orders
     real(dp), intent(in) :: x(3), y(3)
@@ -97,12 +98,12 @@ contains
     along_x = 0
     along_y = 0
     do k = 1, 3
-      c = series(k)%amplitude * exp(i * series(k)%phase)
+      c = series(k)%amplitude(:orders) * exp(i * series(k)%phase(:orders))
       along_x = along_x + x(k) * c
       along_y = along_y + y(k) * c
     end do
     sizes(:, 1) = abs(along_x + i * along_y) / 2
     sizes(:, 2) = abs(along_x - i * along_y) / 2
-  end function turning
+  end function turning_vectors
 
 end module gestell_model_frame_shaking_in_space

@@ -20,10 +20,10 @@ module gestell_model_linkage_bodies
     integer :: from = 0, to = 0
     !> Mass (kg), moment of inertia about the centre of mass (kg m^2), centre of mass in the link's system (m).
     real(dp) :: mass = 0, inertia = 0, center(2) = 0
-    !> What only a frame in space feels: the place of the centre of mass along the plane's normal (m), the moments of inertia along
-    !> the link's xi-axis and across it, in the plane (kg m^2), the xi-axis of a link that only translates; the number of its plane,
-    !> 0: the frame's own.
-    real(dp) :: z = 0, along = 0, across = 0, axis(2) = [1.0_dp, 0.0_dp]
+    !> What only a frame in space feels: the place of the centre of mass along the plane's normal (m), and within its mechanism,
+    !> which has its own; the moments of inertia along the link's xi-axis and across it, in the plane (kg m^2), the xi-axis of a
+    !> link that only translates; the number of its plane, 0: the frame's own.
+    real(dp) :: z = 0, own_z = 0, along = 0, across = 0, axis(2) = [1.0_dp, 0.0_dp]
     integer :: plane = 0
   end type link_type
 
@@ -41,6 +41,7 @@ contains
     to%inertia = from%inertia
     to%center = from%center
     to%z = from%z
+    to%own_z = from%own_z
     to%along = from%along
     to%across = from%across
     to%axis = from%axis

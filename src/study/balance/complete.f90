@@ -6,9 +6,15 @@
 !> bodies do. Of bodies whose turning depends on that of earlier ones, as a four-bar's coupler, none has one.
 !> (Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26; Tepper, Lowen, J. Eng. Ind. 94, 1972, 789-796: complete balance is possible where
 !> every link has a way to the ground over turning pairs alone.)
+!>
+!> In space bodies of one shaft stand beside each other, and there are many counterweights that do the same to the force. Of these
+!> it is then those by which the moment is least, and if they still are many, those whose own squares are: so an unbalance is
+!> shared, and a couple taken by the planes that are farthest apart.
 module gestell_study_balance_complete
   use gestell_base_kinds, only: dp
-  use gestell_study_balance, only: counterweight_type, rigid_ground_type, what_is_left
+  use gestell_study_balance, only: rigid_ground_type, what_is_left
+  use gestell_study_balance_bodies, only: counterweight_type
+  use gestell_study_balance_least_squares, only: least_squares_type
   implicit none (type, external)
   private
 
@@ -20,21 +26,28 @@ module gestell_study_balance_complete
 
 contains
 
-  !> The counterweights with which the force is nought, or else those about pivots with which its mean square is least.
-  subroutine balance_force(rigid, weights, state)
+  !> The counterweights with which the force is nought, or else those about pivots with which its mean square is least, of those in
+  !> space the ones that leave the least moment; `pivoted`: those about pivots, where others are needed too.
+  subroutine balance_force(rigid, weights, state, pivoted)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), allocatable, intent(out) :: weights(:)
     integer, intent(out) :: state
+    type(counterweight_type), allocatable, intent(out), optional :: pivoted(:)
     type(counterweight_type), allocatable :: floating(:)
 
     allocate(weights(0))
+    if (present(pivoted)) allocate(pivoted(0))
     state = balanced_already
-    if (force_rms(rigid, weights) <= rigid%rounding(1)) return
+    if (.not. in_space(rigid) .and. force_rms(rigid, weights) <= rigid%rounding(1)) return
     call solve(rigid, .false., weights)
+    if (force_rms(rigid, weights) <= rigid%rounding(1)) then
+      state = merge(balanced, balanced_already, size(weights) > 0)
+      return
+    end if
     state = balanced
-    if (force_rms(rigid, weights) <= rigid%rounding(1)) return
     call solve(rigid, .true., floating)
     if (force_rms(rigid, floating) <= rigid%rounding(1)) then
+      if (present(pivoted)) pivoted = weights
       call move_alloc(floating, weights)
       return
     end if
@@ -46,10 +59,18 @@ contains
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
     real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
+    integer :: k
 
     rows = what_is_left(rigid, weights)
-    force_rms = norm2(rows(:2, :)) / sqrt(real(size(rows, 2), dp))
+    force_rms = norm2(rows(pack([(k, k = 1, size(rows, 1))], rigid%kinds() == 1), :)) / sqrt(real(size(rows, 2), dp))
   end function force_rms
+
+  !> Whether moments have directions, which counterweights beside each other can take.
+  pure logical function in_space(rigid)
+    type(rigid_ground_type), intent(in) :: rigid
+
+    in_space = count(rigid%kinds() == 2) > 1
+  end function in_space
 
   !> Counterweights on bodies about pivots, and with `all` on floating ones behind these.
   pure subroutine solve(rigid, all, weights)
@@ -60,10 +81,13 @@ contains
     !> Unbalances that repetition changes no more than this, or that are no more than this, beside the greatest.
     real(dp), parameter :: settled = 1.0e-15_dp, rounding = 1.0e-10_dp
     complex(dp), allocatable :: columns(:, :), u(:), before(:)
+    type(least_squares_type) :: least
     integer, allocatable :: order(:)
     logical :: pivoted(size(rigid%bodies))
+    integer, allocatable :: kinds(:)
     integer :: k, n
 
+    kinds = rigid%kinds()
     associate (bodies => rigid%bodies)
       pivoted = [(bodies(k)%pivoted, k = 1, size(bodies))]
       order = pack([(k, k = 1, size(bodies))], pivoted)
@@ -72,13 +96,19 @@ contains
       do k = 1, size(order)
         columns(:, k) = force_of(bodies(order(k))%effect(:, :, 2))
       end do
+      if (in_space(rigid)) call prepare(least)
       u = 0
       do n = 1, most
         before = u
-        call least_squares(columns, -shaking_with(abs(before)), u)
+        if (in_space(rigid)) then
+          call least%solve(-rows_with(abs(before)), u)
+        else
+          call least_squares(columns, -force_of(rows_with(abs(before))), u)
+        end if
         if (maxval(abs(u - before)) <= settled * maxval(abs(u)) .or. .not. all) exit
       end do
       u = merge(u, cmplx(0, 0, dp), abs(u) > rounding * maxval(abs(u)))
+      if (in_space(rigid)) u = merge(u, cmplx(0, 0, dp), [(matters(bodies(order(k))%effect(:, :, 2), abs(u(k))), k = 1, size(u))])
     end associate
     weights = [(counterweight_type(order(k), abs(u(k)), atan2(aimag(u(k)), real(u(k), dp))), k = 1, size(order))]
     weights = pack(weights, weights%unbalance > 0)
@@ -86,16 +116,37 @@ contains
   contains
 
     !> What shakes, with the masses of counterweights that have these unbalances where their bodies' axes have their origin.
-    pure function shaking_with(unbalances) result(force)
+    pure function rows_with(unbalances) result(rows)
       real(dp), intent(in) :: unbalances(:)
-      complex(dp) :: force(size(rigid%found, 2))
+      real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
       integer :: j
 
-      force = force_of(rigid%found)
+      rows = rigid%found
       do j = 1, size(unbalances)
-        force = force + unbalances(j) * force_of(rigid%bodies(order(j))%effect(:, :, 1))
+        rows = rows + unbalances(j) * rigid%bodies(order(j))%effect(:, :, 1)
       end do
-    end function shaking_with
+    end function rows_with
+
+    !> Whether an unbalance of this effect does more than rounding.
+    pure logical function matters(effect, unbalance)
+      real(dp), intent(in) :: effect(:, :), unbalance
+      integer :: j
+
+      matters = any([(unbalance * norm2(effect(j, :)) > rigid%rounding(kinds(j)) * sqrt(real(size(effect, 2), dp)), &
+        & j = 1, size(effect, 1))])
+    end function matters
+
+    !> The effects of unbalances along both axes of each body.
+    pure subroutine prepare(least)
+      type(least_squares_type), intent(out) :: least
+      real(dp) :: effects(size(rigid%found, 1), size(rigid%found, 2), 2 * size(order))
+      integer :: j
+
+      do j = 1, size(order)
+        effects(:, :, 2 * j - 1:2 * j) = rigid%bodies(order(j))%effect(:, :, 2:3)
+      end do
+      call least%prepare(effects, kinds)
+    end subroutine prepare
 
   end subroutine solve
 

@@ -11,7 +11,8 @@
 module gestell_study_balance_single
   use gestell_base_kinds, only: dp, pi
   use gestell_math_root_search, only: root_search_type
-  use gestell_study_balance, only: counterweight_type, rigid_ground_type, shaking_rows
+  use gestell_study_balance, only: rigid_ground_type
+  use gestell_study_balance_bodies, only: counterweight_type
   implicit none (type, external)
   private
 
@@ -19,12 +20,12 @@ module gestell_study_balance_single
 
 contains
 
-  !> The counterweight on body number `body` by which the mean square of what shakes, its rows (`shaking_rows`) times `weights`, is
+  !> The counterweight on body number `body` by which the mean square of what shakes, its rows times `weights`, shape (rows), is
   !> least; its unbalance is zero where none makes it less.
   subroutine best_single(rigid, body, weights, best)
     type(rigid_ground_type), intent(in) :: rigid
     integer, intent(in) :: body
-    real(dp), intent(in) :: weights(shaking_rows)
+    real(dp), intent(in) :: weights(:)
     type(counterweight_type), intent(out) :: best
     integer, parameter :: places = 720
     !> Of an angle (rad); what is rounding of an effect, of a mean square that is taken away.
@@ -42,10 +43,10 @@ contains
           g(l, k) = sum(weights**2 * sum(effect(:, :, l) * effect(:, :, k), dim=2)) / n
         end do
       end do
-      least = sum((rounding * weights * [1.0_dp, 1.0_dp, r])**2)
+      least = sum((rounding * weights * merge(1.0_dp, r, rigid%kinds() == 1))**2)
     end associate
     whole = sum(weights**2 * sum(rigid%found**2, dim=2)) / n
-    if (whole <= sum((weights * rigid%rounding([1, 1, 2]))**2)) return
+    if (whole <= sum((weights * rigid%rounding(rigid%kinds()))**2)) return
     greatest = nothing * whole
     slope = [(stationary(2 * pi * k / places), k = 0, places)]
     do k = 0, places - 1

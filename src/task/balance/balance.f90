@@ -5,7 +5,9 @@ module gestell_task_balance
   use gestell_input_namelist_document, only: the_group
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema, only: group_rule, schema_type
+  use gestell_model_frame, only: dof_names, frame_type
   use gestell_model_frame_rows, only: guide_forces, velocities
+  use gestell_model_space, only: is_rotation
   use gestell_model_linkage, only: linkage_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -14,7 +16,7 @@ module gestell_task_balance
   use gestell_task, only: longest_table, task_type
   use gestell_task_balance_keys, only: balance_keys, balance_order_type, read_balance
   use gestell_task_balance_plot, only: plot_balance
-  use gestell_task_balance_report, only: balance_headlines, label_of, link_lines, report_balance
+  use gestell_task_balance_report, only: balance_headlines, label_of, link_lines, report_balance, turning_lines
   use gestell_task_balance_variants, only: aims, force, moment, name_of_weight, plan_variants, solve_variant, take_mounted, &
     & variant_type
   use gestell_task_configuration, only: configuration_type
@@ -44,7 +46,7 @@ contains
     class(balance_task), intent(inout) :: self
 
     self%name = "balance"
-    self%instead = ": what balances a force in one plane leaves a couple"
+    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "balance", "balance_links", "balance_harmonics"]
     self%judges = .true.
   end subroutine describe
@@ -70,7 +72,8 @@ contains
         & // "counterweights on: the task 'balance' needs joints and links", error)
     end select
     if (allocated(error) .or. .not. self%ordered) return
-    configuration%tasks%rows = max(configuration%tasks%rows, merge(velocities, guide_forces, size(configuration%frame%free) == 3))
+    configuration%tasks%rows = max(configuration%tasks%rows, merge(velocities, guide_forces, size(configuration%frame%free) &
+      & == configuration%frame%dofs()))
   end subroutine read_task
 
   subroutine run(self, context, result, error)
@@ -89,7 +92,7 @@ contains
     associate (configuration => context%configuration, frame => context%configuration%frame)
       select type (linkage => configuration%frame%mechanism)
       class is (linkage_type)
-        call look_at(self%order, frame%even_in_space(), merge(-frame%origin, 0.0_dp, self%order%about_frame), linkage, rigid, error)
+        call look_at(self%order, frame, linkage, rigid, error)
         if (allocated(error)) return
         call plan_variants(rigid, frame%speed, self%order, variants, state, length)
         if (.not. all([(ieee_is_finite(variants(i)%left%rms) .and. ieee_is_finite(variants(i)%left%peak), i = 1, &
@@ -106,9 +109,9 @@ contains
         do i = 1, size(variants)
           labels(i) = label_of(variants(i), rigid, linkage)
         end do
-        call result%add(table_of(variants, rigid, linkage, result%verdict), plot_balance(variants, labels))
+        call result%add(table_of(variants, rigid, linkage, frame%dofs(), result%verdict), plot_balance(variants, labels))
         call result%add(links_of(variants, rigid, linkage))
-        call result%add(harmonics_of(variants, rigid, linkage, configuration%tasks%harmonics, result%verdict))
+        call result%add(harmonics_of(variants, rigid, linkage, frame, configuration%tasks%harmonics, result%verdict))
         lines = balance_headlines(variants, rigid, linkage)
         do while (lines /= "")
           i = index(lines, newline)
@@ -117,34 +120,35 @@ contains
         end do
         if (.not. context%reports) return
         call result%say(report_balance(variants, rigid, linkage, self%order, state, length, trim(result%verdict)))
+        if (allocated(frame%space)) call result%say(turning_lines(variants, rigid, linkage, frame%space%planes(1)%axes))
         call result%say(link_lines(variants, rigid, linkage, configuration%units), whole=.true.)
       end select
     end associate
   end subroutine run
 
   !> What is found on rigid ground, as ordered.
-  subroutine look_at(order, even_in_space, about, linkage, rigid, error)
+  subroutine look_at(order, frame, linkage, rigid, error)
     type(balance_order_type), intent(in) :: order
-    logical, intent(in) :: even_in_space
-    real(dp), intent(in) :: about(2)
+    type(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
     type(rigid_ground_type), intent(out) :: rigid
     type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: about(:)
 
-    if (.not. allocated(order%links)) then
-      call examine(linkage, even_in_space, about, rigid, error, radii=order%radii)
-    else
-      call examine(linkage, even_in_space, about, rigid, error, order%links, order%radii)
-    end if
+    ! in the plane as seen from O, in space from F
+    about = merge(-frame%origin, 0.0_dp, order%about_frame)
+    if (allocated(frame%space)) about = merge(0.0_dp, frame%space%origin, order%about_frame)
+    call examine(linkage, frame%even_in_space(), about, rigid, error, order%links, order%radii, frame%space)
   end subroutine look_at
 
   !> balance.csv: a row for every variant.
-  type(table_type) function table_of(variants, rigid, linkage, verdict) result(table)
+  type(table_type) function table_of(variants, rigid, linkage, dofs, verdict) result(table)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
+    integer, intent(in) :: dofs
     character(len=*), intent(in) :: verdict
-    character(len=*), parameter :: quantities(2) = ["f", "m"], coordinates(3) = [character(len=3) :: "xi", "eta", "psi"]
+    character(len=*), parameter :: quantities(2) = ["f", "m"]
     type(unit_type), parameter :: units(2) = [newton, newton_metre]
     character(len=longest) :: links(size(variants))
     real(dp) :: known(size(variants))
@@ -178,11 +182,11 @@ contains
       call table%add(name // "_peak_error", units(k), "bound on its error", [(known(i) * variants(i)%mounted%peak_error(k), &
         & i = 1, n)])
     end do
-    do k = 1, 3
-      name = trim(coordinates(k)) // "_peak"
-      call table%add(name, merge(metre, radian, k < 3), "peak of the vibration", [(known(i) * variants(i)%mounted%motion(k), &
-        & i = 1, n)], error=name // "_error")
-      call table%add(name // "_error", merge(metre, radian, k < 3), "bound on its error", [(known(i) &
+    do k = 1, dofs
+      name = trim(dof_names(k)) // "_peak"
+      call table%add(name, merge(radian, metre, is_rotation(k)), "peak of the vibration", [(known(i) &
+        & * variants(i)%mounted%motion(k), i = 1, n)], error=name // "_error")
+      call table%add(name // "_error", merge(radian, metre, is_rotation(k)), "bound on its error", [(known(i) &
         & * variants(i)%mounted%motion_error(k), i = 1, n)])
     end do
     call table%add("verdict", "on the machine with them", [(merge(variants(i)%mounted%verdict, "failed   ", &
@@ -195,7 +199,7 @@ contains
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     character(len=longest), allocatable, dimension(:) :: aim, links, name, on, from, to
-    real(dp), allocatable, dimension(:) :: mass, x, y, unbalance
+    real(dp), allocatable, dimension(:) :: mass, x, y, z, unbalance
     real(dp) :: center(2)
     integer :: i, k, n
 
@@ -203,7 +207,7 @@ contains
     do i = 1, size(variants)
       n = n + size(variants(i)%weights)
     end do
-    allocate(aim(n), links(n), name(n), on(n), from(n), to(n), mass(n), x(n), y(n), unbalance(n))
+    allocate(aim(n), links(n), name(n), on(n), from(n), to(n), mass(n), x(n), y(n), z(n), unbalance(n))
     n = 0
     do i = 1, size(variants)
       do k = 1, size(variants(i)%weights)
@@ -219,6 +223,7 @@ contains
           center = one%center(body)
           x(n) = center(1)
           y(n) = center(2)
+          z(n) = linkage%links(body%link)%own_z
           unbalance(n) = one%unbalance
         end associate
       end do
@@ -233,23 +238,34 @@ contains
     call table%add("mass", kilogram, "of the counterweight, a point mass", mass)
     call table%add("center_x", metre, "its place along the first axis", x)
     call table%add("center_y", metre, "its place across, to the left", y)
+    if (size(rigid%kinds()) > 3) call table%add("z", metre, "its place along the normal of the mechanism's plane", z)
     call table%add("unbalance", kilogram_metre, "mass times distance from the pivot", unbalance)
   end function links_of
 
   !> balance_harmonics.csv: a row for every variant and order.
-  type(table_type) function harmonics_of(variants, rigid, linkage, orders, verdict) result(table)
+  type(table_type) function harmonics_of(variants, rigid, linkage, frame, orders, verdict) result(table)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
+    type(frame_type), intent(in) :: frame
     integer, intent(in) :: orders
     character(len=*), intent(in) :: verdict
+    character(len=2), parameter :: parts(6) = ["fx", "fy", "fz", "mx", "my", "mz"]
+    character(len=*), parameter :: turning(4) = [character(len=14) :: "force_with", "force_against", "moment_with", &
+      & "moment_against"]
     character(len=len(aims)) :: aim(orders * size(variants))
     character(len=longest) :: links(orders * size(variants))
-    real(dp) :: rms(orders * size(variants), 4)
+    real(dp) :: rms(orders * size(variants), 4), amplitudes(orders * size(variants), 6), turned(orders * size(variants), 4)
     integer :: number(orders * size(variants)), i, k, n
 
+    amplitudes = 0
+    turned = 0
     n = 0
     do i = 1, size(variants)
+      if (allocated(frame%space)) then
+        amplitudes(n + 1:n + orders, :) = variants(i)%left%amplitudes(orders)
+        turned(n + 1:n + orders, :) = variants(i)%left%turning(frame%space%planes(1)%axes, orders)
+      end if
       do k = 1, orders
         n = n + 1
         aim(n) = aims(variants(i)%aim)
@@ -269,6 +285,14 @@ contains
     call table%add("rigid_m_rms", newton_metre, "of the moment on rigid ground", rms(:, 2))
     call table%add("f_rms", newton, "of the force on the mounts", rms(:, 3))
     call table%add("m_rms", newton_metre, "of the moment on the mounts", rms(:, 4))
+    if (.not. allocated(frame%space)) return
+    do i = 1, 6
+      call table%add("rigid_" // parts(i), merge(newton, newton_metre, i <= 3), "amplitude on rigid ground", amplitudes(:, i))
+    end do
+    do i = 1, 4
+      call table%add("rigid_" // trim(turning(i)), merge(newton, newton_metre, i <= 2), "on rigid ground, of the vector across " &
+        & // "the shaft that turns " // trim(merge("with the crank   ", "against the crank", modulo(i, 2) == 1)), turned(:, i))
+    end do
   end function harmonics_of
 
 end module gestell_task_balance

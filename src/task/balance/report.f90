@@ -7,7 +7,7 @@ module gestell_task_balance_report
   use gestell_model_linkage, only: linkage_type
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
-  use gestell_output_report_wrapping, only: columns_of, widest
+  use gestell_output_report_wrapping, only: columns_of, widest, wrapped
   use gestell_study_balance, only: rigid_ground_type
   use gestell_study_balance_complete, only: balanced, balanced_already, no_pivots
   use gestell_task_balance_keys, only: balance_order_type
@@ -16,7 +16,7 @@ module gestell_task_balance_report
   implicit none (type, external)
   private
 
-  public :: balance_headlines, label_of, link_lines, report_balance
+  public :: balance_headlines, label_of, link_lines, report_balance, turning_lines
 
   character, parameter :: newline = new_line("a")
   !> Orders that are told of each.
@@ -166,6 +166,31 @@ contains
       & // tabulated("lrrrrrr", "counterweight,rigid 1,2,3,mounts 1,2,3" // newline // ",N,N,N,N,N,N", orders)
   end function report_balance
 
+  !> In space, of the first order what turns with the crank and against it, across the third of these axes.
+  function turning_lines(variants, rigid, linkage, axes) result(lines)
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    real(dp), intent(in) :: axes(3, 3)
+    character(len=:), allocatable :: lines
+    real(dp) :: sizes(1, 4), scale(4)
+    integer :: i, k
+
+    lines = ""
+    scale = reshape(variants(1)%left%turning(axes, 1), [4])
+    scale = max(scale, variants(1)%left%rms([force, force, moment, moment]))
+    do i = 1, size(variants)
+      sizes = variants(i)%left%turning(axes, 1)
+      lines = lines // label_of(variants(i), rigid, linkage)
+      do k = 1, 4
+        lines = lines // tab // clean(sizes(1, k), scale(k))
+      end do
+      lines = lines // newline
+    end do
+    lines = newline // wrapped("WHAT TURNS with the crank and against it across the shaft, order 1 on rigid ground" // newline) &
+      & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
+  end function turning_lines
+
   !> Which radii the masses belong to.
   pure function radius_line(order) result(line)
     type(balance_order_type), intent(in) :: order
@@ -253,14 +278,16 @@ contains
 
     lines = ""
     if (size(variants) == 1) return
-    lines = newline // "COUNTERWEIGHTS as links of the input" // newline
+    lines = newline // "COUNTERWEIGHTS as links of the input" // newline // copies_line(variants, rigid, linkage)
     do i = 2, size(variants)
       associate (one => variants(i))
         lines = lines // "  ! " // label_of(one, rigid, linkage) // newline
         do k = 1, size(one%weights)
           associate (body => rigid%bodies(one%weights(k)%body))
             associate (link => linkage%links(body%link))
-              place = typed(one%weights(k)%center(body), units%of(of_length))
+              place = one%weights(k)%center(body)
+              where (abs(place) <= rounding * norm2(place)) place = 0
+              place = typed(place, units%of(of_length))
               joints = "from=" // quoted(linkage%joints(link%from)%name) // ", to=" // quoted(linkage%joints(link%to)%name) // ","
               line = "  &link name=" // quoted(trim(name_of_weight(one, k, rigid, linkage))) // ","
               if (columns_of(line // joints) < widest) then
@@ -270,13 +297,40 @@ contains
               end if
               lines = lines // line // newline // "    mass=" &
                 & // concise(typed(one%weights(k)%mass(body), units%of(of_mass)), digits) // ", inertia=0, center=" &
-                & // concise(place(1), digits) // "," // concise(place(2), digits) // " /" // newline
+                & // concise(place(1), digits) // "," // concise(place(2), digits)
+              if (size(rigid%kinds()) > 3 .and. abs(link%own_z) > 0) lines = lines // ", z=" // concise(typed(link%own_z, &
+                & units%of(of_length)), digits)
+              lines = lines // " /" // newline
             end associate
           end associate
         end do
       end associate
     end do
   end function link_lines
+
+  !> Which of these links &repeat would copy too: those of which there are copies, called PART.link.
+  pure function copies_line(variants, rigid, linkage) result(line)
+    type(variant_type), intent(in) :: variants(:)
+    type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
+    character(len=:), allocatable :: line, tail
+    logical :: copied, carries
+    integer :: b, i, k
+
+    line = ""
+    do b = 1, size(rigid%bodies)
+      tail = "." // linkage%links(rigid%bodies(b)%link)%name
+      copied = .false.
+      do k = 1, size(linkage%links)
+        associate (name => linkage%links(k)%name)
+          if (len(name) > len(tail)) copied = copied .or. name(len(name) - len(tail) + 1:) == tail
+        end associate
+      end do
+      carries = any([(any(variants(i)%weights%body == b), i = 1, size(variants))])
+      if (copied .and. carries) line = line // ", " // tail(2:)
+    end do
+    if (line /= "") line = wrapped("  &repeat copies what is added to its mechanism: here " // line(3:) // newline)
+  end function copies_line
 
   !> A value of SI as it is typed.
   elemental real(dp) function typed(value, unit)

@@ -8,8 +8,8 @@ module gestell_task_balance_variants
   use gestell_model_frame_quantity, only: find_quantity
   use gestell_model_frame_rows, only: probe_type, quantity_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_study_balance, only: counterweight_type, left_type, measure_left, rigid_ground_type, shaking_rows, &
-    & with_counterweights
+  use gestell_study_balance, only: left_type, measure_left, rigid_ground_type
+  use gestell_study_balance_bodies, only: counterweight_type, with_counterweights
   use gestell_study_balance_complete, only: balance_force, balanced, not_balanced
   use gestell_study_balance_single, only: best_single
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
@@ -39,8 +39,8 @@ module gestell_task_balance_variants
     character(len=9) :: verdict = ""
     !> Rms and peak of force and moment (N, N m) and their errors, shape (2).
     real(dp), dimension(2) :: rms = 0, rms_error = 0, peak = 0, peak_error = 0
-    !> Peaks of xi, eta (m) and psi (rad) and their errors.
-    real(dp), dimension(3) :: motion = 0, motion_error = 0
+    !> Peaks of the degrees of freedom (m, rad), of three or in space of six, and their errors.
+    real(dp), dimension(6) :: motion = 0, motion_error = 0
     !> Rms of the orders 1, 2, ... of force and moment, shape (2, orders).
     real(dp), allocatable :: orders(:, :)
   end type mounted_type
@@ -67,10 +67,11 @@ contains
     integer, intent(out) :: state
     real(dp), intent(out) :: length
     type(variant_type), allocatable :: all(:)
-    real(dp) :: weights(shaking_rows, for_force:for_sum)
+    type(counterweight_type), allocatable :: pivoted(:)
+    real(dp) :: weights(size(rigid%found, 1), for_force:for_sum)
     integer :: b, aim, n
 
-    allocate(all(2 + 3 * size(rigid%bodies)))
+    allocate(all(3 + 3 * size(rigid%bodies)))
     allocate(all(1)%weights(0))
     call measure_left(rigid, all(1)%weights, speed, all(1)%left)
     length = order%length
@@ -78,10 +79,11 @@ contains
     associate (rms => all(1)%left%rms)
       if (.not. order%length > 0 .and. minval(rms) > 0) length = rms(moment) / rms(force)
     end associate
-    weights(:, for_force) = [1, 1, 0]
-    weights(:, for_moment) = [0, 0, 1]
-    weights(:2, for_sum) = sqrt(1 - order%weight)
-    weights(3, for_sum) = sqrt(order%weight) / length
+    associate (kinds => rigid%kinds())
+      weights(:, for_force) = merge(1, 0, kinds == force)
+      weights(:, for_moment) = merge(1, 0, kinds == moment)
+      weights(:, for_sum) = merge(sqrt(1 - order%weight), sqrt(order%weight) / length, kinds == force)
+    end associate
     n = 1
     do b = 1, size(rigid%bodies)
       do aim = for_force, for_sum
@@ -94,8 +96,15 @@ contains
       end do
     end do
     if (allocated(all(n + 1)%weights)) deallocate(all(n + 1)%weights)
-    call balance_force(rigid, all(n + 1)%weights, state)
-    if (state == balanced .or. state == not_balanced .and. count(rigid%bodies%pivoted) > 1) then
+    call balance_force(rigid, all(n + 1)%weights, state, pivoted)
+    if (state == balanced .and. size(pivoted) > 1 .and. count(rigid%kinds() == moment) > 1) then
+      ! shafts with several throws have these
+      n = n + 1
+      all(n)%aim = together
+      call move_alloc(all(n)%weights, all(n + 1)%weights)
+      call move_alloc(pivoted, all(n)%weights)
+    end if
+    if (state == balanced .or. state == not_balanced .and. count(rigid%bodies%pivoted) > 1 .and. size(all(n + 1)%weights) > 0) then
       n = n + 1
       all(n)%aim = merge(complete, together, state == balanced)
     end if
@@ -192,6 +201,7 @@ contains
     do i = force, moment
       if (.not. (allocated(analysis%vibration) .and. .not. allocated(failure))) exit
       call find_quantity(analysis%frame, none, names(i), quantity, failure)
+      if (i == moment .and. .not. allocated(failure)) call whole_moment(analysis%frame, quantity, failure)
       if (.not. allocated(failure)) call take_statistics(analysis%vibration, quantity, statistics, failure)
       if (allocated(failure)) exit
       mounted%rms(i) = statistics%rms
@@ -206,9 +216,36 @@ contains
     else if (.not. allocated(analysis%vibration)) then
       mounted%reason = "no vibration"
     else
-      mounted%motion = analysis%vibration%peak(:3)
-      mounted%motion_error = analysis%vibration%peak_error(:3)
+      associate (dofs => analysis%frame%dofs())
+        mounted%motion(:dofs) = analysis%vibration%peak(:dofs)
+        mounted%motion_error(:dofs) = analysis%vibration%peak_error(:dofs)
+      end associate
     end if
   end subroutine take_mounted
+
+  !> The moment about zeta becomes, in space, the size of that about all three axes. Error: as of `find_quantity`.
+  subroutine whole_moment(frame, quantity, error)
+    class(frame_type), intent(in) :: frame
+    type(quantity_type), intent(inout) :: quantity
+    type(error_type), allocatable, intent(out) :: error
+    character(len=2), parameter :: across(2) = ["mx", "my"]
+    type(quantity_type) :: other
+    type(probe_type) :: none(0)
+    real(dp), allocatable :: weights(:, :), rounding(:, :)
+    integer :: i
+
+    if (.not. allocated(frame%space)) return
+    allocate(weights(size(quantity%weights, 1), 3), rounding(size(quantity%rounding, 1), 3))
+    weights(:, 3) = quantity%weights(:, 1)
+    rounding(:, 3) = quantity%rounding(:, 1)
+    do i = 1, 2
+      call find_quantity(frame, none, across(i), other, error)
+      if (allocated(error)) return
+      weights(:, i) = other%weights(:, 1)
+      rounding(:, i) = other%rounding(:, 1)
+    end do
+    call move_alloc(weights, quantity%weights)
+    call move_alloc(rounding, quantity%rounding)
+  end subroutine whole_moment
 
 end module gestell_task_balance_variants

@@ -11,7 +11,8 @@ module gestell_task_drawing_report
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_gravity, only: weighs, weight_of
   use gestell_model_linkage, only: linkage_type
-  use gestell_study_balance, only: counterweight_type, examine, rigid_ground_type
+  use gestell_study_balance, only: examine, rigid_ground_type
+  use gestell_study_balance_bodies, only: counterweight_type
   use gestell_study_balance_complete, only: balance_force, balanced, balanced_already
   use gestell_task_forces_reactions, only: static_force, support_places
   use gestell_task_drawing_balance_table, only: balance_table

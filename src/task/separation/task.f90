@@ -24,7 +24,7 @@ module gestell_task_separation_task
   use gestell_task_separation_keys, only: separation_keys
   use gestell_task_separation_plot, only: plot_separation
   use gestell_task_separation_report, only: report_separation, separation_headline
-  use gestell_task_separation_torque_roll, only: share_torque_roll, torque_roll_line
+  use gestell_task_separation_torque_roll, only: axis_table, share_torque_roll, torque_roll_line
   use gestell_task_sweep_keys, only: sweep_keys
   use gestell_task_sweep_plan, only: refuse_standstill
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
@@ -56,7 +56,7 @@ contains
 
     self%name = "separation"
     self%in_space = .true.
-    self%tables = [character(len=longest_table) :: "separation"]
+    self%tables = [character(len=longest_table) :: "separation", "torque_roll"]
     self%about = unsolved_machine
     self%judges = .true.
   end subroutine describe
@@ -128,6 +128,7 @@ contains
     call share_torque_roll(context%configuration%frame, campbell, found)
     verdict = campbell_verdict(campbell)
     call result%add(table_of(found, trim(family%model), verdict), plot_separation(found, campbell, self%orders, self%margin))
+    if (allocated(context%configuration%frame%space)) call result%add(axis_table(context%configuration%frame))
     call result%judge(verdict)
     call separation_headline(found, self%margin, state, words)
     call result%warn(state, words)

@@ -6,13 +6,15 @@ module gestell_task_separation_torque_roll
   use gestell_model_space, only: in_frame, in_space
   use gestell_model_space_torque_roll, only: find_torque_roll, torque_roll_type
   use gestell_output_report_wrapping, only: wrapped
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: degree, metre, plain
   use gestell_study_mode_type, only: assurance
   use gestell_task_campbell, only: campbell_type
   use gestell_task_separation, only: separation_type
   implicit none (type, external)
   private
 
-  public :: axis_line, share_torque_roll, torque_roll_line
+  public :: axis_line, axis_table, share_torque_roll, torque_roll_line
 
   character, parameter :: newline = new_line("a")
 
@@ -65,17 +67,44 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
     type(torque_roll_type) :: roll
-    real(dp) :: mass(6, 6)
-    integer :: i
 
-    mass = frame%space%mean_mass(frame%mass, [(i, i = 1, 6)], 4 * frame%least_steps)
-    call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
+    call find_axis(frame, roll)
     line = ""
     if (.not. roll%known) return
     line = newline // wrapped("TORQUE-ROLL AXIS of the machine on nothing: (" // listed(roll%axis) // "), " &
       & // fixed(roll%angle * 180 / pi, 2) // " deg from the shaft, through the centre of mass at (" // listed(roll%center) &
       & // ") m" // newline)
   end function axis_line
+
+  !> torque_roll.csv: the same for programs; no rows where it is not known.
+  type(table_type) function axis_table(frame) result(table)
+    class(frame_type), intent(in) :: frame
+    character(len=*), parameter :: names(3) = ["x", "y", "z"]
+    type(torque_roll_type) :: roll
+    integer :: i, rows
+
+    call find_axis(frame, roll)
+    rows = merge(1, 0, roll%known)
+    table = new_table("torque_roll", "Torque-roll axis", "About which the machine turns under a torque where nothing holds it.", "")
+    do i = 1, 3
+      call table%add("axis_" // names(i), plain, "its direction", spread(roll%axis(i), 1, rows))
+    end do
+    do i = 1, 3
+      call table%add("center_" // names(i), metre, "the centre of mass, on it, from F", spread(roll%center(i), 1, rows))
+    end do
+    call table%add("angle", degree, "between it and the shaft", spread(roll%angle * 180 / pi, 1, rows))
+  end function axis_table
+
+  !> The axis of a frame in space, its moving masses at their means.
+  subroutine find_axis(frame, roll)
+    class(frame_type), intent(in) :: frame
+    type(torque_roll_type), intent(out) :: roll
+    real(dp) :: mass(6, 6)
+    integer :: i
+
+    mass = frame%space%mean_mass(frame%mass, [(i, i = 1, 6)], 4 * frame%least_steps)
+    call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
+  end subroutine find_axis
 
   pure function listed(values) result(words)
     real(dp), intent(in) :: values(3)
