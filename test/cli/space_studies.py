@@ -5,7 +5,7 @@ import math
 import re
 
 from harness import Folder, Run, check, equal, near
-from space import ALL, DATA, FOUR_BAR, SUPPORTS, VALIDATION, rows, times, turned, words
+from space import ALL, DATA, FOUR_BAR, HOLDERS, SUPPORTS, VALIDATION, rows, times, turned, words
 
 MODELS = ("rest", "first_order", "exact")
 
@@ -241,6 +241,51 @@ def trade_tests():
         check("trade in space: width", all(len(line) <= 80 for line in run.out.splitlines()), "80", max(map(len, run.out.splitlines())))
 
 
+def torque_design_tests():
+    """A design for the drive's torque, whoever holds the speed: the plane's in a tilted one; as the task `power` has it, whose energy
+    balances, of the improved machine; beside a flywheel of a machine that the plane does not have."""
+    design = "&design parameter='{}', from={}, to={} /\n"
+    more = design.format("link(crank).center(1)", -0.2, 0.1) + design.format("frame.mass", 15, 25) + \
+        "&objective quantity='torque', measure='{}' /\n&constraint quantity='f', measure='rms', at_most=400 /\n"
+    for model, holder, measure in (("exact", HOLDERS[0], "rms"), ("exact", HOLDERS[2], "peak"), ("exact", HOLDERS[1], "rms")):
+        what = f"design for torque, {model}, {holder.split(',')[0]}"
+        plane, space, _ = tilted("design", model, 420, more.format(measure))
+        plane, space = (text.replace("speed_rpm=420", f"speed_rpm=420, held_by={holder}") for text in (plane, space))
+        with Folder(plane=plane, space=space) as folder:
+            for name in ("plane", "space"):
+                if not Run(folder, "-q", f"{name}.nml").done(f"{what}, {name}"):
+                    return
+            for one, other in zip(*(rows(folder / name / "design.csv") for name in ("plane", "space"))):
+                # as in design_tests
+                near(f"{what}: {one['parameter']}", float(other["after"]), float(one["after"]), 1e-5 * abs(float(one["after"])))
+            goals = [rows(folder / name / "design_goals.csv") for name in ("plane", "space")]
+            for one, other in zip(*goals):
+                for key in ("before", "after"):
+                    near(f"{what}: {one['quantity']} {key}", float(other[key]), float(one[key]), 1e-7 * abs(float(one[key])))
+            if Run(folder, "-q", "-s", "case.tasks=power", "-s", "response.points=512", "-o", "single", "space/design.nml").done(what):
+                torques = [float(row["torque_Nm"]) for row in rows(folder / "single" / "power.csv")[:-1]]
+                size = max(map(abs, torques)) if measure == "peak" else math.sqrt(sum(value**2 for value in torques) / len(torques))
+                # nine digits of the numbers; 512 rows of a peak
+                near(f"{what}: as the task power has it", size, float(goals[1][0]["after"]), (1e-4 if measure == "peak" else 1e-7) * size)
+    text = (VALIDATION / "watt_beside.nml").read_text().replace("&drive ", "&drive held_by='flywheel', flywheel_inertia=0.3, ")
+    text = re.sub(r"&case title = ('[^']*') /", "&case tasks='design' /", text) + \
+        design.format("frame.mass", 40, 90) + "&objective quantity='torque', measure='rms' /\n"
+    with Folder(input=text) as folder:
+        if not Run(folder, "-q", "-s", "drive.speed_rpm=209", "input.nml").done("design beside a flywheel"):
+            return
+        goal, number = rows(folder / "input" / "design_goals.csv")[0], rows(folder / "input" / "design.csv")[0]
+        torques = {}
+        for part in (0.98, 1.0, 1.02):
+            mass = min(max(float(number["after"]) * part, 40.0), 90.0)
+            Run(folder, "-q", "-s", "case.tasks=power", "-s", f"frame.mass={mass!r}", "-s", "response.points=256", "-s",
+                "drive.speed_rpm=209", "-o", "one", "input.nml").done("design beside a flywheel, power")
+            values = [float(row["torque_Nm"]) for row in rows(folder / "one" / "power.csv")[:-1]]
+            torques[part] = math.sqrt(sum(value**2 for value in values) / len(values))
+        near("design beside a flywheel: torque", torques[1.0], float(goal["after"]), 1e-8 * torques[1.0])
+        check("design beside a flywheel: less on no side", torques[1.0] <= min(torques.values()) * (1 + 1e-12), min(torques.values()),
+              torques)
+
+
 def design_tests():
     """The plane's design of a counterweight and of mounts is that in a tilted plane, what the forces in it come to; designs that the plane
     does not have: one whose limit binds is met by a run of its own."""
@@ -261,6 +306,7 @@ def design_tests():
             for one, other in zip(*both):
                 for key in ("before", "after"):
                     near(f"design, {model}: {one['quantity']} {key}", float(other[key]), float(one[key]), 1e-7 * abs(float(one[key])))
+    torque_design_tests()
     text = re.sub(r"tasks = [^/]*/", "tasks = 'design' /", (DATA / "engine_in_space.nml").read_text(), count=1)
     text += "".join(f"&design parameter='support(1).stiffness({axis})', with='support(2).stiffness({axis})', from=20, to=300 /\n"
                     for axis in (1, 2))

@@ -61,7 +61,6 @@ contains
     else if (name == "torque") then
       goal%about = of_torque
       goal%measure%unit = "Nm"
-      if (allocated(frame%space)) call fatal_error(error, "'torque' is not known of a frame in space yet", invalid_input)
     else if (name == "rho_max") then
       goal%about = of_multipliers
     else if (any(name == machine_names)) then
@@ -181,7 +180,7 @@ contains
         end select
       case (of_torque)
         allocate(power(power_rows, size(phases)))
-        first_rows = motion(:accelerations, :)
+        first_rows = motion(:rows_of(dofs, accelerations), :)
         call drive_power(frame, phases, first_rows, power, known)
         if (.not. known) then
           call fatal_error(error, "'torque' needs the mechanism's energy, key energy of &mass_functions", invalid_input)

@@ -159,7 +159,7 @@ contains
     type(motion_type), intent(inout) :: motion
     type(error_type), allocatable, intent(out) :: error
     type(coordinates_type) :: coordinates
-    real(dp), dimension(motion%parameters()) :: most, lacking
+    real(dp), dimension(motion%parameters()) :: most, lacking, before
     real(dp) :: lack(size(motion%phases), size(motion%q, 2))
     real(dp), allocatable :: loads(:, :, :), changes(:, :, :, :)
     integer :: k, correction
@@ -169,16 +169,21 @@ contains
       call find_coordinates(system, phases, coarse(accuracy), coordinates, fits, motion%quick)
       allocate(loads(phases, f, parameters), changes(phases, f, 0:2, parameters))
       most = 0
-      ! the linear part is all, but for the torque of a motor with flywheel, a constant moment that depends on the whole motion
+      before = 0
+      ! the linear part is all, but for what depends on the whole motion beside a flywheel: the motor's torque, a constant moment,
+      ! and in space the shaft's lag
       do correction = 1, merge(most_corrections, 1, system%held_by == "flywheel")
         do k = 1, parameters
           call differentiate_equations(neighbours, system, motion, k, lack)
-          if (correction > 1) lack = spread(sum(lack, dim=1) / phases, 1, phases)
+          if (correction > 1) lack = lower_part(lack, merge(phases / 4, 0, allocated(system%space)))
           loads(:, :, k) = -lack(:, system%free)
           lacking(k) = maxval(norm2(lack, dim=1))
         end do
         most = max(most, lacking)
         if (correction > 1 .and. all(lacking <= 10 * of_slope * most)) exit
+        ! roundings of the differences are left
+        if (correction > 2 .and. allocated(system%space) .and. all(lacking > before / 2)) exit
+        before = lacking
         if (fits) then
           call respond(system, coordinates, motion%phases, loads, changes)
         else
@@ -191,6 +196,26 @@ contains
     if (.not. all(abs(motion%slope) <= huge(most))) call fatal_error(error, "the derivatives of the vibration overflow", &
       & failed_computation)
   end subroutine find_slopes
+
+  !> Of functions over the turn at equidistant phases, shape (phases, functions), the harmonics up to `order`: those above would be
+  !> corrections of roundings, which these phases do not resolve.
+  function lower_part(values, order) result(lower)
+    real(dp), intent(in) :: values(:, :)
+    integer, intent(in) :: order
+    real(dp) :: lower(size(values, 1), size(values, 2))
+    real(dp), dimension(size(values, 1), size(values, 2)) :: unused, also_unused
+    type(series_type) :: series
+    integer :: k
+
+    if (order == 0) then
+      lower = spread(sum(values, dim=1) / size(values, 1), 1, size(values, 1))
+      return
+    end if
+    series = series_through(values)
+    series%cosine(order + 1:, :) = 0
+    series%sine(order + 1:, :) = 0
+    call series%values([(real(k, dp) / size(values, 1), k = 0, size(values, 1) - 1)], lower, unused, also_unused)
+  end function lower_part
 
   !> The same as `respond`, load by load, where free vibrations are too fast, or some are lost beside others. Errors: as of
   !> `solve_floquet` and `solve_periodic`.

@@ -6,7 +6,7 @@ module gestell_study_design_told
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: accelerations
+  use gestell_model_frame_rows, only: accelerations, motion_rows => rows_of
   use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
   use gestell_study_design_branches, only: measure_branches
   use gestell_study_design_goal, only: components, goal_type, of_machine, of_motion, of_multipliers, of_shaking, of_torque, &
@@ -170,7 +170,7 @@ contains
 
     n = size(vibration%motion, 2)
     allocate(power(power_rows, n), slopes(n, 1, 0))
-    motion = vibration%motion(:accelerations, :)
+    motion = vibration%motion(:motion_rows(frame%dofs(), accelerations), :)
     call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], motion, power, known, vibration%motion_errors%bounds(), found(2))
     if (.not. known) then
       call fatal_error(error, "the mechanism does not tell its energy", failed_computation)

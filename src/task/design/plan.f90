@@ -73,10 +73,6 @@ contains
 
     if (configuration%tasks%averaged) then
       call input_error(the_group(configuration%document, "model"), "coefficients", "the task 'design' needs 'periodic'", error)
-    else if (allocated(configuration%frame%space) .and. configuration%frame%held_by == "flywheel") then
-      ! how far it lags behind depends on the whole motion: its derivatives are not those of a constant moment
-      call input_error(the_group(configuration%document, "drive"), "held_by", "is not known to the task 'design' in space yet", &
-        & error)
     end if
     if (allocated(error)) return
     call read_parameters(configuration, plan, error)
