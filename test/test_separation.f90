@@ -63,8 +63,8 @@ contains
     type(separation_type) :: found(3)
 
     call make_diagram([-300.0_dp], [mode_of(12.5_dp, 0.1_dp)], campbell)
-    found = find_separations(campbell, none, 3, 0.2_dp)
-    call check(error, all(found%order == [1, 2, 3]) .and. all(found%mode == 1), "a row for every order")
+    found = find_separations(campbell, none, [1, 2, 3], 1, 0.2_dp)
+    call check(error, all(found%harmonic == [1, 2, 3]) .and. all(found%mode == 1), "a row for every order")
     if (allocated(error)) return
     call check_that(error, maxval(abs(found%distance - [1.5_dp, 0.25_dp, 1 / 6.0_dp])), "<", 1.0e-15_dp * 10, "distances")
     if (allocated(error)) return
@@ -73,13 +73,13 @@ contains
     call check(error, all(found%state == [character(len=9) :: "pass", "pass", "fail"]), "20 %")
     if (allocated(error)) return
     ! 24.5 % and 25.5 %: the error of 1 % reaches across both.
-    found = find_separations(campbell, none, 3, 0.245_dp)
+    found = find_separations(campbell, none, [1, 2, 3], 1, 0.245_dp)
     call check(error, found(2)%state, "undecided")
     if (allocated(error)) return
-    found = find_separations(campbell, none, 3, 0.255_dp)
+    found = find_separations(campbell, none, [1, 2, 3], 1, 0.255_dp)
     call check(error, found(2)%state, "undecided")
     if (allocated(error)) return
-    found = find_separations(campbell, none, 3, 0.27_dp)
+    found = find_separations(campbell, none, [1, 2, 3], 1, 0.27_dp)
     call check(error, found(2)%state, "fail")
     if (allocated(error)) return
     call check(error, all(abs(found%energy(2) - 1) <= 0) .and. all(abs(found%energy(1)) + abs(found%energy(3)) <= 0), &
@@ -99,7 +99,7 @@ contains
     ! A half order is none that is asked for.
     crossings(1) = crossing_type(mode=1, order=1.5_dp, speed=360.0_dp, at=mode_of(9.0_dp, 0.0_dp))
     crossings(2) = crossing_type(mode=1, order=2.0_dp, speed=270.0_dp, at=mode_of(9.0_dp, 0.0_dp))
-    found = find_separations(campbell, crossings, 3, 0.2_dp)
+    found = find_separations(campbell, crossings, [1, 2, 3], 1, 0.2_dp)
     call check_that(error, maxval(abs(found%distance - [0.5_dp, 0.0_dp, 0.25_dp])), "<", 1.0e-15_dp * 10, "distances")
     if (allocated(error)) return
     call check_that(error, maxval(abs(found%speed - [360, 270, 240])), "<", 1.0e-12_dp, "where")
@@ -122,12 +122,12 @@ contains
     call make_diagram([300.0_dp], [mode], campbell)
     campbell%free = [1, 3]
     campbell%points(1)%mass(:2, :2) = reshape([4.0_dp, 1.0_dp, 1.0_dp, 2.0_dp], [2, 2])
-    found = find_separations(campbell, none, 1, 0.2_dp)
+    found = find_separations(campbell, none, [1], 1, 0.2_dp)
     call check_that(error, maxval(abs(found(1)%energy(:3) - [0.25_dp, 0.0_dp, 0.75_dp])), "<", 1.0e-15_dp * 10, "xi, eta, psi")
     if (allocated(error)) return
     ! A quarter of a swing apart they have nothing in common: 4 |q_1|^2 and 2 |q_2|^2.
     campbell%points(1)%modes(1)%shapes(:2, 1) = [(1.0_dp, 0.0_dp), (0.0_dp, 1.0_dp)] / sqrt(6.0_dp)
-    found = find_separations(campbell, none, 1, 0.2_dp)
+    found = find_separations(campbell, none, [1], 1, 0.2_dp)
     call check_that(error, maxval(abs(found(1)%energy(:3) - [2 / 3.0_dp, 0.0_dp, 1 / 3.0_dp])), "<", 1.0e-15_dp * 10, "apart")
   end subroutine test_energy
 
@@ -140,13 +140,13 @@ contains
     type(mode_type) :: lost
 
     call make_diagram([240.0_dp, 300.0_dp], [lost, mode_of(6.0_dp, 0.0_dp)], campbell)
-    found = find_separations(campbell, none, 1, 0.1_dp)
+    found = find_separations(campbell, none, [1], 1, 0.1_dp)
     call check_that(error, abs(found(1)%distance - 0.2_dp), "<", 1.0e-15_dp * 10, "told at one speed")
     if (allocated(error)) return
     call check(error, found(1)%state, "pass")
     if (allocated(error)) return
     call make_diagram([240.0_dp, 300.0_dp], [lost, lost], campbell)
-    found = find_separations(campbell, none, 1, 0.1_dp)
+    found = find_separations(campbell, none, [1], 1, 0.1_dp)
     call check(error, ieee_is_nan(found(1)%distance) .and. all(ieee_is_nan(found(1)%energy)), "no numbers")
     if (.not. allocated(error)) call check(error, found(1)%state, "undecided")
   end subroutine test_untold

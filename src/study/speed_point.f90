@@ -1,5 +1,5 @@
 !> The vibration of a machine at one speed, as a resonance curve needs it: peaks, roots of the mean square, orders, and where
-!> the free vibrations stand against the turn of the crank.
+!> the free vibrations stand against the period.
 module gestell_study_speed_point
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp, pi
@@ -27,11 +27,15 @@ module gestell_study_speed_point
     !> Quantities by the user's names (gestell_model_frame_quantity), and the probes that they may name.
     character(len=80), allocatable :: names(:)
     type(probe_type), allocatable :: probes(:)
-    !> Orders of the crank that are split off.
+    !> How many harmonics of the period are split off, which are orders of the crank where it turns once in the period: 1, 2, ...,
+    !> or `harmonics` where they are given.
     integer :: orders = 6
+    integer, allocatable :: harmonics(:)
     type(accuracy_type) :: accuracy
     !> What else is measured of these quantities.
     type(measure_type), allocatable :: measures(:)
+  contains
+    procedure :: split_off
   end type speed_order_type
 
   !> States of a point, and their names: a vibration that free ones leave, that they neither leave nor join for sure, that
@@ -44,18 +48,19 @@ module gestell_study_speed_point
     !> The family's parameter.
     real(dp) :: speed = 0
     integer :: state = no_solution
-    !> Of each quantity peak, a bound on its error, rms, amplitudes of the orders from 1 on; shape
-    !> (3 + orders, quantities); NaN where there is no vibration. The strongest of all orders.
+    !> Of each quantity peak, a bound on its error, rms, amplitudes of the harmonics that are split off; shape
+    !> (3 + harmonics, quantities); NaN where there is no vibration. The strongest of all harmonics.
     real(dp), allocatable :: values(:, :)
     integer, allocatable :: strongest(:)
     !> Each measure that was ordered and its error, shape (2, measures).
     real(dp), allocatable :: measured(:, :)
-    !> Of each free vibration: its turns within a turn of the crank up to whole ones, in (-1/2, 1/2], the logarithm of its
-    !> growth in a turn, and the turns that the averaged frame would give all of them, ascending; shapes (modes). Not
-    !> allocated where there are no multipliers.
+    !> Of each free vibration: its turns within the period up to whole ones, in (-1/2, 1/2], the logarithm of its growth in it,
+    !> and the turns that the averaged frame would give all of them, ascending; shapes (modes). Not allocated where there are no
+    !> multipliers.
     real(dp), allocatable :: turns(:), growth(:), averaged_turns(:)
-    !> The speed of the crank (rad/s), without sign.
+    !> 2 pi over the period (rad/s), and how often the drive turns in it.
     real(dp) :: crank = 0
+    integer :: drive_turns = 1
     !> How far the frame moves; nowhere where there is no vibration.
     type(moved_type) :: moved
   end type speed_point_type
@@ -90,9 +95,26 @@ contains
       call fatal_error(error, "a curve needs one quantity at least", invalid_input)
       return
     end if
-    call check_orders(order%orders, error)
+    if (allocated(order%harmonics)) then
+      call check_orders(merge(maxval([0, order%harmonics]), -1, all(order%harmonics > 0)), error)
+    else
+      call check_orders(order%orders, error)
+    end if
     if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
   end subroutine check_speed_order
+
+  !> The harmonics that are split off.
+  pure function split_off(self) result(harmonics)
+    class(speed_order_type), intent(in) :: self
+    integer, allocatable :: harmonics(:)
+    integer :: k
+
+    if (allocated(self%harmonics)) then
+      harmonics = self%harmonics
+    else
+      harmonics = [(k, k = 1, self%orders)]
+    end if
+  end function split_off
 
   !> The same at any parameters; `speed` stays open.
   subroutine solve_response(family, parameters, order, point, error)
@@ -107,11 +129,13 @@ contains
     type(multipliers_type) :: multipliers
     type(vibration_type) :: vibration
     type(probe_type), allocatable :: probes(:)
+    integer, allocatable :: split(:)
     integer :: i
 
     call check_speed_order(order, error)
     if (allocated(error)) return
-    allocate(point%values(3 + order%orders, size(order%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
+    split = order%split_off()
+    allocate(point%values(3 + size(split), size(order%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
     allocate(point%strongest(size(order%names)), source=0)
     call member%make(family, parameters, error)
     point%state = merge(no_mechanism, no_solution, member%state == impossible_member)
@@ -128,7 +152,7 @@ contains
     if (.not. allocated(error)) call member%multipliers(.true., multipliers, error)
     if (allocated(error) .or. .not. member%is_sound()) return
     call take_turns(frame, multipliers, point)
-    call solve_vibration(member%system, member%floquet, history, max(harmonics, order%orders), vibration, error, &
+    call solve_vibration(member%system, member%floquet, history, maxval([harmonics, split]), vibration, error, &
       & maxval([(quantities(i)%rows(), i = 1, size(quantities))]))
     if (allocated(error)) then
       if (error%cause == resonance) point%state = in_resonance
@@ -138,7 +162,7 @@ contains
     point%state = state_of(multipliers)
     point%moved = moved(frame, vibration%peak(:frame%dofs()))
     do i = 1, size(quantities)
-      call take_values(vibration, quantities(i), point%values(:, i), point%strongest(i), error)
+      call take_values(vibration, quantities(i), split, point%values(:, i), point%strongest(i), error)
       if (allocated(error)) return
     end do
     if (.not. allocated(order%measures)) return
@@ -176,9 +200,10 @@ contains
     end do
   end subroutine find_quantities
 
-  subroutine take_values(vibration, quantity, values, strongest, error)
+  subroutine take_values(vibration, quantity, split, values, strongest, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
+    integer, intent(in) :: split(:)
     real(dp), intent(out) :: values(:)
     integer, intent(out) :: strongest
     type(error_type), allocatable, intent(out) :: error
@@ -189,7 +214,7 @@ contains
     call take_statistics(vibration, quantity, statistics, error)
     if (allocated(error)) return
     values(:3) = [statistics%peak, statistics%peak_error, statistics%rms]
-    values(4:) = [(statistics%amplitude(k), k = 1, size(values) - 3)]
+    values(4:) = [(statistics%amplitude(split(k)), k = 1, size(split))]
     strongest = statistics%strongest()
   end subroutine take_values
 
@@ -210,6 +235,7 @@ contains
     f = size(frame%free)
     allocate(point%turns(f), point%growth(f), point%averaged_turns(f), source=0.0_dp)
     point%crank = abs(frame%speed)
+    point%drive_turns = frame%mechanism%turns
     call frame%matrices(0.0_dp, m, b, c)
     n = 0
     second = .false.

@@ -49,6 +49,8 @@ module gestell_task_configuration
   contains
     procedure :: model
     procedure :: speeds
+    procedure :: harmonics
+    procedure :: turns
   end type configuration_type
 
 contains
@@ -112,6 +114,28 @@ contains
       speeds = axis%value([(k, k = 1, axis%count)])
     end associate
   end function speeds
+
+  !> Turns of the drive in a period.
+  pure integer function turns(self)
+    class(configuration_type), intent(in) :: self
+
+    turns = 1
+    if (allocated(self%frame%mechanism)) turns = self%frame%mechanism%turns
+  end function turns
+
+  !> The harmonics of the period that are looked at, up to `highest` times the speed of the drive.
+  pure function harmonics(self, highest)
+    class(configuration_type), intent(in) :: self
+    integer, intent(in) :: highest
+    integer, allocatable :: harmonics(:)
+    integer :: k
+
+    if (allocated(self%frame%mechanism)) then
+      harmonics = self%frame%mechanism%harmonics(highest)
+    else
+      harmonics = [(k, k = 1, highest)]
+    end if
+  end function harmonics
 
   !> Title, model, accuracy and how much of a vibration is told.
   subroutine read_model(configuration, error)

@@ -101,7 +101,6 @@ contains
     call read_machine(configuration, size(names) == 0 .or. any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= all_machines, &
       & i = 1, size(tasks))]), error)
     if (.not. allocated(error)) call refuse_in_space(configuration, tasks, names, error)
-    if (.not. allocated(error)) call refuse_many_turns(configuration, tasks, names, error)
     if (allocated(error)) return
     if (orders_any(tasks, all_machines) .or. orders_any(tasks, all_speeds)) call read_plan(configuration, orders_any(tasks, &
       & all_speeds), error)
@@ -130,24 +129,6 @@ contains
       return
     end do
   end subroutine refuse_in_space
-
-  !> Error: a task that was ordered does not know a period of more than a turn.
-  subroutine refuse_many_turns(configuration, tasks, names, error)
-    type(configuration_type), intent(in) :: configuration
-    type(any_task_type), intent(in) :: tasks(:)
-    character(len=*), intent(in) :: names(:)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i, k
-
-    if (allocated(configuration%impossible) .or. .not. allocated(configuration%frame%mechanism)) return
-    if (configuration%frame%mechanism%turns == 1) return
-    do i = 1, size(tasks)
-      if (.not. tasks(i)%task%ordered .or. tasks(i)%task%many_turns) cycle
-      k = findloc(names == tasks(i)%task%name, .true., dim=1)
-      call input_error(the_group(configuration%document, "case"), "tasks", "does not know ratios that are not whole yet", error, k)
-      return
-    end do
-  end subroutine refuse_many_turns
 
   !> The names of all tables that a run can leave.
   function all_tables() result(names)

@@ -26,8 +26,6 @@ module gestell_task
     !> Whether it knows a frame in space, and what does in its place.
     logical :: in_space = .false.
     character(len=130) :: instead = ""
-    !> Whether it knows machines whose period is more than a turn of the drive.
-    logical :: many_turns = .false.
     !> Whether the input orders it; whether an option does, for its picture alone.
     logical :: ordered = .false., implied = .false.
   contains

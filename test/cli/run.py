@@ -46,6 +46,7 @@ from names import NAME_TESTS  # noqa: E402
 from overflow import OVERFLOW_TESTS  # noqa: E402
 from plots import PLOT_TESTS  # noqa: E402
 from quantities import QUANTITY_TESTS  # noqa: E402
+from ratios import RATIO_TESTS  # noqa: E402
 from report import REPORT_TESTS  # noqa: E402
 from resonance import RESONANCE_TESTS  # noqa: E402
 from several import SEVERAL_TESTS  # noqa: E402
@@ -622,8 +623,8 @@ def main():
              *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *LEVEL_TESTS,
              *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
              *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_TESTS, *SPACE_TESTS,
-             *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *TOLD_TESTS, *VERDICT_TESTS, *FAULT_TESTS,
-             *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS)
+             *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
+             *FAULT_TESTS, *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS)
     files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
     unknown = set(names) - set(files_of.values())
     if unknown:

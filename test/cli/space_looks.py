@@ -274,12 +274,6 @@ def ratio_tests():
                 check(f"{name}: its order in the balance table", re.search(rf"^ +{re.escape(order)} ", told.out, re.M), order,
                       told.out)
     with Folder(input=RATIO_TASKS.format(4) + plane.format(240, 1) + SHAFT.format("0.5", "")) as folder:
-        for what, change, message in (("flywheel", ("speed_rpm=240", "speed_rpm=240, held_by='flywheel'"), "is 'motor' only, yet"),
-                                      ("critical", ("'stability'", "'critical'"), "does not know ratios that are not whole yet")):
-            (folder / "bad.nml").write_text((folder / "input.nml").read_text().replace(*change))
-            run = Run(folder, "bad.nml")
-            equal(f"ratio, {what}: code", run.code, 2)
-            check(f"ratio, {what}: line", message in run.err and run.err.startswith("bad.nml:"), message, run.err)
         sweep = "&sweep parameter='drive.speed_rpm', from={}, to={}, count=3 /\n"
         text = (folder / "input.nml").read_text().replace(ORDERED, "'sweep'")
         slow = RATIO_TASKS.format(4).replace(ORDERED, "'sweep'") + plane.format(120, 2) + SHAFT.format("1", "")

@@ -85,9 +85,6 @@ contains
 
     call read_drive_and_frame(doc, units, data, error)
     if (allocated(error)) return
-    if (mechanism%turns > 1 .and. data%held_by /= "motor") call input_error(the_group(doc, "drive"), "held_by", &
-      & "is 'motor' only, yet, where a ratio is not whole", error)
-    if (allocated(error)) return
     data%speed = data%speed / mechanism%turns
     if (any(data%free > 3)) then
       call read_frame_in_space(doc, units, data, mechanism, frame, error)

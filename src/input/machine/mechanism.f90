@@ -157,7 +157,7 @@ contains
       call read_joint(joints%groups, names, i, forms, units, placements(joints%mechanism(i)), linkage, error)
       if (allocated(error)) return
     end do
-    call gear(linkage%joints, linkage%turns, i)
+    call gear(linkage%joints, linkage%turns, linkage%crank_turns, i)
     if (i > 0) then
       call input_error(joints%groups(i), "", "with its ratio all cranks stand where they stood after more than " &
         & // text(most_turns) // " turns of the drive, or one turns too often", error)

@@ -3,7 +3,7 @@ module gestell_model_frame
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: symmetric_pencil
-  use gestell_model_mechanism_held, only: check_held, tabulate_felt
+  use gestell_model_mechanism_held, only: check_held, part_of_turn, tabulate_felt
   use gestell_model_frame_inertia, only: mass_matrix, mean_mass_matrix, set_matrices
   use gestell_model_frame_data, only: check_frame_data, check_free, check_turning
   use gestell_model_frame_load, only: cancellation, set_load
@@ -195,7 +195,7 @@ contains
     psi = findloc(self%free, 3, dim=1)
     if (self%even_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
     if (present(h)) call set_load(self%free, self%speed, self%origin, load, h)
-    if (self%weights%act) call self%weights%add(self%free, felt, self%even_in_space(), c, h)
+    if (self%weights%act) call self%weights%add(self%free, felt, part_of_turn(self%mechanism, self%even_in_space()), c, h)
   end subroutine sample_second_order
 
   !> Whether the crank turns evenly in space, and not against the frame.

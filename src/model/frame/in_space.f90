@@ -70,6 +70,7 @@ contains
       return
     end if
     if (present(drive)) frame%space%drive = drive
+    frame%space%drive%turns = frame%mechanism%turns
     frame%held_by = frame%space%drive%held_by
     frame%flywheel_inertia = frame%space%drive%flywheel_inertia
     frame%inertia = inertia(3, 3)

@@ -10,15 +10,16 @@
 !> with the mounting's F_j, M_j (gestell_model_frame_moved_mounting) and the weights' moment (gestell_model_frame_weights). About
 !> the rest q = 0 they are (8) to (12). All are functions of the crank angle phi = Omega t, so ' is Omega d/dphi.
 !>
-!> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - psi. Then the moment of the masses Z = E S
-!> depends on t and psi with dZ/dpsi = i E S_1, where S_1 = S + i dS/dphi, and again S_2 = S_1 + i dS_1/dphi, S_3 = S_2 + i
-!> dS_2/dphi; else all of them are S. With ' the derivative at constant psi, Omega d/dphi, on all but u and psi, in both cases
+!> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - p psi. Then the moment of the masses Z = E S
+!> depends on t and psi with dZ/dpsi = i E S_1, where S_1 = S + i p dS/dphi, and again S_2 = S_1 + i p dS_1/dphi,
+!> S_3 = S_2 + i p dS_2/dphi; else all of them are S. With ' the derivative at constant psi, Omega d/dphi, on all but u and psi, in
+!> both cases
 !>
 !>     m u'' + E [S'' + 2 i psi' S_1' + i psi'' S_1 - psi'^2 S_2]                 = sum of F_j
 !>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M
 !>
-!> with J_1 = J - 2 A + K, H_1' = Omega^2 d(A - K/2)/dphi and the motor's torque M, if it stands on a frame that bears a flywheel;
-!> else J_1 = J, which does not depend on psi, and H_1' = H'.
+!> with J_1 = J - 2 p A + p^2 K, H_1' = Omega^2 d(A - p K/2)/dphi and the motor's torque M, if it stands on a frame that bears a
+!> flywheel; else J_1 = J, which does not depend on psi, and H_1' = H'.
 module gestell_model_frame_varied_frame
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_kinds, only: dp, pi
@@ -30,6 +31,7 @@ module gestell_model_frame_varied_frame
   use gestell_model_space_drive, only: driven_type, follow_frame
   use gestell_model_space_energy, only: mounting_power_in_space => mounting_power
   use gestell_model_space_variation, only: ground_in_space, sample_varied
+  use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism_moving_masses, only: find_masses, masses_type
   implicit none (type, external)
   private
@@ -103,7 +105,7 @@ contains
     do k = 1, points
       displacement = q(k, :)
       rate = v(k, :) * (2 * pi / self%period)
-      self%motor_torque = self%motor_torque + self%dissipation(displacement, rate) / (points * self%speed)
+      self%motor_torque = self%motor_torque + self%dissipation(displacement, rate) / (points * self%speed * self%mechanism%turns)
     end do
   end subroutine move_to
 
@@ -122,9 +124,9 @@ contains
     do k = 1, points
       call follow_frame(self%space%drive, self%speed, a(k, in_frame(:3)), reshape([q(k, in_frame(4:)), v(k, in_frame(4:)), &
         & a(k, in_frame(4:))], [3, 3]), driven%moved, driven%turn)
-      rate(k, 1) = driven%turn%chi(1)
+      rate(k, 1) = driven%turn%chi(1) * self%mechanism%turns
       self%motor_torque = self%motor_torque + mounting_power_in_space(self%space, q(k, in_frame), v(k, in_frame)) &
-        & / (points * self%speed)
+        & / (points * self%speed * self%mechanism%turns)
     end do
     self%spun = series_through(rate)
     self%drift = self%spun%cosine(0, 1)
@@ -222,7 +224,7 @@ contains
     complex(dp), dimension(size(phases)) :: spun, varied, moving
     real(dp) :: mass
 
-    call find_masses(frame, frame%crank_angles(phases) - merge(q(:, 3), 0.0_dp, frame%even_in_space()), at)
+    call find_masses(frame, frame%crank_angles(phases) - part_of_turn(frame%mechanism, frame%even_in_space()) * q(:, 3), at)
     mass = frame%mass + frame%mechanism%mass
     moving = i * turn * at%s_1
     m = 0

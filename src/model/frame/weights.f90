@@ -103,13 +103,14 @@ contains
   end subroutine find_sag
 
   !> What the weights add to C and h of the `free` degrees of freedom about rest, at the crank angles of a table of the mass
-  !> functions that the frame feels; shapes (angles, size(free), size(free)) and (angles, size(free)). Of a crank that turns
-  !> `even_in_space` those are S + i S', and what changes with psi is the moment of S + 2 i S' - S'' (gestell_model_mechanism_held).
-  pure subroutine add(self, free, table, even_in_space, c, h)
+  !> functions that the frame feels; shapes (angles, size(free), size(free)) and (angles, size(free)). Where the
+  !> crank angle falls back by a `part` p of psi those are S + i p S', and what changes with psi is the moment of S + 2 i p S'
+  !> - p^2 S'' (gestell_model_mechanism_held).
+  pure subroutine add(self, free, table, part, c, h)
     class(weights_type), intent(in) :: self
     integer, intent(in) :: free(:)
     real(dp), intent(in) :: table(:, :)
-    logical, intent(in) :: even_in_space
+    real(dp), intent(in) :: part
     real(dp), intent(inout) :: c(:, :, :)
     real(dp), intent(inout), optional :: h(:, :)
     complex(dp), parameter :: upright = 1, i = (0.0_dp, 1.0_dp)
@@ -118,8 +119,8 @@ contains
     psi = findloc(free, 3, dim=1)
     if (psi == 0) return
     associate (a => cmplx(table(:, a1_v), table(:, a2_v), dp))
-      if (even_in_space) then
-        c(:, psi, psi) = c(:, psi, psi) + self%stiffness(upright, a + i * cmplx(table(:, a1_d), table(:, a2_d), dp))
+      if (part > 0) then
+        c(:, psi, psi) = c(:, psi, psi) + self%stiffness(upright, a + i * part * cmplx(table(:, a1_d), table(:, a2_d), dp))
       else
         c(:, psi, psi) = c(:, psi, psi) + self%stiffness(upright, a)
       end if

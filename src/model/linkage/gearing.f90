@@ -14,10 +14,12 @@ module gestell_model_linkage_gearing
 contains
 
   !> After `turns` turns of the drive all cranks stand where they stood. The crank angle of the linkage becomes that of a shaft that
-  !> turns once in them: every crank then turns a whole number of times. `joint`: one whose ratio asks for too many turns, or 0.
-  pure subroutine gear(joints, turns, joint)
+  !> turns once in them: every crank then turns a whole number of times, `crank_turns` where there is more than one turn. `joint`:
+  !> one whose ratio asks for too many turns, or 0.
+  pure subroutine gear(joints, turns, crank_turns, joint)
     type(named_joint_type), intent(inout) :: joints(:)
     integer, intent(out) :: turns, joint
+    integer, allocatable, intent(out) :: crank_turns(:)
     integer :: i
 
     turns = 1
@@ -35,11 +37,13 @@ contains
       end select
     end do
     joint = 0
+    if (turns > 1) allocate(crank_turns(0))
     do i = 1, size(joints)
       select type (crank => joints(i)%joint)
       type is (crank_joint)
         crank%ratio = crank%ratio * (turns / crank%denominator)
         crank%denominator = 1
+        if (turns > 1) crank_turns = [crank_turns, abs(crank%ratio)]
       end select
     end do
   end subroutine gear

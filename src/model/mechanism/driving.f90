@@ -19,9 +19,9 @@
 !> its springs and dampers where they are: the balance is the same. With weights M_d lifts the links too, and the energy has their
 !> potential (gestell_model_frame_weights), about rest to second order in psi.
 !>
-!> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - psi in all of this, so
+!> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - p psi in all of this, so
 !>
-!>     M_d = phi.^2 K' / 2 + v.. . (S' + psi k x S') + psi.. (A - K) - psi.^2 J' / 2,   phi. = Omega - psi.;
+!>     M_d = phi.^2 K' / 2 + v.. . (S' + psi k x S') + psi.. (A - p K) - psi.^2 J' / 2,   phi. = Omega - p psi.;
 !>
 !> then the balance has, about rest, a remainder of third order. What crank and flywheel are given is M_d Omega less the part of the
 !> motor's power that the frame's turning takes from it.
@@ -29,6 +29,7 @@ module gestell_model_mechanism_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism_driving_in_space, only: drive_power_in_space
+  use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, energy_d, &
     & energy_dd, energy_v, spin_v, table_columns
   implicit none (type, external)
@@ -66,7 +67,7 @@ contains
       return
     end if
     allocate(masses(size(phases), table_columns), drive(size(phases), drive_columns))
-    even = merge(1.0_dp, 0.0_dp, frame%even_in_space())
+    even = part_of_turn(frame%mechanism, frame%even_in_space())
     power = 0
     if (present(torque_error)) torque_error = 0
     call frame%mechanism%tabulate(frame%crank_angles(phases), masses)
@@ -78,8 +79,8 @@ contains
         & + frame%weights%torque((1.0_dp, 0.0_dp), cmplx(masses(k, a1_d), masses(k, a2_d), dp))
     end do
     if (frame%even_in_space()) then
-      call frame%mechanism%tabulate(frame%crank_angles(phases) - motion(3, :), masses)
-      call frame%mechanism%tabulate_drive(frame%crank_angles(phases) - motion(3, :), drive, known)
+      call frame%mechanism%tabulate(frame%crank_angles(phases) - even * motion(3, :), masses)
+      call frame%mechanism%tabulate_drive(frame%crank_angles(phases) - even * motion(3, :), drive, known)
     end if
     associate (omega => frame%speed, origin => frame%origin, mass => frame%mechanism%mass)
       do k = 1, size(phases)
@@ -97,7 +98,7 @@ contains
           power(torque, k) = rate**2 * drive(k, energy_d) / 2 + dot_product(acceleration(:2), frame%turned(q(3), s_d)) &
             & + acceleration(3) * (spin - even * drive(k, energy_v)) - v(3)**2 * inertia_d / 2
           by_turn = dot_product(acceleration(:2), frame%turning(q(3), s_d) - even * frame%turned(q(3), s_dd)) &
-            & + even * (v(3)**2 * inertia_dd / 2 - acceleration(3) * (spin_d - drive(k, energy_d)) &
+            & + even * (v(3)**2 * inertia_dd / 2 - acceleration(3) * (spin_d - even * drive(k, energy_d)) &
             & - rate**2 * drive(k, energy_dd) / 2)
           by_rate = -v(3) * inertia_d - even * rate * drive(k, energy_d)
           power(damper_watts, k) = frame%dissipation(q, v)

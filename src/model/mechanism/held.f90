@@ -6,14 +6,14 @@
 !> | `outside`  | the crank in space: phi + psi     | nothing: what drives it stands beside          |
 !> | `flywheel` | the crank in space: phi + psi     | its mean, the motor's on the frame             |
 !>
-!> In the last two phi = Omega t - psi. Where the frame turns by dpsi alone the crank stays, so a mass at r = O + x + i y moves by
-!> (i r - r') dpsi, ' = d/dphi, and not by i r dpsi. With the moment of the masses S = sum m r about F, A = sum (m r x r' + J phi')
-!> and K = sum (m |r'|^2 + J phi'^2) the frame feels
+!> In the last two phi = Omega t - p psi, p = 1, or 1/q where the drive turns q times in a turn of phi. Where the frame turns by
+!> dpsi alone the drive stays, so a mass at r = O + x + i y moves by (i r - p r') dpsi, ' = d/dphi, and not by i r dpsi. With the
+!> moment of the masses S = sum m r about F, A = sum (m r x r' + J phi') and K = sum (m |r'|^2 + J phi'^2) the frame feels
 !>
-!>     S_1 = S + i S',   J_1 = J - 2 A + K   in place of S and the moment of inertia J,
+!>     S_1 = S + i p S',   J_1 = J - 2 p A + p^2 K   in place of S and the moment of inertia J,
 !>
-!> which are sums of the same kind with a1 - a2', a2 + a1', a3 - 2 H + K in place of a1, a2, a3: (9) to (11) stay. The load's moment
-!> is A' - K'/2 in place of A' (times -Omega^2), and changes with psi.
+!> which are sums of the same kind with a1 - p a2', a2 + p a1', a3 - 2 p H + p^2 K in place of a1, a2, a3: (9) to (11) stay. The
+!> load's moment is A' - p K'/2 in place of A' (times -Omega^2), and changes with psi.
 module gestell_model_mechanism_held
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -22,7 +22,7 @@ module gestell_model_mechanism_held
   implicit none (type, external)
   private
 
-  public :: check_held, tabulate_felt
+  public :: check_held, part_of_turn, tabulate_felt
 
   character(len=8), parameter, public :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]
   !> Subject of the error that a mechanism does not tell what a holder needs.
@@ -70,6 +70,7 @@ contains
     real(dp), contiguous, intent(out) :: felt(:, :)
     real(dp), contiguous, intent(out), optional :: load(:, :), slope(:)
     real(dp), allocatable :: masses(:, :), drive(:, :)
+    real(dp) :: part
     logical :: known
 
     if (.not. even_in_space) then
@@ -81,23 +82,33 @@ contains
     allocate(masses(size(angles), table_columns), drive(size(angles), drive_columns))
     call mechanism%tabulate(angles, masses)
     call mechanism%tabulate_drive(angles, drive, known)
-    felt(:, a1_v) = total(masses(:, a1_v), -masses(:, a2_d))
-    felt(:, a1_d) = total(masses(:, a1_d), -masses(:, a2_dd))
-    felt(:, a1_dd) = total(masses(:, a1_dd), -drive(:, a2_ddd))
-    felt(:, a2_v) = total(masses(:, a2_v), masses(:, a1_d))
-    felt(:, a2_d) = total(masses(:, a2_d), masses(:, a1_dd))
-    felt(:, a2_dd) = total(masses(:, a2_dd), drive(:, a1_ddd))
-    felt(:, a3_v) = masses(:, a3_v) - 2 * drive(:, spin_v) + drive(:, energy_v)
-    felt(:, a3_d) = masses(:, a3_d) - 2 * masses(:, a4_v) + drive(:, energy_d)
-    felt(:, a3_dd) = masses(:, a3_dd) - 2 * drive(:, spin_dd) + drive(:, energy_dd)
+    part = part_of_turn(mechanism, even_in_space)
+    felt(:, a1_v) = total(masses(:, a1_v), -part * masses(:, a2_d))
+    felt(:, a1_d) = total(masses(:, a1_d), -part * masses(:, a2_dd))
+    felt(:, a1_dd) = total(masses(:, a1_dd), -part * drive(:, a2_ddd))
+    felt(:, a2_v) = total(masses(:, a2_v), part * masses(:, a1_d))
+    felt(:, a2_d) = total(masses(:, a2_d), part * masses(:, a1_dd))
+    felt(:, a2_dd) = total(masses(:, a2_dd), part * drive(:, a1_ddd))
+    felt(:, a3_v) = masses(:, a3_v) - 2 * part * drive(:, spin_v) + part**2 * drive(:, energy_v)
+    felt(:, a3_d) = masses(:, a3_d) - 2 * part * masses(:, a4_v) + part**2 * drive(:, energy_d)
+    felt(:, a3_dd) = masses(:, a3_dd) - 2 * part * drive(:, spin_dd) + part**2 * drive(:, energy_dd)
     felt(:, a4_v) = 0
     if (present(load)) then
       load = masses(:, [a1_dd, a2_dd, a4_v])
-      load(:, 3) = load(:, 3) - drive(:, energy_d) / 2
+      load(:, 3) = load(:, 3) - part * drive(:, energy_d) / 2
     end if
-    if (present(slope)) slope = drive(:, spin_dd) - drive(:, energy_dd) / 2 + origin(1) * drive(:, a2_ddd) &
-      & - origin(2) * drive(:, a1_ddd)
+    if (present(slope)) slope = part * (drive(:, spin_dd) - part * drive(:, energy_dd) / 2 + origin(1) * drive(:, a2_ddd) &
+      & - origin(2) * drive(:, a1_ddd))
   end subroutine tabulate_felt
+
+  !> By which part of psi the crank angle falls back, p above; 0 where the crank turns evenly against the frame.
+  pure real(dp) function part_of_turn(mechanism, even_in_space) result(part)
+    class(mechanism_type), intent(in) :: mechanism
+    logical, intent(in) :: even_in_space
+
+    part = 0
+    if (even_in_space) part = 1.0_dp / mechanism%turns
+  end function part_of_turn
 
   !> a + b, zero where only rounding is left: an unbalance that turns evenly in space is no mass that the frame turns.
   elemental real(dp) function total(a, b)

@@ -36,6 +36,8 @@ module gestell_model_mechanism
     !> Turns of the drive in one of this crank, which turns slower than the drive where a shaft does not turn a whole number of
     !> times in a turn of that: the period is so many turns, and the orders of the drive's speed are 1/turns, 2/turns, ...
     integer :: turns = 1
+    !> How often the cranks turn in the period, without sign; not allocated where it is one turn of the drive.
+    integer, allocatable :: crank_turns(:)
   contains
     procedure(mass_functions_at), deferred :: mass_functions
     procedure :: tabulate => tabulate_one_by_one
@@ -43,6 +45,7 @@ module gestell_model_mechanism
     procedure :: prepare => nothing_to_prepare
     procedure :: check => nothing_to_check
     procedure :: link_offset => no_link_offset
+    procedure :: harmonics
   end type mechanism_type
 
   abstract interface
@@ -116,5 +119,18 @@ contains
     end associate
     offset = -1
   end function no_link_offset
+
+  !> The harmonics of the period, up to `highest` times the drive's speed, whose frequencies are multiples of that speed or of a
+  !> crank's: the orders that its shafts excite.
+  pure function harmonics(self, highest)
+    class(mechanism_type), intent(in) :: self
+    integer, intent(in) :: highest
+    integer, allocatable :: harmonics(:)
+    integer :: k
+
+    harmonics = [(k, k = 1, highest * self%turns)]
+    if (allocated(self%crank_turns)) harmonics = pack(harmonics, modulo(harmonics, self%turns) == 0 &
+      & .or. [(any(modulo(k, self%crank_turns) == 0), k = 1, size(harmonics))])
+  end function harmonics
 
 end module gestell_model_mechanism

@@ -2,7 +2,7 @@
 module gestell_model_mechanism_moving_masses
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_model_mechanism_held, only: tabulate_felt
+  use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, table_columns
   implicit none (type, external)
   private
@@ -32,6 +32,7 @@ contains
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     real(dp) :: felt(size(angles), table_columns), load(size(angles), 3), slope(size(angles))
     complex(dp) :: origin
+    real(dp) :: part
 
     call tabulate_felt(frame%mechanism, frame%origin, frame%even_in_space(), angles, felt, load, slope)
     origin = frame%mechanism%mass * cmplx(frame%origin(1), frame%origin(2), dp)
@@ -45,13 +46,14 @@ contains
       at%inertia = frame%inertia + frame%mechanism%inertia + m_g * (xi0**2 + eta0**2) + turned(a1_v, a2_v, a3_v)
       at%inertia_t = omega * turned(a1_d, a2_d, a3_d)
       if (frame%even_in_space()) then
-        at%sums_2 = at%sums_1 + i * at%s_1_t / omega
+        part = part_of_turn(frame%mechanism, .true.)
+        at%sums_2 = at%sums_1 + i * part * at%s_1_t / omega
         at%s_2 = origin + at%sums_2
-        at%s_2_t = at%s_1_t + i * at%s_1_tt / omega
-        at%s_3 = at%s_2 + i * at%s_2_t / omega
-        at%inertia_psi = -at%inertia_t / omega
-        at%inertia_psipsi = turned(a1_dd, a2_dd, a3_dd)
-        at%inertia_tpsi = -omega * at%inertia_psipsi
+        at%s_2_t = at%s_1_t + i * part * at%s_1_tt / omega
+        at%s_3 = at%s_2 + i * part * at%s_2_t / omega
+        at%inertia_psi = -part * at%inertia_t / omega
+        at%inertia_psipsi = part**2 * turned(a1_dd, a2_dd, a3_dd)
+        at%inertia_tpsi = -omega * part * turned(a1_dd, a2_dd, a3_dd)
         at%moment_psi = -omega**2 * slope
       else
         at%sums_2 = at%sums_1

@@ -3,6 +3,7 @@ module gestell_model_mechanism_shaking
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_math_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, mechanism_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -58,7 +59,7 @@ contains
         call mechanism%mass_functions(2 * pi * (i - 1) / n, a)
         drive = 0
         if (corrected) call mechanism%tabulate_drive([2 * pi * (i - 1) / n], drive, corrected)
-        samples(i, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - drive(1, energy_d) / 2]
+        samples(i, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - part_of_turn(mechanism, corrected) * drive(1, energy_d) / 2]
       end do
       do i = 1, 3
         found%series(i) = fourier_series(samples(:, i))

@@ -136,6 +136,7 @@ contains
     self%angle_scale = self%source%angle_scale
     self%terms = self%source%terms
     self%turns = self%source%turns
+    if (allocated(self%source%crank_turns)) self%crank_turns = self%source%crank_turns
   end subroutine take_over
 
   subroutine tabulate_drive(self, angles, table, known)

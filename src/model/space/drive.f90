@@ -1,6 +1,7 @@
 !> Who holds the drive's speed in space, and the torque that does it.
 !>
-!> The drive's angle is phi = Omega t - chi. With its shaft's axis n, fixed in the frame, and the frame's angular velocity w in its
+!> The drive's angle is phi = Omega t - chi; where it turns q times in a turn of the mechanisms' angle phi, that is Omega t - chi/q,
+!> and of chi and b the q-th part is told. With its shaft's axis n, fixed in the frame, and the frame's angular velocity w in its
 !> own axes,
 !>
 !> | held by    | chi                                                          | b                   |
@@ -27,6 +28,8 @@ module gestell_model_space_drive
     !> One of `holders` of gestell_model_mechanism_held; n; what a flywheel has beyond the links (kg m^2).
     character(len=8) :: held_by = "motor"
     real(dp) :: axis(3) = [0, 0, 1], flywheel_inertia = 0
+    !> Its turns in one of the mechanisms' angle.
+    integer :: turns = 1
   contains
     procedure :: even_in_space
   end type drive_type
@@ -59,8 +62,9 @@ contains
     even_in_space = self%held_by /= "motor"
   end function even_in_space
 
-  !> A frame at u'' (less gravity) and the rotation vector theta, theta', theta'', shape (3, 0:2), and how the drive of mean `speed`
-  !> (rad/s) follows it. Of a flywheel chi, the mean of w n and the motor's torque are `lag`; chi is n theta where it is missing.
+  !> A frame at u'' (less gravity) and the rotation vector theta, theta', theta'', shape (3, 0:2), and how the mechanisms' angle of
+  !> mean `speed` (rad/s) follows it. Of a flywheel chi, the mean of w n and the motor's torque are `lag`, all of the drive itself;
+  !> chi is n theta where it is missing.
   pure subroutine follow_frame(drive, speed, u_dd, theta, moved, turn, lag)
     type(drive_type), intent(in) :: drive
     real(dp), intent(in) :: speed, u_dd(3), theta(3, 0:2)
@@ -74,10 +78,12 @@ contains
     moved%w = matmul(turning(:, :, 0), theta(:, 1))
     moved%w_d = matmul(turning(:, :, 0), theta(:, 2)) + matmul(turning(:, :, 1), theta(:, 1))
     moved%a = matmul(u_dd, moved%rotation)
-    moved%spin = speed * drive%flywheel_inertia * drive%axis
-    if (present(lag)) moved%spin = (speed + lag(2)) * drive%flywheel_inertia * drive%axis
+    moved%spin = speed * drive%turns * drive%flywheel_inertia * drive%axis
+    if (present(lag)) moved%spin = (speed * drive%turns + lag(2)) * drive%flywheel_inertia * drive%axis
     if (present(lag)) moved%motor = lag(3) * drive%axis
     call find_turn(drive, theta(:, 0), moved, turn, lag)
+    if (drive%turns > 1) turn = turn_type(turn%chi / drive%turns, turn%b / drive%turns, turn%rate_turn / drive%turns, &
+      & turn%gain_spin / drive%turns, turn%gain_turn / drive%turns, turn%bend / drive%turns)
     moved%rate = speed - turn%chi(1)
     moved%gain = -turn%chi(2)
   end subroutine follow_frame

@@ -386,7 +386,7 @@ contains
       load = [all%s(k, :, 2), all%h(k, :, 1)]
       if (self%drive%even_in_space()) then
         call find_moving(self%planes, turn(k), moving)
-        load(4:) = load(4:) - self%drive%axis * moving%k(1) / 2
+        load(4:) = load(4:) - self%drive%axis * moving%k(1) / (2 * self%drive%turns)
       end if
       greatest = max(greatest, maxval(abs(load(at)) * weights(at)))
     end do

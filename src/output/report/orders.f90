@@ -2,10 +2,11 @@
 module gestell_output_report_orders
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_math_rational, only: greatest_divisor
   implicit none (type, external)
   private
 
-  public :: order_of, turns_in_words
+  public :: fraction, order_of, range_of, turns_in_words
 
 contains
 
@@ -20,6 +21,26 @@ contains
       words = concise(real(k, dp) / turns, 4)
     end if
   end function order_of
+
+  !> The same for the name of a column: "1", "1/2".
+  pure function fraction(k, turns) result(words)
+    integer, intent(in) :: k, turns
+    character(len=:), allocatable :: words
+    integer :: shared
+
+    shared = greatest_divisor(k, turns)
+    words = text(k / shared)
+    if (turns > shared) words = words // "/" // text(turns / shared)
+  end function fraction
+
+  !> The orders up to `highest`: "1 to 4", of periods of more than a turn "up to 4".
+  pure function range_of(highest, turns) result(words)
+    integer, intent(in) :: highest, turns
+    character(len=:), allocatable :: words
+
+    words = "1 to " // text(highest)
+    if (turns > 1) words = "up to " // text(highest)
+  end function range_of
 
   !> "a turn", "2 turns".
   pure function turns_in_words(turns) result(words)

@@ -20,7 +20,7 @@ module gestell_study_balance
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_bodies, only: link_type, sum_drive, sum_masses
   use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, table_columns
-  use gestell_model_mechanism_held, only: tabulate_felt
+  use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
   use gestell_model_space, only: space_type
   use gestell_study_balance_bodies, only: counterweight_type, find_bodies, point_on, turning_body_type
   use gestell_study_balance_in_space, only: shaking_of_link, shaking_of_planes
@@ -113,7 +113,7 @@ contains
           if (present(space)) then
             call find_effect_in_space(link, space, about, angles, rigid%bodies(b))
           else
-            call find_effect(link, at, even_in_space, about, rigid%bodies(b))
+            call find_effect(link, at, part_of_turn(linkage, even_in_space), about, rigid%bodies(b))
           end if
         end associate
       end do
@@ -173,12 +173,11 @@ contains
     rows(3, :) = rows(3, :) - about(1) * rows(2, :) + about(2) * rows(1, :)
   end subroutine move_moment
 
-  !> The effect of a counterweight on a body with the axes of `link`.
-  subroutine find_effect(link, at, even_in_space, about, body)
+  !> The effect of a counterweight on a body with the axes of `link`, where the crank angle falls back by a `part` of psi.
+  subroutine find_effect(link, at, part, about, body)
     type(link_type), intent(in) :: link
     type(point_type), intent(in) :: at(:, :)
-    logical, intent(in) :: even_in_space
-    real(dp), intent(in) :: about(2)
+    real(dp), intent(in) :: part, about(2)
     type(turning_body_type), intent(inout) :: body
     real(dp) :: of(size(in_plane), size(at, 2), 3), drive(drive_columns)
     type(link_type) :: weight(1)
@@ -196,9 +195,9 @@ contains
       do k = 1, size(at, 2)
         call sum_masses(weight, at(:, k), a)
         of(:, k, j) = [a%a1%dd, a%a2%dd, a%a4]
-        if (.not. even_in_space) cycle
+        if (.not. part > 0) cycle
         call sum_drive(weight, at(:, k), drive)
-        of(3, k, j) = of(3, k, j) - drive(energy_d) / 2
+        of(3, k, j) = of(3, k, j) - part * drive(energy_d) / 2
       end do
       call move_moment(about, of(:, :, j))
     end do

@@ -10,6 +10,7 @@ module gestell_study_design_goal
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_model_space, only: in_frame, is_rotation, space_type
   use gestell_model_mechanism, only: a1_dd, a2_dd, a4_v, drive_columns, energy_d, table_columns
+  use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
   use gestell_study_measure, only: band_measure, measure_type, new_measure
   use gestell_study_vibration_motion, only: complete_motion
@@ -186,7 +187,7 @@ contains
           call fatal_error(error, "'torque' needs the mechanism's energy, key energy of &mass_functions", invalid_input)
           return
         end if
-        samples(:, 1, i) = power(torque, :)
+        samples(:, 1, i) = power(torque, :) / frame%mechanism%turns
         deallocate(power)
       case default
         cycle
@@ -217,7 +218,7 @@ contains
     drive = 0
     if (frame%even_in_space()) call frame%mechanism%tabulate_drive(frame%crank_angles(phases), drive, known)
     forces = -frame%speed**2 * table(:, [a1_dd, a2_dd, a4_v])
-    forces(:, 3) = forces(:, 3) + frame%speed**2 * drive(:, energy_d) / 2
+    forces(:, 3) = forces(:, 3) + part_of_turn(frame%mechanism, frame%even_in_space()) * frame%speed**2 * drive(:, energy_d) / 2
   end subroutine shaking_forces
 
   !> What the roundings of their terms leave of them (N, N m).
@@ -245,8 +246,8 @@ contains
     end if
   end function shaking_error
 
-  !> A number of the machine, or for the separation one for each natural frequency f and order k of the crank, which turns n times a
-  !> second: 100 |f / (k n) - 1|. Error: as of `natural_frequencies`.
+  !> A number of the machine, or for the separation one for each natural frequency f and harmonic k of the period, 1/n, that its
+  !> shafts excite, up to four times the drive's speed: 100 |f / (k n) - 1|. Error: as of `natural_frequencies`.
   subroutine plain_values(goal, frame, values, error)
     type(goal_type), intent(in) :: goal
     class(frame_type), intent(in) :: frame
@@ -254,6 +255,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: orders = 4
     real(dp), allocatable :: frequencies(:)
+    integer, allocatable :: harmonics(:)
     real(dp) :: offset
     logical :: named
     integer :: k
@@ -266,7 +268,8 @@ contains
     case ("separation")
       call frame%natural_frequencies(frequencies, error)
       if (allocated(error)) return
-      values = [(100 * abs(frequencies / (k * abs(frame%speed)) - 1), k = 1, orders)]
+      harmonics = frame%mechanism%harmonics(orders)
+      values = [(100 * abs(frequencies / (harmonics(k) * abs(frame%speed)) - 1), k = 1, size(harmonics))]
     case default
       call find_offset(frame, trim(goal%measure%quantity), offset, named)
       values = [offset]

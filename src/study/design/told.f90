@@ -178,7 +178,8 @@ contains
     end if
     call measure_branches(goal%measure%kind, goal%measure%band, frame%period, reshape(power(torque, :), [n, 1]), slopes, values, &
       & unused)
-    found(1) = maxval(values)
+    ! of the drive, which turns faster than the linkage's crank angle
+    found = [maxval(values), found(2)] / frame%mechanism%turns
   end subroutine take_torque
 
 end module gestell_study_design_told

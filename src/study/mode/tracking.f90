@@ -14,12 +14,12 @@ module gestell_study_mode_tracking
 contains
 
   !> Puts `modes` into the order of `last`, and names each by the component that continues the one of `last`: the most like
-  !> in shape and frequency. `mass`: the mean mass matrix, shape (f, f); `crank`: |Omega| (rad/s). `like`: each is like the last
+  !> in shape and frequency. `mass`: the mean mass matrix, shape (f, f); `base`: 2 pi / T (rad/s). `like`: each is like the last
   !> one, so that a smaller step need not be taken; `unambiguous`: no other assignment is nearly as good either, as where modes mix.
   !> A mode that is not identified takes the place that is left.
-  pure subroutine track(last, mass, crank, modes, like, unambiguous)
+  pure subroutine track(last, mass, base, modes, like, unambiguous)
     type(mode_type), intent(in) :: last(:)
-    real(dp), intent(in) :: mass(:, :), crank
+    real(dp), intent(in) :: mass(:, :), base
     type(mode_type), intent(inout) :: modes(:)
     logical, intent(out) :: like, unambiguous
     type(mode_type) :: ordered(size(modes))
@@ -29,7 +29,7 @@ contains
     f = size(last)
     do i = 1, f
       do j = 1, f
-        call compare(last(j), modes(i), mass, crank, likeness(j, i), component(j, i))
+        call compare(last(j), modes(i), mass, base, likeness(j, i), component(j, i))
       end do
     end do
     best = -1
@@ -58,12 +58,12 @@ contains
   end subroutine track
 
   !> How like a mode is to the last one, by its best component, from 0 to 1.
-  pure subroutine compare(last, mode, mass, crank, likeness, component)
+  pure subroutine compare(last, mode, mass, base, likeness, component)
     type(mode_type), intent(in) :: last, mode
-    real(dp), intent(in) :: mass(:, :), crank
+    real(dp), intent(in) :: mass(:, :), base
     real(dp), intent(out) :: likeness
     integer, intent(out) :: component
-    !> Of what is not known; of components weaker than the strongest; a step of the frequency, in the crank's speed, that
+    !> Of what is not known; of components weaker than the strongest; a step of the frequency, in that of the period, that
     !> halves the likeness.
     real(dp), parameter :: unknown = 1.0e-3_dp, weight = 2, step = 0.25_dp
     real(dp) :: full(most_dofs, most_dofs), one
@@ -76,7 +76,7 @@ contains
     full(:size(mass, 1), :size(mass, 2)) = mass
     do k = 1, mode%components
       one = assurance(last%shape(), mode%shapes(:, k), full) &
-        & / (1 + ((mode%frequencies(k) - last%frequency()) / (step * crank))**2)
+        & / (1 + ((mode%frequencies(k) - last%frequency()) / (step * base))**2)
       if (k > 1) one = one * min(1.0_dp, weight * mode%shares(k) / mode%shares(1))
       if (one <= likeness) cycle
       likeness = one

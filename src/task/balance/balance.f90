@@ -11,6 +11,7 @@ module gestell_task_balance
   use gestell_model_linkage, only: linkage_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: metre, newton, newton_metre, radian, unit_type
   use gestell_study_balance, only: examine, rigid_ground_type
   use gestell_task, only: longest_table, task_type
@@ -280,7 +281,7 @@ contains
       & verdict)
     call table%add("aim", "of the variant, as in balance.csv", aim)
     call table%add("links", "of the variant, as in balance.csv", links)
-    call table%add("order", "multiple of the crank speed", number)
+    call add_order_column(table, "order", "multiple of the crank speed", number, linkage%turns)
     call table%add("rigid_f_rms", newton, "of the force on rigid ground", rms(:, 1))
     call table%add("rigid_m_rms", newton_metre, "of the moment on rigid ground", rms(:, 2))
     call table%add("f_rms", newton, "of the force on the mounts", rms(:, 3))

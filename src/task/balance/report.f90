@@ -5,6 +5,7 @@ module gestell_task_balance_report
   use gestell_base_text, only: concise
   use gestell_input_schema_units, only: unit_type, units_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
   use gestell_output_report_wrapping, only: columns_of, widest, wrapped
@@ -123,9 +124,13 @@ contains
     integer, intent(in) :: state
     real(dp), intent(in) :: length
     character(len=*), intent(in) :: verdict
-    character(len=:), allocatable :: report, rows, orders
+    character(len=:), allocatable :: report, rows, orders, heads
+    integer, allocatable :: told(:)
     integer :: i, k
 
+    told = linkage%harmonics(told_orders)
+    told = told(:told_orders)
+    heads = order_of(told(1), linkage%turns) // "," // order_of(told(2), linkage%turns) // "," // order_of(told(3), linkage%turns)
     rows = ""
     orders = ""
     do i = 1, size(variants)
@@ -145,12 +150,13 @@ contains
         end if
         rows = rows // newline
         orders = orders // label_of(one, rigid, linkage)
-        do k = 1, told_orders
-          orders = orders // tab // clean(one%left%order_rms(k, force), one%left%rms(force))
+        do k = 1, size(told)
+          orders = orders // tab // clean(one%left%order_rms(told(k), force), one%left%rms(force))
         end do
-        do k = 1, min(told_orders, size(one%mounted%orders, 2))
+        do k = 1, size(told)
+          if (told(k) > size(one%mounted%orders, 2)) exit
           orders = orders // tab
-          if (.not. allocated(one%mounted%reason)) orders = orders // clean(one%mounted%orders(force, k), &
+          if (.not. allocated(one%mounted%reason)) orders = orders // clean(one%mounted%orders(force, told(k)), &
             & one%mounted%rms(force))
         end do
         orders = orders // newline
@@ -163,7 +169,7 @@ contains
       & // "  moments about " // trim(merge("F; ", "O; ", order%about_frame)) // " sum: " // concise(1 - order%weight, 3) &
       & // " of the force's mean square and " // concise(order%weight, 3) // " of the moment's over " // concise(length, 4) &
       & // " m" // newline // radius_line(order) // newline // "WHAT IS LEFT of the force by orders of the crank, rms" // newline &
-      & // tabulated("lrrrrrr", "counterweight,rigid 1,2,3,mounts 1,2,3" // newline // ",N,N,N,N,N,N", orders)
+      & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)
   end function report_balance
 
   !> In space, of the first order what turns with the crank and against it, across the third of these axes.
@@ -173,17 +179,17 @@ contains
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: axes(3, 3)
     character(len=:), allocatable :: lines
-    real(dp) :: sizes(1, 4), scale(4)
+    real(dp) :: sizes(linkage%turns, 4), scale(4)
     integer :: i, k
 
     lines = ""
-    scale = reshape(variants(1)%left%turning(axes, 1), [4])
-    scale = max(scale, variants(1)%left%rms([force, force, moment, moment]))
+    sizes = variants(1)%left%turning(axes, linkage%turns)
+    scale = max(sizes(linkage%turns, :), variants(1)%left%rms([force, force, moment, moment]))
     do i = 1, size(variants)
-      sizes = variants(i)%left%turning(axes, 1)
+      sizes = variants(i)%left%turning(axes, linkage%turns)
       lines = lines // label_of(variants(i), rigid, linkage)
       do k = 1, 4
-        lines = lines // tab // clean(sizes(1, k), scale(k))
+        lines = lines // tab // clean(sizes(linkage%turns, k), scale(k))
       end do
       lines = lines // newline
     end do

@@ -18,13 +18,17 @@ module gestell_task_campbell
   implicit none (type, external)
   private
 
-  public :: check_campbell_order, crank_speed, solve_campbell, solve_tracked
+  public :: base_frequency, check_campbell_order, solve_campbell, solve_tracked
 
   !> What is ordered.
   type, public :: campbell_order_type
     type(accuracy_type) :: accuracy
-    !> Crossings with 1, 2, ... times the crank's speed are sought.
+    !> Crossings with the harmonics 1, 2, ... of the period are sought, which are multiples of the crank's speed where it turns
+    !> once in the period; or with `harmonics` alone, where they are given.
     integer :: orders = 6
+    integer, allocatable :: harmonics(:)
+  contains
+    procedure :: sought
   end type campbell_order_type
 
   !> The modes at one speed.
@@ -35,6 +39,8 @@ module gestell_task_campbell
     !> Whether there is a machine at that speed that could be solved; if so, its modes, by their numbers.
     logical :: solved = .false.
     type(mode_type) :: modes(most_dofs)
+    !> Turns of the drive in the period.
+    integer :: turns = 1
     !> How many there are, 0 without a machine, and the degrees of freedom that the components of their shapes stand for.
     integer :: dofs = 0, free(most_dofs) = 0
     !> Whether it is certain which mode is which; of the first point, and after a gap, it is.
@@ -129,9 +135,26 @@ contains
     type(campbell_order_type), intent(in) :: order
     type(error_type), allocatable, intent(out) :: error
 
-    call check_orders(order%orders, error)
+    if (allocated(order%harmonics)) then
+      call check_orders(merge(maxval([0, order%harmonics]), -1, all(order%harmonics > 0)), error)
+    else
+      call check_orders(order%orders, error)
+    end if
     if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
   end subroutine check_campbell_order
+
+  !> The harmonics that are looked at.
+  pure function sought(self)
+    class(campbell_order_type), intent(in) :: self
+    integer, allocatable :: sought(:)
+    integer :: k
+
+    if (allocated(self%harmonics)) then
+      sought = self%harmonics
+    else
+      sought = [(k, k = 1, self%orders)]
+    end if
+  end function sought
 
   !> Follows the modes over the first `ordered` points that are `known`, by others that are known between them where need be.
   !> `wanted`: the speeds of those that are needed and not known.
@@ -191,7 +214,7 @@ contains
     integer :: f, i
 
     f = campbell%modes
-    call track(last%modes(:f), point%mass(:f, :f), crank_speed(point%speed), point%modes(:f), like, point%unambiguous)
+    call track(last%modes(:f), point%mass(:f, :f), base_frequency(point), point%modes(:f), like, point%unambiguous)
     if (like .or. halvings == 0) return
     speed = (last%speed + point%speed) / 2
     i = findloc(abs(known%speed - speed) > 0, .false., dim=1)
@@ -235,6 +258,7 @@ contains
       call solve_modes(system, order%accuracy, modes, mass, error)
     end select
     if (allocated(error)) return
+    point%turns = frame%mechanism%turns
     point%dofs = size(modes)
     point%free(:size(modes)) = frame%free
     point%modes(:size(modes)) = modes
@@ -256,7 +280,7 @@ contains
     call solve_point(family, speed, order, point, error)
     if (allocated(error) .or. .not. point%solved) return
     associate (f => point%dofs)
-      call track(near%modes(:f), point%mass(:f, :f), crank_speed(speed), point%modes(:f), like, point%unambiguous)
+      call track(near%modes(:f), point%mass(:f, :f), base_frequency(point), point%modes(:f), like, point%unambiguous)
     end associate
   end subroutine solve_tracked
 
@@ -287,11 +311,11 @@ contains
     end do
   end subroutine number_modes
 
-  !> |Omega| (rad/s) of a speed (1/min).
-  elemental real(dp) function crank_speed(speed)
-    real(dp), intent(in) :: speed
+  !> 2 pi / T (rad/s): |Omega| of a period of one turn.
+  elemental real(dp) function base_frequency(point)
+    type(campbell_point_type), intent(in) :: point
 
-    crank_speed = 2 * pi / 60 * abs(speed)
-  end function crank_speed
+    base_frequency = 2 * pi / 60 * abs(point%speed) / point%turns
+  end function base_frequency
 
 end module gestell_task_campbell

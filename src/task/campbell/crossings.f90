@@ -1,10 +1,10 @@
-!> Speeds at which the frequency of a mode is a multiple of the crank's.
+!> Speeds at which the frequency of a mode is a multiple of the period's: an order of the crank.
 module gestell_task_campbell_crossings
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_math_root_search, only: root_search_type
-  use gestell_task_campbell, only: campbell_order_type, campbell_point_type, campbell_type, check_campbell_order, crank_speed, &
-    & solve_tracked
+  use gestell_task_campbell, only: campbell_order_type, campbell_point_type, campbell_type, check_campbell_order, &
+    & base_frequency, solve_tracked
   use gestell_study_family, only: family_type
   use gestell_study_mode_type, only: mode_type
   use gestell_task_executor, only: executor_type, spread_over, work_type
@@ -17,8 +17,10 @@ module gestell_task_campbell_crossings
 
   type, public :: crossing_type
     integer :: mode = 0
-    !> Frequency over crank speed. A half order is listed only where locking to it takes at least half of the damping away.
+    !> Frequency over crank speed; which harmonic that is of the period, 0: one that was not sought, or half way between two, which
+    !> is listed only where locking to it takes at least half of the damping away.
     real(dp) :: order = 0
+    integer :: harmonic = 0
     !> 1/min: the crossing, or the middle of the interval in which the mode is locked to the order; that interval; a bound on
     !> the error of the crossing or of the ends.
     real(dp) :: speed = 0, ends(2) = 0, error = 0
@@ -27,12 +29,14 @@ module gestell_task_campbell_crossings
     type(mode_type) :: at
   end type crossing_type
 
-  !> The search for the crossings of one mode with one multiple of half the crank's speed.
+  !> The search for the crossings of one mode with one multiple of half the period's frequency.
   type :: search_type
     class(family_type), pointer :: family => null()
     type(campbell_order_type) :: order
     integer :: mode = 0
     real(dp) :: multiple = 0
+    !> As of a crossing.
+    integer :: harmonic = 0
     !> What it found; solutions that it took.
     type(crossing_type), allocatable :: crossings(:)
     integer :: solutions = 0
@@ -56,17 +60,18 @@ module gestell_task_campbell_crossings
   !> Crossings are found as exactly, relative to the speed, if the errors of the frequencies allow it.
   real(dp), parameter :: exact = 1.0e-11_dp
   integer, parameter :: most_steps = 100
-  !> A change of a frequency, relative to the crank's, that is taken for a jump where the speed all but stays; jumps at the most.
+  !> A change of a frequency, relative to the period's, that is taken for a jump where the speed all but stays; jumps at the most.
   real(dp), parameter :: jumping = 1.0e-6_dp
   integer, parameter :: most_jumps = 40
-  !> What is sought: f = frequency - order * crank speed, zero on a whole interval where the mode is locked; there and near it
-  !> the square of half the difference of the two exponents, positive where they are real.
+  !> What is sought: f = frequency - multiple * that of the period, zero on a whole interval where the mode is locked; there and
+  !> near it the square of half the difference of the two exponents, positive where they are real.
   integer, parameter :: detuning = 1, discriminant = 2
 
 contains
 
-  !> All crossings of the modes with order 1, 2, ... `order%orders` times the crank's speed within the range of `campbell`,
-  !> and the intervals in which a mode is locked to half orders and loses damping. In the order of modes, orders and speeds.
+  !> All crossings of the modes with the harmonics that `order` seeks within the range of `campbell`, and the intervals in which a
+  !> mode is locked to any up to the highest of them, or half way between, and loses damping. In the order of modes, orders and
+  !> speeds.
   !> Errors: `campbell` was not solved; as of `solve_campbell`.
   subroutine find_crossings(family, order, campbell, crossings, error, executor)
     class(family_type), intent(in), target :: family
@@ -76,7 +81,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
-    integer :: round, i
+    integer, allocatable :: harmonics(:)
+    integer :: round, i, halves
 
     allocate(crossings(0))
     call check_campbell_order(order, error)
@@ -85,15 +91,18 @@ contains
       call fatal_error(error, "crossings are sought among the modes that solve_campbell found", invalid_input)
       return
     end if
+    harmonics = order%sought()
+    halves = 2 * maxval([0, harmonics])
     do round = 1, most_jumps
       work%campbell = campbell
       if (allocated(work%searches)) deallocate(work%searches)
-      allocate(work%searches(2 * order%orders * campbell%modes))
+      allocate(work%searches(halves * campbell%modes))
       do i = 1, size(work%searches)
         work%searches(i)%family => family
         work%searches(i)%order = order
-        work%searches(i)%mode = 1 + (i - 1) / (2 * order%orders)
-        work%searches(i)%multiple = (1 + mod(i - 1, 2 * order%orders)) / 2.0_dp
+        work%searches(i)%mode = 1 + (i - 1) / halves
+        work%searches(i)%multiple = (1 + mod(i - 1, halves)) / 2.0_dp
+        work%searches(i)%harmonic = maxval([0, pack(harmonics, 2 * harmonics == 1 + mod(i - 1, halves))])
       end do
       call spread_over(work, size(work%searches), error, executor)
       if (allocated(error)) return
@@ -181,7 +190,8 @@ contains
     first = last
     if (.not. (known(l, mode) .and. known(r, mode))) return
     crossing%mode = mode
-    crossing%order = multiple
+    crossing%order = multiple / l%turns
+    crossing%harmonic = search%harmonic
     f = [value_of(l, mode, multiple, detuning), value_of(r, mode, multiple, detuning)]
     if (is_locked(l, mode, multiple)) then
       ! From the start of the range or after a gap; else it was dealt with before.
@@ -197,12 +207,12 @@ contains
       if (abs(r%speed - l%speed) <= 4 * exact * abs(l%speed)) return
       call find_root(search, detuning, l, r, within, crossing%error, error)
       if (allocated(error) .or. .not. within%solved) return
-      search%jump = abs(value_of(within, mode, multiple, detuning)) > jumping * crank_speed(within%speed) &
+      search%jump = abs(value_of(within, mode, multiple, detuning)) > jumping * base_frequency(within) &
         & .and. .not. is_locked(within, mode, multiple)
       search%point = last
       if (search%jump) return
       if (.not. is_locked(within, mode, multiple)) then
-        if (abs(multiple - anint(multiple)) > 0) return
+        if (crossing%harmonic == 0) return
         crossing%speed = within%speed
         crossing%ends = within%speed
         crossing%at = within%modes(mode)
@@ -219,7 +229,7 @@ contains
     end do
     call find_interval(search, l, within, r, crossing, error)
     if (allocated(error)) return
-    if (abs(multiple - anint(multiple)) > 0 .and. .not. weakens(crossing%at)) return
+    if (crossing%harmonic == 0 .and. .not. weakens(crossing%at)) return
     search%crossings = [search%crossings, crossing]
   end subroutine next_crossing
 
@@ -258,7 +268,7 @@ contains
 
     crossing%ends = [l%speed, r%speed]
     doubt = 0
-    associate (mode => crossing%mode, multiple => crossing%order)
+    associate (mode => crossing%mode, multiple => search%multiple)
       if (.not. is_locked(l, mode, multiple)) then
         call find_root(search, discriminant, l, within, edge, doubt(1), error)
         if (allocated(error)) return
@@ -336,7 +346,7 @@ contains
     real(dp), intent(in) :: multiple
 
     associate (m => point%modes(mode))
-      value = m%frequency() - multiple * crank_speed(point%speed)
+      value = m%frequency() - multiple * base_frequency(point)
       if (kind == detuning) return
       value = -value**2
       if (is_locked(point, mode, multiple)) value = ((m%growth - m%partner_growth) / 2)**2
@@ -350,15 +360,15 @@ contains
     known = point%solved .and. point%modes(mode)%identified
   end function known
 
-  !> Whether two real multipliers hold a mode on a multiple of the crank's speed.
+  !> Whether two real multipliers hold a mode on a multiple of the period's frequency.
   pure logical function is_locked(point, mode, multiple)
     type(campbell_point_type), intent(in) :: point
     integer, intent(in) :: mode
     real(dp), intent(in) :: multiple
     real(dp), parameter :: rounding = 1.0e-6_dp
 
-    associate (crank => crank_speed(point%speed))
-      is_locked = point%modes(mode)%real_pair .and. abs(point%modes(mode)%frequency() - multiple * crank) < rounding * crank
+    associate (base => base_frequency(point))
+      is_locked = point%modes(mode)%real_pair .and. abs(point%modes(mode)%frequency() - multiple * base) < rounding * base
     end associate
   end function is_locked
 

@@ -3,6 +3,7 @@ module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
   use gestell_input_wording, only: counted
+  use gestell_output_report_orders, only: range_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: left_at
   use gestell_task_campbell, only: campbell_point_type, campbell_type
@@ -112,7 +113,7 @@ contains
     rows = ""
     do i = 1, min(size(crossings), most_listed)
       associate (c => crossings(i))
-        rows = rows // text(c%mode) // tab // concise(c%order, 3) // tab // fixed(c%speed, 5) // tab &
+        rows = rows // text(c%mode) // tab // concise(c%order, 4) // tab // fixed(c%speed, 5) // tab &
           & // fixed(c%at%frequency() / (2 * pi), 4) // tab // ratio(c%at) // tab
         if (.not. noticeably_locked(c)) then
           rows = rows // trim(merge("unstable", "        ", c%at%growth > c%at%error))
@@ -142,15 +143,16 @@ contains
     end associate
   end function noticeably_locked
 
-  !> The critical speeds that can be noticed, of orders 1 to `orders`, under their `verdict` and the `warning` of great motions.
-  pure function report_critical(critical, orders, verdict, warning) result(report)
+  !> The critical speeds that can be noticed, of orders up to `orders` of a period of so many `turns`, under their `verdict` and the
+  !> `warning` of great motions.
+  pure function report_critical(critical, orders, turns, verdict, warning) result(report)
     type(critical_type), intent(in) :: critical(:)
-    integer, intent(in) :: orders
+    integer, intent(in) :: orders, turns
     character(len=*), intent(in) :: verdict, warning
     character(len=:), allocatable :: report, rows
     integer :: i, listed, quiet
 
-    report = newline // "CRITICAL SPEEDS of the orders 1 to " // text(orders) // ", about rest" // newline
+    report = newline // "CRITICAL SPEEDS of the orders " // range_of(orders, turns) // ", about rest" // newline
     if (verdict /= "stable") report = report // "  " // verdict // newline
     report = report // warning
     if (size(critical) == 0) then
@@ -168,7 +170,7 @@ contains
         end if
         listed = listed + 1
         if (listed > most_listed) cycle
-        rows = rows // text(c%crossing%mode) // tab // text(nint(c%crossing%order)) // tab
+        rows = rows // text(c%crossing%mode) // tab // concise(c%crossing%order, 4) // tab
         if (c%outcome == peak) then
           rows = rows // fixed(c%speed(amplitude), 5) // tab // concise(c%half_width, 3) // tab &
             & // concise(1000 * c%height(amplitude), 4) // tab

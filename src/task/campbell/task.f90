@@ -62,7 +62,7 @@ contains
     if (allocated(error)) return
     verdict = campbell_verdict(diagram%campbell)
     call result%add(campbell_table(diagram%campbell, verdict), plot_campbell(diagram%campbell, diagram%crossings, &
-      & diagram%order%orders, context%configuration%plan%base))
+      & context%configuration%orders, context%configuration%plan%base))
     call result%add(crossings_table(diagram%crossings, verdict), plot_crossings(diagram%crossings, diagram%campbell, &
       & context%configuration%plan%base))
     call result%judge(verdict)
@@ -88,7 +88,7 @@ contains
       end select
     end if
     diagram%order%accuracy = context%configuration%accuracy
-    diagram%order%orders = context%configuration%orders
+    diagram%order%harmonics = context%configuration%harmonics(context%configuration%orders)
     call context%members(context%configuration%plan%family, family, model_of_modes)
     call solve_campbell(family, context%configuration%speeds(), diagram%order, diagram%campbell, error, context%executor)
     if (.not. allocated(error)) call find_crossings(family, diagram%order, diagram%campbell, diagram%crossings, error, &

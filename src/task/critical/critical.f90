@@ -84,8 +84,8 @@ module gestell_task_critical
 
 contains
 
-  !> The critical speeds that belong to `crossings` of whole orders. Errors: crossings or an order that make no sense; the family
-  !> has no sound machine at some speed (an impossible mechanism is none); it is not of frames.
+  !> The critical speeds that belong to `crossings` with harmonics of the period. Errors: crossings or an order that make no sense;
+  !> the family has no sound machine at some speed (an impossible mechanism is none); it is not of frames.
   subroutine find_critical(family, order, crossings, critical, error, executor)
     class(family_type), intent(in), target :: family
     type(campbell_order_type), intent(in) :: order
@@ -104,7 +104,7 @@ contains
     end if
     work%family => family
     work%order = order
-    work%crossings = pack(crossings, .not. abs(crossings%order - anint(crossings%order)) > 0)
+    work%crossings = pack(crossings, crossings%harmonic > 0)
     allocate(work%critical(size(work%crossings)))
     call spread_over(work, size(work%crossings), error, executor)
     if (allocated(error)) return
@@ -195,7 +195,7 @@ contains
     allocate(curve%points(0))
     speeds = [(crossing%speed + half * (2.0_dp * (i - 1) / (samples - 1) - 1), i = 1, samples)]
     do round = 1, most_rounds
-      call add_points(family, order, speeds, nint(crossing%order), curve, error)
+      call add_points(family, order, speeds, crossing%harmonic, curve, error)
       if (allocated(error)) return
       if (any(curve%points%state == in_resonance)) then
         critical%outcome = unbounded
@@ -275,8 +275,8 @@ contains
     critical%moved%size = point%moved%size
   end subroutine take_top
 
-  !> Adds what the machine tells of the order `multiple` at more speeds, in the direction of the points. Error: the machine is not
-  !> sound.
+  !> Adds what the machine tells of the harmonic `multiple` at more speeds, in the direction of the points. Error: the machine is
+  !> not sound.
   subroutine add_points(family, order, speeds, multiple, curve, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order

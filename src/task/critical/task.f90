@@ -7,6 +7,7 @@ module gestell_task_critical_task
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: hertz, metre, newton, plain, rpm, unit_type
   use gestell_task, only: all_speeds, longest_table, task_type
   use gestell_task_campbell_plot, only: plot_critical
@@ -46,7 +47,7 @@ contains
     type(locked_family_type) :: family
     type(critical_type), allocatable :: critical(:)
     character(len=:), allocatable :: verdict, warning
-    integer :: i
+    integer :: i, turns
 
     call follow_modes(context, diagram, error)
     call context%members(context%configuration%plan%family, family, model_of_modes)
@@ -54,13 +55,14 @@ contains
       & context%executor)
     if (allocated(error)) return
     verdict = critical_verdict(critical, diagram%campbell)
-    call result%add(table_of(critical, verdict), plot_critical(critical, diagram%campbell, context%configuration%plan%base))
+    turns = context%configuration%turns()
+    call result%add(table_of(critical, turns, verdict), plot_critical(critical, diagram%campbell, context%configuration%plan%base))
     call result%judge(verdict)
     warning = beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), i = 1, size(critical))]), &
       & model_of_modes)
     call result%warn("undecided", warning)
     call result%warn("", greatest_peak(critical))
-    call result%say(report_critical(critical, diagram%order%orders, verdict, warning))
+    call result%say(report_critical(critical, context%configuration%orders, turns, verdict, warning))
     associate (unused_task => self)
     end associate
   end subroutine run
@@ -80,13 +82,14 @@ contains
       line = "Critical speeds: " // counted(count(found), "peak") // ", the greatest amplitude at " &
         & // concise(peak%speed(amplitude), 6) // " rpm, " &
         & // concise(1000 * peak%height(amplitude), 4) // " mm (mode " // text(peak%crossing%mode) // ", order " &
-        & // text(nint(peak%crossing%order)) // ")"
+        & // concise(peak%crossing%order, 4) // ")"
     end associate
   end function greatest_peak
 
-  !> critical.csv.
-  pure type(table_type) function table_of(critical, verdict) result(table)
+  !> critical.csv; so many turns of the drive are a period.
+  pure type(table_type) function table_of(critical, turns, verdict) result(table)
     type(critical_type), intent(in) :: critical(:)
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     integer :: i, n
 
@@ -94,7 +97,7 @@ contains
     table = new_table("critical", "Critical speeds", "Where the response peaks, by order and mode.", verdict, shown=.true.)
     table%model = model_of_modes
     call table%add("mode", "its number", [(critical(i)%crossing%mode, i = 1, n)])
-    call table%add("order", "of the crank", [(nint(critical(i)%crossing%order), i = 1, n)])
+    call add_order_column(table, "order", "of the crank", [(critical(i)%crossing%harmonic, i = 1, n)], turns)
     call table%add("outcome", "peak, no_peak, unbounded or unstable", outcomes(critical%outcome))
     call table%add("crossing", rpm, "speed of the crossing", [(critical(i)%crossing%speed, i = 1, n)])
     call table%add("half_width", rpm, "of the resonance by the mode's damping", (critical%half_width))

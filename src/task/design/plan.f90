@@ -48,6 +48,8 @@ module gestell_task_design_plan
     real(dp), allocatable :: base(:), start(:)
     !> Local searches; points of the curve between two objectives.
     integer :: starts = 1, curve = 0
+    !> Turns of the drive in a period.
+    integer :: turns = 1
     logical :: convex = .false., robust = .false.
   end type design_plan_type
 
@@ -340,6 +342,7 @@ contains
     real(dp) :: scatter(3)
     integer :: i, j, k, s, n
 
+    plan%turns = configuration%turns()
     allocate(speeds(1))
     speeds = 0
     if (all(lower(plan%all_paths) /= "drive.speed_rpm")) speeds = configuration%frame%speed
@@ -350,7 +353,7 @@ contains
       end if
       if (.not. allocated(configuration%plan)) call read_plan(configuration, .true., error)
       if (allocated(error)) return
-      speeds = configuration%speeds() * pi / 30
+      speeds = configuration%speeds() * pi / 30 / configuration%turns()
     end if
     group = the_group(configuration%document, "robust")
     call read(group, robust_keys, "speed_percent", scatter(1), error)

@@ -32,7 +32,7 @@ contains
 
     c = told%worst(g, goal%sense)
     numbers = [told%values(g, max(c, 1)), told%errors(g, max(c, 1)), 0.0_dp]
-    if (c > 0) numbers(3) = plan%order%conditions(c)%speed * plan%order%conditions(c)%speed_factor * 30 / pi
+    if (c > 0) numbers(3) = plan%order%conditions(c)%speed * plan%order%conditions(c)%speed_factor * plan%turns * 30 / pi
   end function worst_of
 
   !> met, violated or undecided.

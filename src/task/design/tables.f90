@@ -96,7 +96,8 @@ contains
 
     associate (conditions => plan%order%conditions)
       table = new_table("design_range", "Before and after over the range", "Objectives and limits at every condition.", verdict)
-      call table%add("speed", rpm, "crank speed; 0: it is a parameter", conditions%speed * conditions%speed_factor * 30 / pi)
+      call table%add("speed", rpm, "crank speed; 0: it is a parameter", conditions%speed * conditions%speed_factor &
+        & * plan%turns * 30 / pi)
       call table%add("speed_factor", plain, "by which it differs", (conditions%speed_factor))
       call table%add("stiffness_factor", plain, "by which the mounting differs", (conditions%stiffness_factor))
       call table%add("damping_factor", plain, "by which its damping differs", (conditions%damping_factor))

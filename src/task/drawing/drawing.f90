@@ -7,6 +7,7 @@ module gestell_task_drawing
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_diagram, only: diagram_type, trace_diagram
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: degree, metre
@@ -37,7 +38,6 @@ contains
     self%name = "drawing"
     self%tables = [character(len=longest_table) :: "mechanism"]
     self%pictured = .true.
-    self%many_turns = .true.
     self%in_space = .true.
   end subroutine describe
 
@@ -94,7 +94,8 @@ contains
     character(len=*), parameter :: axes(3) = ["x", "y", "z"]
     integer :: i, k
 
-    table = new_table("mechanism", "The machine", "The mechanism through a turn on its frame and mounts, to scale.", "")
+    table = new_table("mechanism", "The machine", "The mechanism through " &
+      & // turns_in_words(frame%mechanism%turns) // " on its frame and mounts, to scale.", "")
     call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(360.0_dp, frame%speed) &
       & * frame%mechanism%turns * k / rows, k = 0, rows)])
     do i = 1, size(linkage%joints)

@@ -2,6 +2,7 @@
 module gestell_task_drawing_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, span
   use gestell_task_drawing_guides, only: body_functions, element, guides, sliders
   use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline, pair
@@ -73,7 +74,8 @@ contains
       & // names(linkage, diagram, at_origin) // marks(probes, (low(1) + high(1)) / 2) // key(linkage, diagram) &
       & // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
-    figure = new_figure("mechanism", "The mechanism through a turn, bold at a crank angle of " // text(nint(sign(1.0_dp, &
+    figure = new_figure("mechanism", "The mechanism through " // turns_in_words(frame%mechanism%turns) &
+      & // ", bold at a crank angle of " // text(nint(sign(1.0_dp, &
       & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=800, &
       & height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end function plot_mechanism

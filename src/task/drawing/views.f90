@@ -8,6 +8,7 @@ module gestell_task_drawing_views
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_diagram, only: diagram_type
   use gestell_model_space_mounting, only: space_support_type
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_task_drawing_mounts, only: append, drawing_type, outline, pair
   use gestell_task_drawing_placed, only: placed_type
@@ -70,7 +71,8 @@ contains
     end do
     lines = lines // key(linkage, (beside + between + scale * (high(1) - low(1))) / wide, &
       & (below + scale * (high(3) - low(3))) / height) // "unset multiplot" // newline
-    figure = new_figure("mechanism", "The mechanisms through a turn, bold at a crank angle of " // text(nint(sign(1.0_dp, &
+    figure = new_figure("mechanism", "The mechanisms through " // turns_in_words(frame%mechanism%turns) &
+      & // ", bold at a crank angle of " // text(nint(sign(1.0_dp, &
       & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=nint(wide), height=nint(height))
   end function plot_views
 

@@ -4,6 +4,7 @@ module gestell_task_forces
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_model_frame_rows, only: guide_forces, velocities
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_order_column, add_orders, add_turn
@@ -38,7 +39,6 @@ contains
     self%judges = .true.
     self%brief = .true.
     self%in_space = .true.
-    self%many_turns = .true.
   end subroutine describe
 
   subroutine read_forces(self, configuration, error)
@@ -165,7 +165,8 @@ contains
     integer, allocatable :: parts(:)
     integer :: i, k
 
-    table = new_table("supports_history", "Forces over a turn", "The forces of every support over a turn.", verdict)
+    table = new_table("supports_history", "Forces over " // turns_in_words(turns), "The forces of every support over " &
+      & // turns_in_words(turns) // ".", verdict)
     call add_turn(table, speed, period, size(reactions(1)%history, 1) - 1, turns)
     do i = 1, size(reactions)
       parts = parts_of(reactions(i))

@@ -2,6 +2,7 @@
 module gestell_task_forces_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
   use gestell_task_forces_reactions, only: reaction_type
@@ -106,7 +107,8 @@ contains
           & pack(names, turns), pack([(i, i = 1, size(names))], turns))
       end if
     end do
-    figure = new_figure("supports_history", "Forces on the ground over a turn, place by place", lines // "unset multiplot" &
+    figure = new_figure("supports_history", "Forces on the ground over " // turns_in_words(period_turns) &
+      & // ", place by place", lines // "unset multiplot" &
       & // newline, width=800, height=nint(height_of(panels)))
   end function plot_histories
 

@@ -31,7 +31,6 @@ contains
     call self%stability_task%describe()
     self%name = "modes"
     self%in_space = .true.
-    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 

@@ -64,16 +64,16 @@ contains
       drive%drive_mean = sum(samples(drive_watts, :)) / n
       drive%dampers_mean = sum(samples(damper_watts, :)) / n
     end associate
-    if (known .and. frame%flywheel_inertia > 0) then
-      allocate(drive%fluctuation)
-      call find_fluctuation(frame, samples(torque, :), drive%peak_error, size(drive%history, 2) - 1, drive%fluctuation)
-    end if
     ! The linkage's crank angle is that of a shaft that turns once in the period; the drive turns faster, its power is the same.
     associate (turns => frame%mechanism%turns)
       drive%history([torque, rigid_torque], :) = drive%history([torque, rigid_torque], :) / turns
       samples([torque, rigid_torque], :) = samples([torque, rigid_torque], :) / turns
       drive%peak_error = drive%peak_error / turns
     end associate
+    if (known .and. frame%flywheel_inertia > 0) then
+      allocate(drive%fluctuation)
+      call find_fluctuation(frame, samples(torque, :), drive%peak_error, size(drive%history, 2) - 1, drive%fluctuation)
+    end if
     call take_torque(samples(torque, :), drive%actual)
     call take_torque(samples(rigid_torque, :), drive%rigid)
     drive%greatest = abs(drive%actual%peak * frame%speed * frame%mechanism%turns)

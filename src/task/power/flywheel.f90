@@ -18,7 +18,7 @@ module gestell_task_power_flywheel
   real(dp), parameter, public :: uneven = 0.01_dp
 
   type, public :: fluctuation_type
-    !> The speed less its mean at points + 1 times of a turn (rad/s); its greatest and least.
+    !> The drive's speed less its mean at points + 1 times of the period (rad/s); its greatest and least.
     real(dp), allocatable :: history(:)
     real(dp) :: greatest = 0, least = 0
     !> (greatest - least)/|speed|, and a bound on its error.
@@ -29,20 +29,21 @@ module gestell_task_power_flywheel
 
 contains
 
-  !> From the torque on the crank (N m) at equidistant times of a turn, known to `torque_error`.
+  !> From the torque on the drive's crank (N m) at equidistant times of the period, known to `torque_error`.
   subroutine find_fluctuation(frame, torque, torque_error, points, fluctuation)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: torque(:), torque_error
     integer, intent(in) :: points
     type(fluctuation_type), intent(out) :: fluctuation
     type(fourier_type) :: series
-    real(dp) :: drive(size(torque), drive_columns), speed(size(torque)), shift, f(3)
+    real(dp) :: drive(size(torque), drive_columns), speed(size(torque)), shift, mean, f(3)
     logical :: known
     integer :: k
 
     associate (n => size(torque))
       call frame%mechanism%tabulate_drive(frame%crank_angles([(real(k, dp) / n, k = 0, n - 1)]), drive, known)
-      fluctuation%inertia = frame%flywheel_inertia + sum(drive(:, energy_v)) / n
+      ! K of the linkage's crank angle, of which the drive turns several times as fast
+      fluctuation%inertia = frame%flywheel_inertia + sum(drive(:, energy_v)) / n / frame%mechanism%turns**2
       series = fourier_series(torque)
       series%mean = 0
       series%phase = series%phase + pi / 2
@@ -62,9 +63,10 @@ contains
     shift = sum(series%amplitude)
     fluctuation%greatest = greatest(speed + shift) - shift
     fluctuation%least = shift - greatest(shift - speed)
-    fluctuation%irregularity = (fluctuation%greatest - fluctuation%least) / abs(frame%speed)
-    ! An error of the torque that is positive for half a turn and negative for the other does most.
-    fluctuation%error = (torque_error * frame%period / (2 * fluctuation%inertia) + 2 * series%beyond()) / abs(frame%speed)
+    mean = abs(frame%speed) * frame%mechanism%turns
+    fluctuation%irregularity = (fluctuation%greatest - fluctuation%least) / mean
+    ! An error of the torque that is positive for half a period and negative for the other does most.
+    fluctuation%error = (torque_error * frame%period / (2 * fluctuation%inertia) + 2 * series%beyond()) / mean
   end subroutine find_fluctuation
 
 end module gestell_task_power_flywheel

@@ -6,6 +6,7 @@ module gestell_task_power
   use gestell_input_namelist_message, only: input_error
   use gestell_model_frame_rows, only: accelerations
   use gestell_model_mechanism, only: drive_columns
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_turn
@@ -36,7 +37,6 @@ contains
     self%tables = [character(len=longest_table) :: "power"]
     self%judges = .true.
     self%in_space = .true.
-    self%many_turns = .true.
     self%brief = .true.
   end subroutine describe
 
@@ -108,7 +108,8 @@ contains
     integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
 
-    table = new_table("power", "Drive", "Driving torque over a turn, and the power of drive and dampers.", verdict)
+    table = new_table("power", "Drive", "Driving torque over " // turns_in_words(turns) &
+      & // ", and the power of drive and dampers.", verdict)
     call add_turn(table, speed, period, size(drive%history, 2) - 1, turns)
     call table%add("torque", newton_metre, "on the crank, counter-clockwise positive", drive%history(1, :))
     call table%add("rigid_torque", newton_metre, "the same on a frame at rest", drive%history(2, :))

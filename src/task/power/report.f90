@@ -51,7 +51,7 @@ contains
       & // torque_row("on a rigid frame", rigid, "", sign(360.0_dp, speed) * turns)) // "  counter-clockwise positive" // newline &
       & // "  mean power: drive " // concise(drive%drive_mean, 5) // " W, dampers " // concise(drive%dampers_mean, 5) &
       & // " W; greatest of the drive " // concise(drive%greatest, 4) // " W" // newline
-    if (allocated(drive%fluctuation)) lines = lines // fluctuation_lines(drive%fluctuation, speed)
+    if (allocated(drive%fluctuation)) lines = lines // fluctuation_lines(drive%fluctuation, speed * turns)
   end function drive_lines
 
   !> How evenly the flywheel holds the speed.

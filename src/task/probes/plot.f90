@@ -2,6 +2,7 @@
 module gestell_task_probes_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, tic
   use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
   use gestell_task_probes_response, only: probe_response_type
@@ -98,7 +99,8 @@ contains
         & along(axis) // trim(marks(kind)), merge("1e3", "1  ", kind < 3), [(before + (axes + 1) * (kind - 1) + axis &
         & + 3 * (axes + 1) * (i - 1), i = 1, size(names))], names)
     end do
-    figure = new_figure("probes_history", "Displacement, velocity and acceleration at the probes over a turn", lines &
+    figure = new_figure("probes_history", "Displacement, velocity and acceleration at the probes over " &
+      & // turns_in_words(turns), lines &
       & // "unset multiplot" // newline, width=880, height=nint(height_of(3)))
   end function plot_histories
 

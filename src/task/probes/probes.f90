@@ -4,6 +4,7 @@ module gestell_task_probes
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_rows, only: accelerations
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
@@ -36,7 +37,6 @@ contains
 
     self%name = "response"
     self%in_space = .true.
-    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "probes", "probes_history", "probes_harmonics"]
     self%judges = .true.
     self%brief = .true.
@@ -162,7 +162,8 @@ contains
     character(len=*), intent(in) :: verdict
     integer :: i, k
 
-    table = new_table("probes_history", "Probes over a turn", "Velocity at the probes over a turn.", verdict)
+    table = new_table("probes_history", "Probes over " // turns_in_words(frame%mechanism%turns), "Velocity at the probes over " &
+      & // turns_in_words(frame%mechanism%turns) // ".", verdict)
     call add_turn(table, frame%speed, frame%period, size(responses(1)%history, 1) - 1, frame%mechanism%turns)
     do i = 1, size(responses)
       do k = 1, size(responses(i)%parts)

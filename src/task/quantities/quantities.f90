@@ -38,7 +38,6 @@ contains
 
     self%name = "response"
     self%in_space = .true.
-    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "quantities"]
     self%judges = .true.
     self%brief = .true.

@@ -5,6 +5,7 @@ module gestell_task_resonance_plot
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, tic
   use gestell_output_picture_marks, only: apart, beyond_colour, chart_marks, marks_type
   use gestell_output_picture_axis, only: decade_lines, extent_lines
+  use gestell_output_report_orders, only: order_of
   use gestell_output_picture_panels, only: height_of, layout_line, with_rim
   use gestell_model_frame_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
@@ -27,22 +28,25 @@ module gestell_task_resonance_plot
 
 contains
 
-  !> resonance.gp; `input`: the input's own speed (1/min), or nothing.
-  function plot_resonance(quantities, curve, input) result(figure)
+  !> resonance.gp; so many turns of the drive are a period; `input`: the input's own speed (1/min), or nothing.
+  function plot_resonance(quantities, curve, turns, input) result(figure)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
+    integer, intent(in) :: turns
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(marks_type) :: marks
     logical :: found(size(state_names) - 1)
     logical :: visible(most_orders, most_panels), small(size(curve%points)), parts(2)
+    integer, allocatable :: harmonics(:)
     integer :: i, panels, across, rows
 
     do i = 1, size(found)
       found(i) = any(curve%points%state == i)
     end do
     panels = min(size(quantities), most_panels)
+    harmonics = curve%order%split_off()
     across = merge(1, 2, panels <= most_below)
     rows = (panels + across - 1) / across
     small = [(curve%points(i)%moved%small(), i = 1, size(small))]
@@ -63,9 +67,9 @@ contains
       if (i == panels - across + 1) lines = lines // "set format x; set xlabel 'crank speed (rpm)'" // newline
       if (i == panels) lines = lines // "set key on at screen 0.5,screen 0.004 bottom center horizontal samplen 2 font ',12'" &
         & // newline
-      lines = lines // curve_panel(before + (of_rms + curve%order%orders) * (i - 1), label_of(quantities(i)), visible(:, i), &
+      lines = lines // curve_panel(before + (of_rms + size(harmonics)) * (i - 1), label_of(quantities(i)), visible(:, i), &
         & found, parts)
-      if (i == panels) lines = lines // key(any(visible, dim=2), found, parts(2)) // marks%entries
+      if (i == panels) lines = lines // key(any(visible, dim=2), harmonics, turns, found, parts(2)) // marks%entries
       lines = lines // newline // "unset logscale y; set format y; set ytics autofreq" // newline
     end do
     figure = new_figure("resonance", "Response over the crank speed: peak, rms, and rms of single orders", lines &
@@ -98,7 +102,7 @@ contains
         if (.not. all(ieee_is_finite(values))) cycle
         low = min(low, values(of_peak), values(of_rms))
         high = max(high, values(of_peak), values(of_rms))
-        do k = 1, min(curve%order%orders, most_orders)
+        do k = 1, min(size(values) - of_rms, most_orders)
           most(k) = max(most(k), sqrt(0.5_dp) * values(of_rms + k))
         end do
       end associate
@@ -107,14 +111,15 @@ contains
   end function visible_orders
 
   !> The lines' names, of all panels.
-  pure function key(orders, found, beyond) result(words)
+  pure function key(orders, harmonics, turns, found, beyond) result(words)
     logical, intent(in) :: orders(:), found(:), beyond
+    integer, intent(in) :: harmonics(:), turns
     character(len=:), allocatable :: words
     integer :: k
 
     words = entry("lines lt 1 lw 2.5", "peak") // entry("lines lt 2 lw 2", "rms")
     do k = 1, size(orders)
-      if (orders(k)) words = words // entry("lines lt " // text(2 + k) // " lw 1.5", "order " // text(k))
+      if (orders(k)) words = words // entry("lines lt " // text(2 + k) // " lw 1.5", "order " // order_of(harmonics(k), turns))
     end do
     if (beyond) words = words // entry("lines lt 1 lc rgb '#" // beyond_colour // "' lw 2.5", "beyond small motions")
     do k = 1, size(found)

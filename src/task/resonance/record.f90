@@ -30,6 +30,7 @@ contains
       call record%pass(point%growth)
       call record%pass(point%averaged_turns)
       call record%pass(point%crank)
+      call record%pass(point%drive_turns)
     end if
     words = transfer(point%moved, [0_int64])
     call record%pass_words(words)

@@ -3,6 +3,7 @@ module gestell_task_resonance_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_input_wording, only: counted
+  use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: left_at
   use gestell_model_frame_rows, only: quantity_type
@@ -21,10 +22,12 @@ module gestell_task_resonance_report
 
 contains
 
-  !> The curve under its `verdict` and the `warning` of great motions, quantity by quantity.
-  pure function report_resonance(quantities, curve, verdict, warning, model) result(report)
+  !> The curve under its `verdict` and the `warning` of great motions, quantity by quantity; so many turns of the drive are a
+  !> period.
+  pure function report_resonance(quantities, curve, turns, verdict, warning, model) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict, warning, model
     character(len=:), allocatable :: report
     integer :: i, n, refined
@@ -42,7 +45,7 @@ contains
     if (.not. curve%complete) report = report // "  note: the curve has finer details than were computed: order a smaller range" &
       & // newline
     do i = 1, size(quantities)
-      report = report // curve_of(curve, i, quantities(i), model)
+      report = report // curve_of(curve, i, quantities(i), turns, model)
     end do
   end function report_resonance
 
@@ -76,9 +79,9 @@ contains
   end function words
 
   !> The greatest maxima of a quantity, and where it is least.
-  pure function curve_of(curve, q, quantity, model) result(report)
+  pure function curve_of(curve, q, quantity, turns, model) result(report)
     type(resonance_curve_type), intent(in) :: curve
-    integer, intent(in) :: q
+    integer, intent(in) :: q, turns
     type(quantity_type), intent(in) :: quantity
     character(len=*), intent(in) :: model
     character(len=:), allocatable :: report, rows, unit
@@ -97,7 +100,7 @@ contains
     do i = 1, min(most_listed, n)
       k = maxloc(curve%maxima%value, dim=1, mask=left)
       left(k) = .false.
-      rows = rows // row_of(curve%maxima(k), model) // newline
+      rows = rows // row_of(curve%maxima(k), turns, model) // newline
     end do
     if (n > 0) report = report // tabulated("rrrrrl", "speed,peak,width,damping,order" // newline // "rpm," // unit &
       & // ",rpm,ratio", rows)
@@ -126,8 +129,9 @@ contains
       & most == 1 .or. most == size(curve%points))) // ", " // concise(curve%points(most)%values(1, q), 5) // " " // unit // newline
   end function curve_of
 
-  pure function row_of(maximum, model) result(row)
+  pure function row_of(maximum, turns, model) result(row)
     type(maximum_type), intent(in) :: maximum
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: model
     character(len=:), allocatable :: row
 
@@ -137,7 +141,7 @@ contains
     else
       row = row // concise(maximum%width, 4) // tab // concise(maximum%damping_ratio, 4)
     end if
-    row = row // tab // text(maximum%strongest_order) // tab
+    row = row // tab // order_of(maximum%strongest_order, turns) // tab
     if (maximum%state /= reached) row = row // trim(state_names(maximum%state)) // "  "
     if (.not. maximum%small .and. model /= "exact") row = row // "not small"
   end function row_of

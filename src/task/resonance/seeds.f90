@@ -1,5 +1,5 @@
-!> Where resonances lie between the points of a curve: speeds at which a free vibration makes a whole number of swings in a
-!> turn of the crank, so that a multiplier comes nearest to 1. However sharp they are, the multipliers on both sides tell.
+!> Where resonances lie between the points of a curve: speeds at which a free vibration makes a whole number of swings in the
+!> period, so that a multiplier comes nearest to 1. However sharp they are, the multipliers on both sides tell.
 module gestell_task_resonance_seeds
   use gestell_base_kinds, only: dp, pi
   use gestell_task_resonance_points, only: curve_points_type
@@ -8,7 +8,7 @@ module gestell_task_resonance_seeds
 
   public :: crossing_speeds, swings_of_modes
 
-  !> Orders that are looked for.
+  !> Orders of the drive that are looked for.
   integer, parameter, public :: most_orders = 60
   !> A crossing is found where the detuning is less than this part of the damping, or this part of the turns.
   real(dp), parameter :: part_of_damping = 0.25_dp, part_of_turns = 1.0e-7_dp
@@ -16,21 +16,22 @@ module gestell_task_resonance_seeds
 contains
 
   !> The speeds that should be looked at next: where the frequency, between two neighbours on a straight line over the speed,
-  !> is an order of the crank's; once that is found, one and three half-widths away from it, or what stands out little
+  !> is a harmonic of the period's; once that is found, one and three half-widths away from it, or what stands out little
   !> would be missed.
   function crossing_speeds(curve) result(speeds)
     class(curve_points_type), intent(in) :: curve
     real(dp), allocatable :: speeds(:)
     real(dp), allocatable :: swings(:, :), damping(:, :)
-    integer :: i, j, k
+    integer :: highest, i, j, k
 
     allocate(speeds(0))
     call swings_of_modes(curve, swings, damping)
+    highest = most_orders * maxval([1, curve%points%drive_turns])
     do i = 1, size(curve%points) - 1
       do j = 1, size(swings, 1)
         associate (a => swings(j, i), b => swings(j, i + 1), s => curve%points(i)%speed, t => curve%points(i + 1)%speed)
           if (min(a, b) < 0) cycle
-          do k = max(1, ceiling(min(a, b))), min(most_orders, floor(min(max(a, b), real(most_orders, dp))))
+          do k = max(1, ceiling(min(a, b))), min(highest, floor(min(max(a, b), real(highest, dp))))
             if (found(a, damping(j, i), k)) then
               speeds = [speeds, around(curve, s, damping(j, i) / k)]
             else if (found(b, damping(j, i + 1), k)) then
@@ -64,7 +65,7 @@ contains
     found = abs(swings - k) <= max(part_of_damping * damping, part_of_turns * k)
   end function found
 
-  !> Swings of every mode in a turn, and its damping in the same measure, |ln |rho|| / 2 pi; shape (modes, points). From
+  !> Swings of every mode in the period, and its damping in the same measure, |ln |rho|| / 2 pi; shape (modes, points). From
   !> speed to speed, from the fastest on, the whole number is that which changes the frequency least: a fast crank leaves no
   !> doubt. -1: no multipliers.
   subroutine swings_of_modes(curve, swings, damping)

@@ -2,12 +2,14 @@
 module gestell_task_resonance_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_model_frame_rows, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
+  use gestell_output_report_orders, only: fraction
   use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
   use gestell_study_speed_point, only: reached, speed_order_type, state_names, unreached
   use gestell_task, only: all_speeds, longest_table, task_type
@@ -60,13 +62,14 @@ contains
     type(locked_family_type) :: family
     type(speed_order_type) :: order
     character(len=:), allocatable :: verdict, warning
-    integer :: k
+    integer :: k, turns
 
     call context%members(context%configuration%plan%family, family)
     associate (configuration => context%configuration)
       order%names = self%quantities%name
       order%probes = configuration%probes
-      order%orders = configuration%orders
+      order%harmonics = configuration%harmonics(configuration%orders)
+      turns = configuration%turns()
       order%accuracy = configuration%accuracy
       call solve_curve(family, order, configuration%speeds(), curve, error, context%executor)
       if (allocated(error)) return
@@ -74,14 +77,16 @@ contains
       warning = beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], curve%points%state <= unreached), &
         & configuration%tasks%model)
       if (any(curve%points%state /= reached)) result%all_stable = .false.
-      call result%add(curve_table(self%quantities, curve, verdict), plot_resonance(self%quantities, curve, configuration%plan%base))
-      call result%add(peaks_table(self%quantities, curve, verdict), plot_peaks(self%quantities, curve, configuration%plan%base))
+      call result%add(curve_table(self%quantities, curve, turns, verdict), plot_resonance(self%quantities, curve, turns, &
+        & configuration%plan%base))
+      call result%add(peaks_table(self%quantities, curve, turns, verdict), plot_peaks(self%quantities, curve, &
+        & configuration%plan%base))
       call result%judge(verdict)
       call result%warn("undecided", warning)
       do k = 1, size(self%quantities)
         call result%warn("", greatest_response(curve, k, self%quantities(k)))
       end do
-      call result%say(report_resonance(self%quantities, curve, verdict, warning, configuration%tasks%model))
+      call result%say(report_resonance(self%quantities, curve, turns, verdict, warning, configuration%tasks%model))
     end associate
   end subroutine run
 
@@ -101,16 +106,19 @@ contains
     end associate
   end function greatest_response
 
-  !> resonance.csv.
-  pure type(table_type) function curve_table(quantities, curve, verdict) result(table)
+  !> resonance.csv; so many turns of the drive are a period.
+  pure type(table_type) function curve_table(quantities, curve, turns, verdict) result(table)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: name
     type(unit_type) :: unit
+    integer, allocatable :: harmonics(:)
     integer :: i, k, n
 
     n = size(curve%points)
+    harmonics = curve%order%split_off()
     table = new_table("resonance", "Resonance curves", "Response over the speed; shaded: the machine leaves it; gaps: none.", &
       & verdict)
     call table%add("speed", rpm, "of the crank", [(curve%points(i)%speed, i = 1, n)])
@@ -122,8 +130,8 @@ contains
       call table%add(name // "_peak", unit, "greatest size over the turn", row(1), error=name // "_peak_error")
       call table%add(name // "_peak_error", unit, "bound on its error", row(2))
       call table%add(name // "_rms", unit, "root mean square", row(3))
-      do i = 1, curve%order%orders
-        call table%add(name // "_order_" // text(i), unit, "amplitude of the order", row(3 + i))
+      do i = 1, size(harmonics)
+        call table%add(name // "_order_" // fraction(harmonics(i), turns), unit, "amplitude of the order", row(3 + i))
       end do
     end do
     call table%add("small_motion", "0: beyond small motions", [(curve%points(i)%moved%small(), i = 1, n)], &
@@ -143,9 +151,10 @@ contains
   end function curve_table
 
   !> peaks.csv.
-  pure type(table_type) function peaks_table(quantities, curve, verdict) result(table)
+  pure type(table_type) function peaks_table(quantities, curve, turns, verdict) result(table)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
 
     table = new_table("peaks", "Peaks of the resonance curves", "", verdict, shown=.true.)
@@ -156,7 +165,8 @@ contains
       call table%add("value", plain, "the peak there", (maxima%value))
       call table%add("width", rpm, "between the speeds at which the peak has fallen to 1 / sqrt(2) of it", (maxima%width))
       call table%add("damping_ratio", plain, "width / (2 speed)", (maxima%damping_ratio))
-      call table%add("strongest_order", "order of the crank with the greatest amplitude", (maxima%strongest_order))
+      call add_order_column(table, "strongest_order", "order of the crank with the greatest amplitude", &
+        & (maxima%strongest_order), turns)
       call table%add("state", "as in resonance.csv; unbounded", merge("unbounded ", state_names(maxima%state), maxima%unbounded))
       call table%add("small_motion", "as in resonance.csv", (maxima%small))
     end associate

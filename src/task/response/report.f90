@@ -4,6 +4,7 @@ module gestell_task_response_report
   use gestell_base_text, only: concise
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: frame_type
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_report_significance, only: noise_of, order_words
   use gestell_output_report_verdict, only: section
   use gestell_study_vibration, only: vibration_type
@@ -50,9 +51,10 @@ contains
       & "  note: an error is as great as its peak, which tells nothing then; more steps, or a smaller tolerance, may" // newline
   end function vibration_lines
 
-  !> How well the vibration closes.
-  pure function closing_lines(vibration, averaged) result(line)
+  !> How well the vibration closes after so many turns of the drive.
+  pure function closing_lines(vibration, turns, averaged) result(line)
     type(vibration_type), intent(in) :: vibration
+    integer, intent(in) :: turns
     logical, intent(in) :: averaged
     character(len=:), allocatable :: line
 
@@ -61,8 +63,8 @@ contains
     if (averaged) then
       line = "  harmonic by harmonic: at worst " // line // newline
     else
-      line = "  start x0 from (E - Phi) x0 = x_p(T): " // line // "; motion closes after a turn to " &
-        & // concise(vibration%closing_defect, 1) // newline
+      line = "  start x0 from (E - Phi) x0 = x_p(T): " // line // "; motion closes after " &
+        & // turns_in_words(turns) // " to " // concise(vibration%closing_defect, 1) // newline
     end if
   end function closing_lines
 

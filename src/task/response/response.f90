@@ -2,6 +2,7 @@
 module gestell_task_response
   use gestell_base_error, only: error_type
   use gestell_model_frame, only: frame_type
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
@@ -31,7 +32,6 @@ contains
 
     self%name = "response"
     self%in_space = .true.
-    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "response", "harmonics"]
     self%judges = .true.
     self%brief = .true.
@@ -64,7 +64,7 @@ contains
           & tasks%harmonics, &
           & context%analysis%vibration))
         call result%say(vibration_lines(context%analysis%vibration, frame, trim(result%verdict)))
-        call result%detail(closing_lines(context%analysis%vibration, tasks%averaged))
+        call result%detail(closing_lines(context%analysis%vibration, frame%mechanism%turns, tasks%averaged))
       end if
       names = names_of(frame%dofs())
       do k = 1, size(peaks)
@@ -82,7 +82,8 @@ contains
     integer :: k
 
     names = names_of(frame%dofs())
-    table = new_table("response", "Vibration over a turn", "Displacements of the frame and forces on the ground.", verdict)
+    table = new_table("response", "Vibration over " // turns_in_words(frame%mechanism%turns), &
+      & "Displacements of the frame and forces on the ground.", verdict)
     call add_turn(table, frame%speed, frame%period, size(vibration%history, 2) - 1, &
       & frame%mechanism%turns)
     do k = 1, size(names)

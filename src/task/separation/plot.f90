@@ -2,6 +2,7 @@
 module gestell_task_separation_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
+  use gestell_output_report_orders, only: range_of
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_task_campbell, only: campbell_type
   use gestell_task_separation, only: separation_type
@@ -17,20 +18,22 @@ module gestell_task_separation_plot
 
 contains
 
-  !> separation.gp: frequencies over the speed, the orders, and around these the margin (%) where the machine runs.
-  function plot_separation(found, campbell, orders, margin) result(figure)
+  !> separation.gp: frequencies over the speed, the orders, and around these the margin (%) where the machine runs. The orders are
+  !> these harmonics of a period of so many `turns` of the drive.
+  function plot_separation(found, campbell, harmonics, turns, margin) result(figure)
     type(separation_type), intent(in) :: found(:)
     type(campbell_type), intent(in) :: campbell
-    integer, intent(in) :: orders
+    integer, intent(in) :: harmonics(:), turns
     real(dp), intent(in) :: margin
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves
-    real(dp) :: range(2), top, at
+    real(dp) :: range(2), orders(size(harmonics)), top, at
     integer :: k
 
     range = [minval(abs(campbell%points%speed)), maxval(abs(campbell%points%speed))]
     if (.not. range(2) > range(1)) range = range * [1 - narrow / 2, 1 + narrow / 2]
-    top = maxval([orders * range(2) / 60 * (1 + margin / 100), pack((found%frequency), ieee_is_finite(found%frequency))])
+    orders = real(harmonics, dp) / turns
+    top = maxval([maxval(orders) * range(2) / 60 * (1 + margin / 100), pack((found%frequency), ieee_is_finite(found%frequency))])
     associate (left => range(1) * (1 - beside), right => range(2) * (1 + beside))
       lines = "set title heading noenhanced" // newline &
         & // "set xrange [" // concise(left, 7) // ":" // concise(right, 7) // "]" // newline &
@@ -40,11 +43,11 @@ contains
         & // "$range << END" // newline // "speed_rpm" // newline // concise(range(1), 7) // newline // concise(range(2), 7) &
         & // newline // "END" // newline
       curves = ""
-      do k = 1, orders
-        at = min(right, 60 * top / k)
-        lines = lines // "set label " // text(k) // " '" // text(k) // "×' at " // concise(at, 7) // "," &
-          & // concise(k * at / 60, 7) // " right offset -0.5,0.5 font ',12' textcolor rgb '#666666' front" // newline
-        curves = curves // band(k, margin / 100) // ", " // text(k) &
+      do k = 1, size(orders)
+        at = min(right, 60 * top / orders(k))
+        lines = lines // "set label " // text(k) // " '" // concise(orders(k), 4) // "×' at " // concise(at, 7) // "," &
+          & // concise(orders(k) * at / 60, 7) // " right offset -0.5,0.5 font ',12' textcolor rgb '#666666' front" // newline
+        curves = curves // band(orders(k), margin / 100, k == 1) // ", " // concise(orders(k), 9) &
           & // " * x / 60 with lines lt 8 dt 1 lw 0.8 notitle"
       end do
     end associate
@@ -55,20 +58,20 @@ contains
     end do
     lines = lines // "plot " // curves(3:) // ", 'separation.csv' using (stringcolumn('state') eq 'fail' ? " &
       & // "abs(column('speed_rpm')) : NaN):'frequency_Hz' with points lt 2 pt 6 ps 2 lw 2 title 'too near'" // newline
-    figure = new_figure("separation", "Modes beside orders 1 to " // text(orders) // " of the crank, margin " &
-      & // concise(margin, 4) // " %", lines, width=800, height=520)
+    figure = new_figure("separation", "Modes beside orders " // range_of(maxval(harmonics) / turns, turns) // " of the crank, " &
+      & // "margin " // concise(margin, 4) // " %", lines, width=800, height=520)
   end function plot_separation
 
-  !> The margin around order `k`.
-  pure function band(k, margin) result(words)
-    integer, intent(in) :: k
-    real(dp), intent(in) :: margin
+  !> The margin around an order; `named`: it is in the key.
+  pure function band(order, margin, named) result(words)
+    real(dp), intent(in) :: order, margin
+    logical, intent(in) :: named
     character(len=:), allocatable :: words, frequency
 
-    frequency = text(k) // " * $1 / 60"
+    frequency = concise(order, 9) // " * $1 / 60"
     words = ", $range using 1:(" // frequency // " * " // concise(max(0.0_dp, 1 - margin), 6) // "):(" // frequency // " * " &
       & // concise(1 + margin, 6) // ") with filledcurves lc rgb '#E69F00' fs transparent solid 0.3 " &
-      & // trim(merge("title 'margin'", "notitle       ", k == 1))
+      & // trim(merge("title 'margin'", "notitle       ", named))
   end function band
 
   !> The frequencies of a mode over the speed.

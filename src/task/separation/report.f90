@@ -17,19 +17,21 @@ module gestell_task_separation_report
 
 contains
 
-  !> A line for every mode with the order that is nearest to it, then all that do not pass. `speeds` (1/min), `margin` (%).
+  !> A line for every mode with the order that is nearest to it, then all that do not pass. `speeds` (1/min), `margin` (%);
+  !> `orders`: which these are, in words.
   !> `remark`: what is told below the modes of a frame in space.
   pure function report_separation(found, speeds, orders, margin, verdict, remark) result(lines)
     type(separation_type), intent(in) :: found(:)
     real(dp), intent(in) :: speeds(:), margin
-    integer, intent(in) :: orders
-    character(len=*), intent(in) :: verdict, remark
+    character(len=*), intent(in) :: orders, verdict, remark
     character(len=:), allocatable :: lines
     character(len=:), allocatable :: rows, heads, parts
-    integer :: first, i, listed
+    integer :: first, each, i, listed
 
-    lines = newline // "SEPARATION of the modes from order" // trim(merge("  1", "s 1", orders == 1))
-    if (orders > 1) lines = lines // " to " // text(orders)
+    each = max(1, count(found%mode == 1))
+    lines = newline // "SEPARATION of the modes from order" // trim(merge(" ", "s", each == 1)) // " "
+    if (each == 1) lines = lines // "1"
+    if (each > 1) lines = lines // orders
     lines = lines // " at " // concise(speeds(1), 7)
     if (size(speeds) > 1) lines = lines // " to " // concise(speeds(size(speeds)), 7)
     lines = lines // " rpm, about rest" // newline
@@ -45,14 +47,14 @@ contains
       & // trim(merge(" (%)", "    ", any(found%dofs > 3))) // "; order: the nearest, " // concise(margin, 4) &
       & // " % wanted" // newline
     rows = ""
-    do first = 1, size(found), orders
-      associate (mode => found(first:first + orders - 1))
+    do first = 1, size(found), each
+      associate (mode => found(first:first + each - 1))
         rows = rows // mode_row(mode(nearest_row(mode)))
       end associate
     end do
     if (any(found%dofs > 3)) then
       lines = lines // tabulated(repeat("r", 5 + maxval(found%dofs)) // "l", "mode,Hz,damping" // heads // ",order,distance %,", &
-        & rows) // coupled_line(found(::orders)) // remark
+        & rows) // coupled_line(found(::each)) // remark
     else
       lines = lines // tabulated("rrrrrrrrrl", "mode,Hz,damping" // heads // ",order,at Hz,distance %,", rows)
     end if
@@ -63,7 +65,7 @@ contains
       if (found(i)%state == "pass") cycle
       listed = listed + 1
       if (listed > most_listed) exit
-      rows = rows // text(found(i)%mode) // tab // text(found(i)%order) // tab // number(found(i)%speed, 6) // tab &
+      rows = rows // text(found(i)%mode) // tab // concise(found(i)%order, 4) // tab // number(found(i)%speed, 6) // tab &
         & // number(found(i)%frequency, 5) // tab // number(found(i)%excitation, 5) // tab // number(100 * found(i)%distance, 3) &
         & // tab // trim(found(i)%state) // newline
     end do
@@ -93,7 +95,7 @@ contains
       if (one%at%identified) row = row // tab // fixed(100 * one%energy(k), 0)
       if (.not. one%at%identified) row = row // tab // "?"
     end do
-    row = row // tab // text(one%order) // tab
+    row = row // tab // concise(one%order, 4) // tab
     if (one%dofs == 3) row = row // number(one%excitation, 5) // tab
     row = row // number(100 * one%distance, 3) // tab // trim(one%state) // newline
   end function mode_row
@@ -140,7 +142,7 @@ contains
     words = "Separation: no mode can be told"
     if (.not. found(i)%at%identified) return
     words = "Separation: mode " // text(found(i)%mode) // " (" // concise(found(i)%frequency, 5) // " Hz) keeps " &
-      & // number(100 * found(i)%distance, 3) // " % from order " // text(found(i)%order) // " at " &
+      & // number(100 * found(i)%distance, 3) // " % from order " // concise(found(i)%order, 4) // " at " &
       & // concise(found(i)%speed, 6) // " rpm, wanted are " // concise(margin, 4) // " %"
     if (state == "undecided") words = words // "; whether all modes do is undecided"
   end subroutine separation_headline

@@ -10,9 +10,11 @@ module gestell_task_separation
 
   public :: find_separations
 
-  !> A mode with frequency f beside an order k of the crank, which turns n times a second: the distance d = |f / (k n) - 1|.
+  !> A mode with frequency f beside an order k of the crank, which turns n times a second: the distance d = |f / (k n) - 1|. Which
+  !> harmonic of the period that is.
   type, public :: separation_type
-    integer :: mode = 0, order = 0
+    integer :: mode = 0, harmonic = 0
+    real(dp) :: order = 0
     !> The speed of the range at which they are nearest (1/min), and the mode there.
     real(dp) :: speed = 0
     type(mode_type) :: at
@@ -29,19 +31,20 @@ module gestell_task_separation
 
 contains
 
-  !> All modes of `campbell` beside the orders 1, 2, ... `orders`, by modes and orders. Where one of the `crossings` of its range is
-  !> theirs the distance is zero. `margin`: the least distance that passes.
-  pure function find_separations(campbell, crossings, orders, margin) result(found)
+  !> All modes of `campbell` beside these harmonics of a period of so many `turns` of the drive, by modes and harmonics. Where one
+  !> of the `crossings` of its range is theirs the distance is zero. `margin`: the least distance that passes.
+  pure function find_separations(campbell, crossings, harmonics, turns, margin) result(found)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
-    integer, intent(in) :: orders
+    integer, intent(in) :: harmonics(:), turns
     real(dp), intent(in) :: margin
-    type(separation_type) :: found(campbell%modes * orders)
+    type(separation_type) :: found(campbell%modes * size(harmonics))
     integer :: i, k, crossing
 
     do i = 1, size(found)
-      found(i)%mode = 1 + (i - 1) / orders
-      found(i)%order = 1 + mod(i - 1, orders)
+      found(i)%mode = 1 + (i - 1) / size(harmonics)
+      found(i)%harmonic = harmonics(1 + mod(i - 1, size(harmonics)))
+      found(i)%order = real(found(i)%harmonic, dp) / turns
       do k = 1, size(campbell%points)
         call approach(found(i), campbell%points(k)%speed, campbell%points(k)%modes(found(i)%mode))
       end do

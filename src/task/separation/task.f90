@@ -8,8 +8,10 @@ module gestell_task_separation_task
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_input_schema_read, only: read
   use gestell_input_wording, only: lower
+  use gestell_output_report_orders, only: range_of
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: hertz, plain, rpm, unit_type
   use gestell_model_frame, only: dof_names
   use gestell_task, only: longest_table, task_type, unsolved_machine
@@ -117,28 +119,32 @@ contains
     type(crossing_type), allocatable :: crossings(:)
     type(separation_type), allocatable :: found(:)
     character(len=:), allocatable :: verdict, state, words
+    integer :: turns
 
     order%accuracy = context%configuration%accuracy
-    order%orders = self%orders
+    order%harmonics = context%configuration%harmonics(self%orders)
+    turns = context%configuration%turns()
     call context%members(self%family, family, model_of_modes)
     call solve_campbell(family, self%speeds, order, campbell, error, context%executor)
     if (.not. allocated(error)) call find_crossings(family, order, campbell, crossings, error, context%executor)
     if (allocated(error)) return
-    found = find_separations(campbell, crossings, self%orders, self%margin / 100)
+    found = find_separations(campbell, crossings, order%harmonics, turns, self%margin / 100)
     call share_torque_roll(context%configuration%frame, campbell, found)
     verdict = campbell_verdict(campbell)
-    call result%add(table_of(found, trim(family%model), verdict), plot_separation(found, campbell, self%orders, self%margin))
+    call result%add(table_of(found, turns, trim(family%model), verdict), plot_separation(found, campbell, order%harmonics, turns, &
+      & self%margin))
     if (allocated(context%configuration%frame%space)) call result%add(axis_table(context%configuration%frame))
     call result%judge(verdict)
     call separation_headline(found, self%margin, state, words)
     call result%warn(state, words)
-    call result%say(report_separation(found, self%speeds, self%orders, self%margin, verdict, &
-      & torque_roll_line(found(::self%orders))))
+    call result%say(report_separation(found, self%speeds, range_of(self%orders, turns), self%margin, verdict, &
+      & torque_roll_line(found(::size(order%harmonics)))))
   end subroutine run
 
   !> separation.csv: a row for every mode and order.
-  pure type(table_type) function table_of(found, model, verdict) result(table)
+  pure type(table_type) function table_of(found, turns, model, verdict) result(table)
     type(separation_type), intent(in) :: found(:)
+    integer, intent(in) :: turns
     character(len=*), intent(in) :: model, verdict
     integer :: i, k, n
 
@@ -147,7 +153,7 @@ contains
       & verdict, shown=.true.)
     table%model = model
     call table%add("mode", "its number", (found%mode))
-    call table%add("order", "multiple of the crank speed", (found%order))
+    call add_order_column(table, "order", "multiple of the crank speed", (found%harmonic), turns)
     call table%add("speed", rpm, "where the two are nearest", (found%speed))
     call table%add("frequency", hertz, "of the mode there", (found%frequency), error="frequency_error")
     call table%add("frequency_error", hertz, "bound on its error", [(merge(found(i)%at%error / (2 * pi), &

@@ -3,6 +3,7 @@ module gestell_task_stability_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, panel_heading, span
   use gestell_task_response_plot, only: speed_in_words
   use gestell_model_frame, only: frame_type
@@ -16,7 +17,7 @@ module gestell_task_stability_plot
 
 contains
 
-  !> multipliers.gp: in the plane with the unit circle, and what a turn leaves of each, ln |rho|, over the argument.
+  !> multipliers.gp: in the plane with the unit circle, and what a period leaves of each, ln |rho|, over the argument.
   function plot_multipliers(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
@@ -48,7 +49,7 @@ contains
       & // "with points lt 2 pt 7 ps 1.1 notitle"
     lines = lines // newline // "unset object 1; unset arrow" // newline &
       & // "set lmargin screen 0.6; set rmargin screen 0.975" // newline // "set size noratio" // newline &
-      & // panel_heading("growth in a turn, with error bounds") &
+      & // panel_heading("growth in " // turns_in_words(frame%mechanism%turns) // ", with error bounds") &
       & // "set xrange [-0.05:1.05]; set xlabel '|arg ρ| / π'; set xtics 0.25" // newline &
       & // "set yrange " // around_zero(multipliers%log_abs, bounds) // "; set ylabel 'ln |ρ|'" // newline &
       & // "set object 2 rectangle from graph 0,graph 0 to graph 1,first 0 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 " &

@@ -31,7 +31,6 @@ contains
 
     self%name = "stability"
     self%in_space = .true.
-    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "multipliers"]
     self%judges = .true.
     self%brief = .true.

@@ -2,6 +2,7 @@
 module gestell_task_sweep_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
   use gestell_output_picture_marks, only: boxes_where, input_marks, input_point, marks_type, unstable_entry
@@ -25,26 +26,30 @@ module gestell_task_sweep_plot
 
 contains
 
-  !> sweep.gp, from the columns of sweep.csv that were ordered.
-  function plot_sweep(plan, summary) result(figure)
+  !> sweep.gp, from the columns of sweep.csv that were ordered; so many turns of the drive are a period.
+  function plot_sweep(plan, turns, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
+    integer, intent(in) :: turns
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
+    character(len=:), allocatable :: label
     integer :: k
 
+    label = "ln |ρ|max (growth in " // turns_in_words(turns) // ")"
     if (size(plan%grid%axes) > 1 .and. all(plan%grid%axes%count > 1)) then
-      figure = plot_chart(plan, plan%order, summary)
+      figure = plot_chart(plan, plan%order, label, summary)
     else
       k = maxloc(plan%grid%axes%count, dim=1)
-      figure = plot_curves(plan, k, plan%order, summary)
+      figure = plot_curves(plan, k, plan%order, label, summary)
     end if
   end function plot_sweep
 
-  !> Over parameter `k`, in whose column it stands; the only one that runs.
-  function plot_curves(plan, k, order, summary) result(figure)
+  !> Over parameter `k`, in whose column it stands; the only one that runs. `label`: of the growth.
+  function plot_curves(plan, k, order, label, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: k
     type(sweep_order_type), intent(in) :: order
+    character(len=*), intent(in) :: label
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
     type(marks_type) :: marks
@@ -72,7 +77,7 @@ contains
       & // axis_lines // marks%lines &
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
     if (panels > 1) lines = lines // "unset xlabel" // newline
-    if (growth) lines = lines // growth_panel(column, x, style, summary, shades("low", "high"))
+    if (growth) lines = lines // growth_panel(column, x, style, label, summary, shades("low", "high"))
     if (peaks .and. order%measured() == 0) lines = lines // axis_lines
     if (peaks) lines = lines // peaks_panel(column, x, style, shades("bottom", "top"))
     if (order%measured() > 0) lines = lines // axis_lines // measures_panel(order, size(plan%paths), x, style, shades("bottom", &
@@ -102,9 +107,9 @@ contains
   end function half_step
 
   !> ln |rho| over the parameter, the points of bad verdicts marked.
-  pure function growth_panel(column, x, style, summary, shades) result(lines)
+  pure function growth_panel(column, x, style, label, summary, shades) result(lines)
     integer, intent(in) :: column(sweep_columns)
-    character(len=*), intent(in) :: x, style, shades
+    character(len=*), intent(in) :: x, style, label, shades
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: lines, marks
     integer :: i
@@ -116,7 +121,7 @@ contains
       lines = "growth(r) = r > 0 ? log(r) : NaN" // newline // extent_lines("sweep.csv", [growth_of(column)]) &
         & // "low = low > 0 ? 0 : low; high = high < 0 ? 0 : high" // newline &
         & // "step = 0.06 * (high - low); low = low - step; high = high + step" // newline &
-        & // "set yrange [low:high]; set ylabel 'ln |ρ|max (growth in a turn)'" // newline &
+        & // "set yrange [low:high]; set ylabel '" // label // "'" // newline &
         & // "set object 1 rectangle from graph 0,graph 0 to graph 1,first 0 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 " &
         & // "noborder" // newline &
         & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead front lt 7 dt 1 lw 1.5" // newline &
@@ -204,9 +209,10 @@ contains
   end function logarithmic_panel
 
   !> Over two parameters: ln |rho| as a chart, or what else was ordered.
-  function plot_chart(plan, order, summary) result(figure)
+  function plot_chart(plan, order, growth_label, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(sweep_order_type), intent(in) :: order
+    character(len=*), intent(in) :: growth_label
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, value, label
@@ -217,7 +223,7 @@ contains
     column = column_numbers(columns, 2)
     if (columns(log_rho_max) .or. columns(rho_max)) then
       value = growth_of(column)
-      label = "ln |ρ|max (growth in a turn)"
+      label = growth_label
     else if (order%measured() > 0) then
       value = "growth(column(" // text(3 + count(columns)) // ")) / log(10)"
       label = "lg of " // trim(order%measures(1)%quantity) // " " // trim(measure_names(order%measures(1)%kind)) // " (" &

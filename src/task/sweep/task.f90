@@ -55,7 +55,6 @@ contains
 
     self%name = "sweep"
     self%in_space = .true.
-    self%many_turns = .true.
     self%tables = [character(len=longest_table) :: "sweep"]
     self%about = all_machines
     self%judges = .true.
@@ -188,7 +187,7 @@ contains
     type(result_type), intent(inout) :: result
 
     associate (plan => context%configuration%plan)
-      call result%add(table, plot_sweep(plan, summary))
+      call result%add(table, plot_sweep(plan, context%configuration%turns(), summary))
       call result%warn("", tally(summary))
       call result%say(report_sweep(plan, summary))
       call result%detail(evidence_line(summary))

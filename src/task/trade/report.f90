@@ -2,6 +2,7 @@
 module gestell_task_trade_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_task_response_names, only: peak_words
   use gestell_task_trade_model_trade, only: model_trade_type
@@ -45,18 +46,22 @@ contains
       & // " for Phi(T) and " // concise(trade%floor_x0, 1) // " for x0" // newline
   end function report_trade
 
-  !> What the averaged model misses, and whether the periodic coefficients are worth their price.
-  pure function report_model(trade) result(lines)
+  !> What the averaged model misses over a period of so many turns of the drive, and whether the periodic coefficients are worth
+  !> their price.
+  pure function report_model(trade, turns) result(lines)
     type(model_trade_type), intent(in) :: trade
-    character(len=:), allocatable :: lines
+    integer, intent(in) :: turns
+    character(len=:), allocatable :: lines, growth
     character(len=24), allocatable :: names(:)
     real(dp), parameter :: most = log(huge(1.0_dp)) - 1
     integer :: i
 
+    growth = "ln of it, per turn"
+    if (turns > 1) growth = "ln of it, in " // turns_in_words(turns)
     lines = "verdict" // tab // trim(trade%periodic%verdict) // tab // trim(trade%averaged%verdict) &
       & // newline &
       & // line("largest |rho|", exp(min(trade%periodic%log_rho, most)), exp(min(trade%averaged%log_rho, most)), trade%rho_miss()) &
-      & // line("ln of it, per turn", trade%periodic%log_rho, trade%averaged%log_rho, trade%log_rho_miss())
+      & // line(growth, trade%periodic%log_rho, trade%averaged%log_rho, trade%log_rho_miss())
     if (allocated(trade%averaged%peak)) then
       names = peak_words(size(trade%averaged%peak) / 3)
       do i = 1, size(names)

@@ -53,7 +53,7 @@ contains
       call result%add(table_of(trade, model), plot_trade(trade, .not. allocated(model%resonance)))
       if (.not. context%reports) return
       call measure_frame_models(configuration%frame, configuration%accuracy, models)
-      call result%say(report_trade(trade) // report_model(model) // report_frame_models(models))
+      call result%say(report_trade(trade) // report_model(model, configuration%turns()) // report_frame_models(models))
     end associate
   end subroutine run
 
