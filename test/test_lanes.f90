@@ -45,6 +45,7 @@ contains
     real(qp), allocatable :: exact(:, :)
     integer :: i, k, lane, rows, columns
 
+    call random_init(repeatable=.true., image_distinct=.false.)
     allocate(w(lanes, most_rows, 75))
     do i = 1, size(unknowns)
       rows = unknowns(i) + borders(i)
@@ -96,6 +97,7 @@ contains
     real(dp) :: sound(lanes, most_rows, 9), w(lanes, most_rows, 9), multiplier(lanes)
     integer :: k
 
+    call random_init(repeatable=.true., image_distinct=.false.)
     sound = 0
     call random_number(sound(:, :9, :))
     do k = 1, 6
@@ -132,6 +134,7 @@ contains
     real(dp), allocatable :: m(:, :, :), r(:, :, :), before(:, :, :)
     integer :: i, points, k, j
 
+    call random_init(repeatable=.true., image_distinct=.false.)
     do i = 1, size(freedoms)
       do points = 1, 20
         if (allocated(m)) deallocate(m, r)

@@ -1,5 +1,5 @@
 !> The frame in space against d'Alembert's principle link by link (validation/space/newton_euler.py, numbers of
-!> doc/validation.md), against the plane, and its derivatives against differences.
+!> doc/validation.md), and its derivatives against differences; `test_space_held` has it against the plane.
 module test_space
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -9,19 +9,17 @@ module test_space
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_math_dft, only: dft
-  use gestell_math_trigonometric, only: series_through, series_type
-  use gestell_model_frame, only: frame_type, new_frame
+  use gestell_math_trigonometric, only: series_through
+  use gestell_model_frame, only: frame_type
   use gestell_model_frame_gravity, only: weigh_frame
-  use gestell_model_frame_mounting, only: support_type
   use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
-  use gestell_model_space_mounting, only: space_support_type
   use gestell_model_space, only: in_frame
   use gestell_model_space_variation, only: vary
   use gestell_system_second_order, only: second_order_system
   use space_jets, only: sums_by_jets
   use slow_tests, only: new_slow
-  use space_machines, only: engine, four_bar_plane, new_space_frame, three_planes, v_twin
+  use space_machines, only: engine, three_planes, v_twin
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -37,77 +35,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("in the plane: M, B, C, h of both models", test_plane), &
       & new_unittest("masses in bulk against jets, and remembered", test_masses), &
       & new_unittest("derivatives of the exact equations against differences", test_derivatives), &
       & new_unittest("engines: the orders of forces and couples that balance", test_engines), &
       & new_slow("a V-twin and mechanisms in three planes against d'Alembert's principle", test_reference)]
   end subroutine collect_space
-
-  !> The plane's own frame, with its mechanism in the plane zeta = 0.2: nothing of what psi, xi and eta feel depends on that.
-  subroutine test_plane(error)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: speed = -31.0_dp, origin(2) = [0.1_dp, -0.25_dp]
-    type(gestell_error), allocatable :: failure
-    type(plane_type) :: plane
-    type(space_support_type) :: support
-    type(frame_type) :: space
-    type(frame_type) :: flat
-    type(varied_frame_type) :: flat_varied
-    type(varied_frame_type) :: space_varied
-    type(series_type) :: motion, motion_6
-    real(dp) :: none(3, 3), inertia(3, 3), samples(16, 6)
-    integer :: k
-
-    call four_bar_plane(plane, failure)
-    plane%origin = [origin, 0.2_dp]
-    support%position = [-0.3_dp, 0.2_dp, 0.7_dp]
-    support%stiffness = [4.0e4_dp, 6.0e4_dp, 1.0e4_dp]
-    support%damping = [40.0_dp, 60.0_dp, 10.0_dp]
-    inertia = 0
-    inertia(3, 3) = 0.78_dp
-    inertia(1, 1) = 0.5_dp
-    inertia(2, 2) = 0.5_dp
-    if (.not. allocated(failure)) call new_space_frame(space, 18.0_dp, inertia, [plane], [support], speed, [1, 2, 3], failure)
-    none = 0
-    if (.not. allocated(failure)) call new_frame(flat, plane%linkage, 18.0_dp, 0.78_dp, origin, none, none, speed, failure, &
-      & supports=[support_type(support%position(:2), support%stiffness(:2), support%damping(:2))])
-    call check_success(error, failure)
-    if (allocated(error)) return
-    call compare("rest", flat, space)
-    if (allocated(error)) return
-    ! a motion with two orders
-    samples = 0
-    do k = 1, 16
-      samples(k, 1) = 0.01_dp * cos(pi * k / 8) + 0.002_dp
-      samples(k, 2) = 0.02_dp * sin(pi * k / 4)
-      samples(k, 3) = 0.3_dp * cos(pi * k / 8 - 1) - 0.1_dp * sin(pi * k / 4)
-    end do
-    motion = series_through(samples(:, :3))
-    motion_6 = series_through(samples)
-    flat_varied = varied_frame(flat, motion)
-    space_varied = varied_frame(space, motion_6)
-    call compare("exact", flat_varied, space_varied)
-
-  contains
-
-    !> To the roundings of the greatest.
-    subroutine compare(what, one, other)
-      character(len=*), intent(in) :: what
-      class(second_order_system), intent(in) :: one, other
-      real(dp), dimension(5, 3, 3) :: m, b, c, m_other, b_other, c_other
-      real(dp) :: h(5, 3), h_other(5, 3)
-      real(dp), parameter :: phases(5) = [0.0_dp, 0.21_dp, 0.42_dp, 0.63_dp, 0.84_dp]
-
-      call one%sample_second_order(phases, m, b, c, h)
-      call other%sample_second_order(phases, m_other, b_other, c_other, h_other)
-      call check_that(error, maxval(abs(m_other - m)), "<=", 1.0e-13_dp * maxval(abs(m)), what // ": M")
-      call check_that(error, maxval(abs(b_other - b)), "<=", 1.0e-13_dp * maxval(abs(b)), what // ": B")
-      call check_that(error, maxval(abs(c_other - c)), "<=", 1.0e-13_dp * maxval(abs(c)), what // ": C")
-      call check_that(error, maxval(abs(h_other - h)), "<=", 1.0e-12_dp * maxval(abs(h)), what // ": h")
-    end subroutine compare
-
-  end subroutine test_plane
 
   !> In more than one batch of angles, also of a slider that only translates; another frame remembers them.
   subroutine test_masses(error)

@@ -5,36 +5,9 @@ import math
 import re
 
 from harness import Folder, Run, check, equal, near
-from space import ALL, DATA, FOUR_BAR, HOLDERS, SUPPORTS, VALIDATION, rows, times, turned, words
+from space import ALL, DATA, FOUR_BAR, HOLDERS, VALIDATION, rows, tilted_machine, times, turned, words
 
 MODELS = ("rest", "first_order", "exact")
-
-
-def tilted_machine():
-    """A planar machine, the same in a tilted plane in space, and the plane's axes."""
-    yaw, pitch, roll = 30, -25, 50
-    q = times(turned(2, yaw), times(turned(1, pitch), turned(0, roll)))
-    tensor = times(times(q, [[0.5, 0, 0], [0, 0.6, 0], [0, 0, 0.78]]), [list(column) for column in zip(*q)])
-    j = [tensor[0][0], tensor[1][1], tensor[2][2], tensor[0][1], tensor[0][2], tensor[1][2]]
-
-    def placed(x, y, z=0.0):
-        return words(q[i][0] * x + q[i][1] * y + q[i][2] * z for i in range(3))
-
-    space, plane = FOUR_BAR.format("mechanism='m', "), FOUR_BAR.format("")
-    space += f"&mechanism name='m', axis={words(row[2] for row in q)}, x_axis={words(row[0] for row in q)} /\n" \
-        f"&frame mass=18, inertia={words(j)}, origin={placed(0.1, -0.25)}, {ALL} /\n"
-    plane += "&frame mass=18, inertia=0.78, origin=0.1,-0.25 /\n"
-    for x, y, kx, ky, bx, by, angle in SUPPORTS:
-        plane += f"&support position={x},{y}, stiffness={kx},{ky}, damping={bx},{by}, angle={angle} /\n"
-        # its own angle first: yaw, pitch, roll of both together
-        axes = times(q, turned(2, angle))
-        angles = (math.degrees(math.atan2(axes[1][0], axes[0][0])), math.degrees(math.asin(-axes[2][0])),
-                  math.degrees(math.atan2(axes[2][1], axes[2][2])))
-        # two halves on both sides of the plane, which hold the frame there too
-        for z in (-0.2, 0.2):
-            space += f"&support position={placed(x, y, z)}, stiffness={kx / 2},{ky / 2},2e4, damping={bx / 2},{by / 2},25, " \
-                f"angle={words(angles)} /\n"
-    return plane, space, q
 
 
 def tilted(task, model, speed, more, damping=None, space_more=None):

@@ -30,12 +30,14 @@ contains
     end if
   end subroutine input_error
 
-  !> Puts file, line and group in front of an error's message, in place of the group's name where that leads it already.
+  !> Puts file, line and group in front of an error's message, in place of the group's name where that leads it already; nothing
+  !> where it points into the file, or at an option, by itself.
   subroutine in_group(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(inout) :: error
     character(len=:), allocatable :: own
 
+    if (index(error%message, group%file // ":") == 1 .or. index(error%message, "--") == 1) return
     own = label(group) // ": "
     if (index("&" // error%message, own) == 1) error%message = error%message(len(own):)
     error%message = location(group%file, group%line) // own // error%message

@@ -18,7 +18,7 @@
 module gestell_model_space_drive
   use gestell_base_kinds, only: dp
   use gestell_model_space_moving, only: moving_type
-  use gestell_model_space_rotation, only: cross, cross_matrix, rotation_matrix, turning_matrices
+  use gestell_model_space_rotation, only: cross, cross_matrix, outer, rotation_matrix, turning_matrices
   implicit none (type, external)
   private
 
@@ -129,7 +129,7 @@ contains
       turn%gain_turn = b(:, 2)
       ! de = e x dalpha
       turn%bend = cross_matrix(e(:, 0))
-      turn%bend = (turn%bend - spread(b(:, 0), 2, 3) * spread(matmul(n, turn%bend), 1, 3)) / d(0)
+      turn%bend = (turn%bend - outer(b(:, 0), matmul(n, turn%bend))) / d(0)
     end associate
   end subroutine find_turn
 
@@ -208,12 +208,5 @@ contains
     c = c - outer(2 * matmul(m, q(:, 2)) + matmul(b, q(:, 1)), shift(:, 0)) - outer(moved, shift(:, 1))
     b = b - outer(moved, shift(:, 0))
   end subroutine shift_time
-
-  pure function outer(a, b)
-    real(dp), intent(in) :: a(6), b(6)
-    real(dp) :: outer(6, 6)
-
-    outer = spread(a, 2, 6) * spread(b, 1, 6)
-  end function outer
 
 end module gestell_model_space_drive

@@ -9,7 +9,7 @@ module gestell_model_space_moving
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_path, only: carried, direction
   use gestell_model_space_masses, only: plane_type
-  use gestell_model_space_rotation, only: cross
+  use gestell_model_space_rotation, only: cross, outer
   implicit none (type, external)
   private
 
@@ -72,11 +72,11 @@ contains
       spin(2) = dot_product(v(:, 0), u(:, 3)) + dot_product(v(:, 1), u(:, 2))
       associate (m => link%mass, inertia => link%inertia)
         moving%s = moving%s + m * r(:, 1:)
-        moving%j(:, :, 1) = moving%j(:, :, 1) + 2 * (link%along * outer(u(:, 0), u(:, 1)) + link%across * outer(v(:, 0), v(:, 1)) &
-          & + m * (unit(dot_product(r(:, 0), r(:, 1))) - outer(r(:, 0), r(:, 1))))
-        moving%j(:, :, 2) = moving%j(:, :, 2) + 2 * (link%along * (outer(u(:, 0), u(:, 2)) + outer(u(:, 1), u(:, 1))) &
-          & + link%across * (outer(v(:, 0), v(:, 2)) + outer(v(:, 1), v(:, 1))) &
-          & + m * (unit(dot_product(r(:, 0), r(:, 2)) + dot_product(r(:, 1), r(:, 1))) - outer(r(:, 0), r(:, 2)) &
+        moving%j(:, :, 1) = moving%j(:, :, 1) + 2 * (link%along * symmetric(u(:, 0), u(:, 1)) &
+          & + link%across * symmetric(v(:, 0), v(:, 1)) + m * (unit(dot_product(r(:, 0), r(:, 1))) - symmetric(r(:, 0), r(:, 1))))
+        moving%j(:, :, 2) = moving%j(:, :, 2) + 2 * (link%along * (symmetric(u(:, 0), u(:, 2)) + outer(u(:, 1), u(:, 1))) &
+          & + link%across * (symmetric(v(:, 0), v(:, 2)) + outer(v(:, 1), v(:, 1))) &
+          & + m * (unit(dot_product(r(:, 0), r(:, 2)) + dot_product(r(:, 1), r(:, 1))) - symmetric(r(:, 0), r(:, 2)) &
           & - outer(r(:, 1), r(:, 1))))
         moving%a(:, 0) = moving%a(:, 0) + m * cross(r(:, 0), r(:, 1)) + inertia * spin(0) * q(:, 3)
         moving%a(:, 1) = moving%a(:, 1) + m * cross(r(:, 0), r(:, 2)) + inertia * spin(1) * q(:, 3)
@@ -99,12 +99,12 @@ contains
   end function in_axes
 
   !> (a b^T + b a^T)/2.
-  pure function outer(a, b)
+  pure function symmetric(a, b)
     real(dp), intent(in) :: a(3), b(3)
-    real(dp) :: outer(3, 3)
+    real(dp) :: symmetric(3, 3)
 
-    outer = (spread(a, 2, 3) * spread(b, 1, 3) + spread(b, 2, 3) * spread(a, 1, 3)) / 2
-  end function outer
+    symmetric = (outer(a, b) + outer(b, a)) / 2
+  end function symmetric
 
   pure function unit(x)
     real(dp), intent(in) :: x

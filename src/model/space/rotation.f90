@@ -13,7 +13,7 @@ module gestell_model_space_rotation
   implicit none (type, external)
   private
 
-  public :: cross, cross_matrix, rotation_matrix, turn_beyond_first_order, turning_matrices
+  public :: cross, cross_matrix, outer, rotation_matrix, turn_beyond_first_order, turning_matrices
 
 contains
 
@@ -31,6 +31,14 @@ contains
 
     c = reshape([0.0_dp, a(3), -a(2), -a(3), 0.0_dp, a(1), a(2), -a(1), 0.0_dp], [3, 3])
   end function cross_matrix
+
+  !> a b^T.
+  pure function outer(a, b)
+    real(dp), intent(in) :: a(:), b(:)
+    real(dp) :: outer(size(a), size(b))
+
+    outer = spread(a, 2, size(b)) * spread(b, 1, size(a))
+  end function outer
 
   !> R.
   pure function rotation_matrix(theta) result(r)

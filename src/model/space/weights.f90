@@ -15,7 +15,7 @@ module gestell_model_space_weights
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_space_masses, only: plane_type
   use gestell_model_space_mounting, only: load_matrix, space_support_type, support_matrix
-  use gestell_model_space_rotation, only: cross, cross_matrix
+  use gestell_model_space_rotation, only: cross, cross_matrix, outer
   implicit none (type, external)
   private
 
@@ -205,13 +205,5 @@ contains
 
     axial = [n(2, 3) - n(3, 2), n(3, 1) - n(1, 3), n(1, 2) - n(2, 1)]
   end function axial
-
-  !> b c^T.
-  pure function outer(b, c)
-    real(dp), intent(in) :: b(3), c(3)
-    real(dp) :: outer(3, 3)
-
-    outer = spread(b, 2, 3) * spread(c, 1, 3)
-  end function outer
 
 end module gestell_model_space_weights

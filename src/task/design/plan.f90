@@ -151,7 +151,7 @@ contains
       call new_document_family(plan%family%inner, doc, schema, configuration%units, plan%all_paths, plan%start(plan%owners), error)
     end associate
     if (allocated(error)) then
-      if (index(error%message, configuration%document%file // ":") /= 1) call in_group(groups(1), error)
+      call in_group(groups(1), error)
       return
     end if
     call try_values(groups, plan, error)
@@ -242,7 +242,7 @@ contains
         x(i) = merge(plan%order%lower(i), plan%order%upper(i), side == 1)
         call plan%family%inner%check(x(plan%owners), error)
         if (.not. allocated(error)) cycle
-        if (index(error%message, groups(i)%file // ":") /= 1) call in_group(groups(i), error)
+        call in_group(groups(i), error)
         return
       end do
     end do

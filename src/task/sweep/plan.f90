@@ -106,7 +106,7 @@ contains
     call read_base(doc, schema, plan)
     if (allocated(error)) then
       ! a mechanism has file and line, what is wrong with a path has not
-      if (index(error%message, doc%file // ":") /= 1) call in_group(groups(1), error)
+      call in_group(groups(1), error)
       return
     end if
     call try_values(groups, plan, error)
@@ -321,7 +321,7 @@ contains
     if (.not. allocated(reason)) return
     call move_alloc(reason, error)
     error%code = invalid_input
-    if (index(error%message, groups(k)%file // ":") /= 1) call in_group(groups(k), error)
+    call in_group(groups(k), error)
   end subroutine try_values
 
 end module gestell_task_sweep_plan
