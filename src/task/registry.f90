@@ -2,7 +2,6 @@
 module gestell_task_registry
   use gestell_base_error, only: error_type
   use gestell_input_namelist_document, only: document_type, the_group, word_length
-  use gestell_input_namelist_message, only: input_error
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_fingerprint, only: content_of
   use gestell_input_schema_read, only: read
@@ -100,7 +99,6 @@ contains
     end do
     call read_machine(configuration, size(names) == 0 .or. any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= all_machines, &
       & i = 1, size(tasks))]), error)
-    if (.not. allocated(error)) call refuse_in_space(configuration, tasks, names, error)
     if (allocated(error)) return
     if (orders_any(tasks, all_machines) .or. orders_any(tasks, all_speeds)) call read_plan(configuration, orders_any(tasks, &
       & all_speeds), error)
@@ -111,24 +109,6 @@ contains
       if (allocated(error)) return
     end do
   end subroutine read_input
-
-  !> Error: a task that was ordered does not know a frame in space.
-  subroutine refuse_in_space(configuration, tasks, names, error)
-    type(configuration_type), intent(in) :: configuration
-    type(any_task_type), intent(in) :: tasks(:)
-    character(len=*), intent(in) :: names(:)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i, k
-
-    if (.not. allocated(configuration%frame%space)) return
-    do i = 1, size(tasks)
-      if (.not. tasks(i)%task%ordered .or. tasks(i)%task%in_space) cycle
-      k = findloc(names == tasks(i)%task%name, .true., dim=1)
-      call input_error(the_group(configuration%document, "case"), "tasks", "does not know a frame in space yet" &
-        & // trim(tasks(i)%task%instead), error, k)
-      return
-    end do
-  end subroutine refuse_in_space
 
   !> The names of all tables that a run can leave.
   function all_tables() result(names)

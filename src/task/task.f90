@@ -23,9 +23,6 @@ module gestell_task
     character(len=longest_table), allocatable :: tables(:)
     integer :: about = own_machine
     logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
-    !> Whether it knows a frame in space, and what does in its place.
-    logical :: in_space = .false.
-    character(len=130) :: instead = ""
     !> Whether the input orders it; whether an option does, for its picture alone.
     logical :: ordered = .false., implied = .false.
   contains

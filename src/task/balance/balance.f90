@@ -47,7 +47,6 @@ contains
     class(balance_task), intent(inout) :: self
 
     self%name = "balance"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "balance", "balance_links", "balance_harmonics"]
     self%judges = .true.
   end subroutine describe

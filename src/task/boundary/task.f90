@@ -35,7 +35,6 @@ contains
     class(boundary_task), intent(inout) :: self
 
     self%name = "boundary"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "boundary"]
     self%about = all_machines
   end subroutine describe

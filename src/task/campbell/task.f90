@@ -44,7 +44,6 @@ contains
     class(campbell_task), intent(inout) :: self
 
     self%name = "campbell"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "campbell", "crossings"]
     self%about = all_speeds
     self%judges = .true.

@@ -32,7 +32,6 @@ contains
     class(critical_task), intent(inout) :: self
 
     self%name = "critical"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "critical"]
     self%about = all_speeds
     self%judges = .true.

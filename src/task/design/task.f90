@@ -33,7 +33,6 @@ contains
     class(design_task), intent(inout) :: self
 
     self%name = "design"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "design", "design_goals", "design_range", "design_starts", "design_trade_off"]
     self%about = unsolved_machine
     self%judges = .true.

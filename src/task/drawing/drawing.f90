@@ -38,7 +38,6 @@ contains
     self%name = "drawing"
     self%tables = [character(len=longest_table) :: "mechanism"]
     self%pictured = .true.
-    self%in_space = .true.
   end subroutine describe
 
   !> Error: there is nothing to draw.

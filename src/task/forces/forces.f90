@@ -38,7 +38,6 @@ contains
     self%tables = [character(len=longest_table) :: "supports", "supports_history", "supports_harmonics"]
     self%judges = .true.
     self%brief = .true.
-    self%in_space = .true.
   end subroutine describe
 
   subroutine read_forces(self, configuration, error)

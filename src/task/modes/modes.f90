@@ -30,7 +30,6 @@ contains
 
     call self%stability_task%describe()
     self%name = "modes"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 

@@ -36,7 +36,6 @@ contains
     self%name = "power"
     self%tables = [character(len=longest_table) :: "power"]
     self%judges = .true.
-    self%in_space = .true.
     self%brief = .true.
   end subroutine describe
 

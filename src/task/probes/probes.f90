@@ -36,7 +36,6 @@ contains
     class(probes_task), intent(inout) :: self
 
     self%name = "response"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "probes", "probes_history", "probes_harmonics"]
     self%judges = .true.
     self%brief = .true.

@@ -37,7 +37,6 @@ contains
     class(quantities_task), intent(inout) :: self
 
     self%name = "response"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "quantities"]
     self%judges = .true.
     self%brief = .true.

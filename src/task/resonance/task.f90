@@ -38,7 +38,6 @@ contains
     class(resonance_task), intent(inout) :: self
 
     self%name = "resonance"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "resonance", "peaks"]
     self%about = all_speeds
     self%judges = .true.

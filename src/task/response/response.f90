@@ -31,7 +31,6 @@ contains
     class(response_task), intent(inout) :: self
 
     self%name = "response"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "response", "harmonics"]
     self%judges = .true.
     self%brief = .true.

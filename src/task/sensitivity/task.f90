@@ -41,7 +41,6 @@ contains
     class(sensitivity_task), intent(inout) :: self
 
     self%name = "sensitivity"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "sensitivity"]
     self%judges = .true.
   end subroutine describe

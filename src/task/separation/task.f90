@@ -57,7 +57,6 @@ contains
     class(separation_task), intent(inout) :: self
 
     self%name = "separation"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "separation", "torque_roll"]
     self%about = unsolved_machine
     self%judges = .true.

@@ -30,7 +30,6 @@ contains
     class(stability_task), intent(inout) :: self
 
     self%name = "stability"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "multipliers"]
     self%judges = .true.
     self%brief = .true.

@@ -54,7 +54,6 @@ contains
     class(sweep_task), intent(inout) :: self
 
     self%name = "sweep"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "sweep"]
     self%about = all_machines
     self%judges = .true.

@@ -33,7 +33,6 @@ contains
     class(trade_task), intent(inout) :: self
 
     self%name = "trade"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "trade"]
   end subroutine describe
 

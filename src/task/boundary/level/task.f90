@@ -53,7 +53,6 @@ contains
     class(level_task), intent(inout) :: self
 
     self%name = "boundary"
-    self%in_space = .true.
     self%tables = [character(len=longest_table) :: "boundary", "level"]
     self%about = all_machines
   end subroutine describe
