@@ -6,7 +6,7 @@ module gestell_output_report_orders
   implicit none (type, external)
   private
 
-  public :: fraction, order_of, range_of, turns_in_words
+  public :: order_as_fraction, order_of, range_of, turns_in_words
 
 contains
 
@@ -23,7 +23,7 @@ contains
   end function order_of
 
   !> The same for the name of a column: "1", "1/2".
-  pure function fraction(k, turns) result(words)
+  pure function order_as_fraction(k, turns) result(words)
     integer, intent(in) :: k, turns
     character(len=:), allocatable :: words
     integer :: shared
@@ -31,7 +31,7 @@ contains
     shared = greatest_divisor(k, turns)
     words = text(k / shared)
     if (turns > shared) words = words // "/" // text(turns / shared)
-  end function fraction
+  end function order_as_fraction
 
   !> The orders up to `highest`: "1 to 4", of periods of more than a turn "up to 4".
   pure function range_of(highest, turns) result(words)

@@ -23,12 +23,12 @@ contains
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp) :: rows(6, size(angles))
     real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :)
-    real(dp), parameter :: none(6, 6) = 0
+    real(dp), parameter :: weightless(3, 3) = 0, none(6, 6) = 0
     type(space_type) :: bare
     type(space_support_type) :: no_supports(0)
     integer :: k
 
-    call new_space(bare, none(:3, :3), planes, no_supports, none, none)
+    call new_space(bare, weightless, planes, no_supports, none, none)
     bare%drive = space%drive
     allocate(m(size(angles), 6, 6), b(size(angles), 6, 6), c(size(angles), 6, 6), h(size(angles), 6))
     call bare%sample_at_rest(0.0_dp, 1.0_dp, angles, [(k, k = 1, 6)], m, b, c, h)

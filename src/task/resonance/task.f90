@@ -7,7 +7,7 @@ module gestell_task_resonance_task
   use gestell_model_frame_rows, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
-  use gestell_output_report_orders, only: fraction
+  use gestell_output_report_orders, only: order_as_fraction
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
@@ -130,7 +130,7 @@ contains
       call table%add(name // "_peak_error", unit, "bound on its error", row(2))
       call table%add(name // "_rms", unit, "root mean square", row(3))
       do i = 1, size(harmonics)
-        call table%add(name // "_order_" // fraction(harmonics(i), turns), unit, "amplitude of the order", row(3 + i))
+        call table%add(name // "_order_" // order_as_fraction(harmonics(i), turns), unit, "amplitude of the order", row(3 + i))
       end do
     end do
     call table%add("small_motion", "0: beyond small motions", [(curve%points(i)%moved%small(), i = 1, n)], &
