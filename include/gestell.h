@@ -50,9 +50,9 @@ int gestell_get_text(gestell_solution solution, const char *what, int size, char
 int gestell_count_multipliers(gestell_solution solution, int *count, gestell_error error);
 int gestell_get_multipliers(gestell_solution solution, int count, double *re, double *im, double *bounds, gestell_error error);
 
-/* The vibration of a quantity, as "f" or "probe(outlet).v": peak, rms, bounds on their errors; amplitudes of the orders 1, 2, ...;
- * values at equidistant times of a turn, both ends included. unit takes size characters, 16 at least; amplitudes and history may be
- * NULL. */
+/* The vibration of a quantity, as "f" or "probe(outlet).v": peak, rms, bounds on their errors; amplitudes of the orders 1, 2, ...
+ * (harmonics of the period, where ratios of shafts make it several turns); values at equidistant times of the period, both ends
+ * included. unit takes size characters, 16 at least; amplitudes and history may be NULL. */
 int gestell_describe_response(gestell_solution solution, const char *quantity, int *orders, int *points, int size, char *unit,
                               gestell_error error);
 int gestell_get_response(gestell_solution solution, const char *quantity, double numbers[4], int orders, double *amplitudes,

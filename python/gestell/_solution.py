@@ -48,8 +48,8 @@ class Table(dict):
 
 @dataclass(frozen=True)
 class Response:
-    """A quantity over a turn, in SI units: peak and rms, each with its `.error`; amplitudes of the orders 1, 2, ...; its history
-    at equidistant times, both ends included."""
+    """A quantity over the period, in SI units: peak and rms, each with its `.error`; amplitudes of the orders 1, 2, ... (harmonics of
+    the period, where ratios of shafts make it several turns); its history at equidistant times, both ends included."""
 
     name: str
     unit: str

@@ -49,8 +49,8 @@ module gestell_door_solution
     procedure :: write => write_files
   end type solution_type
 
-  !> A quantity over one turn: peak and rms with bounds on their errors, amplitudes of the orders 1, 2, ..., and its history at
-  !> equidistant times from 0 to T, both included.
+  !> A quantity over the period: peak and rms with bounds on their errors, amplitudes of its harmonics, the orders 1, 2, ... where
+  !> it is one turn of the drive, and its history at equidistant times from 0 to T, both included.
   type, public :: response_type
     character(len=:), allocatable :: name, unit
     real(dp) :: peak = 0, peak_error = 0, rms = 0, rms_error = 0

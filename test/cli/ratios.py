@@ -230,7 +230,27 @@ def flywheel_tests():
 
 
 def word_tests():
-    """Words of the report, and pictures, of a period of two turns."""
+    """Words of the report, and pictures, of a period of two turns; angles and speeds are the drive's."""
+    whole = both(PLANE, 240.0, "", ALONE)
+    with Folder(one=whole[0], other=whole[1]) as folder:
+        told = [re.search(r"SLIDERS at (\S+) rpm.*\n.*\n.*\n +C +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
+                          Run(folder, "--check", f"{which}.nml").out) for which in ("one", "other")]
+        check("ratio 0.5: sliders", all(told), "lines", told)
+        if all(told):
+            for x, y, factor in zip(told[0].groups(), told[1].groups(), (2, 1, 1, 1, 2, 1)):
+                near("ratio 0.5: sliders", float(x), factor * float(y), 1e-4 * abs(factor * float(y)))
+    short = [text.replace("lengths=0.37,0.16", "lengths=0.34,0.1") for text in whole]
+    with Folder(one=short[0], other=short[1]) as folder:
+        told = [re.search(r"at a crank angle of (\S+) deg", Run(folder, f"{which}.nml").err) for which in ("one", "other")]
+        check("ratio 0.5: impossible", all(told), "an angle", told)
+        if all(told):
+            near("ratio 0.5: angle where it ends", float(told[0][1]), 2 * float(told[1][1]), 2e-3)
+    ratios = "&case tasks='sweep' /\n&sweep parameter='mechanism(cam).ratio', from=0.5, to=1, count=3 /\n"
+    with Folder(input=ratios + both(PLANE, 240.0, "", HALF)[0]) as folder:
+        run = Run(folder, "--plot", "input.nml")
+        if run.done("ratio in a sweep"):
+            check("ratio in a sweep: note", "over the period, which the ratio changes" in run.flat, "a note", run.out)
+            check("ratio in a sweep: picture", "growth in the period of each" in (folder / "input" / "sweep.gp").read_text(), "words", "")
     with Folder(input="&case tasks='stability','response','forces','power','sweep' /\n" + SPEEDS.format(200, 240, 3)
                 + both(PLANE, 240.0, "", HALF)[0]) as folder:
         if not Run(folder, "-q", "--plot", "input.nml").done("ratio 0.5: pictures"):

@@ -50,7 +50,8 @@ contains
       call fatal_error(error, "mass and inertia of the mechanism must be finite and not negative", invalid_input)
     else if (.not. mechanism%angle_scale >= least_angle_scale) then
       call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
-        & // concise(mechanism%angle_scale * 180 / pi, 2) // " deg of the crank: nothing reliable can be computed", &
+        & // concise(mechanism%angle_scale * mechanism%turns * 180 / pi, 2) // " deg of the crank: nothing reliable can be " &
+        & // "computed", &
         & impossible_mechanism)
     end if
   end subroutine check_turning

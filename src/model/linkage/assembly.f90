@@ -23,16 +23,19 @@ contains
   !> from joint to joint and limit how far each can move within the interval. `angle_scale`: the crank angle (rad) over which
   !> the motion changes noticeably; `intervals`: how many were tried.
   !> Errors: a joint that cannot be assembled or reaches a dead point; a link whose two joints meet; too many intervals. They
-  !> are named with the angle.
-  subroutine prove_assembly(joints, links, angle_scale, intervals, error)
+  !> are named with the angle of the drive, which turns `turns` times, else once.
+  subroutine prove_assembly(joints, links, angle_scale, intervals, error, turns)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
     real(dp), intent(out) :: angle_scale
     integer, intent(out) :: intervals
     type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: turns
     real(dp) :: angle, width, local
-    integer :: bad_joint, bad_link
+    integer :: bad_joint, bad_link, of_drive
 
+    of_drive = 1
+    if (present(turns)) of_drive = turns
     angle_scale = 1
     intervals = 0
     angle = 0
@@ -45,10 +48,10 @@ contains
         if (bad_joint == 0 .and. bad_link == 0) exit
         width = width / 2
         if (intervals >= most_intervals) then
-          call give_up(joints, links, angle, bad_joint, bad_link, error)
+          call give_up(joints, links, angle * of_drive, bad_joint, bad_link, error)
           return
         else if (width < narrowest) then
-          call report(joints, links, angle, bad_joint, bad_link, error)
+          call report(joints, links, angle, of_drive, bad_joint, bad_link, error)
           return
         end if
       end do
@@ -116,17 +119,17 @@ contains
       & impossible_mechanism, subject)
   end subroutine give_up
 
-  subroutine report(joints, links, angle, bad_joint, bad_link, error)
+  subroutine report(joints, links, angle, turns, bad_joint, bad_link, error)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
     real(dp), intent(in) :: angle
-    integer, intent(in) :: bad_joint, bad_link
+    integer, intent(in) :: turns, bad_joint, bad_link
     type(error_type), allocatable, intent(out) :: error
     type(point_type) :: at(size(joints))
     character(len=:), allocatable :: there, subject, reason
     integer :: i
 
-    there = " at a crank angle of " // fixed(angle * 180 / pi, 3) // " deg"
+    there = " at a crank angle of " // fixed(angle * turns * 180 / pi, 3) // " deg"
     if (bad_link > 0) then
       subject = "link '" // links(bad_link)%name // "'"
       call fatal_error(error, subject // ": its joints meet" // there, impossible_mechanism, subject)

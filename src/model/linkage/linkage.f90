@@ -332,7 +332,7 @@ contains
       call fatal_error(error, "a mechanism needs at least one link", invalid_input)
     end if
     if (allocated(error)) return
-    call prove_assembly(self%joints, self%links, self%angle_scale, self%intervals, error)
+    call prove_assembly(self%joints, self%links, self%angle_scale, self%intervals, error, self%turns)
     self%prepared = .not. allocated(error)
     if (self%prepared) self%terms = greatest_terms(self%joints, self%links)
   end subroutine prepare

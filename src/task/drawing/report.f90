@@ -172,7 +172,8 @@ contains
     if (ieee_is_finite(value)) words = concise(value, 5)
   end function in_range
 
-  !> Speeds and accelerations of the sliders on their guides, and how the turn is divided between forward and back.
+  !> Speeds and accelerations of the sliders on their guides, and how the period is divided between forward and back; `speed`
+  !> (rad/s) is that of the linkage's crank angle.
   function slider_lines(mechanism, diagnosis, speed) result(lines)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -192,13 +193,14 @@ contains
         forward = joint%forward
         ! the other way round the way back is the way forward
         if (speed < 0 .and. forward > 0) forward = 2 * pi - forward
-        if (forward > 0) rows = rows // tab // fixed(forward * 180 / pi, 2) // tab // concise(forward / (2 * pi - forward), 5)
+        if (forward > 0) rows = rows // tab // fixed(forward * mechanism%turns * 180 / pi, 2) // tab &
+          & // concise(forward / (2 * pi - forward), 5)
         rows = rows // newline
       end associate
     end do
-    lines = newline // "SLIDERS at " // concise(abs(speed) * 30 / pi) // " rpm, greatest speed and acceleration on their guides" &
-      & // newline // tabulated("lrrrrr", "slider,stroke,speed,acceleration,forward,time" // newline &
-      & // ",m,m/s,m/s^2,deg,forward/back", rows)
+    lines = newline // "SLIDERS at " // concise(abs(speed) * mechanism%turns * 30 / pi) // " rpm, greatest speed and " &
+      & // "acceleration on their guides" // newline // tabulated("lrrrrr", "slider,stroke,speed,acceleration,forward,time" &
+      & // newline // ",m,m/s,m/s^2,deg,forward/back", rows)
   end function slider_lines
 
   function shaking_lines(frame) result(lines)

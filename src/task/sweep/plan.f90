@@ -41,6 +41,8 @@ module gestell_task_sweep_plan
     type(document_family_type) :: family
     !> The parameters of the input's own machine; size 0 where it is none of the family.
     real(dp), allocatable :: base(:)
+  contains
+    procedure :: period_varies
   end type sweep_plan_type
 
   !> Values of an axis that are tried before anything is computed, at the most.
@@ -49,6 +51,14 @@ module gestell_task_sweep_plan
   integer(int64), parameter :: most_points = 10_int64**11
 
 contains
+
+  !> Whether a ratio runs, and with it after how many turns of the drive all shafts stand as before.
+  pure logical function period_varies(self)
+    class(sweep_plan_type), intent(in) :: self
+    integer :: k
+
+    period_varies = any([(index(lower(self%paths(k)), ").ratio") > 0, k = 1, size(self%paths))])
+  end function period_varies
 
   !> The sweep of a checked document, about this frame, whose mechanism need not turn. Errors: no group, or more than two; a path
   !> that cannot run, the same one twice; an empty range; a value that makes no sense; a column that there is not.

@@ -35,7 +35,9 @@ contains
     character(len=:), allocatable :: label
     integer :: k
 
-    label = "ln |ρ|max (growth in " // turns_in_words(turns) // ")"
+    label = turns_in_words(turns)
+    if (plan%period_varies()) label = "the period of each"
+    label = "ln |ρ|max (growth in " // label // ")"
     if (size(plan%grid%axes) > 1 .and. all(plan%grid%axes%count > 1)) then
       figure = plot_chart(plan, plan%order, label, summary)
     else

@@ -61,6 +61,8 @@ contains
           & // concise(plan%grid%axes(k)%value(summary%where(k)), 9)
       end do
       report = report // newline
+      if (plan%period_varies()) report = report // "  |rho| is over the period, which the ratio changes from point to point" &
+        & // newline
     end if
     if (summary%turned > 0 .and. plan%order%model /= "exact") then
       dof = trim(dof_names(summary%furthest))
