@@ -62,7 +62,7 @@ contains
 
     call add_joint(scale, words, "type='ground', position=" // pair(source, 0.0_dp, 0.0_dp))
     call add_joint(scale, words, "type='crank', pivot='J1', radius=" // real_word(source, scale%length &
-      & * source%dice%between(0.2_dp, 0.4_dp)) // optional(source, ", phase=", 360.0_dp))
+      & * source%dice%between(0.2_dp, 0.4_dp)) // optional(source, ", phase=", 360.0_dp) // ratio(source))
     do i = 1, source%dice%pick_of([0, 1, 1, 1, 2, 3])
       call add_dyad(source, scale, words)
     end do
@@ -78,6 +78,15 @@ contains
       words = words // " /" // newline
     end do
   end subroutine add_linkage
+
+  !> Turns of the crank in one of the drive's; not whole ones make the period longer.
+  function ratio(source) result(words)
+    type(source_type), intent(inout) :: source
+    character(len=:), allocatable :: words
+
+    words = ""
+    if (source%dice%chance(0.1_dp)) words = ", ratio=" // trim(source%dice%pick(["0.5 ", "-3,2", "2   ", "3,7 "]))
+  end function ratio
 
   !> A dyad on what is there, with lengths that mostly fit on crank and ground.
   subroutine add_dyad(source, scale, words)
