@@ -124,7 +124,12 @@ contains
       if (.not. done) error%message = error%message // "; other files of this run are in their places already"
       exit
     end do
-    if (.not. allocated(error)) call remove_old_pictures(self, names)
+    if (.not. allocated(error)) then
+      call remove_old_pictures(self, names)
+      do i = 1, size(names)
+        if (replaces(i)) call remove_file(self%path // "/" // trim(names(i)) // old)
+      end do
+    end if
     call leave(self, done)
     if (.not. (done .or. allocated(error))) call fatal_error(error, self%path // ": cannot be removed: " // last_reason(), &
       & failed_computation)
@@ -181,10 +186,14 @@ contains
     integer(c_int) :: guard
 
     call take_turn(staging%folder, guard)
-    call empty(staging)
-    call remove_file(staging%path // "/" // journal_name)
-    call remove_file(staging%path // "/" // journal_name // growing)
+    ! Hundreds of files could stand there, as a rule none does.
     call remove_folder(staging%path, done)
+    if (.not. done) then
+      call empty(staging)
+      call remove_file(staging%path // "/" // journal_name)
+      call remove_file(staging%path // "/" // journal_name // growing)
+      call remove_folder(staging%path, done)
+    end if
     call unlock_file(staging%handle)
     staging%handle = -1
     call unlock_file(guard)
