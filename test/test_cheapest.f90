@@ -129,7 +129,7 @@ contains
   !> The paper's machine at two speeds: the steps that each method really takes, times its work.
   subroutine test_least_work(error)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: rpm(2) = [240.0_dp, 2000.0_dp], turns(2) = [125.0_dp, 15.0_dp]
+    real(dp), parameter :: rpm(2) = [240.0_dp, 2000.0_dp], turns(2) = [125.0_dp, 15.0_dp], fastest(2) = [94.0_dp, 11.3_dp]
     character(len=name_length), allocatable :: names(:)
     class(method_type), allocatable :: method
     type(frame_type) :: frame
@@ -142,7 +142,7 @@ contains
     do i = 1, size(rpm)
       call frame_of_machine(khang_machine(rpm(i)), frame, failure)
       do k = 3, 12, 3
-        call cheapest_method(frame, turns(i), 10.0_dp**(-k), method)
+        call cheapest_method(frame, turns(i), 10.0_dp**(-k), method, fastest(i))
         least = huge(least)
         chosen = 0
         do m = 2, size(names)
@@ -155,7 +155,7 @@ contains
           if (names(m) == method%name) chosen = work
         end do
         call check_that(error, chosen, ">", 0.0_dp, method%name)
-        call check_that(error, chosen, "<=", 1.5_dp * least, method%name)
+        call check_that(error, chosen, "<=", 1.5_dp * least, method%name // ": least work")
         if (allocated(error)) return
       end do
     end do

@@ -4,8 +4,10 @@ module test_lanes
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes, most_rows, padded, schur_complement
-  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_method, only: maps_type, method_type
   use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
+  use gestell_math_lapack, only: factorise, solve_factored
   use gestell_system_mass, only: solve_mass
   use gestell_system_second_order, only: second_order_system
   use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -167,7 +169,8 @@ contains
 
   !> A step of gauss8 for M q'' + C q = h with constant coefficients is the same map by all ways: in lanes (eight steps and
   !> more), singly (fewer), with exchanges (M with zeros on its diagonal; frequencies so high that elimination without is
-  !> not safe) and where there are too many unknowns for the lanes. Oracle: each oscillator by itself, whose step is known.
+  !> not safe) and where there are too many unknowns for the lanes. Oracle: each oscillator by itself, whose step is known. That of
+  !> the embedded method is Galerkin's for accelerations of degree 6, solved for their coefficients in Legendre's polynomials.
   subroutine test_steps(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: frequencies(3) = [1.0_dp, 40.0_dp, 4000.0_dp]
@@ -195,7 +198,8 @@ contains
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
     real(dp) :: a(2 * size(frequencies), 2 * size(frequencies), steps), b(2 * size(frequencies), steps), from(steps), to(steps)
-    real(dp) :: cosine, sine, turn, shift
+    type(maps_type) :: lower
+    real(dp) :: cosine, sine, turn, shift, galerkin(2, 3)
     integer :: f, i, k, place
 
     f = size(frequencies)
@@ -215,9 +219,25 @@ contains
     call method%maps(system, from, to, a, failure, b)
     call check_success(error, failure)
     if (allocated(error)) return
+    allocate(lower%a, mold=a)
+    allocate(lower%b, mold=b)
+    call method%pair(system, from, to, a, failure, b, lower)
+    call check_success(error, failure)
+    if (allocated(error)) return
     do k = 1, steps
       do i = 1, f
         associate (w => frequencies(i), h => to(k) - from(k))
+          call galerkin_step(8, w * h, galerkin)
+          ! The condition of the equations grows as (w h)^2, that of the multiplier mu as its square.
+          turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
+          call check_that(error, abs(lower%a(i, i, k) - galerkin(1, 1)), "<", turn, "turn of the embedded method")
+          call check_that(error, abs(lower%a(i, f + i, k) / h - galerkin(1, 2)), "<", turn, "turn of the embedded method")
+          call check_that(error, abs(lower%a(f + i, i, k) * h - galerkin(2, 1)), "<", turn * max(1.0_dp, w * h), &
+            & "turn of the embedded method")
+          call check_that(error, abs(lower%a(f + i, f + i, k) - galerkin(2, 2)), "<", turn, "turn of the embedded method")
+          call check_that(error, abs(lower%b(i, k) / h**2 - galerkin(1, 3)), "<", turn, "load of the embedded method")
+          call check_that(error, abs(lower%b(f + i, k) / h - galerkin(2, 3)), "<", turn, "load of the embedded method")
+          if (allocated(error)) return
           call gauss_turn(8, w * h, cosine, sine)
           turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
           call check_that(error, abs(a(i, i, k) - cosine), "<", turn, "turn")
@@ -236,6 +256,34 @@ contains
       if (allocated(error)) return
     end do
   end subroutine check_oscillators
+
+  !> A step of length 1 of q'' + z^2 q = 1 by Galerkin's method, q'' a polynomial of degree s - 2 whose residual is orthogonal to
+  !> all such polynomials by Gauss' quadrature of s nodes: [A b].
+  subroutine galerkin_step(s, z, map)
+    integer, intent(in) :: s
+    real(dp), intent(in) :: z
+    real(dp), intent(out) :: map(2, 3)
+    type(tableau_type) :: rule
+    type(gestell_error), allocatable :: failure
+    real(dp) :: p(s, s - 1), left(s - 1, s - 1), right(s - 1, 3)
+    integer :: pivots(s - 1), k
+
+    rule = gauss_tableau(s)
+    p(:, 1) = 1
+    p(:, 2) = 2 * rule%c - 1
+    do k = 2, s - 2
+      p(:, k + 1) = ((2 * k - 1) * p(:, 2) * p(:, k) - (k - 1) * p(:, k - 1)) / k
+    end do
+    left = matmul(transpose(p * spread(rule%b, 2, s - 1)), p + z**2 * matmul(rule%aa, p))
+    right(:, 1) = -z**2 * matmul(rule%b, p)
+    right(:, 2) = -z**2 * matmul(rule%b * rule%c, p)
+    right(:, 3) = matmul(rule%b, p)
+    call factorise(left, pivots, failure)
+    call solve_factored(left, pivots, right)
+    map = reshape([1, 0, 1, 1, 0, 0], [2, 3])
+    map(1, :) = map(1, :) + matmul(matmul(rule%ba, p), right)
+    map(2, :) = map(2, :) + matmul(matmul(rule%b, p), right)
+  end subroutine galerkin_step
 
   !> cosine + i sine = R(i z) with the diagonal Pade approximation R of exp, the stability function of Gauss' methods.
   subroutine gauss_turn(s, z, cosine, sine)

@@ -37,7 +37,7 @@ contains
       & new_unittest("claimed errors hold on very soft and very stiff mounts", test_extremes)]
   end subroutine collect_probes
 
-  subroutine solve(frame, points, tolerance, probes, analysis, responses, error, averaged)
+  subroutine solve(frame, points, tolerance, probes, analysis, responses, error, averaged, method)
     type(frame_type), intent(in) :: frame
     integer, intent(in) :: points
     real(dp), intent(in) :: tolerance
@@ -46,12 +46,15 @@ contains
     type(probe_response_type), allocatable, intent(out) :: responses(:)
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: averaged
+    character(len=*), intent(in), optional :: method
     type(gestell_error), allocatable :: failure
     type(tasks_type) :: tasks
-
+    type(accuracy_type) :: accuracy
     tasks = tasks_type(model="rest", points=points, rows=accelerations)
+    accuracy = accuracy_type(tolerance=tolerance)
+    if (present(method)) accuracy%method = method
     if (present(averaged)) tasks%averaged = averaged
-    call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
+    call analyse(frame, tasks, accuracy, analysis, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     call find_responses(frame, analysis%vibration, probes, responses, failure)
@@ -310,7 +313,8 @@ contains
     integer :: k
 
     call make(khang_machine(240.0_dp), frame, error)
-    if (.not. allocated(error)) call solve(frame, 64, 1.0e-4_dp, [probe_at(0.2_dp, -0.15_dp)], analysis, responses, error)
+    if (allocated(error)) return
+    call solve(frame, 64, 1.0e-4_dp, [probe_at(0.2_dp, -0.15_dp)], analysis, responses, error, method="rk4")
     if (allocated(error)) return
     associate (w => responses(1))
       call check_that(error, w%error, ">", 1.0e-9_dp * w%greatest, "an error that is of use")

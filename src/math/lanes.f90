@@ -13,8 +13,9 @@ module gestell_math_lanes
   public :: padded, schur_complement
 
   !> Matrices side by side, rows of a block, and the most rows that a matrix can have: columns lie so far apart in memory whatever
-  !> its rows, a vectorised loop cannot do with less. (Ten stages of six degrees of freedom; 36 would be as fast for three.)
-  integer, parameter, public :: lanes = 8, block = 3, most_rows = 72
+  !> its rows, a vectorised loop cannot do with less. (Ten stages of six degrees of freedom with the embedded method; 36 would be as
+  !> fast for three.)
+  integer, parameter, public :: lanes = 8, block = 3, most_rows = 78
   !> Below this multiplier no digits that matter are lost (threshold pivoting in sparse elimination allows 10 to 100; I. S.
   !> Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).
   real(dp), parameter, public :: safe_multiplier = 16
@@ -37,19 +38,23 @@ contains
   !>
   !> All numbers are multiples of `block`, rows <= most_rows; A is in units in which its diagonal is about 1. There is no
   !> exchange of rows: `multiplier`, shape (lanes), is the greatest factor by which a row of A was subtracted from another,
-  !> huge where a pivot vanished. Elimination is as safe as with exchanges while it is not far above 1.
-  pure subroutine schur_complement(w, n, rows, columns, multiplier)
+  !> huge where a pivot vanished. Elimination is as safe as with exchanges while it is not far above 1. Where the first rows and
+  !> columns have been eliminated before, those `from` one on follow.
+  pure subroutine schur_complement(w, n, rows, columns, multiplier, from)
     integer, intent(in) :: n, rows, columns
     real(dp), intent(inout) :: w(lanes, most_rows, columns)
     real(dp), intent(out) :: multiplier(lanes)
+    integer, intent(in), optional :: from
     real(dp) :: unused(lanes)
-    integer :: i, j
+    integer :: first, i, j
 
+    first = 1
+    if (present(from)) first = from
     multiplier = 0
     unused = 0
-    do j = 1, columns, block
-      do i = 1, rows, block
-        call subtract_product(w, columns, i, j, min(i, j, n + 1) - 1)
+    do j = first, columns, block
+      do i = first, rows, block
+        call subtract_product(w, columns, i, j, first, min(i, j, n + 1) - 1)
         if (i > n .and. j > n) cycle
         if (i < j) then
           call solve_with_lower(w, columns, i, j)
@@ -64,14 +69,14 @@ contains
     end do
   end subroutine schur_complement
 
-  !> W_ij <- W_ij - sum over k = 1 ... depth of W_ik W_kj for the block whose first element is (i, j).
-  pure subroutine subtract_product(w, columns, i, j, depth)
-    integer, intent(in) :: columns, i, j, depth
+  !> W_ij <- W_ij - sum over k = first ... last of W_ik W_kj for the block whose first element is (i, j).
+  pure subroutine subtract_product(w, columns, i, j, first, last)
+    integer, intent(in) :: columns, i, j, first, last
     real(dp), intent(inout) :: w(lanes, most_rows, columns)
     real(dp) :: c11, c21, c31, c12, c22, c32, c13, c23, c33, r1, r2, r3, s1, s2, s3
     integer :: lane, k
 
-    if (depth == 0) return
+    if (last < first) return
     !GCC$ ivdep
     do lane = 1, lanes
       c11 = w(lane, i, j)
@@ -83,7 +88,7 @@ contains
       c13 = w(lane, i, j + 2)
       c23 = w(lane, i + 1, j + 2)
       c33 = w(lane, i + 2, j + 2)
-      k = 1
+      k = first
       do
         r1 = w(lane, i, k)
         r2 = w(lane, i + 1, k)
@@ -101,7 +106,7 @@ contains
         c23 = c23 - r2 * s3
         c33 = c33 - r3 * s3
         k = k + 1
-        if (k > depth) exit
+        if (k > last) exit
       end do
       w(lane, i, j) = c11
       w(lane, i + 1, j) = c21

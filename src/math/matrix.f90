@@ -12,8 +12,11 @@ contains
   pure function balanced(a, d)
     real(dp), intent(in) :: a(:, :), d(:)
     real(dp) :: balanced(size(d), size(d))
+    integer :: j
 
-    balanced = a * spread(d, 1, size(d)) / spread(d, 2, size(d))
+    do j = 1, size(d)
+      balanced(:, j) = a(:, j) * d(j) / d
+    end do
   end function balanced
 
   !> E, shape (n, n).

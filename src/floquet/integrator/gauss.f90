@@ -4,13 +4,16 @@ module gestell_floquet_integrator_gauss
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
   use gestell_floquet_integrator_gauss_steps, only: fits_lanes, gauss_steps
-  use gestell_floquet_integrator_method, only: evaluation_work, method_type
+  use gestell_floquet_integrator_method, only: evaluation_work, maps_type, method_type
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
   public :: gauss
+
+  !> With fewer stages the embedded method says too little of the error: its order is too far below.
+  integer, parameter :: fewest_to_embed = 6
 
   type, extends(method_type), public :: gauss_method
     private
@@ -20,6 +23,7 @@ module gestell_floquet_integrator_gauss
     procedure :: phases
     procedure :: steps_at_once
     procedure :: maps
+    procedure :: pair
     procedure :: work
   end type gauss_method
 
@@ -34,8 +38,24 @@ contains
     method%name = "gauss" // trim(numbers(stages))
     method%order = 2 * stages
     method%stages = stages
-    ! (s!)^2 / ((2 s)! (2 s + 1)!), the first term by which the Pade approximation departs from exp
-    method%error_constant = gamma(stages + 1.0_dp)**2 / (gamma(2 * stages + 1.0_dp) * gamma(2 * stages + 2.0_dp))
+    method%error_constant = constant(stages)
+    if (stages < fewest_to_embed) return
+    method%lower_order = 2 * stages - 2
+    method%lower_constant = constant(stages - 1)
+
+  contains
+
+    !> (s!)^2 / ((2 s)! (2 s + 1)!), the first term by which the Pade approximation departs from exp.
+    pure real(dp) function constant(s)
+      integer, intent(in) :: s
+      integer :: k
+
+      constant = 1
+      do k = 1, s
+        constant = constant / (4 * (4 * k**2 - 1))
+      end do
+    end function constant
+
   end function gauss
 
   pure subroutine prepare(self)
@@ -93,5 +113,17 @@ contains
 
     call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, a, error, b)
   end subroutine maps
+
+  subroutine pair(self, system, from, to, a, error, b, lower)
+    class(gauss_method), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: from(:), to(:)
+    real(dp), intent(out) :: a(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(out), optional :: b(:, :)
+    type(maps_type), intent(inout) :: lower
+
+    call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, a, error, b, lower)
+  end subroutine pair
 
 end module gestell_floquet_integrator_gauss

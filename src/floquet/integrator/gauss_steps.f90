@@ -15,11 +15,21 @@
 !>
 !> and the map of the step is what elimination of v leaves in the place of S: S + G K^-1 R. Side by side, each step is its own
 !> unit of time: with h B, h^2 C, h^2 g (h g without positions) and the start (q, h p), (a) and (b) hold with h = 1.
+!>
+!> *The embedded method* has one stage fewer on the same nodes. Collocation at Gauss' nodes is Galerkin's method for polynomials v
+!> of degree s - 1 whose integrals are taken by Gauss' quadrature; Galerkin's method for those of degree s - 2, of order 2 s - 2,
+!> leaves residuals orthogonal to them, which are L mu, L_i = P_s-1(c_i) E in each node, and has no v along P_s-1:
+!> T v = 0, T_i = (2 s - 1) b_i P_s-1(c_i) E. So K v - L mu = R: f more rows and columns,
+!>
+!>     [  K   L   R ]
+!>     [ -T   0   0 ]    and with mu eliminated after v there stands S + G K^-1 R - (G K^-1 L) (T K^-1 L)^-1 (T K^-1 R).
+!>     [ -G   0   S ]
 module gestell_floquet_integrator_gauss_steps
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: block, lanes, most_rows, padded, safe_multiplier, schur_complement
   use gestell_math_lapack, only: factorise, solve_factored
+  use gestell_floquet_integrator_method, only: maps_type
   use gestell_floquet_integrator_tableau, only: tableau_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: sample_in_units, second_order_system
@@ -49,29 +59,34 @@ module gestell_floquet_integrator_gauss_steps
 
 contains
 
-  !> Whether a step with so many stages is small enough to be eliminated in lanes.
+  !> Whether a step with so many stages is small enough to be eliminated in lanes, with the embedded method beside it.
   pure logical function fits_lanes(stages, states, second_order)
     integer, intent(in) :: stages, states
     logical, intent(in) :: second_order
+    integer :: f
 
-    fits_lanes = padded(stages * merge(states / 2, states, second_order)) + padded(states) <= most_rows
+    f = merge(states / 2, states, second_order)
+    fits_lanes = padded(stages * f) + padded(f) + padded(states) <= most_rows
   end function fits_lanes
 
   !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one
   !> stage together. Eight steps at a time; singly, with exchanges of rows, what is fewer than eight, too large, or unsafe
-  !> without.
-  subroutine gauss_steps(tableau, system, phases, lengths, a, error, b)
+  !> without. `lower`: those of the embedded method.
+  subroutine gauss_steps(tableau, system, phases, lengths, a, error, b, lower)
     type(tableau_type), intent(in) :: tableau
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:), lengths(:)
     real(dp), intent(out) :: a(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: b(:, :)
+    type(maps_type), intent(inout), optional :: lower
     type(coefficients_type) :: at
     type(room_type), allocatable :: room
-    real(dp) :: units(system%states), map(lanes, system%states, system%states + 1)
+    ! What is not allocated is absent where it is an argument.
+    real(dp), allocatable :: map(:, :, :), low(:, :, :)
+    real(dp) :: units(system%states)
     logical :: safe(lanes), side_by_side
-    integer :: steps, i, j, k, first, last
+    integer :: steps, i, k, first, last
 
     call sample_coefficients(system, phases, present(b), at, units)
     at%lengths = lengths
@@ -79,24 +94,39 @@ contains
     side_by_side = steps >= lanes .and. fits_lanes(size(tableau%c), at%states, at%positions > 0)
     safe = .false.
     if (side_by_side) allocate(room)
+    allocate(map(lanes, at%states, at%states + 1))
+    if (present(lower)) allocate(low, mold=map)
     do k = 1, steps, lanes
       first = max(1, min(k, steps - lanes + 1))
-      if (side_by_side) call maps_of_lanes(tableau, at, first, room, map, safe)
+      if (side_by_side) call maps_of_lanes(tableau, at, first, room, map, safe, low)
       last = min(k + lanes - 1, steps)
       do i = k, last
         if (.not. safe(i - first + 1)) then
-          call map_with_exchanges(tableau, at, i, map(i - first + 1, :, :), error)
+          call map_with_exchanges(tableau, at, i, i - first + 1, map, error, low)
           if (allocated(error)) return
         end if
       end do
-      do j = 1, at%states
-        do i = 1, at%states
-          a(i, j, k:last) = units(i) / units(j) * map(k - first + 1:last - first + 1, i, j)
-        end do
-        if (present(b)) b(j, k:last) = units(j) * map(k - first + 1:last - first + 1, j, at%states + 1)
-      end do
+      call take(map(k - first + 1:last - first + 1, :, :), units, a(:, :, k:last), b, k)
+      if (present(lower)) call take(low(k - first + 1:last - first + 1, :, :), units, lower%a(:, :, k:last), lower%b, k)
     end do
   end subroutine gauss_steps
+
+  !> A, shape (states, states, steps), from maps [A b], shape (steps, states, states + 1), in these units, and where it is asked for
+  !> b, whose first column is the one `from`.
+  pure subroutine take(map, units, a, b, from)
+    real(dp), intent(in) :: map(:, :, :), units(:)
+    real(dp), intent(out) :: a(:, :, :)
+    real(dp), intent(inout), optional :: b(:, :)
+    integer, intent(in) :: from
+    integer :: i, j
+
+    do j = 1, size(units)
+      do i = 1, size(units)
+        a(i, j, :) = units(i) / units(j) * map(:, i, j)
+      end do
+      if (present(b)) b(j, from:from + size(map, 1) - 1) = units(j) * map(:, j, size(units) + 1)
+    end do
+  end subroutine take
 
   !> The coefficients, and the units of the states, shape (states), in which they are.
   subroutine sample_coefficients(system, phases, forced, at, units)
@@ -134,28 +164,50 @@ contains
     end select
   end subroutine sample_coefficients
 
-  !> The maps [A b], shape (lanes, states, states + 1), of the steps from `first` on, b where there are loads.
+  !> The maps [A b], shape (lanes, states, states + 1), of the steps from `first` on, b where there are loads; `low`: those of the
+  !> embedded method.
   !> (Recursive: gfortran makes large arrays of other procedures static, and threads share those.)
-  pure recursive subroutine maps_of_lanes(tableau, at, first, room, map, safe)
+  pure recursive subroutine maps_of_lanes(tableau, at, first, room, map, safe, low)
     type(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
     integer, intent(in) :: first
     type(room_type), intent(inout) :: room
     real(dp), contiguous, intent(inout) :: map(:, :, :)
     logical, intent(out) :: safe(lanes)
-    real(dp) :: h(lanes), multiplier(lanes)
-    integer :: p, n, rows, columns, i, j
+    real(dp), contiguous, intent(inout), optional :: low(:, :, :)
+    real(dp), dimension(lanes) :: multiplier, of_border
+    integer :: n, e, rows, columns, last
 
-    p = at%positions
     n = padded(size(tableau%c) * at%f)
-    rows = n + padded(at%states)
+    e = n
+    if (present(low)) e = n + padded(at%f)
+    rows = e + padded(at%states)
     columns = at%states
     if (allocated(at%g)) columns = columns + 1
-    call fill_equations(tableau, at, first, n, rows, n + padded(columns), room%w, room%damping, room%stiffness)
-    call schur_complement(room%w, n, rows, n + padded(columns), multiplier)
+    last = e + padded(columns)
+    call fill_equations(tableau, at, first, n, e, rows, last, room%w, room%damping, room%stiffness)
+    call schur_complement(room%w, n, rows, last, multiplier)
+    call take_map(at, first, room%w(:, e + 1:e + at%states, e + 1:e + columns), map)
+    if (present(low)) then
+      call schur_complement(room%w, e, rows, last, of_border, from=n + 1)
+      multiplier = max(multiplier, of_border)
+      call take_map(at, first, room%w(:, e + 1:e + at%states, e + 1:e + columns), low)
+    end if
     safe = multiplier < safe_multiplier
-    map(:, :, :columns) = room%w(:, n + 1:n + at%states, n + 1:n + columns)
+  end subroutine maps_of_lanes
 
+  !> Maps from those whose unit of time is the step.
+  pure subroutine take_map(at, first, of_steps, map)
+    type(coefficients_type), intent(in) :: at
+    integer, intent(in) :: first
+    real(dp), intent(in) :: of_steps(:, :, :)
+    real(dp), intent(inout) :: map(:, :, :)
+    real(dp) :: h(lanes)
+    integer :: p, columns, i, j
+
+    p = at%positions
+    columns = size(of_steps, 3)
+    map(:, :, :columns) = of_steps
     h = at%lengths(first:first + lanes - 1)
     do i = 1, p
       do j = 1, p
@@ -164,15 +216,16 @@ contains
       end do
       if (allocated(at%g)) map(:, p + i, columns) = map(:, p + i, columns) / h
     end do
-  end subroutine maps_of_lanes
+  end subroutine take_map
 
   !> (a) and (b) of the steps from `first` on; unknowns and equations up to `n`, `rows` and `columns` are padded with zeros and
-  !> ones. Column after column, as they lie in memory. Without positions C is zero, and p takes the place of q after it.
-  !> Nine arguments: sizes are given where loops are to have them known.
-  pure recursive subroutine fill_equations(tableau, at, first, n, rows, columns, w, damping, stiffness)
+  !> ones, and those of the embedded method, where there are any, up to `e`. Column after column, as they lie in memory. Without
+  !> positions C is zero, and p takes the place of q after it.
+  !> Ten arguments: sizes are given where loops are to have them known.
+  pure recursive subroutine fill_equations(tableau, at, first, n, e, rows, columns, w, damping, stiffness)
     type(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: first, n, rows, columns
+    integer, intent(in) :: first, n, e, rows, columns
     real(dp), intent(inout) :: w(lanes, most_rows, columns)
     real(dp), dimension(lanes, most_rows, most_rows / 2), intent(inout) :: damping, stiffness
     real(dp) :: h(lanes), a, aa
@@ -180,10 +233,10 @@ contains
 
     f = at%f
     s = size(tableau%c)
-    p = n + at%positions
+    p = e + at%positions
     h = at%lengths(first:first + lanes - 1)
     w(:, s * f + 1:rows, :) = 0
-    w(:, :s * f, s * f + 1:n) = 0
+    w(:, :s * f, s * f + 1:e) = 0
     w(:, :s * f, p + f + 1:) = 0
     if (at%positions == 0) stiffness(:, :n, :f) = 0
 
@@ -204,7 +257,7 @@ contains
           end if
           !GCC$ unroll 1
           do lane = 1, lanes
-            w(lane, row, n + c) = -stiffness(lane, row, c)
+            w(lane, row, e + c) = -stiffness(lane, row, c)
             w(lane, row, p + c) = -damping(lane, row, c) - tableau%c(i) * stiffness(lane, row, c)
           end do
         end do
@@ -242,34 +295,40 @@ contains
         else
           w(:, column + c, column + c) = w(:, column + c, column + c) + 1
         end if
-        w(:, n + c, column + c) = -tableau%ba(j)
+        w(:, e + c, column + c) = -tableau%ba(j)
         w(:, p + c, column + c) = -tableau%b(j)
+        if (e == n) cycle
+        w(:, column + c, n + c) = tableau%last(j)
+        w(:, n + c, column + c) = -tableau%part(j)
       end do
     end do
 
     do i = s * f + 1, rows
-      w(:, i, i) = 1
+      if (i <= n .or. i > min(n + f, e)) w(:, i, i) = 1
     end do
     do i = 1, at%positions
-      w(:, n + i, p + i) = 1
+      w(:, e + i, p + i) = 1
     end do
   end subroutine fill_equations
 
-  !> The map [A b], shape (states, states + 1), of step `k` with exchanges of rows. Error: the equations are singular.
-  subroutine map_with_exchanges(tableau, at, k, map, error)
+  !> The map [A b] of step `k` with exchanges of rows, in this `lane` of `map`, and that of the embedded method in `low`. Error: the
+  !> equations are singular.
+  subroutine map_with_exchanges(tableau, at, k, lane, map, error, low)
     type(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: k
-    real(dp), intent(out) :: map(:, :)
+    integer, intent(in) :: k, lane
+    real(dp), intent(inout) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: left(:, :), right(:, :)
-    integer :: pivots(size(tableau%c) * at%f), f, p, s, i, j, point, row, column
+    real(dp), intent(inout), optional :: low(:, :, :)
+    real(dp), allocatable :: left(:, :), right(:, :), mu(:, :)
+    integer :: pivots(size(tableau%c) * at%f), of_border(at%f), f, p, s, n, i, j, point, row, column
 
     f = at%f
     s = size(tableau%c)
     p = at%positions
-    allocate(left(f * s, f * s), right(f * s, at%states + 1))
-    right(:, at%states + 1) = 0
+    n = at%states + 1
+    allocate(left(f * s, f * s), right(f * s, n + merge(f, 0, present(low))), mu(f, n + merge(f, 0, present(low))))
+    right(:, n:) = 0
     associate (h => at%lengths(k))
       do i = 1, s
         point = size(at%lengths) * (i - 1) + k
@@ -290,25 +349,52 @@ contains
             left(j, j) = left(j, j) + 1
           end do
         end if
-        if (allocated(at%g)) right(row + 1:row + f, at%states + 1) = at%g(point, :)
+        if (allocated(at%g)) right(row + 1:row + f, n) = at%g(point, :)
+        if (.not. present(low)) cycle
+        do j = 1, f
+          right(row + j, n + j) = tableau%last(i)
+        end do
       end do
       call factorise(left, pivots, error)
       if (allocated(error)) return
       call solve_factored(left, pivots, right)
-
-      map = 0
-      do i = 1, p
-        map(i, p + i) = h
-      end do
-      do i = 1, at%states
-        map(i, i) = 1
-      end do
+      map(lane, :, :) = map_of(tableau, at%states, h, right(:, :n))
+      if (.not. present(low)) return
+      mu = 0
       do j = 1, s
         row = f * (j - 1)
-        if (p > 0) map(:p, :) = map(:p, :) + h**2 * tableau%ba(j) * right(row + 1:row + f, :)
-        map(p + 1:, :) = map(p + 1:, :) + h * tableau%b(j) * right(row + 1:row + f, :)
+        mu = mu + tableau%part(j) * right(row + 1:row + f, :)
       end do
+      left = mu(:, n + 1:)
+      call factorise(left, of_border, error)
+      if (allocated(error)) return
+      call solve_factored(left, of_border, mu(:, :n))
+      low(lane, :, :) = map_of(tableau, at%states, h, right(:, :n) - matmul(right(:, n + 1:), mu(:, :n)))
     end associate
   end subroutine map_with_exchanges
+
+  !> The map [A b], shape (states, states + 1), of a step of length h from its slopes v, shape (unknowns, states + 1).
+  pure function map_of(tableau, states, h, v) result(map)
+    type(tableau_type), intent(in) :: tableau
+    integer, intent(in) :: states
+    real(dp), intent(in) :: h, v(:, :)
+    real(dp) :: map(states, states + 1)
+    integer :: f, p, i, j, row
+
+    f = size(v, 1) / size(tableau%c)
+    p = states - f
+    map = 0
+    do i = 1, p
+      map(i, p + i) = h
+    end do
+    do i = 1, states
+      map(i, i) = 1
+    end do
+    do j = 1, size(tableau%c)
+      row = f * (j - 1)
+      if (p > 0) map(:p, :) = map(:p, :) + h**2 * tableau%ba(j) * v(row + 1:row + f, :)
+      map(p + 1:, :) = map(p + 1:, :) + h * tableau%b(j) * v(row + 1:row + f, :)
+    end do
+  end function map_of
 
 end module gestell_floquet_integrator_gauss_steps

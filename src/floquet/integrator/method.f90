@@ -12,6 +12,11 @@ module gestell_floquet_integrator_method
 
   public :: evaluation_work, matrix_work, product_work
 
+  !> Maps of steps: A, shape (n, n, steps), and where there are loads b, shape (n, steps).
+  type, public :: maps_type
+    real(dp), allocatable :: a(:, :, :), b(:, :)
+  end type maps_type
+
   !> Length of a method's name.
   integer, parameter, public :: name_length = 9
 
@@ -30,11 +35,15 @@ module gestell_floquet_integrator_method
     !> (m / theta)**3 where the fastest motion turns by more radians than the m steps that resolve P: the errors of a
     !> motion much faster than the changes of P nearly cancel.
     logical :: exact_if_constant = .false.
+    !> Order and error constant of the method embedded in this one, whose maps `pair` gives beside its own; 0: there is none.
+    integer :: lower_order = 0
+    real(dp) :: lower_constant = 0
   contains
     procedure :: prepare => nothing_to_prepare
     procedure :: phases => no_phases
     procedure :: steps_at_once => one_step
     procedure(step_maps), deferred :: maps
+    procedure :: pair => no_pair
     procedure(step_work), deferred :: work
   end type method_type
 
@@ -74,6 +83,21 @@ contains
     associate (unused => self)
     end associate
   end subroutine nothing_to_prepare
+
+  !> As `maps`, and the maps of the embedded method: `lower`, whose arrays are allocated, b where it is asked for.
+  subroutine no_pair(self, system, from, to, a, error, b, lower)
+    class(method_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: from(:), to(:)
+    real(dp), intent(out) :: a(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(out), optional :: b(:, :)
+    type(maps_type), intent(inout) :: lower
+
+    call self%maps(system, from, to, a, error, b)
+    lower%a = a
+    if (present(b)) lower%b = b
+  end subroutine no_pair
 
   !> The phases at which `maps` samples the coefficients of these steps, in its order: what a model may prepare. None where
   !> a method does not say.

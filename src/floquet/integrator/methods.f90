@@ -14,7 +14,12 @@ module gestell_floquet_integrator_methods
   implicit none (type, external)
   private
 
-  public :: cheapest_method, method_names, new_method
+  public :: cheapest_method, coarser, first_steps, method_names, new_method, whole_steps
+
+  !> A method has begun to converge where a solution differs from a finer one by less than this.
+  real(dp), parameter, public :: begun = 0.01_dp
+  !> What a step with the embedded method takes over one without it.
+  real(dp), parameter :: pair_work = 1.3_dp
 
 contains
 
@@ -62,14 +67,16 @@ contains
 
   !> The method that solves `system`, whose fastest motion turns by `phase_advance` radians within the period, to `tolerance` with
   !> the least work, by the orders, error constants and works that the methods tell of themselves.
-  subroutine cheapest_method(system, phase_advance, tolerance, method)
+  !> `fastest`: a sharper estimate of the angle.
+  subroutine cheapest_method(system, phase_advance, tolerance, method, fastest)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phase_advance, tolerance
     class(method_type), allocatable, intent(out) :: method
+    real(dp), intent(in), optional :: fastest
     class(method_type), allocatable :: candidate
     type(error_type), allocatable :: error
     character(len=name_length), allocatable :: names(:)
-    real(dp) :: part, work, least_work
+    real(dp) :: part, work, least_work, sharper
     logical :: second_order
     integer :: i
 
@@ -84,14 +91,21 @@ contains
       part = changing_part(system)
     end select
 
+    sharper = phase_advance
+    if (present(fastest)) sharper = fastest
     call find("auto", method, error)
     least_work = huge(least_work)
     allocate(names, source=method_names())
     do i = 2, size(names)
       call find(trim(names(i)), candidate, error)
-      work = candidate%work(system%states, second_order) &
-        & * steps_in_all(candidate, system%least_steps, phase_advance, tolerance, part, &
-        & candidate%steps_at_once(system%states, second_order))
+      if (candidate%lower_order > 0) then
+        work = first_steps(candidate, system, sharper, tolerance)
+        work = pair_work * work + coarser(candidate, system, sharper, work)
+      else
+        work = steps_in_all(candidate, system, [phase_advance, sharper], tolerance, part, &
+          & candidate%steps_at_once(system%states, second_order))
+      end if
+      work = work * candidate%work(system%states, second_order)
       if (work >= least_work) cycle
       least_work = work
       call move_alloc(candidate, method)
@@ -99,23 +113,74 @@ contains
     call method%prepare()
   end subroutine cheapest_method
 
-  !> Steps of all solutions that lead to the tolerance, each a whole number of times those that are done `at_once`: a coarse
-  !> one, one with twice as many, and the last, for which the method's error is known. There the fastest motion counts
-  !> four fifths of the norm `phase_advance`, which is above the true angle, and the coefficients turn too: their harmonics fall
-  !> so that for a method of order p those matter that are about p times as fine as the finest feature.
-  pure real(dp) function steps_in_all(method, least_steps, phase_advance, tolerance, changing, at_once) result(steps)
+  !> With how many steps the method that is embedded in `method` should come to the tolerance; more than `coarser` tells.
+  pure real(dp) function first_steps(method, system, fastest, tolerance) result(steps)
     class(method_type), intent(in) :: method
-    integer, intent(in) :: least_steps, at_once
-    real(dp), intent(in) :: phase_advance, tolerance, changing
-    real(dp) :: coarse, last, angle, constant, allowed
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: fastest, tolerance
 
-    coarse = max(real(least_steps, dp), 1.5_dp * phase_advance / method%order)
-    angle = 0.8_dp * phase_advance + method%order * least_steps / 8.0_dp
+    steps = predicted(method%lower_order, method%lower_constant, system, fastest, max(tolerance, 4 * epsilon(1.0_dp) * fastest) / 8)
+    steps = whole_steps(method, system, max(2.0_dp * system%least_steps, 3 * fastest / method%lower_order, steps))
+    steps = max(steps, coarser(method, system, fastest, 0.0_dp) + whole_steps(method, system, 1.0_dp))
+  end function first_steps
+
+  !> The steps of a solution to compare with that of so many: half of them, and with which the method should have begun to converge.
+  pure real(dp) function coarser(method, system, fastest, steps)
+    class(method_type), intent(in) :: method
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: fastest, steps
+
+    coarser = predicted(method%order, method%error_constant, system, fastest, begun / 2)
+    coarser = whole_steps(method, system, max(real(system%least_steps, dp), coarser))
+    associate (at_once => whole_steps(method, system, 1.0_dp))
+      coarser = max(coarser, at_once * aint(steps / (2 * at_once)))
+    end associate
+  end function coarser
+
+  !> Steps that leave such an error: the fastest motion counts four fifths of `fastest` (as of `survey`), and the coefficients turn
+  !> too: those of their harmonics matter that are the order times as fine as the finest feature.
+  pure real(dp) function predicted(order, constant, system, fastest, error) result(steps)
+    integer, intent(in) :: order
+    real(dp), intent(in) :: constant, fastest, error
+    class(periodic_system), intent(in) :: system
+
+    steps = hypot(0.82_dp * fastest, order * system%least_steps / 8.0_dp) &
+      & * (constant * max(fastest, 1.0_dp) / error)**(1.0_dp / order)
+  end function predicted
+
+  !> No fewer steps, a whole number of times those that are done at once.
+  pure real(dp) function whole_steps(method, system, steps)
+    class(method_type), intent(in) :: method
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: steps
+    logical :: second_order
+
+    second_order = .false.
+    select type (system)
+    class is (second_order_system)
+      second_order = .true.
+    end select
+    associate (at_once => method%steps_at_once(system%states, second_order))
+      whole_steps = at_once * whole(steps / at_once)
+    end associate
+  end function whole_steps
+
+  !> Steps of all solutions that lead to the tolerance, each a whole number of times those that are done `at_once`: a coarse
+  !> one, one with twice as many, and the last, for which the method's error is known. `advances`: the phase advance and `fastest`.
+  pure real(dp) function steps_in_all(method, system, advances, tolerance, changing, at_once) result(steps)
+    class(method_type), intent(in) :: method
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: at_once
+    real(dp), intent(in) :: advances(2), tolerance, changing
+    real(dp) :: coarse, last, constant, allowed
+
+    coarse = max(real(system%least_steps, dp), 1.5_dp * advances(1) / method%order)
     constant = method%error_constant
-    if (method%exact_if_constant) constant = constant * changing * (least_steps / max(phase_advance, real(least_steps, dp)))**3
+    if (method%exact_if_constant) constant = constant * changing &
+      & * (system%least_steps / max(advances(1), real(system%least_steps, dp)))**3
     ! The estimate of the error is four times the error, and half the tolerance is aimed at; rounding sets a floor.
-    allowed = max(tolerance, 4 * epsilon(1.0_dp) * phase_advance) / 8
-    last = 1.1_dp * angle * (constant * max(phase_advance, 1.0_dp) / allowed)**(1.0_dp / method%order)
+    allowed = max(tolerance, 4 * epsilon(1.0_dp) * advances(1)) / 8
+    last = 1.1_dp * predicted(method%order, constant, system, advances(2), allowed)
     steps = at_once * (whole(coarse / at_once) + whole(2 * coarse / at_once) + whole(max(2.5_dp * coarse, last) / at_once))
   end function steps_in_all
 

@@ -7,9 +7,10 @@ module gestell_floquet_integrator_tableau
   public :: gauss_tableau
 
   !> On the unit step: nodes c, weights b of the quadrature, A with A(i, j) = integral of the j-th Lagrange
-  !> polynomial from 0 to c(i), and what integrating twice needs: A A and b A.
+  !> polynomial from 0 to c(i), and what integrating twice needs: A A and b A. Of the embedded method: `last`, Legendre's
+  !> polynomial of degree s - 1 at the nodes, and `part`, the weights of the sum that is what slopes have of it.
   type, public :: tableau_type
-    real(dp), allocatable :: c(:), b(:), a(:, :), aa(:, :), ba(:)
+    real(dp), allocatable :: c(:), b(:), a(:, :), aa(:, :), ba(:), last(:), part(:)
   end type tableau_type
 
 contains
@@ -20,12 +21,14 @@ contains
   pure function gauss_tableau(stages) result(tableau)
     integer, intent(in) :: stages
     type(tableau_type) :: tableau
-    real(dp) :: w(stages, stages), x(stages, stages), weighted(stages, stages)
+    real(dp) :: w(stages, stages), weighted(stages, stages)
     integer :: i, k
 
     allocate(tableau%c(stages), tableau%b(stages))
-    do i = 1, stages
+    do i = 1, (stages + 1) / 2
       call node(stages, i, tableau%c(i), tableau%b(i))
+      tableau%c(stages + 1 - i) = 1 - tableau%c(i)
+      tableau%b(stages + 1 - i) = tableau%b(i)
     end do
 
     do i = 1, stages
@@ -35,16 +38,28 @@ contains
         weighted(k, i) = w(i, k) * tableau%b(i)
       end do
     end do
-    x = 0
-    x(1, 1) = 0.5_dp
-    do k = 1, stages - 1
-      x(k + 1, k) = 1 / (2 * sqrt(4.0_dp * k**2 - 1))
-      x(k, k + 1) = -x(k + 1, k)
-    end do
-    tableau%a = matmul(w, matmul(x, weighted))
-    tableau%aa = matmul(w, matmul(matmul(x, x), weighted))
+    weighted = integrals(weighted)
+    tableau%a = matmul(w, weighted)
+    tableau%aa = matmul(w, integrals(weighted))
     tableau%ba = matmul(tableau%b, tableau%a)
+    tableau%last = w(:, stages) / sqrt(2 * stages - 1.0_dp)
+    tableau%part = (2 * stages - 1) * tableau%b * tableau%last
   end function gauss_tableau
+
+  !> X Y; X has 1/2 in its corner, and beside its diagonal xi_k = 1 / (2 sqrt(4 k^2 - 1)), below it, and -xi_k.
+  pure function integrals(y) result(xy)
+    real(dp), intent(in) :: y(:, :)
+    real(dp) :: xy(size(y, 1), size(y, 2)), xi
+    integer :: k
+
+    xy = 0
+    xy(1, :) = y(1, :) / 2
+    do k = 1, size(y, 1) - 1
+      xi = 1 / (2 * sqrt(4.0_dp * k**2 - 1))
+      xy(k + 1, :) = xy(k + 1, :) + xi * y(k, :)
+      xy(k, :) = xy(k, :) - xi * y(k + 1, :)
+    end do
+  end function integrals
 
   !> The i-th node of s on [0, 1], ascending, and its weight. The estimate from which Newton's iteration starts is good to
   !> two digits; each iteration doubles them.

@@ -62,7 +62,7 @@ contains
     associate (d => monodromy%scale, rounding => n * epsilon(1.0_dp) * monodromy%norm)
       if (allocated(monodromy%phi_change)) then
         call set_multipliers(rho, right, left, monodromy%roundoff + rounding, multipliers, &
-          & monodromy%phi_change * spread(spread(d, 1, n) / spread(d, 2, n), 3, 2))
+          & monodromy%phi_change * spread(spread(d, 1, n) / spread(d, 2, n), 3, size(monodromy%phi_change, 3)))
       else
         call set_multipliers(rho, right, left, monodromy%error + rounding, multipliers)
       end if

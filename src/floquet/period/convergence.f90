@@ -3,10 +3,11 @@ module gestell_floquet_period_convergence
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
+  use gestell_floquet_integrator_methods, only: begun
   implicit none (type, external)
   private
 
-  public :: next_steps, promised, remaining, too_many_steps, detect_rounding
+  public :: detect_rounding, more_steps, next_steps, promised, remaining, too_many_steps
 
   !> The number of steps with which Phi(T) was known, 0: not yet, and by how much x_p(T) changed there.
   type, public :: begin_type
@@ -37,13 +38,25 @@ contains
     real(dp) :: error, factor
 
     factor = 2
-    if (d12 < 0.01_dp) then
+    if (d12 < begun) then
       error = d12 * promised(n1, n2, order)
       factor = 1.1_dp * (2 * safety * error / allowed)**(1.0_dp / order)
       factor = min(max(factor, 1.25_dp), 16.0_dp)
     end if
     steps = ceiling(n2 * factor)
   end function next_steps
+
+  !> How many steps are to be tried after `n`, with which the solution differs by `change` from that of an embedded method of this
+  !> order, for the error allowed.
+  pure real(dp) function more_steps(n, change, order, allowed) result(steps)
+    integer, intent(in) :: n, order
+    real(dp), intent(in) :: change, allowed
+    real(dp) :: factor
+
+    factor = 2
+    if (change < begun) factor = min(max((2 * safety * change / allowed)**(1.0_dp / order), 1.1_dp), 16.0_dp)
+    steps = n * factor
+  end function more_steps
 
   !> Whether `change`, that of Phi(T) and x_p(T) by the last number of `steps`, shows that x_p is as exact as rounding lets it
   !> be, as where the forces cancel: Phi(T) was known to within `allowed` with a 64th of the steps, and x_p came nearer by less

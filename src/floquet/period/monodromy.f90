@@ -5,12 +5,12 @@ module gestell_floquet_period_monodromy
   use gestell_math_lapack, only: inverse, log_abs_determinant
   use gestell_math_matrix, only: balanced
   use gestell_base_text, only: text
-  use gestell_floquet_period_convergence, only: begin_type, most_steps, next_steps, promised, remaining, safety, &
-    & too_many_steps, detect_rounding
-  use gestell_floquet_period_period_map, only: period_map
+  use gestell_floquet_period_convergence, only: begin_type, detect_rounding, more_steps, most_steps, next_steps, &
+    & promised, remaining, safety, too_many_steps
+  use gestell_floquet_period_level, only: distance, level_type, roundoff, solve_level
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: cheapest_method, new_method
+  use gestell_floquet_integrator_methods, only: begun, cheapest_method, coarser, first_steps, new_method, whole_steps
   use gestell_floquet_period_liouville, only: trace_integral
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
@@ -43,8 +43,8 @@ module gestell_floquet_period_monodromy
     real(dp) :: norm = 0, error = 0, xp_error = 0
     !> The parts of `error` and `xp_error` that are the estimates for roundoff.
     real(dp) :: roundoff = 0, xp_roundoff = 0
-    !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by two estimates; shapes (n, n, 2)
-    !> and (n, 2). Unallocated: the norms are all that is known.
+    !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by one estimate or two; shapes (n, n,
+    !> estimates) and (n, estimates). Unallocated: the norms are all that is known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
     !> Whether the differences between the numbers of steps tell anything of the errors of Phi(T) and of x_p(T); where they do not,
     !> `error` and `xp_error` are no bounds.
@@ -69,13 +69,6 @@ module gestell_floquet_period_monodromy
   !> Steps that can be ordered.
   integer, parameter :: most_given = 2**20
 
-  !> The period's map with a number of steps.
-  type :: level_type
-    real(dp), allocatable :: nodes(:), phi(:, :), xp(:)
-    real(dp) :: norm = 0, xp_peak = 0, transient_growth = 1
-    integer :: steps = 0
-  end type level_type
-
 contains
 
   !> Phi(T) of `system`, and x_p(T) if `forced`, to `accuracy`.
@@ -83,8 +76,10 @@ contains
   !> The error is measured on the case: solutions with three numbers of steps N1 < N2 < N3 are compared,
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
-  !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. Steps given
-  !> by the user are compared with half and twice as many; where that tells nothing, `monodromy%known` says so.
+  !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. A method that
+  !> has another one embedded, of lower order, is compared with that: its own error is taken to be the other's, which is as a
+  !> rule fifty times as great. Steps given by the user are compared with half and twice as many; where that tells nothing,
+  !> `monodromy%known` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
   !> tolerance out of reach. `seen`: of a system that was surveyed already.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error, seen)
@@ -94,7 +89,7 @@ contains
     type(monodromy_type), intent(out) :: monodromy
     type(error_type), allocatable, intent(out) :: error
     type(survey_type), intent(in), optional :: seen
-    real(dp) :: phase_advance
+    real(dp) :: phase_advance, fastest
 
     call system%check(error)
     if (.not. allocated(error)) call check_accuracy(accuracy, error)
@@ -103,13 +98,16 @@ contains
     if (present(seen)) then
       monodromy%scale = seen%scale
       phase_advance = seen%phase_advance
+      fastest = seen%fastest
     else
-      call survey(system, monodromy%scale, phase_advance, error)
+      call survey(system, monodromy%scale, phase_advance, error, fastest)
     end if
-    if (.not. allocated(error)) call choose_method(system, accuracy, phase_advance, monodromy%method, error)
+    if (.not. allocated(error)) call choose_method(system, accuracy, phase_advance, monodromy%method, error, fastest)
     if (allocated(error)) return
     if (accuracy%steps > 0) then
       call with_given_steps(system, accuracy%steps, forced, phase_advance, monodromy, error)
+    else if (monodromy%method%lower_order > 0) then
+      call by_pair(system, accuracy%tolerance, forced, [phase_advance, fastest], monodromy, error)
     else
       call with_tolerance(system, accuracy%tolerance, forced, phase_advance, monodromy, error)
     end if
@@ -131,19 +129,20 @@ contains
   end subroutine check_accuracy
 
   !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
-  !> name.
-  subroutine choose_method(system, accuracy, phase_advance, method, error)
+  !> name. `fastest` as of `survey`.
+  subroutine choose_method(system, accuracy, phase_advance, method, error, fastest)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: phase_advance
     class(method_type), allocatable, intent(out) :: method
     type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: fastest
     character(len=:), allocatable :: name
 
     name = "auto"
     if (allocated(accuracy%method)) name = accuracy%method
     if (name == "auto" .and. accuracy%steps == 0) then
-      call cheapest_method(system, phase_advance, accuracy%tolerance, method)
+      call cheapest_method(system, phase_advance, accuracy%tolerance, method, fastest)
     else
       call new_method(name, method, error)
     end if
@@ -165,9 +164,9 @@ contains
     type(level_type) :: coarser, level, finer
     real(dp) :: before(2), change(2)
 
-    call solve_level(system, max(1, steps / 2), forced, monodromy, coarser, error)
-    if (.not. allocated(error)) call solve_level(system, steps, forced, monodromy, level, error)
-    if (.not. allocated(error)) call solve_level(system, 2 * steps, forced, monodromy, finer, error)
+    call try(system, max(1, steps / 2), forced, monodromy, coarser, error)
+    if (.not. allocated(error)) call try(system, steps, forced, monodromy, level, error)
+    if (.not. allocated(error)) call try(system, 2 * steps, forced, monodromy, finer, error)
     if (allocated(error)) return
     ! Relative to `level`, which becomes the result: the finer solution can be larger.
     before = distance(coarser, level, monodromy%scale)
@@ -181,6 +180,53 @@ contains
       & safety * promised(coarser%steps, level%steps, monodromy%method%order))
     call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
+
+  !> By a method and the one embedded in it, whose error is told. Both take the coefficients at the same nodes: that these tell
+  !> them a coarser solution shows, of whose difference the method's order leaves less. `advances`: the phase advance and `fastest`,
+  !> as of `survey`.
+  subroutine by_pair(system, tolerance, forced, advances, monodromy, error)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: tolerance
+    logical, intent(in) :: forced
+    real(dp), intent(in) :: advances(2)
+    type(monodromy_type), intent(inout) :: monodromy
+    type(error_type), allocatable, intent(out) :: error
+    type(level_type) :: coarse, level, lower
+    type(begin_type) :: begin
+    real(dp), dimension(2) :: change, since, left
+    real(dp) :: floor, steps
+    logical :: rounding
+
+    steps = first_steps(monodromy%method, system, advances(2), tolerance)
+    if (steps <= most_steps) call try(system, nint(coarser(monodromy%method, system, advances(2), steps)), forced, monodromy, &
+      & coarse, error)
+    do
+      if (allocated(error)) return
+      if (.not. steps <= most_steps) then
+        call too_many_steps(error)
+        return
+      end if
+      call try(system, nint(steps), forced, monodromy, level, error, lower)
+      if (allocated(error)) return
+      change = distance(lower, level, monodromy%scale)
+      since = distance(coarse, level, monodromy%scale)
+      left = max(change, since * promised(coarse%steps, level%steps, monodromy%method%order))
+      where (since > begun) left = max(left, since)
+      floor = roundoff(system, level, advances(1))
+      if (all(safety * left + floor <= tolerance .or. max(change, since) <= floor + [0.0_dp, system%load_rounding])) exit
+      call detect_rounding(max(change, since), level%steps, max(tolerance, floor), begin, rounding)
+      if (rounding) then
+        left = max(left, since)
+        exit
+      end if
+      steps = whole_steps(monodromy%method, system, more_steps(level%steps, maxval(left), monodromy%method%lower_order, &
+        & max(tolerance, floor)))
+      coarse = level
+    end do
+    call estimate_changes(monodromy, level, lower, safety, coarse, safety * promised(coarse%steps, level%steps, &
+      & monodromy%method%order))
+    call accept(system, level, safety * left, advances(1), monodromy)
+  end subroutine by_pair
 
   subroutine with_tolerance(system, tolerance, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
@@ -202,9 +248,9 @@ contains
       return
     end if
     steps = max(system%least_steps, ceiling(1.5_dp * phase_advance / monodromy%method%order))
-    call solve_level(system, steps, forced, monodromy, coarse, error)
+    call try(system, steps, forced, monodromy, coarse, error)
     if (allocated(error)) return
-    call solve_level(system, 2 * steps, forced, monodromy, middle, error)
+    call try(system, 2 * steps, forced, monodromy, middle, error)
     if (allocated(error)) return
     d12 = distance(coarse, middle, monodromy%scale)
 
@@ -215,7 +261,7 @@ contains
         call too_many_steps(error)
         return
       end if
-      call solve_level(system, steps, forced, monodromy, fine, error)
+      call try(system, steps, forced, monodromy, fine, error)
       if (allocated(error)) return
       d23 = distance(middle, fine, monodromy%scale)
       left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, monodromy%method%order)
@@ -239,63 +285,37 @@ contains
   !> mode.
   pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
     type(monodromy_type), intent(inout) :: monodromy
-    type(level_type), intent(in) :: level, first, second
-    real(dp), intent(in) :: first_factor, second_factor
+    type(level_type), intent(in) :: level, first
+    real(dp), intent(in) :: first_factor
+    type(level_type), intent(in), optional :: second
+    real(dp), intent(in), optional :: second_factor
+    integer :: estimates
 
-    allocate(monodromy%phi_change(size(level%phi, 1), size(level%phi, 2), 2))
+    estimates = 1
+    if (present(second)) estimates = 2
+    allocate(monodromy%phi_change(size(level%phi, 1), size(level%phi, 2), estimates))
     monodromy%phi_change(:, :, 1) = max(first_factor, 0.0_dp) * (first%phi - level%phi)
-    monodromy%phi_change(:, :, 2) = second_factor * (second%phi - level%phi)
+    if (present(second)) monodromy%phi_change(:, :, 2) = second_factor * (second%phi - level%phi)
     if (.not. allocated(level%xp)) return
-    allocate(monodromy%xp_change(size(level%xp), 2))
+    allocate(monodromy%xp_change(size(level%xp), estimates))
     monodromy%xp_change(:, 1) = max(first_factor, 0.0_dp) * (first%xp - level%xp)
-    monodromy%xp_change(:, 2) = second_factor * (second%xp - level%xp)
+    if (present(second)) monodromy%xp_change(:, 2) = second_factor * (second%xp - level%xp)
   end subroutine estimate_changes
 
-  subroutine solve_level(system, steps, forced, monodromy, level, error)
+  !> As of `solve_level`, counted.
+  subroutine try(system, steps, forced, monodromy, level, error, lower)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
     logical, intent(in) :: forced
     type(monodromy_type), intent(inout) :: monodromy
     type(level_type), intent(out) :: level
     type(error_type), allocatable, intent(out) :: error
+    type(level_type), intent(out), optional :: lower
 
-    level%nodes = mesh(system, steps)
-    level%steps = size(level%nodes) - 1
-    allocate(level%phi(system%states, system%states))
-    ! What is not allocated is absent where it is an argument.
-    if (forced) allocate(level%xp(system%states))
-    call period_map(system, monodromy%method, level%nodes, monodromy%scale, level%phi, error, level%xp, level%xp_peak, &
-      & level%transient_growth)
+    call solve_level(system, monodromy%method, monodromy%scale, steps, forced, level, error, lower)
     monodromy%broken = allocated(error)
-    if (allocated(error)) return
-    level%norm = scaled_norm(level%phi, monodromy%scale)
-    monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
-  end subroutine solve_level
-
-  !> Differences of Phi(T) and of x_p(T) between two solutions, relative to the `other`. Where all free vibrations die
-  !> out below the smallest number, Phi(T) is zero to within that.
-  pure function distance(one, other, scale) result(d)
-    type(level_type), intent(in) :: one, other
-    real(dp), intent(in) :: scale(:)
-    real(dp) :: d(2)
-
-    d(1) = scaled_norm(one%phi - other%phi, scale) / max(other%norm, tiny(1.0_dp))
-    d(2) = 0
-    if (allocated(other%xp)) then
-      if (other%xp_peak > 0) d(2) = norm2((one%xp - other%xp) / scale) / other%xp_peak
-    end if
-  end function distance
-
-  !> What the arithmetic leaves uncertain, relative to Phi(T): the roundings of n numbers in every step add up, for nearly
-  !> constant coefficients all with the same sign, those of the coefficients shift the phase of the fastest motion; the
-  !> model's own come on top. All count for more where Phi(t) was greater on the way.
-  pure real(dp) function roundoff(system, level, phase_advance)
-    class(periodic_system), intent(in) :: system
-    type(level_type), intent(in) :: level
-    real(dp), intent(in) :: phase_advance
-
-    roundoff = (epsilon(1.0_dp) * (size(level%phi, 1) * level%steps + 2 * phase_advance) + system%rounding) * level%transient_growth
-  end function roundoff
+    if (.not. allocated(error)) monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
+  end subroutine try
 
   !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, the result.
   subroutine accept(system, level, errors, phase_advance, monodromy)
@@ -352,12 +372,5 @@ contains
     if (allocated(singular)) return
     loses_modes = self%norm * norm2(inverted) >= most_spread
   end function loses_modes
-
-  !> Frobenius' norm of D^-1 A D, D = diag(scale).
-  pure real(dp) function scaled_norm(a, scale)
-    real(dp), intent(in) :: a(:, :), scale(:)
-
-    scaled_norm = norm2(balanced(a, scale))
-  end function scaled_norm
 
 end module gestell_floquet_period_monodromy

@@ -7,7 +7,7 @@ module gestell_floquet_period_period_map
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
   use gestell_floquet_integrator_mesh, only: merged
-  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_method, only: maps_type, method_type
   use gestell_floquet_period_composition, only: multiply_maps, transient_type
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -15,6 +15,11 @@ module gestell_floquet_period_period_map
   private
 
   public :: check_phases, end_of_block, motions, period_map, trajectory
+
+  !> Phi(T), shape (n, n), and where there are loads x_p(T), shape (n).
+  type, public :: period_map_type
+    real(dp), allocatable :: phi(:, :), xp(:)
+  end type period_map_type
 
   !> Steps whose maps are held at a time: memory does not grow with the number of steps, and stays in the cache.
   integer, parameter, public :: block_length = 32
@@ -59,17 +64,19 @@ contains
   !> Phi(T) = A_m ... A_1, shape (n, n), (17), over the steps between `nodes`; where asked for also x_p(T), shape (n),
   !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale; and how much
   !> more than Phi(T) a rounding on the way is worth, |Phi(T, t)| |Phi(t)| / |Phi(T)| where Phi(t) is greatest and in mid-turn,
-  !> from 1 upward.
+  !> from 1 upward. `lower`: by the method that is embedded in this one.
   !> Errors: nodes or shapes that make no sense; a step failed or the numbers overflow.
-  !> Nine arguments: five describe the steps, what is found is asked for piece by piece.
-  subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth)
+  !> Ten arguments: five describe the steps, what is found is asked for piece by piece.
+  subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
     real(dp), contiguous, intent(in) :: nodes(:), scale(:)
     real(dp), intent(out) :: phi(:, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
+    type(period_map_type), intent(out), optional :: lower
     real(dp), allocatable :: a(:, :, :), b(:, :)
+    type(maps_type) :: low
     ! What is not allocated is absent where it is an argument.
     type(transient_type), allocatable :: transient
     integer :: n, steps, first, last
@@ -80,6 +87,12 @@ contains
     if (allocated(error)) return
     allocate(a(n, n, min(block_length, size(nodes) - 1)), b(n, min(block_length, size(nodes) - 1)))
     phi = unit_matrix(n)
+    if (present(lower)) then
+      allocate(low%a, mold=a)
+      lower%phi = phi
+      if (present(xp)) allocate(low%b, mold=b)
+      if (present(xp)) allocate(lower%xp(n), source=0.0_dp)
+    end if
     if (present(xp)) xp = 0
     if (present(xp_peak)) xp_peak = 0
     if (present(transient_growth)) transient = transient_type(peak=phi, halfway=phi, peak_norm=sqrt(real(n, dp)), &
@@ -90,15 +103,28 @@ contains
       first = last + 1
       last = end_of_block(first, size(nodes) - 1)
       steps = last - first + 1
-      if (present(xp)) then
-        call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error, b(:, :steps))
-        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, &
-          & xp_peak, transient)
-      else
-        call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :steps), error)
-        if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, transient=transient)
-      end if
+      associate (from => nodes(first:last), to => nodes(first + 1:last + 1))
+        if (present(xp)) then
+          if (present(lower)) then
+            call method%pair(system, from, to, a(:, :, :steps), error, b(:, :steps), low)
+          else
+            call method%maps(system, from, to, a(:, :, :steps), error, b(:, :steps))
+          end if
+          if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, xp_peak, transient)
+        else
+          if (present(lower)) then
+            call method%pair(system, from, to, a(:, :, :steps), error, lower=low)
+          else
+            call method%maps(system, from, to, a(:, :, :steps), error)
+          end if
+          if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, transient=transient)
+        end if
+      end associate
       if (allocated(error)) return
+      if (fits .and. present(lower)) then
+        if (present(xp)) call multiply_maps(low%a(:, :, :steps), scale, lower%phi, fits, low%b(:, :steps), lower%xp)
+        if (.not. present(xp)) call multiply_maps(low%a(:, :, :steps), scale, lower%phi, fits)
+      end if
       if (.not. fits) then
         call overflow(error)
         return
