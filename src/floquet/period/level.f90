@@ -25,7 +25,7 @@ contains
   subroutine solve_level(system, method, scale, steps, forced, level, error, lower)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
-    real(dp), intent(in) :: scale(:)
+    real(dp), contiguous, intent(in) :: scale(:)
     integer, intent(in) :: steps
     logical, intent(in) :: forced
     type(level_type), intent(out) :: level
