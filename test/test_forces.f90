@@ -53,11 +53,11 @@ contains
       machine%free = free(:, 1 + mod(i, 4))
       call make(machine, frame, error)
       if (allocated(error)) return
-      call solve(frame, points, 1.0e-12_dp, analysis, reactions, error)
+      call solve(frame, points, 1.0e-13_dp, analysis, reactions, error)
       if (allocated(error)) return
       forces = ground_forces(machine, analysis%vibration%motion_history(:3, :points))
       associate (total => reactions(size(reactions)))
-        ! The motion is good to about 1e-11 of its size; two spectral derivatives of up to 100 orders that matter add two digits.
+        ! The motion is good to about 1e-13 of its size; two spectral derivatives of up to 256 orders take five digits.
         scale = [maxval(norm2(forces(:2, :), dim=1)), maxval(norm2(forces(:2, :), dim=1)), maxval(abs(forces(3, :)))]
         call near(error, total%history(:points, along_x), forces(1, :), 1.0e-8_dp * scale(1), "x")
         call near(error, total%history(:points, along_y), forces(2, :), 1.0e-8_dp * scale(2), "y")

@@ -67,10 +67,10 @@ contains
   !> chi is n theta where it is missing.
   pure subroutine follow_frame(drive, speed, u_dd, theta, moved, turn, lag)
     type(drive_type), intent(in) :: drive
-    real(dp), intent(in) :: speed, u_dd(3), theta(3, 0:2)
+    real(dp), intent(in) :: speed, u_dd(:), theta(:, 0:)
     type(moved_type), intent(out) :: moved
     type(turn_type), intent(out) :: turn
-    real(dp), intent(in), optional :: lag(3)
+    real(dp), intent(in), optional :: lag(:)
     real(dp) :: turning(3, 3, 0:2)
 
     turning = turning_matrices(theta)
@@ -91,10 +91,10 @@ contains
   !> chi of a frame that has turned by theta and is `moved`.
   pure subroutine find_turn(drive, theta, moved, turn, lag)
     type(drive_type), intent(in) :: drive
-    real(dp), intent(in) :: theta(3)
+    real(dp), intent(in) :: theta(:)
     type(moved_type), intent(in) :: moved
     type(turn_type), intent(out) :: turn
-    real(dp), intent(in), optional :: lag(3)
+    real(dp), intent(in), optional :: lag(:)
     real(dp) :: e(3, 0:2), d(0:2), half, b(3, 0:2)
 
     if (.not. drive%even_in_space()) return

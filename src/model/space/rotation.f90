@@ -70,7 +70,7 @@ contains
 
   !> T and its first and second derivatives with respect to time, shape (3, 3, 0:2), of theta, theta', theta'', shape (3, 0:2).
   pure function turning_matrices(theta) result(t)
-    real(dp), intent(in) :: theta(3, 0:2)
+    real(dp), intent(in) :: theta(:, 0:)
     real(dp) :: t(3, 3, 0:2), s(3, 0:2), f(2:3, 0:2), c(3, 3, 0:2), cc(3, 3, 0:2), x_d, x_dd
     integer :: k
 

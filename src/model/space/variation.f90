@@ -56,7 +56,7 @@ contains
 
   !> q, q', q'' in the order (u, theta).
   pure function in_order(q, v, a) result(motion)
-    real(dp), intent(in) :: q(6), v(6), a(6)
+    real(dp), intent(in) :: q(:), v(:), a(:)
     real(dp) :: motion(6, 0:2)
 
     motion(in_space, 0) = q
