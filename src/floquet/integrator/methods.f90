@@ -100,7 +100,7 @@ contains
       call find(trim(names(i)), candidate, error)
       if (candidate%lower_order > 0) then
         work = first_steps(candidate, system, sharper, tolerance)
-        work = pair_work * work + coarser(candidate, system, sharper, work)
+        work = pair_work * work + whole_steps(candidate, system, coarser(candidate, system, sharper, work))
       else
         work = steps_in_all(candidate, system, [phase_advance, sharper], tolerance, part, &
           & candidate%steps_at_once(system%states, second_order))
@@ -120,22 +120,38 @@ contains
     real(dp), intent(in) :: fastest, tolerance
 
     steps = predicted(method%lower_order, method%lower_constant, system, fastest, max(tolerance, 4 * epsilon(1.0_dp) * fastest) / 8)
-    steps = whole_steps(method, system, max(2.0_dp * system%least_steps, 3 * fastest / method%lower_order, steps))
-    steps = max(steps, coarser(method, system, fastest, 0.0_dp) + whole_steps(method, system, 1.0_dp))
+    steps = whole_steps(method, system, max(2 * fewest(method, system), 3 * fastest / method%lower_order, steps, &
+      & whole_steps(method, system, convergent(method, system, fastest)) + 1))
   end function first_steps
 
-  !> The steps of a solution to compare with that of so many: half of them, and with which the method should have begun to converge.
+  !> The steps of a solution to compare with that of so many: half of them, as long as it should have begun to converge.
   pure real(dp) function coarser(method, system, fastest, steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: fastest, steps
+    real(dp) :: at_once
 
-    coarser = predicted(method%order, method%error_constant, system, fastest, begun / 2)
-    coarser = whole_steps(method, system, max(real(system%least_steps, dp), coarser))
-    associate (at_once => whole_steps(method, system, 1.0_dp))
-      coarser = max(coarser, at_once * aint(steps / (2 * at_once)))
-    end associate
+    at_once = whole_steps(method, system, 1.0_dp)
+    coarser = whole_steps(method, system, convergent(method, system, fastest))
+    coarser = max(coarser, at_once * aint(steps / (2 * at_once)))
   end function coarser
+
+  !> The steps with which the method should have begun to converge.
+  pure real(dp) function convergent(method, system, fastest)
+    class(method_type), intent(in) :: method
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: fastest
+
+    convergent = whole(max(fewest(method, system), predicted(method%order, method%error_constant, system, fastest, begun / 2)))
+  end function convergent
+
+  !> The steps that see the finest feature of the coefficients as well as `least_steps` with six stages do.
+  pure real(dp) function fewest(method, system)
+    class(method_type), intent(in) :: method
+    class(periodic_system), intent(in) :: system
+
+    fewest = 6.0_dp * system%least_steps / method%stages
+  end function fewest
 
   !> Steps that leave such an error: the fastest motion counts four fifths of `fastest` (as of `survey`), and the coefficients turn
   !> too: those of their harmonics matter that are the order times as fine as the finest feature.

@@ -20,7 +20,7 @@ module gestell_floquet_period_survey
 contains
 
   !> The units that balance the states, from the size of P over the period, and how far the fastest motion turns
-  !> within the period, w_max T in radians: at most |P| T / sqrt 2, as w comes with -w. `fastest`: (|P^2| / sqrt 2)^(1/2) T where P
+  !> within the period, w_max T in radians: at most |P| T / sqrt 2, as w comes with -w. `fastest`: (|P^8| / sqrt 2)^(1/8) T where P
   !> is greatest, in which of several fast motions little but the fastest counts.
   subroutine survey(system, scale, phase_advance, error, fastest)
     class(periodic_system), intent(in) :: system
@@ -31,8 +31,8 @@ contains
     integer, parameter :: points = 16
     real(dp), parameter :: root = sqrt(2.0_dp)
     real(dp), allocatable :: p(:, :, :)
-    real(dp) :: size_of(points)
-    integer :: k
+    real(dp) :: size_of(points), power(system%states, system%states), unit
+    integer :: k, i
 
     allocate(p(system%states, system%states, points))
     call system%sample([((k - 0.5_dp) / points, k = 1, points)], p)
@@ -50,7 +50,13 @@ contains
     end do
     k = maxloc(size_of, dim=1)
     phase_advance = size_of(k) * system%period
-    if (present(fastest)) fastest = min(phase_advance, sqrt(norm2(matmul(p(:, :, k), p(:, :, k))) / root) * system%period)
+    if (.not. present(fastest)) return
+    unit = max(size_of(k), tiny(unit))
+    power = p(:, :, k) / unit
+    do i = 1, 3
+      power = matmul(power, power)
+    end do
+    fastest = min(phase_advance, (norm2(power) / root)**0.125_dp * unit * system%period)
   end subroutine survey
 
 end module gestell_floquet_period_survey
