@@ -86,6 +86,7 @@ program main
   use test_tabulate, only: collect_tabulate
   use test_text_table, only: collect_text_table
   use test_trade, only: collect_trade
+  use test_small_motions, only: collect_small_motions
   use test_space, only: collect_space
   use test_space_held, only: collect_space_held
   use test_weights, only: collect_weights
@@ -189,6 +190,7 @@ program main
     & new_testsuite("version", collect_version), &
     & new_testsuite("space", collect_space), &
     & new_testsuite("space_held", collect_space_held), &
+    & new_testsuite("small_motions", collect_small_motions), &
     & new_testsuite("weights", collect_weights), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &

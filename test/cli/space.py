@@ -433,6 +433,48 @@ REFUSED = (
 )
 
 
+SHAFT = """\
+&case tasks='stability', 'response' /
+&drive speed_rpm=1200, held_by={held_by} /
+&model frame={frame} /
+{mechanism}
+&joint name='S', type='ground', position=0.02,0.01 /
+&joint name='P', type='crank', pivot='S', radius=0.02 /
+&link name='shaft', from='S', to='P', mass=3.0, inertia=4.0e-3, center={center},0.0 /
+&frame mass=42.0, inertia={inertia}, origin=0.0,0.0, dof={dof} /
+&support position= 0.20,-0.12{z}, stiffness=60e3,110e3, damping=60,90, angle=30 /
+&support position=-0.18,-0.12{z}, stiffness=60e3,110e3, damping=60,90, axes='frame' /
+{more}"""
+SHAFTS = {
+    "plane": {"mechanism": "", "inertia": "0.95", "dof": "'xi','eta','psi'", "z": "", "more": ""},
+    "space": {"mechanism": "&mechanism name='m', origin=0,0,0.03 /", "inertia": "1.1,0.85,0.95,0.03,0.02,-0.04", "dof": ALL[4:],
+              "z": ",0.16", "more": "&support position=0.15,-0.1,-0.2, stiffness=60e3,90e3,50e3, damping=60,90,60 /\n"},
+}
+SHAFTS["weighing"] = SHAFTS["space"] | {"more": SHAFTS["space"]["more"] + "&gravity direction=0.3,-1,0.2 /\n"}
+# Beside a load of this size that of roundings is small: m e W^2 beside those of J W^2 and m g.
+LEAST_UNBALANCE = 1e-13
+
+
+def balanced_tests():
+    """A shaft without unbalance, or nearly: verdict and vibration of the exact frame are those about rest."""
+    for where, data in SHAFTS.items():
+        for held_by in ("'motor'", "'outside'", "'flywheel'"):
+            found = {}
+            for frame in ("'rest'", "'exact'"):
+                for center in (0, 1e-16, 1e-13, 1e-11, 1e-9, 1e-8, 1e-7):
+                    with Folder(input=SHAFT.format(held_by=held_by, frame=frame, center=center, **data)) as folder:
+                        run = Run(folder, "-q", "--one-line", "input.nml")
+                        if not run.done(f"space, {where} held by {held_by}, {frame}, unbalance {center}"):
+                            continue
+                        row = next(csv.DictReader(run.out.splitlines()))
+                        equal(f"space, {where}, unbalance {center}: verdict", row["verdict"], "stable")
+                        found[frame, center] = [float(row[name]) for name in row if "_peak_" in name]
+            for (frame, center), peaks in found.items():
+                if center >= LEAST_UNBALANCE and frame == "'exact'":
+                    worst = max(abs(one / other - 1) for one, other in zip(peaks, found["'rest'", center]))
+                    near(f"space, {where} held by {held_by}: exact beside rest, unbalance {center}", worst, 0, 1e-4)
+
+
 def refused_tests():
     """One line that points into the file; a task that knows the plane alone."""
     with Folder(input=BLOCK.format(**GOOD)) as folder:
@@ -453,4 +495,5 @@ def refused_tests():
                                          "along zeta: give the frame a spring there, or a guide")
 
 
-SPACE_TESTS = [reference_tests, range_tests, tilted_tests, power_tests, block_tests, force_tests, task_tests, refused_tests]
+SPACE_TESTS = [reference_tests, range_tests, tilted_tests, power_tests, block_tests, force_tests, task_tests, balanced_tests,
+               refused_tests]

@@ -21,7 +21,7 @@ module gestell_model_frame_moved_mounting
   implicit none (type, external)
   private
 
-  public :: add_mounting, ground_load, mounting_energy, mounting_power
+  public :: add_mounting, ground_load, less_one, mounting_energy, mounting_power
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
 
@@ -71,7 +71,7 @@ contains
     f_spin = 0
     g_spin = 0
     rest = 0
-    call hold(springs, cmplx(q(:, 1), q(:, 2), dp), turn - 1, f, g)
+    call hold(springs, cmplx(q(:, 1), q(:, 2), dp), less_one(turn), f, g)
     call hold(springs, rest, i * turn, f_turn, g_turn)
     call subtract_plane(springs, turn, c)
     if (dampers%act) then
@@ -108,10 +108,11 @@ contains
     static = complex_of(support%static)
     call elongate(support, q, v, e, e_dot)
     w = e - complex_of(support%position)
-    f = spring%times(e) + damper%times(e_dot) + static
-    r(:, 1) = r(:, 1) + real(turn * f - static)
-    r(:, 2) = r(:, 2) + aimag(turn * f - static)
-    r(:, 3) = r(:, 3) - cross(w, f) - cross(complex_of(support%position), static)
+    f = spring%times(e) + damper%times(e_dot)
+    r(:, 1) = r(:, 1) + real(turn * f + less_one(turn) * static)
+    r(:, 2) = r(:, 2) + aimag(turn * f + less_one(turn) * static)
+    r(:, 3) = r(:, 3) - cross(w, f) - cross(e, static)
+    f = f + static
     do k = 1, 2
       moved = conjg(turn) * along(k)                                           ! dw
       by_position = spring%times(moved) - damper%times(i * v(:, 3) * moved)       ! df/du
@@ -175,7 +176,7 @@ contains
       force = spring%times(d) + damper%times(d_dot)
       arm = complex_of(supports(j)%position)
       if (supports(j)%turning) then
-        force = exp(i * q(:, 3)) * force + (exp(i * q(:, 3)) - 1) * complex_of(supports(j)%static)
+        force = exp(i * q(:, 3)) * force + less_one(exp(i * q(:, 3))) * complex_of(supports(j)%static)
       else
         arm = arm + d
       end if
@@ -231,13 +232,20 @@ contains
     complex(dp), intent(out) :: d(:), d_dot(:)
 
     associate (turn => exp(i * q(:, 3)), p => complex_of(support%position))
-      d = cmplx(q(:, 1), q(:, 2), dp) + (turn - 1) * p
+      d = cmplx(q(:, 1), q(:, 2), dp) + less_one(turn) * p
       d_dot = cmplx(v(:, 1), v(:, 2), dp) + i * v(:, 3) * turn * p
       if (.not. support%turning) return
       d = conjg(turn) * d
       d_dot = conjg(turn) * d_dot - i * v(:, 3) * d
     end associate
   end subroutine elongate
+
+  !> E - 1, whose digits the 1 would take from small rotations: 1 - cos psi = sin^2 psi/(1 + cos psi).
+  elemental complex(dp) function less_one(turn)
+    complex(dp), intent(in) :: turn
+
+    less_one = cmplx(merge(-aimag(turn)**2 / (1 + abs(real(turn))), real(turn) - 1, real(turn) > 0), aimag(turn), dp)
+  end function less_one
 
   pure complex(dp) function complex_of(a)
     real(dp), intent(in) :: a(2)

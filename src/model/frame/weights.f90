@@ -15,6 +15,7 @@ module gestell_model_frame_weights
   use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mechanism_type
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_frame_mounting, only: stiffness_matrix, support_type
+  use gestell_model_frame_moved_mounting, only: less_one
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -133,7 +134,7 @@ contains
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, a
 
-    moment = aimag(conjg(turn * (a - self%mean)) * self%gravity + conjg(turn - 1) * self%rest)
+    moment = aimag(conjg(turn * (a - self%mean)) * self%gravity + conjg(less_one(turn)) * self%rest)
   end function moment
 
   !> Its decrease with psi (N m).

@@ -56,20 +56,20 @@ contains
     real(dp), intent(out), optional :: terms(3)
     type(point_type) :: center
     type(jet) :: size1, size2
-    real(dp) :: rate, turn, a4_size
+    real(dp) :: rate, turn, turn_terms, a4_size
     integer :: i
 
     a4_size = 0
     do i = 1, size(links)
       associate (link => links(i))
-        call body_motion(link, at, center, rate, turn)
+        call body_motion(link, at, center, rate, turn, turn_terms=turn_terms)
         a%a1 = a%a1 + link%mass * center%x
         a%a2 = a%a2 + link%mass * center%y
         a%a3 = a%a3 + link%mass * (center%x * center%x + center%y * center%y)
         a%a4 = a%a4 + link%mass * (center%x%v * center%y%dd - center%y%v * center%x%dd) + link%inertia * turn
         size1 = size1 + magnitude(link%mass, center%x)
         size2 = size2 + magnitude(link%mass, center%y)
-        a4_size = a4_size + link%inertia * abs(turn) &
+        a4_size = a4_size + link%inertia * turn_terms &
           & + link%mass * (abs(center%x%v * center%y%dd) + abs(center%y%v * center%x%dd))
       end associate
     end do
@@ -108,13 +108,13 @@ contains
   end subroutine sum_drive
 
   !> The motion of a link's centre of mass, and its angular velocity and acceleration, d(phi_i) / dphi and d2(phi_i) / dphi2, with
-  !> the `change` of that.
-  pure subroutine body_motion(link, at, center, rate, turn, change)
+  !> the `change` of that; `turn_terms`: of the acceleration's absolute terms.
+  pure subroutine body_motion(link, at, center, rate, turn, change, turn_terms)
     type(link_type), intent(in) :: link
     type(point_type), intent(in) :: at(:)
     type(point_type), intent(out) :: center
     real(dp), intent(out) :: rate, turn
-    real(dp), intent(out), optional :: change
+    real(dp), intent(out), optional :: change, turn_terms
     type(point_type) :: u
 
     if (link%to == 0) then
@@ -123,6 +123,7 @@ contains
       rate = 0
       turn = 0
       if (present(change)) change = 0
+      if (present(turn_terms)) turn_terms = 0
       return
     end if
     u = direction(at(link%from), at(link%to))
@@ -131,6 +132,7 @@ contains
     rate = u%x%v * u%y%d - u%y%v * u%x%d
     turn = u%x%v * u%y%dd - u%y%v * u%x%dd
     if (present(change)) change = u%x%v * u%y%ddd - u%y%v * u%x%ddd + u%x%d * u%y%dd - u%y%d * u%x%dd
+    if (present(turn_terms)) turn_terms = abs(u%x%v * u%y%dd) + abs(u%y%v * u%x%dd)
   end subroutine body_motion
 
   pure type(jet) function magnitude(factor, term)
@@ -208,7 +210,8 @@ contains
       magnitudes(k, a2_v) = magnitudes(k, a2_v) + mass * abs(y)
       magnitudes(k, a2_d) = magnitudes(k, a2_d) + mass * abs(vy)
       magnitudes(k, a2_dd) = magnitudes(k, a2_dd) + mass * abs(ay)
-      magnitudes(k, a4_v) = magnitudes(k, a4_v) + mass * (abs(x * ay) + abs(y * ax)) + inertia * abs(turn)
+      magnitudes(k, a4_v) = magnitudes(k, a4_v) + mass * (abs(x * ay) + abs(y * ax)) &
+        & + inertia * (abs(u%x(k) * u%ay(k)) + abs(u%y(k) * u%ax(k)))
     end do
   end subroutine add_body
 

@@ -2,7 +2,7 @@
 module gestell_model_space_energy
   use gestell_base_kinds, only: dp
   use gestell_model_space, only: space_type
-  use gestell_model_space_rotation, only: cross, rotation_matrix, turning_matrices
+  use gestell_model_space_rotation, only: cross, identity, rotation_less_one, rotation_matrix, turning_matrices
   implicit none (type, external)
   private
 
@@ -15,23 +15,23 @@ contains
   pure real(dp) function mounting_energy(space, q, s)
     type(space_type), intent(in) :: space
     real(dp), intent(in) :: q(6), s(3)
-    real(dp) :: rotation(3, 3), d(3)
+    real(dp) :: turn(3, 3), d(3)
     integer :: i
 
-    rotation = rotation_matrix(q(4:))
+    turn = rotation_less_one(q(4:))
     mounting_energy = dot_product(q, matmul(space%foundation_stiffness, q)) / 2
     do i = 1, size(space%supports)
       associate (support => space%supports(i), p => space%supports(i)%position)
-        d = q(:3) + matmul(rotation, p) - p
+        d = q(:3) + matmul(turn, p)
         ! e, and the static force, whose part along the ground's axes is among the weights
-        if (support%turning) d = matmul(d, rotation)
+        if (support%turning) d = d + matmul(d, turn)
         mounting_energy = mounting_energy + dot_product(support%stiffness, matmul(d, support%axes)**2) / 2
         if (support%turning) mounting_energy = mounting_energy + dot_product(support%static, d - q(:3))
       end associate
     end do
     if (space%weights%act) mounting_energy = mounting_energy + dot_product(space%weights%carried, q(4:)) &
-      & - dot_product(space%weights%gravity, matmul(rotation, s - space%weights%mean)) &
-      & - sum(transpose(rotation) * space%weights%rest)
+      & - dot_product(space%weights%gravity, matmul(turn + identity(), s - space%weights%mean)) &
+      & - sum(transpose(turn) * space%weights%rest)
   end function mounting_energy
 
   !> Power that dampers take (W) at q and q' of (u, theta).

@@ -12,7 +12,7 @@
 !> where the static force G on the ground turns with the axes (gestell_model_frame_moved_mounting has the plane's).
 module gestell_model_space_mounting
   use gestell_base_kinds, only: dp
-  use gestell_model_space_rotation, only: cross, cross_matrix
+  use gestell_model_space_rotation, only: cross, cross_matrix, identity
   implicit none (type, external)
   private
 
@@ -77,19 +77,23 @@ contains
     end do
   end function turned_loads
 
-  !> What a support exerts on the ground by the motion, along axes in space (N): -F, less the static G.
-  pure function support_force(support, u, v, rotation, w) result(force)
+  !> What a support exerts on the ground by the motion, along axes in space (N): -F, less the static G. `turn`: R - 1, so that
+  !> R x = x + turn x.
+  pure function support_force(support, u, v, turn, w) result(force)
     type(space_support_type), intent(in) :: support
-    real(dp), intent(in) :: u(3), v(3), rotation(3, 3), w(3)
-    real(dp) :: force(3), e(3), e_d(3)
+    real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
+    real(dp) :: force(3), d(3), e(3), e_d(3)
 
     associate (p => support%position)
+      d = u + matmul(turn, p)
       if (support%turning) then
-        e = p + matmul(u - p, rotation)
-        e_d = matmul(v, rotation) - cross(w, e - p)
-        force = matmul(rotation, held(support, e, e_d) + support%static) - support%static
+        e = d + matmul(d, turn)
+        e_d = v + matmul(v, turn) - cross(w, e - p)
+        force = held(support, e, e_d)
+        force = force + matmul(turn, force + support%static)
       else
-        force = held(support, u + matmul(rotation, p) - p, v + matmul(rotation, cross(w, p)))
+        e_d = cross(w, p)
+        force = held(support, d, v + e_d + matmul(turn, e_d))
       end if
     end associate
   end function support_force
@@ -104,33 +108,34 @@ contains
   end function held
 
   !> Subtracts force and moment about F of the supports on a frame from r, shape (6), and their derivatives from b and c, shape
-  !> (6, 6), with respect to u; to R, which changes by R [dalpha], so that dw = dalpha' + w x dalpha.
-  pure subroutine add_supports(supports, u, v, rotation, w, r, b, c)
+  !> (6, 6), with respect to u; to R = 1 + `turn`, which changes by R [dalpha], so that dw = dalpha' + w x dalpha.
+  pure subroutine add_supports(supports, u, v, turn, w, r, b, c)
     type(space_support_type), intent(in) :: supports(:)
-    real(dp), intent(in) :: u(3), v(3), rotation(3, 3), w(3)
+    real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
     integer :: i
 
     do i = 1, size(supports)
       if (supports(i)%turning) then
-        call add_in_frame(supports(i), u, v, rotation, w, r, b, c)
+        call add_in_frame(supports(i), u, v, turn, w, r, b, c)
       else
-        call add_in_space(supports(i), u, v, rotation, w, r, b, c)
+        call add_in_space(supports(i), u, v, turn, w, r, b, c)
       end if
     end do
   end subroutine add_supports
 
-  pure subroutine add_in_space(support, u, v, rotation, w, r, b, c)
+  pure subroutine add_in_space(support, u, v, turn, w, r, b, c)
     type(space_support_type), intent(in) :: support
-    real(dp), intent(in) :: u(3), v(3), rotation(3, 3), w(3)
+    real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
-    real(dp) :: k(3, 3), d(3, 3), f(3), arm(3), by_turn(3, 3), by_spin(3, 3), back(3, 3)
+    real(dp) :: k(3, 3), d(3, 3), f(3), arm(3), by_turn(3, 3), by_spin(3, 3), back(3, 3), rotation(3, 3)
 
+    rotation = turn + identity()
     associate (p => support%position)
       k = matrix(support, support%stiffness)
       d = matrix(support, support%damping)
       arm = cross(w, p)
-      f = -matmul(k, u + matmul(rotation, p) - p) - matmul(d, v + matmul(rotation, arm))
+      f = -matmul(k, u + matmul(turn, p)) - matmul(d, v + matmul(rotation, arm))
       ! d d = d u + R (dalpha x p), d d' = d v + R (dalpha x (w x p) + (dalpha' + w x dalpha) x p)
       by_spin = -matmul(rotation, cross_matrix(p))
       by_turn = -matmul(rotation, cross_matrix(arm) + matmul(cross_matrix(p), cross_matrix(w)))
@@ -153,35 +158,37 @@ contains
   end subroutine add_in_space
 
   !> The same of a support whose axes turn with the frame: dy = R^T du + y x dalpha, de' = R^T dv - w x R^T du + y x dalpha' +
-  !> e' x dalpha.
-  pure subroutine add_in_frame(support, u, v, rotation, w, r, b, c)
+  !> e' x dalpha. Of the static force's moment r gets what it has beyond that at rest.
+  pure subroutine add_in_frame(support, u, v, turn, w, r, b, c)
     type(space_support_type), intent(in) :: support
-    real(dp), intent(in) :: u(3), v(3), rotation(3, 3), w(3)
+    real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
-    real(dp), dimension(3, 3) :: k, d, arm, load, back, by_place, by_speed, by_turn, by_spin
-    real(dp) :: y(3), e_d(3), f(3)
+    real(dp), dimension(3, 3) :: k, d, arm, load, rotation, back, by_place, by_speed, by_turn, by_spin
+    real(dp) :: y(3), e(3), e_d(3), f(3)
 
     k = matrix(support, support%stiffness)
     d = matrix(support, support%damping)
+    rotation = turn + identity()
     back = transpose(rotation)
-    y = matmul(back, u - support%position)
+    e = matmul(back, u + matmul(turn, support%position))
+    y = e - support%position
     e_d = matmul(back, v) - cross(w, y)
-    f = matmul(k, support%position + y) + matmul(d, e_d) + support%static
+    f = matmul(k, e) + matmul(d, e_d)
     arm = cross_matrix(y)
-    load = cross_matrix(f)
+    load = cross_matrix(f + support%static)
     ! of f
     by_place = matmul(k, back) - matmul(d, matmul(cross_matrix(w), back))
     by_speed = matmul(d, back)
     by_turn = matmul(k, arm) + matmul(d, cross_matrix(e_d))
     by_spin = matmul(d, arm)
-    ! -F = R f: d(R f) = R (df + dalpha x f)
-    r(:3) = r(:3) + matmul(rotation, f) - support%static
+    ! -F = R f, of which G is carried at rest: d(R f) = R (df + dalpha x f)
+    r(:3) = r(:3) + matmul(rotation, f) + matmul(turn, support%static)
     c(:3, :3) = c(:3, :3) + matmul(rotation, by_place)
     b(:3, :3) = b(:3, :3) + matmul(rotation, by_speed)
     c(:3, 4:) = c(:3, 4:) + matmul(rotation, by_turn - load)
     b(:3, 4:) = b(:3, 4:) + matmul(rotation, by_spin)
-    ! -M = f x y
-    r(4:) = r(4:) - cross(y, f)
+    ! -M = f x y, less G x y at rest, where y = -p
+    r(4:) = r(4:) - cross(y, f) - cross(e, support%static)
     c(4:, :3) = c(4:, :3) + matmul(load, back) - matmul(arm, by_place)
     b(4:, :3) = b(4:, :3) - matmul(arm, by_speed)
     c(4:, 4:) = c(4:, 4:) + matmul(load, arm) - matmul(arm, by_turn)

@@ -13,7 +13,8 @@ module gestell_model_space_rotation
   implicit none (type, external)
   private
 
-  public :: cross, cross_matrix, outer, rotation_matrix, turn_beyond_first_order, turning_matrices
+  public :: cross, cross_matrix, identity, outer, rotation_less_one, rotation_matrix, turn_beyond_first_order, &
+    & turning_less_one, turning_matrices
 
 contains
 
@@ -43,12 +44,20 @@ contains
   !> R.
   pure function rotation_matrix(theta) result(r)
     real(dp), intent(in) :: theta(3)
+    real(dp) :: r(3, 3)
+
+    r = rotation_less_one(theta) + identity()
+  end function rotation_matrix
+
+  !> R - 1, whose digits the 1 would take from small rotations.
+  pure function rotation_less_one(theta) result(r)
+    real(dp), intent(in) :: theta(3)
     real(dp) :: r(3, 3), s(3, 0:2), c(3, 3)
 
     s = coefficients(dot_product(theta, theta))
     c = cross_matrix(theta)
-    r = s(1, 0) * c + s(2, 0) * matmul(c, c) + identity()
-  end function rotation_matrix
+    r = s(1, 0) * c + s(2, 0) * matmul(c, c)
+  end function rotation_less_one
 
   !> R - 1 - [theta] and its first and second derivatives with respect to time, shape (3, 3, 0:2), of theta, theta', theta'', shape
   !> (3, 0:2): R' = R [w], R'' = R ([w]^2 + [w']).
@@ -91,6 +100,16 @@ contains
     t(:, :, 2) = -f(2, 2) * c(:, :, 0) - 2 * f(2, 1) * c(:, :, 1) - f(2, 0) * c(:, :, 2) &
       & + f(3, 2) * cc(:, :, 0) + 2 * f(3, 1) * cc(:, :, 1) + f(3, 0) * cc(:, :, 2)
   end function turning_matrices
+
+  !> T - 1.
+  pure function turning_less_one(theta) result(t)
+    real(dp), intent(in) :: theta(3)
+    real(dp) :: t(3, 3), s(3, 0:2), c(3, 3)
+
+    s = coefficients(dot_product(theta, theta))
+    c = cross_matrix(theta)
+    t = s(3, 0) * matmul(c, c) - s(2, 0) * c
+  end function turning_less_one
 
   !> s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), by their series: a frame turns by
   !> no more than some radians, for which these terms leave less than rounding, within one radian the first ten do.

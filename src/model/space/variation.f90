@@ -13,7 +13,7 @@ module gestell_model_space_variation
   use gestell_model_space_masses, only: masses_type
   use gestell_model_space_mounting, only: add_supports, support_force, support_matrix, turned_loads
   use gestell_model_space_moving, only: find_moving
-  use gestell_model_space_rotation, only: cross, cross_matrix, rotation_matrix, turning_matrices
+  use gestell_model_space_rotation, only: cross, cross_matrix, identity, rotation_less_one, turning_less_one, turning_matrices
   implicit none (type, external)
   private
 
@@ -91,21 +91,21 @@ contains
   pure function ground_in_space(space, q, v) result(forces)
     type(space_type), intent(in) :: space
     real(dp), intent(in) :: q(:, :), v(:, :)
-    real(dp) :: forces(6, size(q, 1)), motion(6, 0:2), f(6), force(3), arm(3), turning(3, 3, 0:2), rotation(3, 3)
+    real(dp) :: forces(6, size(q, 1)), motion(6, 0:2), f(6), force(3), arm(3), turning(3, 3, 0:2), turn(3, 3)
     integer :: i, k
 
     do k = 1, size(q, 1)
       motion(in_space, 0) = q(k, :)
       motion(in_space, 1) = v(k, :)
       motion(:, 2) = 0
-      rotation = rotation_matrix(motion(4:, 0))
+      turn = rotation_less_one(motion(4:, 0))
       turning = turning_matrices(motion(4:, :))
       f = matmul(space%foundation_stiffness, motion(:, 0)) + matmul(space%foundation_damping, motion(:, 1))
       do i = 1, size(space%supports)
-        force = support_force(space%supports(i), motion(:3, 0), motion(:3, 1), rotation, matmul(turning(:, :, 0), motion(4:, 1)))
+        force = support_force(space%supports(i), motion(:3, 0), motion(:3, 1), turn, matmul(turning(:, :, 0), motion(4:, 1)))
         f(:3) = f(:3) + force
         arm = space%supports(i)%position
-        if (.not. space%supports(i)%turning) arm = motion(:3, 0) + matmul(rotation, arm)
+        if (.not. space%supports(i)%turning) arm = motion(:3, 0) + arm + matmul(turn, arm)
         f(4:) = f(4:) + cross(arm, force)
       end do
       forces(:, k) = f(in_space)
@@ -128,7 +128,7 @@ contains
     do i = 1, size(space%supports)
       associate (support => space%supports(i))
         if (.not. support%turning) cycle
-        excess(n + 1:n + 3) = support_force(support, motion(:3, 0), motion(:3, 1), rotation_matrix(motion(4:, 0)), &
+        excess(n + 1:n + 3) = support_force(support, motion(:3, 0), motion(:3, 1), rotation_less_one(motion(4:, 0)), &
           & matmul(turning(:, :, 0), motion(4:, 1)))
         c = support_matrix(support, support%stiffness) + turned_loads([support])
         excess(n + 1:n + 3) = excess(n + 1:n + 3) - matmul(c(:3, :), motion(:, 0))
@@ -150,7 +150,7 @@ contains
     real(dp), intent(in) :: q(6, 0:2)
     real(dp), intent(out) :: r(6), m(6, 6), b(6, 6), c(6, 6)
     type(driven_type), intent(in), optional :: driven
-    real(dp), dimension(3, 3) :: rotation, back, s, spin, wheel, change
+    real(dp), dimension(3, 3) :: turn, rotation, back, s, spin, wheel, change
     real(dp), dimension(3, 3, 0:2) :: turning, varied
     real(dp), dimension(3, 0:2) :: theta, sums
     real(dp) :: inertia(3, 3, 0:1), momenta(3, 0:1), w(3), w_d(3), g(3), a(3), momentum(3)
@@ -160,7 +160,8 @@ contains
     inertia = masses%j(k, :, :, :)
     momenta = masses%h(k, :, :)
     theta = q(4:, :)
-    rotation = rotation_matrix(theta(:, 0))
+    turn = rotation_less_one(theta(:, 0))
+    rotation = turn + identity()
     back = transpose(rotation)
     turning = turning_matrices(theta)
     w = matmul(turning(:, :, 0), theta(:, 1))
@@ -190,9 +191,9 @@ contains
     b(4:, 4:) = wheel + matmul(inertia(:, :, 0), spin)
     c(:3, 4:) = matmul(rotation, matmul(change, spin) - matmul(s, cross_matrix(w_d)) - cross_matrix(g))
     c(4:, 4:) = matmul(wheel, spin) + matmul(inertia(:, :, 0), cross_matrix(w_d)) + matmul(s, cross_matrix(a))
-    call add_supports(space%supports, q(:3, 0), q(:3, 1), rotation, w, r, b, c)
+    call add_supports(space%supports, q(:3, 0), q(:3, 1), turn, w, r, b, c)
     if (space%weights%act) then
-      r(4:) = r(4:) - space%weights%moment(rotation, sums(:, 0))
+      r(4:) = r(4:) - space%weights%moment(turn, sums(:, 0))
       c(4:, 4:) = c(4:, 4:) + space%weights%moment_stiffness(rotation, sums(:, 0))
     end if
     if (present(driven)) then
@@ -200,7 +201,7 @@ contains
       r(4:) = r(4:) + driven%moved%motor
     end if
     ! with respect to dtheta'', dtheta', dtheta, and the moments T^T r along theta's own directions, of which those held may be at
-    ! work
+    ! work; r is less what is left of static moments, which foundation and guides carry
     c(:, 4:) = matmul(m(:, 4:), turning(:, :, 2)) + matmul(b(:, 4:), turning(:, :, 1)) + matmul(c(:, 4:), turning(:, :, 0))
     b(:, 4:) = 2 * matmul(m(:, 4:), turning(:, :, 1)) + matmul(b(:, 4:), turning(:, :, 0))
     m(:, 4:) = matmul(m(:, 4:), turning(:, :, 0))
@@ -209,11 +210,11 @@ contains
     c(4:, :) = matmul(transpose(turning(:, :, 0)), c(4:, :))
     do i = 1, 3
       varied = turning_matrices(reshape([theta(:, 0), merge(1.0_dp, 0.0_dp, [1, 2, 3] == i), 0.0_dp, 0.0_dp, 0.0_dp], [3, 3]))
-      c(4:, 3 + i) = c(4:, 3 + i) + matmul(transpose(varied(:, :, 1)), r(4:))
+      c(4:, 3 + i) = c(4:, 3 + i) + matmul(transpose(varied(:, :, 1)), r(4:) - space%weights%carried)
     end do
     r(4:) = matmul(transpose(turning(:, :, 0)), r(4:))
-    ! the foundation's potential is quadratic in u and theta; it and guides carry what is left of static moments
-    r(4:) = r(4:) + space%weights%carried
+    if (space%weights%act) r(4:) = r(4:) - matmul(space%weights%carried, turning_less_one(theta(:, 0)))
+    ! the foundation's potential is quadratic in u and theta
     r = r + matmul(space%foundation_stiffness, q(:, 0)) + matmul(space%foundation_damping, q(:, 1))
     b = b + space%foundation_damping
     c = c + space%foundation_stiffness

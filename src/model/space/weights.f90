@@ -122,13 +122,15 @@ contains
     end do
   end subroutine find_mean
 
-  !> The moment on a frame with the axes R, along these, the masses' S being `s` (N m).
-  pure function moment(self, rotation, s)
+  !> The moment on a frame with the axes R = 1 + `turn`, along these, less a(Y) at rest, the masses' S being `s` (N m).
+  pure function moment(self, turn, s)
     class(space_weights_type), intent(in) :: self
-    real(dp), intent(in) :: rotation(3, 3), s(3)
+    real(dp), intent(in) :: turn(3, 3), s(3)
     real(dp) :: moment(3)
 
-    moment = axial(matmul(outer(s - self%mean, self%gravity) + self%rest, rotation))
+    associate (x => outer(s - self%mean, self%gravity))
+      moment = axial(x + matmul(x + self%rest, turn))
+    end associate
   end function moment
 
   !> Its decrease with dalpha, shape (3, 3) (N m).
