@@ -253,6 +253,32 @@ RATIO_TASKS = (f"&case tasks={ORDERED} /\n&model frame='exact' /\n"
                "&response points=64, harmonics={}, quantities='f','psi' /\n")
 
 
+# Of SavedResults/file1_res.mat, stage0 (data/powertrain.nml says where): natural frequencies (Hz), and of each mode the parts (%) of
+# the kinetic energy along x, y, z and about them.
+PUBLISHED = (
+    (9.610674, (29.713703, 27.501222, 2.167606, 2.470990, 18.693761, 19.452719)),
+    (11.579060, (17.613710, 68.403245, 4.680076, 1.915775, 6.611387, 0.775807)),
+    (12.815326, (17.465307, 0.474608, 79.763722, 1.669170, 0.620929, 0.006263)),
+    (16.372142, (34.709423, 2.214751, 12.270667, 6.802197, 22.356795, 21.646167)),
+    (24.621964, (0.079736, 1.384062, 1.080884, 37.218274, 11.734044, 48.503000)),
+    (26.047577, (0.418121, 0.022112, 0.037045, 49.923594, 39.983085, 9.616043)),
+)
+
+
+def published_tests():
+    """data/powertrain.nml without weight and damping against what is published of it, to its digits."""
+    free = [option for i in (1, 2, 3) for option in ("--set", f"support({i}).damping=0,0,0")]
+    with Folder() as folder:
+        run = Run(folder, "-q", *free, "--set", "gravity.acceleration=0", "-o", "out", DATA / "powertrain.nml")
+        run.done("powertrain")
+        found = {row["mode"]: row for row in rows(folder / "out" / "separation.csv")}
+        equal("powertrain: modes", len(found), len(PUBLISHED))
+        for row, (frequency, parts) in zip(found.values(), PUBLISHED):
+            near(f"powertrain, {frequency} Hz", float(row["frequency_Hz"]), frequency, 6e-7)
+            for name, part in zip(("xi", "eta", "zeta", "rot_xi", "rot_eta", "psi"), parts):
+                near(f"powertrain, {frequency} Hz: {name}", 100 * float(row[f"energy_{name}"]), part, 6e-7)
+
+
 def ratio_tests():
     """Shafts whose ratio is not whole: against the same machine with a drive that turns as slowly as all come round together, whose
     ratios are whole."""
@@ -375,4 +401,4 @@ def compare_ratios(name, turns, runs, found):
         near(f"{name}: halves in turns", float(halving[0][1]) / float(halving[1][1]), turns, 0.01 * turns)
 
 
-SPACE_LOOKS_TESTS = [engine_tests, shaft_tests, torque_roll_tests, ratio_tests, half_speed_tests]
+SPACE_LOOKS_TESTS = [published_tests, engine_tests, shaft_tests, torque_roll_tests, ratio_tests, half_speed_tests]

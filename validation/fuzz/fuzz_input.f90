@@ -29,7 +29,7 @@ module fuzz_input
     & "data/khang_four_bar_printed.nml", "data/compressor.nml", "data/flying_press.nml", "data/watt_six_bar.nml", &
     & "data/rocking_sieve.nml", "data/sieve_borders.nml", "data/khang_chart.nml", "data/cam_press.nml", &
     & "data/inline_four.nml", "data/engine_in_space.nml", "data/v_twin.nml", "data/suspended_compressor.nml", &
-    & "data/inline_twin.nml", "example/sweep.nml"]
+    & "data/inline_twin.nml", "data/powertrain.nml", "example/sweep.nml"]
 
 contains
 

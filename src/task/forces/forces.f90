@@ -151,7 +151,7 @@ contains
       call table%add("static_f" // axes(k), newton, "static force along " // axes(k), &
         & [(reactions(i)%static(k), i = 1, size(reactions))])
     end do
-    call table%add("least_compression", newton, "least of the whole force along gravity", reactions%least_compression, &
+    call table%add("least_compression", newton, "least of the whole force along gravity", (reactions%least_compression), &
       & error="least_compression_error")
     call table%add("least_compression_error", newton, "bound on its error", (reactions%least_error))
   end function summary

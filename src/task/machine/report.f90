@@ -17,7 +17,7 @@ module gestell_task_machine_report
   use gestell_task_machine_model, only: model_line
   use gestell_task_stability_report, only: modulus_of, out_of_range
   use gestell_model_frame, only: frame_type, dof_names
-  use gestell_model_frame_gravity, only: gravity_of, weighs, weight_of
+  use gestell_model_frame_gravity, only: gravity_of, sag_of, weighs, weight_of
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analysis_type
   use gestell_study_vibration_resonance, only: describe_resonance, resonance_type
@@ -77,7 +77,7 @@ contains
       class default
         report = "  mechanism  " // concise(mechanism%mass) // " kg in all, by its mass functions" // newline
       end select
-      report = report // "  frame      " // concise(frame%mass) // " kg, " // concise(frame%inertia) // " kg m^2, free in"
+      report = report // "  frame      " // concise(frame%mass) // " kg, " // inertia_words(frame) // ", free in"
       do i = 1, size(frame%free)
         report = report // " " // trim(dof_names(frame%free(i)))
       end do
@@ -102,14 +102,35 @@ contains
     associate (g => gravity_of(frame))
       line = "  gravity    " // concise(norm2(g)) // " m/s^2 "
       if (abs(g(3)) > 0) then
-        line = line // "along (" // concise(g(1) / norm2(g), 4) // "," // concise(g(2) / norm2(g), 4) // "," &
-          & // concise(g(3) / norm2(g), 4) // ")"
+        line = line // "along (" // listed(g / norm2(g)) // ")"
       else
         line = line // "at " // concise(atan2(g(2), g(1)) * 180 / pi, 4) // " deg"
       end if
     end associate
-    line = line // "; all weighs " // concise(norm2(weight_of(frame)), 5) // " N" // newline
+    line = line // "; all weighs " // concise(norm2(weight_of(frame)), 5) // " N"
+    if (allocated(frame%space)) line = line // newline // "  static sag (" // listed(1000 * sag_of(frame)) // ") mm at F"
+    line = line // newline
   end function gravity_line
+
+  !> The moment of inertia about F, in space the three about xi, eta and zeta.
+  pure function inertia_words(frame) result(words)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: words
+    integer :: i
+
+    if (allocated(frame%space)) then
+      words = "(" // listed([(frame%space%inertia(i, i), i = 1, 3)]) // ") kg m^2 about (xi,eta,zeta)"
+    else
+      words = concise(frame%inertia) // " kg m^2"
+    end if
+  end function inertia_words
+
+  pure function listed(values) result(words)
+    real(dp), intent(in) :: values(3)
+    character(len=:), allocatable :: words
+
+    words = concise(values(1), 4) // "," // concise(values(2), 4) // "," // concise(values(3), 4)
+  end function listed
 
   !> The natural frequencies in one line; nothing where they cannot be told.
   function report_frequencies(frame) result(line)

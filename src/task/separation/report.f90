@@ -4,7 +4,7 @@ module gestell_task_separation_report
   use gestell_base_text, only: concise, fixed, text
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: dof_names
-  use gestell_task_separation, only: separation_type
+  use gestell_task_separation, only: decoupled, is_decoupled, separation_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -100,22 +100,21 @@ contains
     row = row // number(100 * one%distance, 3) // tab // trim(one%state) // newline
   end function mode_row
 
-  !> In space: the modes of which no degree of freedom has the share of the kinetic energy that mounts are commonly asked for.
+  !> In space: the modes of which no degree of freedom has the part of the kinetic energy that a decoupled one has.
   pure function coupled_line(modes) result(line)
     type(separation_type), intent(in) :: modes(:)
     character(len=:), allocatable :: line
-    real(dp), parameter :: decoupled = 0.8_dp
     integer :: i, k
 
     line = ""
     do i = 1, size(modes)
       if (.not. modes(i)%at%identified) cycle
       k = maxloc(modes(i)%energy, dim=1)
-      if (modes(i)%energy(k) >= decoupled) cycle
+      if (is_decoupled(modes(i)%energy(k))) cycle
       line = line // ", " // text(modes(i)%mode) // " (" // trim(dof_names(k)) // " " // fixed(100 * modes(i)%energy(k), 0) // " %)"
     end do
     if (line == "") line = ", none"
-    line = "  coupled, no part reaching 80 %: " // line(3:) // newline
+    line = "  coupled, no part reaching " // text(decoupled) // " %: " // line(3:) // newline
   end function coupled_line
 
   !> A question mark for what is not known.

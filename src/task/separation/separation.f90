@@ -8,7 +8,10 @@ module gestell_task_separation
   implicit none (type, external)
   private
 
-  public :: find_separations
+  public :: find_separations, is_decoupled
+
+  !> The part of a mode's kinetic energy (%) that mounts are commonly asked to leave to one motion.
+  integer, parameter, public :: decoupled = 80
 
   !> A mode with frequency f beside an order k of the crank, which turns n times a second: the distance d = |f / (k n) - 1|. Which
   !> harmonic of the period that is.
@@ -30,6 +33,13 @@ module gestell_task_separation
   end type separation_type
 
 contains
+
+  !> Whether a part of a mode's energy, in whole per cent as it is told, is the least of a decoupled mode.
+  pure logical function is_decoupled(part)
+    real(dp), intent(in) :: part
+
+    is_decoupled = nint(100 * part) >= decoupled
+  end function is_decoupled
 
   !> All modes of `campbell` beside these harmonics of a period of so many `turns` of the drive, by modes and harmonics. Where one
   !> of the `crossings` of its range is theirs the distance is zero. `margin`: the least distance that passes.

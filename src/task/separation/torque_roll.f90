@@ -10,7 +10,7 @@ module gestell_task_separation_torque_roll
   use gestell_output_table_unit, only: degree, metre, plain
   use gestell_study_mode_type, only: assurance
   use gestell_task_campbell, only: campbell_type
-  use gestell_task_separation, only: separation_type
+  use gestell_task_separation, only: is_decoupled, separation_type
   implicit none (type, external)
   private
 
@@ -47,8 +47,8 @@ contains
   pure function torque_roll_line(modes) result(line)
     type(separation_type), intent(in) :: modes(:)
     character(len=:), allocatable :: line
-    !> Less is not worth a word; what mounts are commonly asked for.
-    real(dp), parameter :: least = 0.05_dp, decoupled = 0.8_dp
+    !> Less is not worth a word.
+    real(dp), parameter :: least = 0.05_dp
     integer :: i, most
 
     line = ""
@@ -59,7 +59,7 @@ contains
     end do
     most = maxloc(modes%torque_roll, dim=1, mask=modes%torque_roll >= 0)
     line = wrapped("  of the motion about the torque-roll axis: " // line(3:) // trim(merge("; decoupled", "; coupled  ", &
-      & modes(most)%torque_roll >= decoupled)) // newline)
+      & is_decoupled(modes(most)%torque_roll))) // newline)
   end function torque_roll_line
 
   !> The axis of a frame in space, for `--check`.
