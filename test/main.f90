@@ -59,6 +59,7 @@ program main
   use test_newton, only: collect_newton
   use test_orders, only: collect_orders
   use test_parts, only: collect_parts
+  use test_period_parts, only: collect_period_parts
   use test_periodic, only: collect_periodic
   use test_periodic_bounds, only: collect_periodic_bounds
   use test_periodic_schur, only: collect_periodic_schur
@@ -180,6 +181,7 @@ program main
     & new_testsuite("sensitivity", collect_sensitivity), &
     & new_testsuite("separation", collect_separation), &
     & new_testsuite("sweep", collect_sweep), &
+    & new_testsuite("period_parts", collect_period_parts), &
     & new_testsuite("campaign", collect_campaign), &
     & new_testsuite("peaks", collect_peaks), &
     & new_testsuite("boundary", collect_boundary), &

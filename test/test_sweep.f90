@@ -5,11 +5,8 @@ module test_sweep
   use gestell_math_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_task_sweep_expansion, only: expand, expansion_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
   use gestell_study_point, only: solve_point, sweep_order_type
-  use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type
   use gestell_study_tile_results, only: impossible, log_rho_max, rho_error, rho_max, stable, sweep_columns, &
     & tile_results_type, undecided, unstable, verdict
   use gestell_task_sweep, only: solve_tile
@@ -35,7 +32,6 @@ contains
       & new_unittest("tiles cover the grid once", test_tiles), &
       & new_unittest("oscillators against the closed form", test_oscillators), &
       & new_unittest("one axis, and single lines", test_lines), &
-      & new_unittest("what is missing of a series", test_rest), &
       & new_unittest("a jump and a hole", test_jump_and_hole), &
       & new_slow("a machine against single solutions", test_machine), &
       & new_unittest("only what is ordered", test_columns), &
@@ -243,41 +239,6 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_lines
-
-  !> Series of the oscillators' Phi with 8 to 20 terms on both axes: what they miss between their points is at most what they
-  !> say, and not very much less: terms fall up to thirtyfold from one to the next.
-  subroutine test_rest(error)
-    type(error_type), allocatable, intent(out) :: error
-    type(oscillator_family) :: family
-    type(sampler_type) :: sampler
-    type(expansion_type) :: expansion
-    type(variable_type) :: variables(2)
-    real(dp) :: right(4), found(1, 4), p(2), miss
-    integer :: n, i
-    logical :: fits
-
-    variables = [variable_type(0.1_dp, 1.0_dp), variable_type(1.0_dp, 30.0_dp)]
-    call new_sampler(sampler, family, reshape([0.1_dp, 30.0_dp, 1.0_dp, 1.0_dp], [2, 2]), accuracy_type(tolerance=1.0e-13_dp), &
-      & .false., fits)
-    call check(error, fits, "the samples do not fit")
-    if (allocated(error)) return
-    do n = 8, 20, 3
-      call expand(expansion, sampler, family, variables, [n, n], fits)
-      miss = 0
-      do i = 1, 200
-        p = [0.1_dp + 0.9_dp * modulo(0.618_dp * i, 1.0_dp), 1 + 29 * modulo(0.414_dp * i, 1.0_dp)]
-        call sampler%sample(family, p, right, fits)
-        call expansion%line(p(1), p(2:), found)
-        miss = max(miss, norm2(found(1, :) - right))
-      end do
-      ! Roundings of the sum of the terms.
-      call check_that(error, miss, "<=", expansion%rest + 1.0e-13_dp, "more is missing than is said")
-      if (allocated(error)) return
-      ! Four times two axes' last two terms beside the next one: 8 (30 + 900).
-      call check_that(error, expansion%rest, "<=", 1.0e4_dp * miss + 1.0e-11_dp, "what is said says nothing")
-      if (allocated(error)) return
-    end do
-  end subroutine test_rest
 
   !> Where Phi jumps and where there is no system cells are split until the expansions hold; the rest is as right as ever.
   subroutine test_jump_and_hole(error)

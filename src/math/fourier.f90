@@ -2,10 +2,11 @@
 module gestell_math_fourier
   use gestell_math_dft, only: dft
   use gestell_base_kinds, only: dp, pi
+  use gestell_math_lane_products, only: in_fours
   implicit none (type, external)
   private
 
-  public :: fourier_series, greatest
+  public :: fourier_series, greatest, greatest_between, transform_matrix
 
   !> f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi over the period.
   type, public :: fourier_type
@@ -48,6 +49,22 @@ contains
       sine(k) = -2 * aimag(y(k + 1)) / size(samples)
     end do
   end subroutine transform
+
+  !> The matrix of `transform` for n samples: the coefficients of cos(k theta), then those of sin(k theta), are sums over the
+  !> samples with these columns as factors; columns of zeros fill them up to a multiple of four. Shape (n, columns).
+  pure function transform_matrix(n) result(matrix)
+    integer, intent(in) :: n
+    real(dp), allocatable :: matrix(:, :)
+    integer :: orders, k, i
+
+    orders = (n - 1) / 2
+    allocate(matrix(n, in_fours(2 * orders)), source=0.0_dp)
+    do k = 1, orders
+      ! Whole turns are left out of the angles: they would cost digits.
+      matrix(:, k) = [(cos(2 * pi * mod(k * i, n) / n), i = 0, n - 1)] * 2 / n
+      matrix(:, orders + k) = [(sin(2 * pi * mod(k * i, n) / n), i = 0, n - 1)] * 2 / n
+    end do
+  end function transform_matrix
 
   !> The greatest |f| of the series through `samples`, without the series.
   pure real(dp) function greatest(samples)

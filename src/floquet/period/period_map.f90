@@ -228,35 +228,45 @@ contains
 
   end subroutine trajectory
 
-  !> [Phi(t) x_p(t)], shape (n, n + 1, count), at the phases k / count, k = 1 ... count, which are among the equal steps between
-  !> `nodes`: all that is needed of the periodic motion but its start.
-  subroutine motions(system, method, nodes, maps, error)
+  !> The motion over each of `parts` equal parts of the period from its beginning: [Phi(t) x_p(t)], shape (n, n + 1, count), or
+  !> Phi(t) alone, shape (n, n, count), at the phases k / count, k = 1 ... count, which are among the equal steps between `nodes`.
+  subroutine motions(system, method, nodes, parts, maps, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
     real(dp), contiguous, intent(in) :: nodes(:)
+    integer, intent(in) :: parts
     real(dp), intent(out) :: maps(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: a(:, :, :), b(:, :)
     real(dp) :: now(size(maps, 1), size(maps, 2))
-    integer :: n, steps, every, first, last, k
+    integer :: n, steps, every, in_part, first, last, k
+    logical :: forced
 
     n = system%states
+    forced = size(maps, 2) > n
     steps = size(nodes) - 1
     every = steps / size(maps, 3)
-    allocate(a(n, n, block_length), b(n, block_length))
-    now = 0
-    now(:, :n) = unit_matrix(n)
+    in_part = every * (size(maps, 3) / parts)
+    allocate(a(n, n, min(block_length, steps)), b(n, merge(min(block_length, steps), 0, forced)))
     last = 0
     do while (last < steps)
       first = last + 1
       last = end_of_block(first, steps)
       associate (count => last - first + 1)
-        call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :count), error, b(:, :count))
+        if (forced) call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :count), error, b(:, :count))
+        if (.not. forced) call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :count), error)
       end associate
       if (allocated(error)) return
       do k = first, last
-        now = matmul(a(:, :, k - first + 1), now)
-        now(:, n + 1) = now(:, n + 1) + b(:, k - first + 1)
+        associate (map => a(:, :, k - first + 1))
+          if (mod(k - 1, in_part) == 0) then
+            now(:, :n) = map
+            if (forced) now(:, n + 1) = b(:, k - first + 1)
+          else
+            now = matmul(map, now)
+            if (forced) now(:, n + 1) = now(:, n + 1) + b(:, k - first + 1)
+          end if
+        end associate
         if (mod(k, every) == 0) maps(:, :, k / every) = now
       end do
     end do

@@ -78,7 +78,7 @@ contains
     do trial = 1, most_trials
       call choose(system, phases, motion, of_motion / (reserve * motion%amplification), method, between)
       if (between == 0) return
-      call motions(system, method, [(real(k, dp) / (between * phases), k = 0, between * phases)], maps, error)
+      call motions(system, method, [(real(k, dp) / (between * phases), k = 0, between * phases)], 1, maps, error)
       if (.not. allocated(error)) call invert(maps(:, :n, phases), motion%scale, inverted, error)
       if (allocated(error)) return
       ! Where Phi is great (E - Phi)^-1 is small, and lost in rounding where other multipliers are not great.

@@ -2,6 +2,7 @@
 module gestell_task_sweep
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_math_lanes, only: lanes
   use gestell_floquet_period_monodromy, only: check_accuracy
   use gestell_task_sweep_expansion_cell, only: cell_points, expand_it, halves, plan_cell, random_points, solve_it
   use gestell_task_sweep_expansion_evaluation, only: evaluate
@@ -156,25 +157,26 @@ contains
     real(dp), intent(out) :: deviation
     logical, intent(out) :: fits
     integer :: points(2, checked_points), k
-    real(dp) :: parameters(size(grid%axes)), own(sampler%numbers_of_period()), expanded(1, expansion%numbers), bound, difference
+    real(dp) :: parameters(size(grid%axes)), own(sampler%parts%numbers_of_period()), expanded(size(own)), bound, difference
+    real(dp), allocatable :: numbers(:)
     integer :: ends(2), part
 
     deviation = 0
-    ! Phi(T) by itself, and all.
-    ends = [sampler%states**2, size(own)]
+    ! Phi(T) by itself, and with x_p(T).
+    ends = [size(sampler%scale)**2, size(own)]
     points = random_points(cell, checked_points)
     do k = 1, checked_points
       parameters = grid%parameters(points(1, k), points(2, k))
       call sampler%check(family, parameters, order%accuracy, own, bound, fits)
       if (.not. fits) return
-      call expansion%line(parameters(1), parameters(2:), expanded)
+      numbers = expansion%point(parameters)
+      expanded = sampler%parts%period(numbers)
       do part = 1, 2
-        difference = norm2(expanded(1, :ends(part)) - own(:ends(part)))
+        difference = norm2(expanded(:ends(part)) - own(:ends(part)))
         deviation = max(deviation, difference / norm2(own(:ends(part))))
         fits = fits .and. difference <= perturbations(part) + bound * norm2(own(:ends(part)))
       end do
-      if (fits .and. sampler%times > 0) call check_peaks(family, parameters, order, sampler, expanded(1, :), perturbations(2), &
-        & fits)
+      if (fits .and. sampler%parts%forced) call check_peaks(family, parameters, order, sampler, numbers, perturbations(2), fits)
       if (.not. fits) return
     end do
   end subroutine check_cell
@@ -187,12 +189,14 @@ contains
     type(sampler_type), intent(inout) :: sampler
     logical, intent(out) :: fits
     type(error_type), allocatable :: error
-    real(dp) :: own(sweep_columns), peaks(size(sampler%free)), there(size(sampler%free))
-    logical :: known
+    real(dp) :: own(sweep_columns), peaks(size(sampler%free)), there(size(sampler%free)), &
+      & side_by_side(lanes, size(sampler%free))
+    logical :: known(lanes)
 
-    call peaks_of_numbers(sampler, numbers, perturbation, peak_limit(order), peaks, known)
+    call peaks_of_numbers(sampler, spread(numbers, 1, lanes), 1, perturbation, peak_limit(order), side_by_side, known)
     fits = .true.
-    if (.not. known) return
+    if (.not. known(1)) return
+    peaks = side_by_side(1, :)
     call solve_point(family, parameters, order, own, error)
     sampler%solutions = sampler%solutions + 1
     fits = .not. allocated(error)

@@ -18,7 +18,7 @@ module gestell_task_sweep_expansion_cell
   !> Part of the tolerance that the terms beyond may add up to on a line: a cell has more terms than a line.
   real(dp), parameter :: part_of_tolerance = 1 / 16.0_dp
   !> Points more than a line needs: the last terms of the cell's series are to tell what is missing.
-  integer, parameter :: margin = 3
+  integer, parameter :: margin = 2
   !> Points that an axis needs at least where there are two.
   integer, parameter :: fewest = 5
   !> Points that an expansion needs are looked for in all variables where they are more than this.
@@ -52,7 +52,8 @@ contains
     plan = widest(cell)
     tolerance = part_of_tolerance * order%accuracy%tolerance
     middle = (cell%first + cell%last) / 2
-    call new_sampler(sampler, family, corners(grid, cell), order%accuracy, any(order%columns(xi_peak:last_peak)), fits)
+    call new_sampler(sampler, family, corners(grid, cell), order%accuracy, any(order%columns(xi_peak:last_peak)), &
+      & cell_points(cell), fits)
     if (.not. fits) return
     allocate(variables(size(grid%axes)))
     do axis = 1, size(variables)

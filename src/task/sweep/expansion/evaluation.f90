@@ -1,13 +1,14 @@
 !> The columns of a sweep at the points of a cell, from the expansion over it.
 module gestell_task_sweep_expansion_evaluation
-  use gestell_math_blas, only: multiply
+  use gestell_math_lane_products, only: combine, in_fours
+  use gestell_math_lanes, only: lanes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers_spectra, only: spectral_radii
-  use gestell_task_sweep_expansion, only: expansion_type, interpolation
+  use gestell_task_sweep_expansion, only: expansion_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
-  use gestell_task_sweep_expansion_peaks, only: peaks_of_numbers
+  use gestell_task_sweep_expansion_peaks, only: peaks_of_motion
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, stable, sweep_columns, tile_results_type, &
@@ -33,34 +34,28 @@ contains
     real(dp), intent(in) :: perturbations(2)
     type(tile_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: lines(:, :, :), to_points(:, :), numbers(:, :), columns(:, :)
+    real(dp), allocatable :: lines(:, :, :), points(:, :, :), line(:, :), columns(:, :)
     integer :: along(2), first(2), ordered(count(order%columns)), i, k
 
     ordered = pack([(k, k = 1, sweep_columns)], order%columns)
     along = cell%last - cell%first + 1
     first = cell%first - tile%first + 1
-    call expansion%lines(grid%axes(1)%value([(i, i = cell%first(1), cell%last(1))]), lines)
-    if (size(grid%axes) == 1) then
-      ! One line, of all points.
-      numbers = transpose(lines(1, :, :))
-      allocate(columns(along(1), sweep_columns))
-      call set_columns(order, sampler, numbers, perturbations, columns)
-      do k = 1, size(ordered)
-        results%values(k, 1, first(1):first(1) + along(1) - 1) = columns(:, ordered(k))
-      end do
-    else
-      to_points = interpolation(expansion%variables(2), &
-        & grid%axes(2)%value([(i, i = cell%first(2), cell%last(2))]), expansion%points(2))
-      allocate(numbers(along(2), expansion%numbers), columns(along(2), sweep_columns))
+    associate (axes => size(grid%axes))
+      ! A single axis is the second of the expansion.
+      if (axes == 1) along = [1, along(1)]
+      lines = expansion%factors(1, grid%axes(1)%value([(cell%first(1) + i, i = 0, along(1) - 1)]))
+      points = expansion%factors(2, grid%axes(axes)%value([(cell%first(axes) + i, i = 0, along(2) - 1)]))
+      allocate(line(expansion%points(2), in_fours(expansion%numbers)), columns(along(2), sweep_columns))
       do i = 1, along(1)
-        call multiply(along(2), expansion%numbers, expansion%points(2), to_points, lines(:, :, i), numbers)
-        call set_columns(order, sampler, numbers, perturbations, columns)
+        call expansion%line(lines(1 + mod(i - 1, lanes), :, 1 + (i - 1) / lanes), line)
+        call set_columns(order, sampler, points, line, perturbations, columns)
         do k = 1, size(ordered)
-          results%values(k, first(2):first(2) + along(2) - 1, first(1) + i - 1) = columns(:, ordered(k))
+          if (axes == 1) results%values(k, 1, first(1):first(1) + along(2) - 1) = columns(:, ordered(k))
+          if (axes == 2) results%values(k, first(2):first(2) + along(2) - 1, first(1) + i - 1) = columns(:, ordered(k))
         end do
       end do
-    end if
-    if (sampler%times > 0) call solve_doubtful(family, grid, tile, cell, order, results, error)
+    end associate
+    if (sampler%parts%forced) call solve_doubtful(family, grid, tile, cell, order, results, error)
   end subroutine evaluate
 
   !> Solutions of their own for the points of a cell without a peak.
@@ -88,35 +83,51 @@ contains
     end do
   end subroutine solve_doubtful
 
-  !> The columns, shape (points, columns), from the numbers, shape (points, numbers).
-  subroutine set_columns(order, sampler, numbers, perturbations, columns)
+  !> The columns along a line of points, shape (points, columns), from the values at the points of the series and their factors.
+  subroutine set_columns(order, sampler, factors, line, perturbations, columns)
     type(sweep_order_type), intent(in) :: order
     type(sampler_type), intent(in) :: sampler
-    real(dp), contiguous, intent(in) :: numbers(:, :)
+    real(dp), contiguous, intent(in) :: factors(:, :, :), line(:, :)
     real(dp), intent(in) :: perturbations(2)
     real(dp), contiguous, intent(inout) :: columns(:, :)
-    logical :: inside(size(numbers, 1)), outside(size(numbers, 1)), known
-    real(dp) :: peaks(sampler%states / 2)
-    integer :: n2, k
+    real(dp), allocatable :: motion(:, :, :, :)
+    real(dp) :: values(lanes, size(line, 2)), phi(size(columns, 1), sampler%parts%states**2), peaks(lanes, sampler%parts%states / 2)
+    logical, dimension(size(columns, 1)) :: inside, outside
+    logical :: known(lanes)
+    integer :: group, first, filled, n, i, j
 
-    n2 = sampler%states**2
+    n = sampler%parts%states
+    allocate(motion(lanes, n, sampler%parts%columns(), 0:sampler%parts%parts))
+    if (sampler%parts%forced) columns(:, xi_peak:last_peak) = 0
+    do group = 1, size(factors, 3)
+      first = lanes * (group - 1) + 1
+      filled = min(lanes, size(columns, 1) - first + 1)
+      call combine(size(line, 1), size(line, 2), factors(:, :, group), line, values)
+      call sampler%parts%compose(values, motion)
+      do j = 1, n
+        do i = 1, n
+          phi(first:first + filled - 1, i + n * (j - 1)) = motion(:filled, i, j, sampler%parts%parts)
+        end do
+      end do
+      if (.not. sampler%parts%forced) cycle
+      call peaks_of_motion(sampler, values, motion, filled, perturbations(2), peak_limit(order), peaks, known)
+      do i = 1, filled
+        if (.not. known(i)) then
+          ! A degree of freedom that is locked rests, but is as little known.
+          columns(first + i - 1, xi_peak:last_peak) = ieee_value(1.0_dp, ieee_quiet_nan)
+        else
+          columns(first + i - 1, xi_peak - 1 + sampler%free) = peaks(i, :)
+        end if
+      end do
+    end do
     if (any(order%columns([rho_error, verdict, verdict_behind]))) then
-      call spectral_radii(numbers(:, :n2), perturbations(1), columns(:, rho_max), columns(:, log_rho_max), &
-        & columns(:, rho_error), inside, outside)
+      call spectral_radii(phi, perturbations(1), columns(:, rho_max), columns(:, log_rho_max), columns(:, rho_error), inside, &
+        & outside)
       columns(:, verdict) = merge(stable, merge(unstable, undecided, outside), inside)
       columns(:, verdict_behind) = columns(:, verdict)
     else if (order%columns(rho_max) .or. order%columns(log_rho_max)) then
-      call spectral_radii(numbers(:, :n2), perturbations(1), columns(:, rho_max), columns(:, log_rho_max))
+      call spectral_radii(phi, perturbations(1), columns(:, rho_max), columns(:, log_rho_max))
     end if
-    if (sampler%times == 0) return
-    columns(:, xi_peak:last_peak) = 0
-    do k = 1, size(numbers, 1)
-      call peaks_of_numbers(sampler, numbers(k, :), perturbations(2), peak_limit(order), peaks, known)
-      if (.not. known) peaks = ieee_value(1.0_dp, ieee_quiet_nan)
-      columns(k, xi_peak - 1 + sampler%free) = peaks
-      ! A degree of freedom that is locked rests, but is as little known.
-      if (.not. known) columns(k, xi_peak:last_peak) = peaks(1)
-    end do
   end subroutine set_columns
 
 end module gestell_task_sweep_expansion_evaluation

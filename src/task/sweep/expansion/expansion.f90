@@ -1,30 +1,33 @@
-!> Phi(T) of a family over a cell, a range of one or two parameters, as a Chebyshev series. Phi is an analytic function of
-!> nearly all parameters, its eigenvalues are not: the series is for the matrix.
+!> The motion of a family over a cell, a range of one or two parameters, as a Chebyshev series. The maps of the parts of a period
+!> are analytic functions of nearly all parameters, eigenvalues are not: the series is for the matrices.
 module gestell_task_sweep_expansion
-  use gestell_math_blas, only: multiply
   use gestell_math_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_kinds, only: dp
+  use gestell_math_lane_products, only: in_fours
+  use gestell_math_lanes, only: lanes
   use gestell_study_family, only: family_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_task_sweep_expansion_variable, only: variable_type
   implicit none (type, external)
   private
 
-  public :: expand, interpolation
+  public :: expand
 
   type, public :: expansion_type
     !> One or two.
     type(variable_type) :: variables(2)
     !> Points of the series on both axes, numbers that are expanded.
     integer :: points(2) = 1, numbers = 0
-    !> Values at the points: (points of the second axis, numbers, points of the first).
+    !> Values at the points: (points of the second axis, numbers and what fills them up to fours, points of the first). A single
+    !> axis is the second.
     real(dp), allocatable :: values(:, :, :)
-    !> Bound on what the missing terms add up to, in norm; the greatest norms of Phi(T) and of all numbers at a point, and the
-    !> least of Phi(T): beside the motion Phi(T) may be small.
+    !> Bound on what the missing terms add up to, in norm; the greatest norms of Phi(T) and of [Phi(T) x_p(T)] at a point,
+    !> and the least of Phi(T): beside the motion Phi(T) may be small.
     real(dp) :: rest = 0, greatest(2) = 0, least = 0
   contains
-    procedure :: lines
+    procedure :: factors
     procedure :: line
+    procedure :: point
   end type expansion_type
 
 contains
@@ -37,31 +40,36 @@ contains
     type(variable_type), intent(in) :: variables(:)
     integer, intent(in) :: points(2)
     logical, intent(out) :: fits
-    real(dp) :: x(points(1)), y(points(2)), parameters(size(variables)), norms(points(2), points(1)), &
-      & numbers(sampler%numbers())
-    integer :: i, j
+    real(dp) :: parameters(size(variables)), numbers(sampler%parts%numbers()), norms(2), reach
+    type(variable_type) :: lines(2)
+    integer :: i, j, axes
 
-    expansion%variables(:size(variables)) = variables
-    expansion%points = points
-    expansion%numbers = sampler%numbers()
-    allocate(expansion%values(points(2), expansion%numbers, points(1)))
-    x = chebyshev_points(points(1))
-    y = chebyshev_points(points(2))
-    do i = 1, points(1)
-      parameters(1) = variables(1)%parameter_of(x(i))
-      do j = 1, points(2)
-        if (size(variables) > 1) parameters(2) = variables(2)%parameter_of(y(j))
-        call sampler%sample(family, parameters, numbers, fits)
-        if (.not. fits) return
-        expansion%values(j, :, i) = numbers
+    axes = size(variables)
+    lines(:3 - axes) = variable_type()
+    lines(3 - axes:) = variables
+    expansion%variables = lines
+    expansion%points = merge(points, [1, points(1)], axes == 2)
+    expansion%numbers = size(numbers)
+    allocate(expansion%values(expansion%points(2), in_fours(expansion%numbers), expansion%points(1)), source=0.0_dp)
+    associate (x => chebyshev_points(expansion%points(1)), y => chebyshev_points(expansion%points(2)))
+      expansion%least = huge(norms)
+      reach = 1
+      do i = 1, size(x)
+        do j = 1, size(y)
+          parameters(1) = lines(1)%parameter_of(x(i))
+          parameters(axes) = lines(2)%parameter_of(y(j))
+          call sampler%sample(family, parameters, numbers, fits)
+          if (.not. fits) return
+          expansion%values(j, :expansion%numbers, i) = numbers
+          norms = [norm2(sampler%parts%phi(numbers)), norm2(sampler%parts%period(numbers))]
+          expansion%greatest = max(expansion%greatest, norms)
+          expansion%least = min(expansion%least, norms(1))
+          reach = max(reach, sampler%parts%reach(numbers))
+        end do
       end do
-    end do
-    norms = norm2(expansion%values, dim=2)
-    expansion%greatest(2) = maxval(norms)
-    norms = norm2(expansion%values(:, :sampler%states**2, :), dim=2)
-    expansion%greatest(1) = maxval(norms)
-    expansion%least = minval(norms)
-    expansion%rest = missing(expansion)
+    end associate
+    ! What the parts miss adds up in Phi(T).
+    expansion%rest = reach * sqrt(real(sampler%parts%parts, dp)) * missing(expansion)
   end subroutine expand
 
   !> An estimate of what the missing terms add up to: by the last two that are there, an even and an odd one, on both axes.
@@ -71,7 +79,7 @@ contains
     type(expansion_type), intent(in) :: expansion
     real(dp), parameter :: lebesgue = 4
     real(dp), allocatable :: coefficients(:, :)
-    real(dp) :: last(expansion%numbers, 2), term
+    real(dp) :: last(size(expansion%values, 2), 2), term
     integer :: i, n
 
     rest = 0
@@ -97,44 +105,52 @@ contains
     end if
   end function missing
 
-  !> The series for these values of the first parameter: its values at the points of the second axis, shape (points(2),
-  !> numbers, size(parameters)).
-  subroutine lines(self, parameters, values)
+  !> The factors of the values at the points of an axis at some parameters, eight side by side and the last one repeated; shape
+  !> (lanes, points, size(parameters) / lanes, rounded up).
+  pure function factors(self, axis, parameters)
     class(expansion_type), intent(in) :: self
+    integer, intent(in) :: axis
     real(dp), intent(in) :: parameters(:)
-    real(dp), allocatable, intent(out) :: values(:, :, :)
-    real(dp) :: to_lines(self%points(1), size(parameters))
+    real(dp), allocatable :: factors(:, :, :)
+    integer :: group, n, i
 
-    to_lines = transpose(interpolation(self%variables(1), parameters, self%points(1)))
-    allocate(values(self%points(2), self%numbers, size(parameters)))
-    call multiply(self%points(2) * self%numbers, size(parameters), self%points(1), self%values, to_lines, values)
-  end subroutine lines
+    n = self%points(axis)
+    allocate(factors(lanes, n, (size(parameters) + lanes - 1) / lanes))
+    associate (matrix => chebyshev_coefficients(n))
+      do group = 1, size(factors, 3)
+        associate (at => [(min(lanes * (group - 1) + i, size(parameters)), i = 1, lanes)])
+          factors(:, :, group) = matmul(chebyshev_values(self%variables(axis)%x_of(parameters(at)), n), matrix)
+        end associate
+      end do
+    end associate
+  end function factors
 
-  !> The series for one value of the first parameter and some of the second (none of it where there is one parameter), shape
-  !> (max(1, size(second)), numbers).
-  subroutine line(self, first, second, values)
+  !> The values at the points of the second axis, for the factors of those of the first; shape (points(2), in_fours(numbers)).
+  pure subroutine line(self, factors, values)
     class(expansion_type), intent(in) :: self
-    real(dp), intent(in) :: first, second(:)
-    real(dp), intent(out) :: values(:, :)
-    real(dp), allocatable :: at(:, :, :)
+    real(dp), intent(in) :: factors(:)
+    real(dp), contiguous, intent(out) :: values(:, :)
+    integer :: i
 
-    call self%lines([first], at)
-    if (size(second) == 0) then
-      values = at(:, :, 1)
-    else
-      values = matmul(interpolation(self%variables(2), second, self%points(2)), at(:, :, 1))
-    end if
+    values = 0
+    do i = 1, size(factors)
+      values = values + factors(i) * self%values(:, :, i)
+    end do
   end subroutine line
 
-  !> The matrix from values at n Chebyshev points to values at `parameters`, shape (size(parameters), n).
-  function interpolation(variable, parameters, n) result(matrix)
-    type(variable_type), intent(in) :: variable
+  !> The series at one point of the cell, shape (numbers).
+  pure function point(self, parameters) result(values)
+    class(expansion_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
-    integer, intent(in) :: n
-    real(dp), allocatable :: matrix(:, :)
+    real(dp) :: values(self%numbers)
+    real(dp) :: at(self%points(2), in_fours(self%numbers))
+    real(dp), allocatable :: first(:, :, :), second(:, :, :)
 
-    allocate(matrix(size(parameters), n))
-    call multiply(size(parameters), n, n, chebyshev_values(variable%x_of(parameters), n), chebyshev_coefficients(n), matrix)
-  end function interpolation
+    ! A single axis is the second; the first has one point.
+    first = self%factors(1, parameters(:1))
+    second = self%factors(2, parameters(size(parameters):))
+    call self%line(first(1, :, 1), at)
+    values = matmul(second(1, :, 1), at(:, :self%numbers))
+  end function point
 
 end module gestell_task_sweep_expansion

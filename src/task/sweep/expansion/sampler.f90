@@ -1,10 +1,11 @@
-!> The motion over a period as numbers that depend smoothly on the parameters: Phi(T), and where the periodic vibration is
-!> asked for x_p(T), and Phi(t) and x_p(t) of the positions at equidistant times. All are in balanced units; x_p in a unit of
-!> its own, and the numbers at the times between are divided by the root of how many they are, so that norms compare.
+!> The motion over a period as numbers that depend smoothly on the parameters: those of its parts (`parts_type`), integrated in
+!> the same way for every member of a family.
 module gestell_task_sweep_expansion_sampler
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_period_period_map, only: motions, period_map
+  use gestell_math_fourier, only: transform_matrix
+  use gestell_math_matrix, only: balanced
+  use gestell_floquet_period_period_map, only: motions
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -14,6 +15,7 @@ module gestell_task_sweep_expansion_sampler
   use gestell_study_family, only: family_type, take_member
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_periodic, only: periodic_system
+  use gestell_task_sweep_expansion_parts, only: parts_type
   implicit none (type, external)
   private
 
@@ -22,21 +24,22 @@ module gestell_task_sweep_expansion_sampler
   !> Integrates every member of a family in the same way: only then the errors of integration are smooth too.
   type, public :: sampler_type
     class(method_type), allocatable :: method
-    integer :: steps = 0, states = 0
+    integer :: steps = 0
+    !> What the numbers are.
+    type(parts_type) :: parts
     !> Units that balance the states, shape (n).
     real(dp), allocatable :: scale(:)
     !> Bound on the relative error of the numbers by integration and rounding, where it was measured.
     real(dp) :: error = 0
     !> Solutions computed so far.
     integer :: solutions = 0
-    !> Times within a period at which the periodic vibration is wanted; zero: it is not. Unit of x_p.
+    !> Times within a period at which the periodic vibration is wanted; zero: it is not. From these to harmonics. Unit of x_p.
     integer :: times = 0
+    real(dp), allocatable :: transform(:, :)
     real(dp) :: unit = 1
     !> Which of xi, eta, psi the positions are.
     integer, allocatable :: free(:)
   contains
-    procedure :: numbers
-    procedure :: numbers_of_period
     procedure :: sample
     procedure :: check
   end type sampler_type
@@ -48,23 +51,28 @@ module gestell_task_sweep_expansion_sampler
   real(dp), parameter :: rounded = 16 * epsilon(1.0_dp)
   !> Times within a period for which expansions pay.
   integer, parameter :: most_times = 256
+  !> Parts of a period at the most; terms of a series that does not turn, a solution in what a term of a part costs at a point, and
+  !> what composing costs beside the terms.
+  integer, parameter :: most_parts = 16
+  real(dp), parameter :: least_terms = 17, solution = 20000, composition = 6
 
 contains
 
-  !> A sampler that is accurate at the parameters `corners`, shape (parameters, corners): with the steps of the most
-  !> demanding of them. `forced`: with the periodic vibration. `fits` is false where there is none.
-  subroutine new_sampler(sampler, family, corners, accuracy, forced, fits)
+  !> A sampler for a cell of `points` points that is accurate at the parameters `corners`, shape (parameters, corners): with the
+  !> steps of the most demanding of them. `forced`: with the periodic vibration. `fits` is false where there is none.
+  subroutine new_sampler(sampler, family, corners, accuracy, forced, points, fits)
     type(sampler_type), intent(out) :: sampler
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: corners(:, :)
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
+    integer, intent(in) :: points
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
     type(monodromy_type) :: monodromy
     type(error_type), allocatable :: error
     real(dp), allocatable :: scale(:)
-    real(dp) :: turns, work, most
+    real(dp) :: turns(size(corners, 2)), work, most
     integer :: k
 
     fits = .false.
@@ -72,13 +80,12 @@ contains
     do k = 1, size(corners, 2)
       call take_member(family, corners(:, k), system, error)
       if (allocated(error)) return
-      call survey(system, scale, turns, error)
+      call survey(system, scale, turns(k), error)
       if (allocated(error)) return
-      if (turns > most_turns .or. (k > 1 .and. system%states /= sampler%states)) return
+      if (turns(k) > most_turns .or. (k > 1 .and. system%states /= size(sampler%scale))) return
       call solve_monodromy(system, sharper(accuracy), forced, monodromy, error)
       sampler%solutions = sampler%solutions + 1
       if (allocated(error)) return
-      sampler%states = system%states
       sampler%error = max(sampler%error, monodromy%error / monodromy%norm)
       if (k == 1) sampler%scale = scale
       if (forced) then
@@ -96,13 +103,70 @@ contains
       if (allocated(sampler%method)) deallocate(sampler%method)
       allocate(sampler%method, source=monodromy%method)
     end do
-    if (forced) then
-      fits = sampler%unit > 0 .and. sampler%times <= most_times
-      sampler%steps = sampler%times * ((sampler%steps - 1) / sampler%times + 1)
-    else
-      fits = .true.
-    end if
+    if (forced .and. .not. (sampler%unit > 0 .and. sampler%times <= most_times)) return
+    sampler%transform = transform_matrix(sampler%times)
+    call choose_parts(sampler, turns, allocated(system%breaks), points)
+    call weigh(sampler, family, corners, fits)
   end subroutine new_sampler
+
+  !> Parts of the period, and steps that end with them and with the times that are wanted. `turns`: what vibrations turn by at the
+  !> corners.
+  pure subroutine choose_parts(sampler, turns, breaks, points)
+    type(sampler_type), intent(inout) :: sampler
+    real(dp), intent(in) :: turns(:)
+    logical, intent(in) :: breaks
+    integer, intent(in) :: points
+    integer :: equal
+
+    associate (parts => sampler%parts)
+      parts%states = size(sampler%scale)
+      parts%forced = sampler%times > 0
+      parts%parts = 1
+      ! Between breaks steps are not of one length.
+      if (.not. breaks) parts%parts = cheapest_parts((maxval(turns) - minval(turns)) / 2, points, sampler%times)
+      equal = max(sampler%times, parts%parts)
+      parts%between = equal / parts%parts - 1
+    end associate
+    sampler%steps = equal * ((sampler%steps - 1) / equal + 1)
+  end subroutine choose_parts
+
+  !> The number of parts with which `points` points cost the least; it divides `times`, where these are wanted. Along an axis the
+  !> angle of the fastest vibration at the end of the period changes by `half_turn` to both sides: cos(z + x h) has about h terms
+  !> (Bessel's J_k(h)) and some more.
+  pure integer function cheapest_parts(half_turn, points, times) result(cheapest)
+    real(dp), intent(in) :: half_turn
+    integer, intent(in) :: points, times
+    real(dp) :: terms, cost, least
+    integer :: parts
+
+    cheapest = 1
+    least = huge(least)
+    do parts = 1, most_parts
+      if (mod(times, parts) /= 0) cycle
+      terms = least_terms + half_turn / parts
+      cost = solution * min(terms**2, real(points, dp)) + points * parts * (terms + composition)
+      if (cost >= least) cycle
+      least = cost
+      cheapest = parts
+    end do
+  end function cheapest_parts
+
+  !> Weights of the parts by what becomes of errors at the corners.
+  subroutine weigh(sampler, family, corners, fits)
+    type(sampler_type), intent(inout) :: sampler
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: corners(:, :)
+    logical, intent(out) :: fits
+    real(dp) :: values(sampler%parts%numbers(), size(corners, 2))
+    integer :: k
+
+    allocate(sampler%parts%of_map(sampler%parts%parts), sampler%parts%of_times(sampler%parts%parts), source=1.0_dp)
+    do k = 1, size(corners, 2)
+      call sampler%sample(family, corners(:, k), values(:, k), fits)
+      if (.not. fits) return
+    end do
+    call sampler%parts%set_weights(values)
+  end subroutine weigh
 
   !> An eighth of the tolerance for the integration: most of it is left to the expansion.
   pure type(accuracy_type) function sharper(accuracy)
@@ -144,23 +208,7 @@ contains
     end select
   end subroutine look_at_vibration
 
-  !> How many numbers there are.
-  pure integer function numbers(self)
-    class(sampler_type), intent(in) :: self
-
-    numbers = self%numbers_of_period()
-    if (self%times > 0) numbers = numbers + (self%times - 1) * (self%states / 2) * (self%states + 1)
-  end function numbers
-
-  !> How many of them, the first ones, belong to the end of the period.
-  pure integer function numbers_of_period(self) result(numbers)
-    class(sampler_type), intent(in) :: self
-
-    numbers = self%states**2
-    if (self%times > 0) numbers = numbers + self%states
-  end function numbers_of_period
-
-  !> The numbers at these parameters, in balanced units. `fits` is false where there are none.
+  !> The numbers at these parameters, weighted. `fits` is false where there are none.
   subroutine sample(self, family, parameters, values, fits)
     class(sampler_type), intent(inout) :: self
     class(family_type), intent(in) :: family
@@ -169,24 +217,18 @@ contains
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
     type(error_type), allocatable :: error
-    real(dp) :: phi(self%states, self%states)
-    real(dp), allocatable :: maps(:, :, :)
+    real(dp) :: maps(size(self%scale), self%parts%columns(), self%parts%parts * (self%parts%between + 1))
 
     fits = .false.
     values = 0
     call take_member(family, parameters, system, error)
     if (allocated(error)) return
-    if (system%states /= self%states .or. system%least_steps > self%steps) return
+    if (system%states /= size(self%scale) .or. system%least_steps > self%steps) return
+    if (allocated(system%breaks) .and. size(maps, 3) > 1) return
     self%solutions = self%solutions + 1
-    if (self%times == 0) then
-      call period_map(system, self%method, mesh(system, self%steps), self%scale, phi, error)
-      if (.not. allocated(error)) values = balanced_numbers(self, phi)
-    else
-      allocate(maps(self%states, self%states + 1, self%times))
-      call motions(system, self%method, mesh(system, self%steps), maps, error)
-      if (.not. allocated(error)) values = motion_numbers(self, maps)
-    end if
+    call motions(system, self%method, mesh(system, self%steps), self%parts%parts, maps, error)
     fits = .not. allocated(error)
+    if (fits) values = self%parts%weighted(numbers_of(self, maps))
   end subroutine sample
 
   !> The numbers of the period from a solution of their own, with a bound on its error relative to their norms.
@@ -200,47 +242,47 @@ contains
     class(periodic_system), allocatable :: system
     type(monodromy_type) :: monodromy
     type(error_type), allocatable :: error
+    integer :: n
 
     fits = .false.
     values = 0
     bound = 0
     call take_member(family, parameters, system, error)
-    if (.not. allocated(error)) call solve_monodromy(system, accuracy, self%times > 0, monodromy, error)
+    if (.not. allocated(error)) call solve_monodromy(system, accuracy, self%parts%forced, monodromy, error)
     self%solutions = self%solutions + 1
     if (allocated(error)) return
-    if (size(monodromy%phi, 1) /= self%states) return
-    values(:self%states**2) = balanced_numbers(self, monodromy%phi)
+    n = size(self%scale)
+    if (size(monodromy%phi, 1) /= n) return
+    values(:n**2) = reshape(balanced(monodromy%phi, self%scale), [n**2])
     bound = monodromy%error / monodromy%norm
-    if (self%times > 0) values(self%states**2 + 1:) = monodromy%xp / (self%scale * self%unit)
+    if (self%parts%forced) values(n**2 + 1:) = monodromy%xp / (self%scale * self%unit)
     fits = .true.
   end subroutine check
 
-  pure function balanced_numbers(self, phi) result(values)
+  !> The numbers of maps that begin with each part, shape (n, columns, parts * (between + 1)).
+  pure function numbers_of(self, maps) result(values)
     class(sampler_type), intent(in) :: self
-    real(dp), intent(in) :: phi(:, :)
-    real(dp) :: values(size(phi))
-    integer :: i, j
+    real(dp), contiguous, intent(in) :: maps(:, :, :)
+    real(dp) :: values(self%parts%numbers())
+    real(dp) :: unit(size(maps, 1), size(maps, 2))
+    integer :: n, k, i, at, time
 
-    values = [((phi(i, j) * (self%scale(j) / self%scale(i)), i = 1, self%states), j = 1, self%states)]
-  end function balanced_numbers
-
-  pure function motion_numbers(self, maps) result(values)
-    class(sampler_type), intent(in) :: self
-    real(dp), intent(in) :: maps(:, :, :)
-    real(dp) :: values(numbers(self))
-    real(dp) :: units(self%states + 1), between(self%states / 2, self%states + 1, self%times - 1)
-    integer :: n, i, j
-
-    n = self%states
-    units = [1 / self%scale, self%unit]
-    values(:n**2) = balanced_numbers(self, maps(:, :n, self%times))
-    values(n**2 + 1:n**2 + n) = maps(:, n + 1, self%times) / (self%scale * self%unit)
-    do j = 1, n + 1
-      do i = 1, n / 2
-        between(i, j, :) = maps(i, j, :self%times - 1) / (self%scale(i) * units(j) * sqrt(real(self%times, dp)))
+    n = size(maps, 1)
+    ! D^-1 A D and D^-1 b / unit.
+    unit = spread(1 / self%scale, 2, size(maps, 2))
+    unit(:, :n) = unit(:, :n) * spread(self%scale, 1, n)
+    unit(:, n + 1:) = unit(:, n + 1:) / self%unit
+    associate (parts => self%parts)
+      do k = 1, parts%parts
+        at = parts%map_at(k)
+        values(at:at + size(unit) - 1) = reshape(unit * maps(:, :, k * (parts%between + 1)), [size(unit)])
+        do i = 1, parts%between
+          at = parts%times_at(k, i)
+          time = (k - 1) * (parts%between + 1) + i
+          values(at:at + n / 2 * size(unit, 2) - 1) = reshape(unit(:n / 2, :) * maps(:n / 2, :, time), [n / 2 * size(unit, 2)])
+        end do
       end do
-    end do
-    values(n**2 + n + 1:) = reshape(between, [size(between)])
-  end function motion_numbers
+    end associate
+  end function numbers_of
 
 end module gestell_task_sweep_expansion_sampler

@@ -1,0 +1,234 @@
+!> The motion over a period as numbers: the maps of its parts, x -> A_k x + b_k in balanced units (b_k where the periodic vibration
+!> is asked for, in a unit of its own), and of the times within a part what the positions are of the state at its beginning.
+!> A part turns the vibrations by less than the period does: so much shorter are series in the parameters.
+!>
+!> An error of A_k reaches the state at the beginning of part j as A_(j-1) ... A_(k+1) times it times the state before. The numbers
+!> of a part are multiplied by a weight as great as the norms of both factors: so errors, and terms that are missing of a
+!> series, count by what becomes of them.
+module gestell_task_sweep_expansion_parts
+  use gestell_base_kinds, only: dp
+  use gestell_math_lane_products, only: multiply
+  use gestell_math_matrix, only: unit_matrix
+  implicit none (type, external)
+  private
+
+  !> `states` states, and one column more than them where `forced`. Numbers: part after part, A_k column by column, b_k, then the
+  !> same for the positions at each of the `between` times within the part. Weights of the maps and of the times, shape (parts).
+  type, public :: parts_type
+    integer :: states = 0, parts = 1, between = 0
+    logical :: forced = .false.
+    real(dp), allocatable :: of_map(:), of_times(:)
+  contains
+    procedure :: columns
+    procedure :: numbers
+    procedure :: numbers_of_period
+    procedure :: map_at
+    procedure :: times_at
+    procedure :: set_weights
+    procedure :: weighted
+    procedure :: period
+    procedure :: phi
+    procedure :: reach
+    procedure :: compose
+  end type parts_type
+
+contains
+
+  pure integer function columns(self)
+    class(parts_type), intent(in) :: self
+
+    columns = self%states + merge(1, 0, self%forced)
+  end function columns
+
+  !> How many numbers there are.
+  pure integer function numbers(self)
+    class(parts_type), intent(in) :: self
+
+    numbers = self%times_at(self%parts + 1, 1) - 1 - self%states * self%columns()
+  end function numbers
+
+  !> How many there are of Phi(T) and x_p(T).
+  pure integer function numbers_of_period(self)
+    class(parts_type), intent(in) :: self
+
+    numbers_of_period = self%states * self%columns()
+  end function numbers_of_period
+
+  !> The first number of the map of a part.
+  pure integer function map_at(self, part)
+    class(parts_type), intent(in) :: self
+    integer, intent(in) :: part
+
+    map_at = self%times_at(part, 1) - self%states * self%columns()
+  end function map_at
+
+  !> The first number of a time within a part.
+  pure integer function times_at(self, part, time)
+    class(parts_type), intent(in) :: self
+    integer, intent(in) :: part, time
+
+    times_at = 1 + self%columns() * (part * self%states + ((part - 1) * self%between + time - 1) * (self%states / 2))
+  end function times_at
+
+  !> The weights that these numbers without weights need, shape (numbers, samples).
+  pure subroutine set_weights(self, values)
+    class(parts_type), intent(inout) :: self
+    real(dp), intent(in) :: values(:, :)
+    real(dp), dimension(self%parts) :: of_map, of_times
+    integer :: k
+
+    self%of_map = 0
+    self%of_times = 0
+    do k = 1, size(values, 2)
+      call find_weights(self, values(:, k), of_map, of_times)
+      self%of_map = max(self%of_map, of_map)
+      self%of_times = max(self%of_times, of_times)
+    end do
+  end subroutine set_weights
+
+  !> Numbers with their weights, shape (numbers).
+  pure function weighted(self, values)
+    class(parts_type), intent(in) :: self
+    real(dp), intent(in) :: values(:)
+    real(dp) :: weighted(size(values))
+    integer :: k
+
+    do k = 1, self%parts
+      associate (at => self%map_at(k), next => self%times_at(k, 1), last => self%map_at(k + 1) - 1)
+        weighted(at:next - 1) = self%of_map(k) * values(at:next - 1)
+        weighted(next:last) = self%of_times(k) * values(next:last)
+      end associate
+    end do
+  end function weighted
+
+  !> Phi(T) column by column and x_p(T), of weighted numbers; shape (numbers_of_period).
+  pure function period(self, values)
+    class(parts_type), intent(in) :: self
+    real(dp), intent(in) :: values(:)
+    real(dp) :: period(self%numbers_of_period())
+    real(dp) :: motion(self%states, self%columns())
+    integer :: k
+
+    motion = unit_motion(self)
+    do k = 1, self%parts
+      motion = moved(self, map_of(self, k, values) / self%of_map(k), motion)
+    end do
+    period = reshape(motion, [size(motion)])
+  end function period
+
+  !> Phi(T) of weighted numbers, shape (states, states).
+  pure function phi(self, values)
+    class(parts_type), intent(in) :: self
+    real(dp), intent(in) :: values(:)
+    real(dp) :: phi(self%states, self%states)
+
+    associate (period => self%period(values))
+      phi = reshape(period(:size(phi)), shape(phi))
+    end associate
+  end function phi
+
+  !> By how much the weights are too small for these weighted numbers: 1, or more.
+  pure real(dp) function reach(self, values)
+    class(parts_type), intent(in) :: self
+    real(dp), intent(in) :: values(:)
+    real(dp), dimension(self%parts) :: of_map, of_times
+    type(parts_type) :: without
+    integer :: k
+
+    without = self
+    without%of_map = 1 / self%of_map
+    without%of_times = 1 / self%of_times
+    call find_weights(self, without%weighted(values), of_map, of_times)
+    reach = 1
+    do k = 1, self%parts
+      reach = max(reach, of_map(k) / self%of_map(k))
+      if (self%between > 0) reach = max(reach, of_times(k) / self%of_times(k))
+    end do
+  end function reach
+
+  !> What the weights of these numbers without weights would be.
+  pure subroutine find_weights(self, values, of_map, of_times)
+    class(parts_type), intent(in) :: self
+    real(dp), intent(in) :: values(:)
+    real(dp), intent(out) :: of_map(:), of_times(:)
+    real(dp) :: before(self%states, self%columns()), after(self%states, self%states)
+    integer :: k, j
+
+    before = unit_motion(self)
+    do k = 1, self%parts
+      of_times(k) = hypot(norm_bound(before), merge(1.0_dp, 0.0_dp, self%forced))
+      after = unit_matrix(self%states)
+      of_map(k) = merge(1.0_dp, 0.0_dp, self%forced .or. k == self%parts)
+      do j = k + 1, self%parts
+        associate (map => map_of(self, j, values))
+          after = matmul(map(:, :self%states), after)
+        end associate
+        if (self%forced .or. j == self%parts) of_map(k) = max(of_map(k), norm_bound(after))
+      end do
+      of_map(k) = max(of_map(k) * of_times(k), tiny(1.0_dp))
+      before = moved(self, map_of(self, k, values), before)
+    end do
+    ! Norms of what is told at few times or at many compare.
+    of_times = max(of_times, tiny(1.0_dp)) / sqrt(real(self%parts * self%between + 1, dp))
+  end subroutine find_weights
+
+  !> A bound on |M|, the norm as an operator, at most the root of the number of rows or columns above it; 1 for E.
+  pure real(dp) function norm_bound(matrix)
+    real(dp), intent(in) :: matrix(:, :)
+
+    norm_bound = sqrt(maxval(sum(abs(matrix), dim=1)) * maxval(sum(abs(matrix), dim=2)))
+  end function norm_bound
+
+  !> [E 0].
+  pure function unit_motion(self) result(motion)
+    class(parts_type), intent(in) :: self
+    real(dp) :: motion(self%states, self%columns())
+
+    motion = 0
+    motion(:, :self%states) = unit_matrix(self%states)
+  end function unit_motion
+
+  pure function map_of(self, part, values) result(map)
+    class(parts_type), intent(in) :: self
+    integer, intent(in) :: part
+    real(dp), intent(in) :: values(:)
+    real(dp) :: map(self%states, self%columns())
+
+    associate (at => self%map_at(part))
+      map = reshape(values(at:at + size(map) - 1), shape(map))
+    end associate
+  end function map_of
+
+  !> [A Phi, A x + b] for the motion [Phi x].
+  pure function moved(self, map, motion)
+    class(parts_type), intent(in) :: self
+    real(dp), intent(in) :: map(:, :), motion(:, :)
+    real(dp) :: moved(self%states, self%columns())
+
+    associate (n => self%states)
+      moved = matmul(map(:, :n), motion)
+      moved(:, n + 1:) = moved(:, n + 1:) + map(:, n + 1:)
+    end associate
+  end function moved
+
+  !> [Phi x_p] at the ends of all parts, shape (lanes, states, columns, 0:parts), of weighted numbers of eight machines, shape
+  !> (lanes, numbers).
+  pure subroutine compose(self, values, motion)
+    class(parts_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: values(:, :)
+    real(dp), contiguous, intent(out) :: motion(:, :, :, 0:)
+    integer :: n, k, i, at
+
+    n = self%states
+    motion(:, :, :, 0) = 0
+    do i = 1, n
+      motion(:, i, i, 0) = 1
+    end do
+    do k = 1, self%parts
+      at = self%map_at(k)
+      call multiply(n, self%columns(), 1 / self%of_map(k), values(:, at:), motion(:, :, :, k - 1), motion(:, :, :, k))
+      if (self%forced) motion(:, :, n + 1, k) = motion(:, :, n + 1, k) + values(:, at + n * n:at + n * (n + 1) - 1) / self%of_map(k)
+    end do
+  end subroutine compose
+
+end module gestell_task_sweep_expansion_parts

@@ -1,0 +1,224 @@
+!> The parts of a period in which an expansion has the motion: they make the period, and their weights tell of errors.
+module test_period_parts
+  use checks, only: check_success, check_that
+  use families, only: machine_family, oscillator_family
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_math_lane_products, only: combine, in_fours, multiply
+  use gestell_math_lanes, only: lanes
+  use gestell_math_matrix, only: balanced
+  use gestell_study_family, only: family_type
+  use gestell_system_periodic, only: periodic_system
+  use gestell_task_sweep_expansion, only: expand, expansion_type
+  use gestell_task_sweep_expansion_parts, only: parts_type
+  use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type
+  use gestell_task_sweep_expansion_variable, only: variable_type
+  use sweeps, only: new_family
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_period_parts
+
+contains
+
+  subroutine collect_period_parts(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("products in lanes", test_products), &
+      & new_unittest("parts make the period", test_period), &
+      & new_unittest("errors count by what becomes of them", test_weights), &
+      & new_unittest("as many parts as pay", test_choice), &
+      & new_unittest("what is missing of a series", test_rest)]
+  end subroutine collect_period_parts
+
+  !> Against the compiler's own products.
+  subroutine test_products(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 5, columns = 3, numbers = 6
+    real(dp) :: a(lanes, n, n), b(lanes, n, columns), c(lanes, n, columns), factors(lanes, n), terms(n, in_fours(numbers)), &
+      & values(lanes, in_fours(numbers))
+    integer :: lane, i
+
+    a = reshape(sin([(1.3_dp * i, i = 1, size(a))]), shape(a))
+    b = reshape(sin([(2.1_dp * i, i = 1, size(b))]), shape(b))
+    factors = reshape(sin([(3.7_dp * i, i = 1, size(factors))]), shape(factors))
+    terms = reshape(sin([(4.9_dp * i, i = 1, size(terms))]), shape(terms))
+    call multiply(n, columns, 0.5_dp, a, b, c)
+    call combine(n, in_fours(numbers), factors, terms, values)
+    do lane = 1, lanes
+      ! Roundings of five terms below 1.
+      call check_that(error, maxval(abs(c(lane, :, :) - matmul(a(lane, :, :), b(lane, :, :)) / 2)), "<", 1.0e-14_dp, "A B / 2")
+      call check_that(error, maxval(abs(values(lane, :) - matmul(factors(lane, :), terms))), "<", 1.0e-14_dp, "sums")
+      if (allocated(error)) return
+    end do
+    call check_that(error, [in_fours(0), in_fours(1), in_fours(4), in_fours(5)], "==", [0, 4, 4, 8], "multiples of four")
+  end subroutine test_products
+
+  !> Phi(T) and x_p(T) of the paper's machine at a corner that has many parts and at one with few, by one number after the other
+  !> and in lanes, against a solution of its own to 1e-12.
+  subroutine test_period(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: corners(2, 4) = reshape([60.0_dp, 1.0_dp, 500.0_dp, 1.0_dp, 490.0_dp, 1.0_dp, 500.0_dp, 1.01_dp], &
+      & [2, 4])
+    type(machine_family) :: family
+    type(sampler_type) :: sampler
+    real(dp), allocatable :: numbers(:), motion(:, :, :, :), right(:), filled(:, :)
+    integer :: parts(4), k, n
+    logical :: fits, forced
+
+    call new_family(family, error)
+    if (allocated(error)) return
+    do k = 1, 4
+      forced = mod(k, 2) == 0
+      associate (pair => corners(:, 2 * ((k - 1) / 2) + 1:2 * ((k - 1) / 2) + 2))
+        call new_sampler(sampler, family, pair, accuracy_type(tolerance=1.0e-12_dp), forced, 20000, fits)
+        call check_that(error, fits, "==", .true., "a sampler")
+        if (allocated(error)) return
+        parts(k) = sampler%parts%parts
+        n = sampler%parts%states
+        if (allocated(numbers)) deallocate(numbers, motion)
+        allocate(numbers(sampler%parts%numbers()), motion(lanes, n, sampler%parts%columns(), 0:parts(k)))
+        call sampler%sample(family, pair(:, 2), numbers, fits)
+        call own_numbers(family, pair(:, 2), sampler, right, error)
+      end associate
+      if (allocated(error)) return
+      ! Balanced numbers of size 1 that are solved to 1e-12 of their norm twice, in 16 parts.
+      call check_that(error, maxval(abs(sampler%parts%period(numbers) - right)), "<", 1.0e-11_dp, "the period of its parts")
+      filled = spread(numbers, 1, lanes)
+      call sampler%parts%compose(filled, motion)
+      call check_that(error, maxval(abs(reshape(motion(lanes, :, :, parts(k)), [size(right)]) - right)), "<", 1.0e-11_dp, &
+        & "the period in lanes")
+      if (allocated(error)) return
+    end do
+    call check_that(error, parts(1:2), ">", 4, "parts where vibrations turn by much")
+    call check_that(error, parts(3:4), "<=", 4, "parts where they turn by little")
+  end subroutine test_period
+
+  !> Phi(T), and x_p(T) where there are loads, by a solution of their own in the units of a sampler.
+  subroutine own_numbers(family, parameters, sampler, numbers, error)
+    class(family_type), intent(in) :: family
+    real(dp), intent(in) :: parameters(:)
+    type(sampler_type), intent(in) :: sampler
+    real(dp), allocatable, intent(out) :: numbers(:)
+    type(error_type), allocatable, intent(out) :: error
+    class(periodic_system), allocatable :: system
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+
+    call family%member(parameters, system, failure)
+    if (.not. allocated(failure)) call solve_monodromy(system, accuracy_type(tolerance=1.0e-12_dp), sampler%parts%forced, &
+      & monodromy, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    numbers = reshape(balanced(monodromy%phi, sampler%scale), [size(monodromy%phi)])
+    if (sampler%parts%forced) numbers = [numbers, monodromy%xp / (sampler%scale * sampler%unit)]
+  end subroutine own_numbers
+
+  !> Oscillators from weak to overcritical damping, where Phi(t) falls within the period by e^(d pi): whatever part an error is in,
+  !> Phi(T) is wrong by no more than its weighted size, times the root of the number of parts where all have one; and for the
+  !> worst direction not by much less.
+  subroutine test_weights(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: small = 1.0e-7_dp, damping(3) = [0.01_dp, 1.0_dp, 6.0_dp]
+    type(oscillator_family) :: family
+    type(sampler_type) :: sampler
+    real(dp), allocatable :: numbers(:), wrong(:)
+    real(dp) :: moved, worst
+    integer :: d, k, i
+    logical :: fits
+
+    do d = 1, size(damping)
+      call new_sampler(sampler, family, reshape([damping(d), 1.0_dp, damping(d), 4000.0_dp], [2, 2]), &
+        & accuracy_type(tolerance=1.0e-10_dp), .false., 20000, fits)
+      call check_that(error, fits .and. sampler%parts%parts > 4, "==", .true., "a sampler of many parts")
+      if (allocated(error)) return
+      if (allocated(numbers)) deallocate(numbers)
+      allocate(numbers(sampler%parts%numbers()))
+      call sampler%sample(family, [damping(d), 4000.0_dp], numbers, fits)
+      call check_that(error, abs(sampler%parts%reach(numbers) - 1), "<", 1.0e-12_dp, "reach at a corner")
+      do k = 1, sampler%parts%parts
+        worst = 0
+        do i = 0, 3
+          wrong = numbers
+          wrong(sampler%parts%map_at(k) + i) = wrong(sampler%parts%map_at(k) + i) + small
+          moved = norm2(sampler%parts%phi(wrong) - sampler%parts%phi(numbers)) / small
+          worst = max(worst, moved)
+          ! Roundings of Phi(T), which is 1 at the most, over `small`.
+          call check_that(error, moved, "<=", 1 + 1.0e-7_dp, "an error counts for more than its weight")
+          if (allocated(error)) return
+        end do
+        ! The weights are for the worse of both corners, and bounds of norms are twice too great at the most.
+        if (d == 1) call check_that(error, worst, ">", 0.2_dp, "weights say nothing")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_weights
+
+  !> A single part where vibrations do not turn, and no more than 16 whatever they do.
+  subroutine test_choice(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(oscillator_family) :: family
+    type(sampler_type) :: sampler
+    type(parts_type) :: all
+    logical :: fits
+
+    call new_sampler(sampler, family, reshape([0.1_dp, 1.0_dp, 0.1_dp, 1.1_dp], [2, 2]), accuracy_type(), .false., 10000, fits)
+    call check_that(error, sampler%parts%parts, "==", 1, "parts where nothing turns")
+    call new_sampler(sampler, family, reshape([0.1_dp, 1.0_dp, 0.1_dp, 40000.0_dp], [2, 2]), accuracy_type(), .false., 20000, &
+      & fits)
+    call check_that(error, sampler%parts%parts, "==", 16, "parts where much does")
+    all = parts_type(states=6, parts=8, between=3, forced=.true.)
+    ! Maps of 6 x 7, and three times of 3 x 7 in each part.
+    call check_that(error, [all%numbers(), all%numbers_of_period(), all%map_at(2), all%times_at(8, 3)], "==", &
+      & [8 * (42 + 3 * 21), 42, 106, 8 * (42 + 3 * 21) - 20], "numbers")
+  end subroutine test_choice
+
+  !> Series of the oscillators' Phi with 8 to 20 terms on both axes, of the whole period and of parts of it: what they miss between
+  !> their points is at most what they say, and not very much less: terms fall up to thirtyfold from one to the next, and by as
+  !> much more as there are parts.
+  subroutine test_rest(error)
+    type(error_type), allocatable, intent(out) :: error
+    ! The more points a cell has the more parts pay, if there are many points at all.
+    integer, parameter :: cells(2) = [1, 10000]
+    type(oscillator_family) :: family
+    type(sampler_type) :: sampler
+    type(expansion_type) :: expansion
+    type(variable_type) :: variables(2)
+    real(dp), allocatable :: right(:)
+    real(dp) :: p(2), miss, fall
+    integer :: n, i, k
+    logical :: fits
+
+    variables = [variable_type(0.1_dp, 1.0_dp), variable_type(1.0_dp, 30.0_dp)]
+    do k = 1, 2
+      call new_sampler(sampler, family, reshape([0.1_dp, 30.0_dp, 1.0_dp, 1.0_dp], [2, 2]), &
+        & accuracy_type(tolerance=1.0e-13_dp), .false., cells(k), fits)
+      call check_that(error, fits, "==", .true., "samples")
+      call check_that(error, sampler%parts%parts > 1, "==", k == 2, "parts of the period")
+      if (allocated(error)) return
+      if (allocated(right)) deallocate(right)
+      allocate(right(sampler%parts%numbers()))
+      fall = 30.0_dp * sampler%parts%parts
+      do n = 8, 20, 3
+        call expand(expansion, sampler, family, variables, [n, n], fits)
+        miss = 0
+        do i = 1, 200
+          p = [0.1_dp + 0.9_dp * modulo(0.618_dp * i, 1.0_dp), 1 + 29 * modulo(0.414_dp * i, 1.0_dp)]
+          call sampler%sample(family, p, right, fits)
+          miss = max(miss, norm2(sampler%parts%phi(expansion%point(p)) - sampler%parts%phi(right)))
+        end do
+        ! Roundings of the sum of the terms.
+        call check_that(error, miss, "<=", expansion%rest + 1.0e-13_dp, "more is missing than is said")
+        if (allocated(error)) return
+        ! Four times two axes' last two terms beside the next one.
+        call check_that(error, expansion%rest, "<=", 10 * sqrt(fall / 30) * (fall + fall**2) * miss + 1.0e-11_dp, &
+          & "what is said says nothing")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_rest
+
+end module test_period_parts
