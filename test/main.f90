@@ -26,6 +26,7 @@ program main
   use test_composition, only: collect_composition
   use test_cost, only: collect_cost
   use test_data, only: collect_data
+  use test_digits, only: collect_digits
   use test_door, only: collect_door
   use test_drive, only: collect_drive
   use test_exact, only: collect_exact
@@ -156,6 +157,7 @@ program main
     & new_testsuite("forces", collect_forces), &
     & new_testsuite("forces-limits", collect_forces_limits), &
     & new_testsuite("probes", collect_probes), &
+    & new_testsuite("digits", collect_digits), &
     & new_testsuite("door", collect_door), &
     & new_testsuite("drive", collect_drive), &
     & new_testsuite("exact", collect_exact), &

@@ -1,8 +1,10 @@
 !> Numbers as text. No function here has a result of deferred length: gfortran keeps such a length in static memory at
 !> the place of the call, which threads then share.
 module gestell_base_text
+  use gestell_base_decimal, only: round_to_digits, round_to_places
   use gestell_base_kinds, only: dp
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -28,24 +30,33 @@ contains
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
     character(len=40) :: buffer, layout
+    integer(int64) :: whole
     integer :: exponent, last
+    logical :: decided
 
     if (.not. ieee_is_finite(value)) then
       write (line, "(g0)") value
       line = adjustl(line)
       return
     end if
-    write (layout, "(a, i0, a)") "(es40.", digits - 1, "e4)"
-    write (buffer, layout) value
-    read (buffer(36:), "(i5)") exponent
+    call round_to_digits(value, digits, whole, exponent, decided)
+    if (decided) then
+      call put_decimal(whole, digits - 1, buffer)
+    else
+      write (layout, "(a, i0, a)") "(es40.", digits - 1, "e4)"
+      write (buffer, layout) abs(value)
+      read (buffer(36:), "(i5)") exponent
+      buffer = adjustl(buffer(:index(buffer, "E") - 1))
+    end if
     if (exponent >= -4 .and. exponent < max(digits, 6)) then
       line = fixed_line(value, max(0, digits - 1 - exponent))
       if (index(line, ".") > 0) call drop_zeros(line)
     else
-      last = index(buffer, "E") - 1
-      line = adjustl(buffer(:last))
+      line = buffer
       call drop_zeros(line)
-      line = trim(line) // "e" // integer_line(exponent)
+      last = len_trim(line)
+      line(last + 1:) = "e" // integer_line(exponent)
+      if (value < 0) line = "-" // line(:longest - 1)
     end if
   end function concise_line
 
@@ -53,7 +64,15 @@ contains
     real(dp), intent(in) :: value
     integer, intent(in) :: decimals
     character(len=16) :: layout
+    integer(int64) :: whole
+    logical :: decided
 
+    call round_to_places(value, decimals, whole, decided)
+    if (decided) then
+      call put_decimal(whole, decimals, line)
+      if (value < 0 .and. whole > 0) line = "-" // line(:longest - 1)
+      return
+    end if
     write (layout, "(a, i0, a)") "(f350.", decimals, ")"
     write (line, layout) value
     line = adjustl(line)
@@ -66,8 +85,34 @@ contains
   pure character(len=12) function integer_line(value) result(line)
     integer, intent(in) :: value
 
-    write (line, "(i0)") value
+    call put_decimal(abs(int(value, int64)), 0, line)
+    if (value < 0) line = "-" // line(:len(line) - 1)
   end function integer_line
+
+  !> Writes whole * 10^-decimals, not negative, without a point where there are no decimals.
+  pure subroutine put_decimal(whole, decimals, line)
+    integer(int64), intent(in) :: whole
+    integer, intent(in) :: decimals
+    character(len=*), intent(out) :: line
+    character(len=longest) :: digits
+    integer(int64) :: rest
+    integer :: first, k
+
+    rest = whole
+    first = longest + 1
+    k = 0
+    do while (rest > 0 .or. k <= decimals)
+      if (k == decimals .and. k > 0) then
+        first = first - 1
+        digits(first:first) = "."
+      end if
+      first = first - 1
+      digits(first:first) = achar(48 + int(mod(rest, 10_int64)))
+      rest = rest / 10
+      k = k + 1
+    end do
+    line = digits(first:)
+  end subroutine put_decimal
 
   !> Drops zeros at the end, and the point if nothing is left behind it.
   pure subroutine drop_zeros(line)

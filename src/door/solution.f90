@@ -163,7 +163,7 @@ contains
       call staging%retell(error)
       call staging%discard()
     else
-      call staging%publish(error)
+      call staging%publish(self%result%left(), error)
     end if
     if (allocated(undrawn) .and. .not. allocated(error)) call move_alloc(undrawn, error)
   end subroutine publish_files

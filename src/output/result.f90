@@ -4,6 +4,7 @@ module gestell_output_result
   use gestell_input_wording, only: counted
   use gestell_output_file_output, only: write_file
   use gestell_output_picture_script, only: figure_type, write_figure
+  use gestell_output_file_result_files, only: longest_table
   use gestell_output_head, only: head_type
   use gestell_output_report_verdict, only: alarm
   use gestell_output_report_wrapping, only: columns_of, widest, wrapped
@@ -49,6 +50,7 @@ module gestell_output_result
   contains
     procedure :: begin
     procedure :: has
+    procedure :: left
     procedure :: draw
     procedure :: draw_over
     procedure :: add
@@ -92,6 +94,18 @@ contains
 
     has = any([(self%tables(i)%name == name, i = 1, size(self%tables))])
   end function has
+
+  !> The names of the files that it leaves, without endings.
+  pure function left(self) result(names)
+    class(result_type), intent(in) :: self
+    character(len=longest_table), allocatable :: names(:)
+    integer :: i
+
+    names = [character(len=longest_table) :: (self%tables(i)%name, i = 1, size(self%tables)), &
+      & (self%figures(i)%name, i = 1, size(self%figures)), &
+      & (self%attachments(i)%name(:index(self%attachments(i)%name, ".") - 1), i = 1, size(self%attachments))]
+    names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
+  end function left
 
   !> A table and its picture.
   pure subroutine add(self, table, figure)

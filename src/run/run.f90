@@ -78,7 +78,7 @@ contains
     closing = ""
     if (leads) call write_files(options, context, result, console, closing, error)
     if (allocated(staging%path)) call staging%retell(result%failure)
-    if (allocated(staging%path)) call settle(staging, tasks, error)
+    if (allocated(staging%path)) call settle(staging, tasks, result, error)
     unwritten = .false.
     if (allocated(error)) unwritten = error%unwritten
     if (.not. unwritten) call console%say(closing)
@@ -138,9 +138,10 @@ contains
   end subroutine check_only
 
   !> Publishes the files, none where one could not be written.
-  subroutine settle(staging, tasks, error)
+  subroutine settle(staging, tasks, result, error)
     type(staging_type), intent(inout) :: staging
     type(any_task_type), intent(inout) :: tasks(:)
+    type(result_type), intent(in) :: result
     type(error_type), allocatable, intent(inout) :: error
     type(error_type), allocatable :: failure
     logical :: unwritten
@@ -153,7 +154,7 @@ contains
       call staging%discard()
       return
     end if
-    call staging%publish(failure)
+    call staging%publish(result%left(), failure)
     if (.not. allocated(failure)) then
       do i = 1, size(tasks)
         call tasks(i)%task%settle()

@@ -22,7 +22,7 @@ module gestell_output_file_staging
     character(len=:), allocatable, private :: folder
     !> Holds `path` as long as the process lives.
     integer(c_int), private :: handle = -1
-    !> The tables that the run can leave.
+    !> The tables that any run can leave, also one that was killed.
     character(len=longest_table), allocatable, private :: tables(:)
     !> As of `make_folder`.
     integer, private :: made = 0
@@ -99,17 +99,19 @@ contains
     if (.not. mine) call unlock_file(staging%handle)
   end subroutine take
 
-  !> Moves all files to their folder, or none, and ends. Pictures that belong to older tables are removed.
+  !> Moves all files, which are those of `tables`, page and JSON, to their folder, or none, and ends. Pictures that belong to older
+  !> tables are removed.
   !> Error: it cannot be done; what was there before is there again, or the message says that it is not.
-  subroutine publish(self, error)
+  subroutine publish(self, tables, error)
     class(staging_type), intent(inout) :: self
+    character(len=longest_table), intent(in) :: tables(:)
     type(error_type), allocatable, intent(out) :: error
     character(len=longest_file), allocatable :: names(:)
     logical, allocatable :: replaces(:)
     logical :: done
     integer :: i
 
-    names = result_files(self%tables)
+    names = result_files(tables)
     names = pack(names, [(is_there(self%path // "/" // trim(names(i))), i = 1, size(names))])
     replaces = [(is_there(self%folder // "/" // trim(names(i))), i = 1, size(names))]
     do i = 1, size(names)
@@ -125,7 +127,7 @@ contains
       exit
     end do
     if (.not. allocated(error)) then
-      call remove_old_pictures(self, names)
+      call remove_old_pictures(self, tables, names)
       do i = 1, size(names)
         if (replaces(i)) call remove_file(self%path // "/" // trim(names(i)) // old)
       end do
@@ -156,16 +158,16 @@ contains
   end subroutine restore
 
   !> Removes the pictures of those tables whose script is new and was not run.
-  subroutine remove_old_pictures(staging, names)
+  subroutine remove_old_pictures(staging, tables, names)
     type(staging_type), intent(in) :: staging
-    character(len=*), intent(in) :: names(:)
+    character(len=*), intent(in) :: tables(:), names(:)
     character(len=:), allocatable :: picture
     integer :: i, k
 
-    do i = 1, size(staging%tables)
-      if (all(names /= trim(staging%tables(i)) // ".gp")) cycle
+    do i = 1, size(tables)
+      if (all(names /= trim(tables(i)) // ".gp")) cycle
       do k = 1, size(picture_endings)
-        picture = trim(staging%tables(i)) // picture_endings(k)
+        picture = trim(tables(i)) // picture_endings(k)
         if (all(names /= picture)) call remove_file(staging%folder // "/" // picture)
       end do
     end do

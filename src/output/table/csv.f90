@@ -57,21 +57,19 @@ contains
     type(table_type), intent(in) :: table
     integer, intent(in) :: first, last
     character(len=:), allocatable :: lines
-    character(len=:), allocatable :: line
     integer :: i, k, n
 
-    lines = ""
+    lines = repeat(" ", (number_width + 1) * size(table%columns) * (last - first + 1))
+    n = 0
     do i = first, last
-      line = repeat(" ", (number_width + 1) * size(table%columns))
-      n = 0
       do k = 1, size(table%columns)
-        call put_cell(table%columns(k), i, line, n)
-        line(n + 1:n + 1) = ","
+        call put_cell(table%columns(k), i, lines, n)
+        lines(n + 1:n + 1) = ","
         n = n + 1
       end do
-      line(n:n) = newline
-      lines = lines // line(:n)
+      lines(n:n) = newline
     end do
+    lines = lines(:n)
   end function rows
 
   !> Writes a value behind the first `n` characters of `line`, which grows where a word is longer than a number, and moves `n`.
