@@ -5,7 +5,7 @@ module test_digits
   use gestell_base_text, only: concise, fixed, text
   use gestell_output_table_scientific, only: number_width, put_number
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_negative_inf, ieee_quiet_nan, ieee_value
-  use, intrinsic :: iso_fortran_env, only: int64
+  use, intrinsic :: iso_fortran_env, only: int64, qp => real128
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -27,10 +27,11 @@ contains
     integer(int64) :: state
     integer :: i, k
 
-    do i = -320, 308
-      call compare(10.0_dp**i)
-      call compare(-nearest(10.0_dp**i, -1.0_dp))
-      call compare(5 * 10.0_dp**i)
+    do i = -320, 307
+      value = real(10.0_qp**i, dp)
+      call compare(value)
+      call compare(-nearest(value, -1.0_dp))
+      call compare(5 * value)
       if (allocated(error)) return
     end do
     ! halves of the last place that is told, exact and beside

@@ -115,8 +115,9 @@ contains
   !> The left sides along a motion at phases, those of the equations at rest too.
   subroutine find_left(frame, motion, phases, left, linear)
     type(frame_type), intent(in) :: frame
-    real(dp), intent(in) :: motion(:, :), phases(:)
-    real(dp), intent(out) :: left(:, :)
+    real(dp), intent(in) :: motion(:, :)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: left(:, :)
     real(dp), intent(out), optional :: linear(:, :)
     type(varied_frame_type) :: varied
     real(dp), dimension(size(phases), frame%dofs(), frame%dofs()) :: m, b, c

@@ -75,7 +75,9 @@ contains
     excitation = self%order * abs(speed) / 60
     if (mode%identified) then
       frequency = mode%frequency() / (2 * pi)
-      if (self%at%identified .and. abs(frequency / excitation - 1) >= self%distance) return
+      if (self%at%identified) then
+        if (abs(frequency / excitation - 1) >= self%distance) return
+      end if
       self%distance = abs(frequency / excitation - 1)
       self%error = mode%error / (2 * pi) / excitation
     else
