@@ -82,12 +82,13 @@ contains
       if (allocated(error)) return
       call survey(system, scale, turns(k), error)
       if (allocated(error)) return
-      if (turns(k) > most_turns .or. (k > 1 .and. system%states /= size(sampler%scale))) return
+      if (turns(k) > most_turns) return
+      if (k == 1) sampler%scale = scale
+      if (system%states /= size(sampler%scale)) return
       call solve_monodromy(system, sharper(accuracy), forced, monodromy, error)
       sampler%solutions = sampler%solutions + 1
       if (allocated(error)) return
       sampler%error = max(sampler%error, monodromy%error / monodromy%norm)
-      if (k == 1) sampler%scale = scale
       if (forced) then
         ! Phi(T) is lost in the roundings of Phi(t), which begins with E.
         if (accuracy%tolerance * monodromy%norm < rounded) return
