@@ -224,14 +224,14 @@ contains
     if (allocated(error)) return
     call new_plan(plan, counts)
     call open_campaign(campaign, folder, plan, 7_int64, failure)
-    if (.not. allocated(failure)) call campaign%begin(failure)
+    if (.not. allocated(failure)) call campaign%begin("# title" // new_line("a"), failure)
     do k = plan%grid%tiles(), 1, -1
       if (.not. allocated(failure)) call campaign%store(k, results_of(plan%grid%tile(k)), failure)
     end do
     if (.not. allocated(failure)) call open_campaign(campaign, folder, plan, 7_int64, failure)
     if (.not. allocated(failure)) call check_that(error, count(campaign%done), "==", size(campaign%done), "tiles done")
     if (.not. allocated(failure)) call check_that(error, count(campaign%damaged), "==", 0, "damaged tiles")
-    if (.not. allocated(failure)) call campaign%finish(folder, "# title" // new_line("a"), summary, failure)
+    if (.not. allocated(failure)) call campaign%finish(folder, summary, failure)
     if (.not. allocated(failure)) call campaign%clear()
     call check_success(error, failure)
     if (allocated(error)) return
@@ -279,6 +279,7 @@ contains
     allocate(character(len=6) :: plan%paths(size(counts)))
     plan%paths(1) = "a(1,2)"
     if (size(counts) > 1) plan%paths(2) = "b"
+    plan%format = "csv"
     plan%units = spread(repeat(" ", 16), 1, size(counts))
     plan%order%columns = [(any(k == [rho_max, verdict]), k = 1, size(plan%order%columns))]
   end subroutine new_plan
@@ -307,7 +308,7 @@ contains
 
     call new_plan(plan, [3, 4])
     call open_campaign(campaign, folder, plan, 7_int64, failure)
-    call campaign%begin(failure)
+    call campaign%begin("# title" // new_line("a"), failure)
     call campaign%store(1, results_of(plan%grid%tile(1)), failure)
     call check_success(error, failure)
     call open_campaign(campaign, folder, plan, 8_int64, failure)
@@ -328,13 +329,13 @@ contains
     call new_plan(plan, [3, 4])
     call open_campaign(one, folder, plan, 7_int64, failure)
     call open_campaign(two, folder, plan, 8_int64, failure)
-    call one%begin(failure)
+    call one%begin("# title" // new_line("a"), failure)
     call check_success(error, failure)
-    if (.not. allocated(error)) call two%begin(failure)
+    if (.not. allocated(error)) call two%begin("# title" // new_line("a"), failure)
     call check_failure(error, failure, code=wrong_usage)
     call two%store(1, results_of(plan%grid%tile(1)), failure)
     call check_failure(error, failure)
-    call check_that(error, int(file_size(folder // "/sweep.blocks/0000000001")), "<", 0, "size of the block")
+    call check_that(error, int(file_size(folder // "/sweep.blocks/marks")), "==", 0, "size of the marks")
     call clear_folder
   end subroutine test_two_inputs
 
@@ -349,12 +350,12 @@ contains
     call new_plan(plan, [3, 4])
     call open_campaign(one, folder, plan, 7_int64, failure)
     call open_campaign(two, folder, plan, 7_int64, failure)
-    call one%begin(failure)
-    call two%begin(failure)
+    call one%begin("# title" // new_line("a"), failure)
+    call two%begin("# title" // new_line("a"), failure)
     call one%store(1, results_of(plan%grid%tile(1)), failure)
     call two%store(1, results_of(plan%grid%tile(1)), failure)
     call check_success(error, failure)
-    call one%finish(folder, "# title" // new_line("a"), summary, failure)
+    call one%finish(folder, summary, failure)
     call check_success(error, failure)
     call one%clear()
     call two%store(1, results_of(plan%grid%tile(1)), failure)
@@ -376,20 +377,21 @@ contains
     call new_plan(plan, [3, 4])
     call open_campaign(one, folder, plan, 7_int64, failure)
     call open_campaign(two, folder, plan, 8_int64, failure)
-    call one%begin(failure)
+    call one%begin("# title" // new_line("a"), failure)
     call one%store(1, results_of(plan%grid%tile(1)), failure)
     call remove_file(folder // "/sweep.blocks/origin")
-    call two%begin(failure)
+    call two%begin("# title" // new_line("a"), failure)
     call two%store(1, results_of(plan%grid%tile(1)), failure)
     call check_success(error, failure)
-    call one%finish(folder, "# title" // new_line("a"), summary, failure)
+    call one%finish(folder, summary, failure)
     call check_failure(error, failure)
-    call check_that(error, int([file_size(folder // "/sweep.csv"), file_size(folder // "/sweep.csv.new")]), "<", 0, "size")
+    call check_that(error, int(file_size(folder // "/sweep.csv")), "<", 0, "size")
     call clear_folder
   end subroutine test_replaced
 
   subroutine clear_folder()
-    call remove_file(folder // "/sweep.blocks/0000000001")
+    call remove_file(folder // "/sweep.blocks/rows")
+    call remove_file(folder // "/sweep.blocks/marks")
     call remove_file(folder // "/sweep.blocks/origin")
     call remove_file(folder // "/sweep.blocks/lock")
     call remove_folder(folder // "/sweep.blocks")

@@ -1,16 +1,17 @@
 !> What POSIX can do with files and Fortran cannot. Names are those of the program, without blanks at the end. Where something
 !> fails, `last_reason` tells why, in the system's words, until the next call.
 module gestell_base_files
-  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_null_char, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
   public :: close_file, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, open_to_read, &
-    & read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
+    & open_to_write, read_at, read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_at, write_whole
 
-  !> LOCK_EX and LOCK_NB of flock, the rights of a file and a folder that are made.
-  integer(c_int), parameter :: exclusive = 2, without_waiting = 4, rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
+  !> LOCK_SH, LOCK_EX and LOCK_NB of flock, O_WRONLY, the rights of a file and a folder that are made.
+  integer(c_int), parameter :: together = 1, exclusive = 2, without_waiting = 4, only_to_write = 1
+  integer(c_int), parameter :: rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
   !> EEXIST; EINTR; EWOULDBLOCK of Linux and of BSD.
   integer(c_int), parameter :: exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
 
@@ -85,6 +86,26 @@ module gestell_base_files
       character(kind=c_char), intent(out) :: bytes(*)
       integer(c_size_t), value :: length
     end function c_read
+
+    !> off_t has 64 bits.
+    integer(c_intptr_t) function c_pwrite(handle, bytes, length, offset) bind(c, name="pwrite")
+      import :: c_char, c_int, c_int64_t, c_intptr_t, c_size_t
+      implicit none (type, external)
+      integer(c_int), value :: handle
+      character(kind=c_char), intent(in) :: bytes(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), value :: offset
+    end function c_pwrite
+
+    integer(c_intptr_t) function c_pread(handle, bytes, length, offset) bind(c, name="pread")
+      import :: c_char, c_int, c_int64_t, c_intptr_t, c_size_t
+      implicit none (type, external)
+      integer(c_int), value :: handle
+      ! allow(C072)
+      character(kind=c_char), intent(out) :: bytes(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), value :: offset
+    end function c_pread
 
     integer(c_int) function c_flock(handle, operation) bind(c, name="flock")
       import :: c_int
@@ -164,6 +185,14 @@ contains
     handle = c_open(name // c_null_char, 0_c_int)
   end subroutine open_to_read
 
+  !> Opens a file that is there, whose bytes stay where nothing is written; `handle` is negative where that fails.
+  subroutine open_to_write(name, handle)
+    character(len=*), intent(in) :: name
+    integer(c_int), intent(out) :: handle
+
+    handle = c_open(name // c_null_char, only_to_write)
+  end subroutine open_to_write
+
   !> The next bytes, `n` of them: 0 at the end, -1 where reading fails.
   subroutine read_some(handle, bytes, n)
     integer(c_int), intent(in) :: handle
@@ -199,6 +228,54 @@ contains
     end do
     done = .true.
   end subroutine write_whole
+
+  !> Writes all bytes from byte `position` on, 1 for the first of the file; what lies before the end of the file and was never
+  !> written is zero.
+  subroutine write_at(handle, position, bytes, done)
+    integer(c_int), intent(in) :: handle
+    integer(int64), intent(in) :: position
+    character(len=*), intent(in) :: bytes
+    logical, intent(out) :: done
+    integer(c_intptr_t) :: written
+    integer(int64) :: n
+
+    n = 0
+    do while (n < len(bytes, int64))
+      written = c_pwrite(handle, bytes(n + 1:), int(len(bytes, int64) - n, c_size_t), position - 1 + n)
+      done = written > 0
+      if (done) then
+        n = n + written
+      else
+        if (written == 0) return
+        if (errno() /= interrupted) return
+      end if
+    end do
+    done = .true.
+  end subroutine write_at
+
+  !> Reads all bytes from byte `position` on; not `done` where there are fewer, or reading fails.
+  subroutine read_at(handle, position, bytes, done)
+    integer(c_int), intent(in) :: handle
+    integer(int64), intent(in) :: position
+    ! allow(C072)
+    character(len=*), intent(out) :: bytes
+    logical, intent(out) :: done
+    integer(c_intptr_t) :: came
+    integer(int64) :: n
+
+    n = 0
+    do while (n < len(bytes, int64))
+      came = c_pread(handle, bytes(n + 1:), int(len(bytes, int64) - n, c_size_t), position - 1 + n)
+      done = came > 0
+      if (done) then
+        n = n + came
+      else
+        if (came == 0) return
+        if (errno() /= interrupted) return
+      end if
+    end do
+    done = .true.
+  end subroutine read_at
 
   !> Ends it: some systems tell only now that the disk is full.
   subroutine close_file(handle, done)
@@ -252,15 +329,16 @@ contains
     if (present(done)) done = status == 0
   end subroutine remove_folder
 
-  !> Waits until no other process holds the empty file `name`, and holds it. The system lets go of it when the process
-  !> ends, however it does. Where there are no locks nothing is held.
-  subroutine lock_file(name, handle)
+  !> Waits until no other process holds the empty file `name`, and holds it; `shared`: as others may who share it too. The system
+  !> lets go of it when the process ends, however it does. Where there are no locks nothing is held.
+  subroutine lock_file(name, handle, shared)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
+    logical, intent(in) :: shared
     integer(c_int) :: status
 
     handle = c_creat(name // c_null_char, rights)
-    if (handle >= 0) status = c_flock(handle, exclusive)
+    if (handle >= 0) status = c_flock(handle, merge(together, exclusive, shared))
   end subroutine lock_file
 
   !> Holds what is open, with `wait` when nobody else does any more. `held`: it is; `busy`: another process holds it; neither:

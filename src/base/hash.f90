@@ -4,7 +4,7 @@ module gestell_base_hash
   implicit none (type, external)
   private
 
-  public :: mix, mix_text
+  public :: mix, mix_bytes, mix_text
 
   !> Where a hash begins.
   integer(int64), parameter, public :: hash_start = int(z"4BF29CE484222325", int64)
@@ -50,5 +50,20 @@ contains
     end do
     hash = mixed(hash, -1_int64)
   end subroutine mix_text
+
+  !> Takes bytes into the hash, eight at a time.
+  pure subroutine mix_bytes(hash, bytes)
+    integer(int64), intent(inout) :: hash
+    character(len=*), intent(in) :: bytes
+    integer, parameter :: length = 8
+    character(len=length) :: last
+    integer :: i
+
+    do i = 1, len(bytes) - length + 1, length
+      hash = mixed(hash, transfer(bytes(i:i + length - 1), hash))
+    end do
+    last = bytes(len(bytes) - mod(len(bytes), length) + 1:)
+    hash = mixed(hash, transfer(last, hash))
+  end subroutine mix_bytes
 
 end module gestell_base_hash

@@ -25,7 +25,6 @@ module gestell_output_file_output
     procedure :: append
     procedure :: failed
     procedure :: complete
-    procedure :: abandon
   end type output_type
 
   !> Bytes that are given to the system at once.
@@ -131,16 +130,5 @@ contains
       error%unwritten = .true.
     end if
   end subroutine complete
-
-  !> Ends the file without a name: it is gone.
-  subroutine abandon(self)
-    class(output_type), intent(inout) :: self
-    logical :: done
-
-    if (self%handle < 0) return
-    call close_file(self%handle, done)
-    self%handle = -1
-    call remove_file(self%name // growing)
-  end subroutine abandon
 
 end module gestell_output_file_output

@@ -5,12 +5,12 @@ module gestell_output_file_result_files
 
   public :: result_files
 
-  !> Characters of a table's name, at the most. Its files are NAME.csv, its script NAME.gp, its pictures NAME.svg
+  !> Characters of a table's name, at the most. Its files are NAME.csv or NAME.npy, its script NAME.gp, its pictures NAME.svg
   !> and NAME.png, and an input of that name, NAME.nml.
   integer, parameter, public :: longest_table = 18
   !> Endings of a picture, and of what goes with a table.
   character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]
-  character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".gp", picture_endings, ".nml"]
+  character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".npy", ".gp", picture_endings, ".nml"]
   integer, parameter, public :: longest_file = longest_table + len(endings)
 
 contains

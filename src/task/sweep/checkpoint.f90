@@ -1,22 +1,24 @@
-!> The files of a sweep while it is computed: a block for every tile, and in the end the table. Whoever computes tiles,
-!> in one process or many, now or after an interruption, gives them to `store`; `finish` makes of them the same bytes.
-!> Whoever writes in the folder of the blocks holds the file `lock` there meanwhile.
+!> The files of a sweep while it is computed, in the folder sweep.blocks: `rows`, where every tile has its places
+!> (gestell_task_sweep_layout), and `marks`, which say what is done. Whoever computes tiles, in one process or many, now or after an
+!> interruption, gives them to `store`; `finish` makes a table of `rows` by giving it its head and its name. A mark is written when
+!> the rows are; rows without one are of no account. `origin` is the note that says what all belongs to, with the table's head;
+!> whoever changes the folder holds `lock`, those who store share it.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
-  use gestell_base_hash, only: mix_text
+  use gestell_base_files, only: close_file, create_file, file_size, last_reason, link_file, lock_file, open_to_read, &
+    & open_to_write, read_at, remove_file, remove_folder, rename_file, unlock_file, write_at
+  use gestell_base_hash, only: hash_start, mix_bytes, mix_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
-  use gestell_task_sweep_block, only: read_block, read_rows, write_block
-  use gestell_base_files, only: file_size, lock_file, remove_file, remove_folder, unlock_file
-  use gestell_output_file_folder, only: make_folder
-  use gestell_task_sweep_plan, only: sweep_plan_type
-  use gestell_output_file_output, only: growing, open_output, output_type, write_file
-  use gestell_task_sweep_csv, only: header, rows
-  use gestell_task_sweep_summary, only: summary_type
   use gestell_input_wording, only: decimal
-  use gestell_study_grid, only: grid_type, tile_type
-  use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: tile_results_type
+  use gestell_output_file_folder, only: make_folder
+  use gestell_output_file_output, only: write_file
+  use gestell_study_grid, only: tile_type
+  use gestell_study_tile_results, only: sweep_columns, tile_results_type
+  use gestell_task_sweep_layout, only: layout_type, new_layout, piece_type
+  use gestell_task_sweep_marks, only: mark_type, read_mark, write_mark
+  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_sweep_summary, only: summary_type
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -25,19 +27,20 @@ module gestell_task_sweep_checkpoint
   public :: open_campaign
 
   type, public :: campaign_type
-    !> Which tiles are done, of those that were looked for, and which of these had blocks that are of no use.
+    !> Which tiles are done, of those that were looked for, and which of these are damaged.
     logical, allocatable :: done(:), damaged(:)
+    type(layout_type) :: layout
     character(len=:), allocatable, private :: folder
-    !> The names of the columns in the table.
-    character(len=:), allocatable, private :: header
-    type(grid_type), private :: grid
-    type(sweep_order_type), private :: order
+    logical, private :: columns(sweep_columns) = .false.
     integer(int64), private :: content = 0, fingerprint = 0
-    !> Whether the table has been written.
+    !> Bytes of the table's head, as the note has it.
+    integer(int64), private :: head = 0
+    !> Whether the table has its name.
     logical, private :: finished = .false.
   contains
     procedure :: begin
     procedure :: has_begun
+    procedure :: look
     procedure :: store
     procedure :: finish
     procedure :: clear
@@ -48,7 +51,7 @@ module gestell_task_sweep_checkpoint
 contains
 
   !> Looks what is there of a sweep in `folder`; nothing is changed. `content`: hash of the input. Only the `wanted` tiles
-  !> are looked for, all by default. Error: there are blocks of another input or version.
+  !> are looked for, all by default. Error: there are points of another input or version.
   subroutine open_campaign(campaign, folder, plan, content, error, wanted)
     type(campaign_type), intent(out) :: campaign
     character(len=*), intent(in) :: folder
@@ -56,50 +59,89 @@ contains
     integer(int64), intent(in) :: content
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: wanted(:)
-    type(tile_results_type) :: results
-    type(tile_type) :: tile
-    integer(int64) :: fingerprint
-    integer :: i, number
-    logical :: sound
+    integer :: i
 
     campaign%folder = folder
-    campaign%header = header(plan%paths, plan%units, plan%grid, plan%order)
-    campaign%grid = plan%grid
-    campaign%order = plan%order
+    campaign%layout = new_layout(plan)
+    campaign%columns = plan%order%columns
     campaign%content = content
     campaign%fingerprint = content
     call mix_text(campaign%fingerprint, version)
+    allocate(campaign%done(plan%grid%tiles()), campaign%damaged(plan%grid%tiles()), source=.false.)
     call compare_origin(campaign, error)
     if (allocated(error)) return
-    allocate(campaign%done(plan%grid%tiles()), campaign%damaged(plan%grid%tiles()), source=.false.)
-    do i = 1, size(campaign%done)
-      if (present(wanted)) then
-        if (.not. wanted(i)) cycle
-      end if
-      if (file_size(block_of(campaign, i)) < 0) cycle
-      call read_block(block_of(campaign, i), fingerprint, number, results, sound)
-      if (sound .and. fingerprint /= campaign%fingerprint) then
-        call refuse_origin(campaign, "the input or the version differs", error)
-        return
-      end if
-      tile = plan%grid%tile(i)
-      if (sound) sound = number == i .and. all(shape(results%values) == shape_of(campaign, tile))
-      campaign%done(i) = sound
-      campaign%damaged(i) = .not. sound
-    end do
+    if (present(wanted)) then
+      call campaign%look(wanted)
+    else
+      call campaign%look([(.true., i = 1, plan%grid%tiles())])
+    end if
   end subroutine open_campaign
 
-  !> Numbers of a tile along the axes of `tile_results_type%values`.
-  pure function shape_of(campaign, tile) result(shape)
+  !> Which of the `wanted` tiles are done: their marks are there, and their rows are those that were written.
+  subroutine look(self, wanted)
+    class(campaign_type), intent(inout) :: self
+    logical, intent(in) :: wanted(:)
+    type(mark_type) :: mark
+    integer(c_int) :: rows, marks
+    integer :: i
+    logical :: closed
+
+    self%done = .false.
+    self%damaged = .false.
+    if (.not. self%has_begun()) return
+    call open_to_read(file_of(self, "marks"), marks)
+    if (marks < 0) return
+    call open_to_read(file_of(self, "rows"), rows)
+    do i = 1, size(wanted)
+      if (.not. wanted(i)) cycle
+      call read_mark(marks, i, mark)
+      if (mark%none) cycle
+      self%done(i) = mark%sound .and. rows >= 0 .and. mark%fingerprint == self%fingerprint
+      if (self%done(i)) self%done(i) = mark%checksum == checksum_of(self, rows, self%layout%grid%tile(i))
+      self%damaged(i) = .not. self%done(i)
+    end do
+    call close_file(marks, closed)
+    if (rows >= 0) call close_file(rows, closed)
+  end subroutine look
+
+  !> The checksum of a tile's rows in the open file; 0 where they cannot be read.
+  integer(int64) function checksum_of(campaign, rows, tile) result(checksum)
     type(campaign_type), intent(in) :: campaign
+    integer(c_int), intent(in) :: rows
     type(tile_type), intent(in) :: tile
-    integer :: shape(3)
+    type(piece_type), allocatable :: pieces(:)
+    character(len=:), allocatable :: bytes
+    integer :: k
+    logical :: done
 
-    shape = [campaign%order%numbers(), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1]
-  end function shape_of
+    checksum = hash_start
+    pieces = campaign%layout%pieces(tile)
+    do k = 1, size(pieces)
+      call read_piece(campaign, rows, pieces(k), bytes, done)
+      if (.not. done) exit
+      call mix_bytes(checksum, bytes)
+    end do
+    if (.not. done) checksum = 0
+  end function checksum_of
 
-  !> A file in the folder of the blocks: "origin" is the note that says what they belong to, "lock" is held while the folder is
-  !> changed.
+  !> The rows of a piece from the open file.
+  subroutine read_piece(campaign, rows, piece, bytes, done)
+    type(campaign_type), intent(in) :: campaign
+    integer(c_int), intent(in) :: rows
+    type(piece_type), intent(in) :: piece
+    character(len=:), allocatable, intent(inout) :: bytes
+    logical, intent(out) :: done
+    integer :: length
+
+    length = campaign%layout%width * product(piece%last - piece%first + 1)
+    if (allocated(bytes)) then
+      if (len(bytes) /= length) deallocate(bytes)
+    end if
+    if (.not. allocated(bytes)) allocate(character(len=length) :: bytes)
+    call read_at(rows, campaign%head + campaign%layout%place(piece%first) + 1, bytes, done)
+  end subroutine read_piece
+
+  !> A file in the folder of the sweep.
   pure function file_of(campaign, file) result(name)
     type(campaign_type), intent(in) :: campaign
     character(len=*), intent(in) :: file
@@ -108,42 +150,53 @@ contains
     name = campaign%folder // "/sweep.blocks/" // file
   end function file_of
 
-  pure function block_of(campaign, tile) result(name)
+  !> Version and content as the first lines of the note.
+  pure function first_lines(campaign) result(lines)
     type(campaign_type), intent(in) :: campaign
-    integer, intent(in) :: tile
-    character(len=:), allocatable :: name
-    character(len=10) :: digits
-
-    write (digits, "(i10.10)") tile
-    name = file_of(campaign, digits)
-  end function block_of
-
-  !> Version and content as words of the note.
-  pure function content_word(campaign) result(word)
-    type(campaign_type), intent(in) :: campaign
+    character(len=len(version) + 18) :: lines
     character(len=16) :: word
 
     write (word, "(z16.16)") campaign%content
-  end function content_word
+    lines = version // newline // word // newline
+  end function first_lines
 
+  !> Reads the note, and how long the head is. Error: it is of another input or version.
   subroutine compare_origin(campaign, error)
-    type(campaign_type), intent(in) :: campaign
+    type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
-    character(len=64) :: lines(2)
-    integer :: unit, status
+    character(len=:), allocatable :: note
+    integer :: first, second
 
-    if (file_size(file_of(campaign, "origin")) < 0) return
-    open (newunit=unit, file=file_of(campaign, "origin"), action="read", status="old", iostat=status)
-    if (status /= 0) return
-    read (unit, "(a)", iostat=status) lines
-    close (unit)
-    if (status /= 0) return
-    if (lines(1) /= version) then
-      call refuse_origin(campaign, "version " // trim(lines(1)) // " of gestell began it, this is " // version, error)
-    else if (lines(2) /= content_word(campaign)) then
+    if (.not. campaign%has_begun()) return
+    call read_note(campaign, note)
+    if (index(note, first_lines(campaign)) == 1) then
+      campaign%head = len(note) - len(first_lines(campaign))
+      return
+    end if
+    first = index(note, newline)
+    second = first + index(note(first + 1:), newline)
+    if (first == 0 .or. second == first) return
+    if (note(:first - 1) /= version) then
+      call refuse_origin(campaign, "version " // note(:first - 1) // " of gestell began it, this is " // version, error)
+    else
       call refuse_origin(campaign, "the input was another one", error)
     end if
   end subroutine compare_origin
+
+  !> The whole note; empty where it cannot be read.
+  subroutine read_note(campaign, note)
+    type(campaign_type), intent(in) :: campaign
+    character(len=:), allocatable, intent(out) :: note
+    integer(c_int) :: handle
+    logical :: done
+
+    note = repeat(" ", max(0, int(file_size(file_of(campaign, "origin")))))
+    call open_to_read(file_of(campaign, "origin"), handle)
+    done = handle >= 0
+    if (done) call read_at(handle, 1_int64, note, done)
+    if (.not. done) note = ""
+    if (handle >= 0) call close_file(handle, done)
+  end subroutine read_note
 
   pure subroutine refuse_origin(campaign, reason, error)
     type(campaign_type), intent(in) :: campaign
@@ -154,32 +207,49 @@ contains
       & "; remove this folder to start afresh, or name another with --output", wrong_usage)
   end subroutine refuse_origin
 
-  !> Makes the folder for blocks, before the first is stored. Error: it cannot be made.
-  subroutine begin(self, error)
-    class(campaign_type), intent(in) :: self
+  !> Makes the folder and its files, before the first tile is stored; `preamble`: complete lines of remarks that head the table,
+  !> which are those of the run that begins it. Error: they cannot be made.
+  subroutine begin(self, preamble, error)
+    class(campaign_type), intent(inout) :: self
+    character(len=*), intent(in) :: preamble
     type(error_type), allocatable, intent(out) :: error
     integer(c_int) :: lock
 
     call make_folder(self%folder // "/sweep.blocks", error)
     if (allocated(error)) return
-    call lock_file(file_of(self, "lock"), lock)
+    call lock_file(file_of(self, "lock"), lock, shared=.false.)
     ! another process may have begun meanwhile
     call compare_origin(self, error)
-    if (.not. allocated(error)) then
-      if (file_size(file_of(self, "origin")) < 0) call write_file(file_of(self, "origin"), version // newline &
-        & // content_word(self) // newline, error)
+    if (.not. (allocated(error) .or. self%has_begun())) then
+      call make_empty(self, "rows", error)
+      if (.not. allocated(error)) call make_empty(self, "marks", error)
+      if (.not. allocated(error)) call write_file(file_of(self, "origin"), first_lines(self) // self%layout%head(preamble), error)
+      self%head = len(self%layout%head(preamble))
     end if
     call unlock_file(lock)
   end subroutine begin
 
-  !> Whether there is a folder for blocks.
+  subroutine make_empty(campaign, file, error)
+    type(campaign_type), intent(in) :: campaign
+    character(len=*), intent(in) :: file
+    type(error_type), allocatable, intent(out) :: error
+    integer(c_int) :: handle
+    logical :: done
+
+    call create_file(file_of(campaign, file), handle)
+    done = handle >= 0
+    if (done) call close_file(handle, done)
+    if (.not. done) call tell_unwritten(file_of(campaign, file), error)
+  end subroutine make_empty
+
+  !> Whether there is a folder for the points.
   logical function has_begun(self)
     class(campaign_type), intent(in) :: self
 
     has_begun = file_size(file_of(self, "origin")) >= 0
   end function has_begun
 
-  !> Keeps the results of a tile. Error: they cannot be written.
+  !> Keeps the results of a tile; several threads may. Error: they cannot be written.
   subroutine store(self, number, results, error)
     class(campaign_type), intent(inout) :: self
     integer, intent(in) :: number
@@ -187,18 +257,62 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer(c_int) :: lock
 
-    call lock_file(file_of(self, "lock"), lock)
+    call lock_file(file_of(self, "lock"), lock, shared=.true.)
+    !$omp critical (input_and_output)
     call compare_origin(self, error)
-    if (.not. allocated(error)) then
-      if (file_size(file_of(self, "origin")) < 0) then
-        call tell_gone(self, error)
-      else
-        call write_block(block_of(self, number), self%fingerprint, number, results, error)
-      end if
-    end if
+    if (.not. (allocated(error) .or. self%has_begun())) call tell_gone(self, error)
+    !$omp end critical (input_and_output)
+    if (.not. allocated(error)) call write_tile(self, self%layout%grid%tile(number), results, error)
     call unlock_file(lock)
     self%done(number) = .not. allocated(error)
   end subroutine store
+
+  !> The rows of a tile, and then its mark.
+  subroutine write_tile(campaign, tile, results, error)
+    type(campaign_type), intent(in) :: campaign
+    type(tile_type), intent(in) :: tile
+    type(tile_results_type), intent(in) :: results
+    type(error_type), allocatable, intent(out) :: error
+    type(piece_type), allocatable :: pieces(:)
+    type(mark_type) :: mark
+    character(len=:), allocatable :: rows
+    integer(c_int) :: handle
+    integer :: first(2), last(2), k
+    logical :: done, closed
+
+    mark = mark_type(campaign%fingerprint, tile%number, hash_start)
+    pieces = campaign%layout%pieces(tile)
+    call open_to_write(file_of(campaign, "rows"), handle)
+    done = handle >= 0
+    do k = 1, size(pieces)
+      if (.not. done) exit
+      first = pieces(k)%first - tile%first + 1
+      last = pieces(k)%last - tile%first + 1
+      rows = campaign%layout%rows(pieces(k)%first, results%values(:, first(2):last(2), first(1):last(1)))
+      call mix_bytes(mark%checksum, rows)
+      call write_at(handle, campaign%head + campaign%layout%place(pieces(k)%first) + 1, rows, done)
+    end do
+    if (.not. done) call tell_unwritten(file_of(campaign, "rows: tile ") // decimal(tile%number), error)
+    if (handle >= 0) call close_file(handle, closed)
+    if (done .and. .not. closed) call tell_unwritten(file_of(campaign, "rows: tile ") // decimal(tile%number), error)
+    if (allocated(error)) return
+    call mark%summary%add_tile(results)
+    call mark%summary%add_points(campaign%columns, tile%first, results%values)
+    call open_to_write(file_of(campaign, "marks"), handle)
+    done = handle >= 0
+    if (done) call write_mark(handle, mark, done)
+    if (.not. done) call tell_unwritten(file_of(campaign, "marks: tile ") // decimal(tile%number), error)
+    if (handle >= 0) call close_file(handle, closed)
+  end subroutine write_tile
+
+  !> Why the last call failed.
+  subroutine tell_unwritten(name, error)
+    character(len=*), intent(in) :: name
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, name // ": cannot be written: " // last_reason(), failed_computation)
+    error%unwritten = .true.
+  end subroutine tell_unwritten
 
   !> The blocks are no longer there.
   pure subroutine tell_gone(campaign, error)
@@ -209,13 +323,12 @@ contains
       & failed_computation)
   end subroutine tell_gone
 
-  !> Writes sweep.csv, headed by the lines of `preamble`, from the blocks of all tiles, to the folder `staging`.
-  !> The blocks stay until `clear`. `values`: the points, shape (numbers, points of the second axis, of the first); of size
-  !> 0 where they are not wanted.
+  !> Gives the table its head, and its name in the folder `staging`; the name in its own folder stays until `clear`. `values`: the
+  !> points, shape (numbers, points of the second axis, of the first); of size 0 where they are not wanted.
   !> Errors: tiles are missing; a file cannot be written.
-  subroutine finish(self, staging, preamble, summary, error, values)
+  subroutine finish(self, staging, summary, error, values)
     class(campaign_type), intent(inout) :: self
-    character(len=*), intent(in) :: staging, preamble
+    character(len=*), intent(in) :: staging
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(inout), optional :: values(:, :, :)
@@ -223,58 +336,112 @@ contains
 
     call tell_missing(self, error)
     if (allocated(error)) return
-    call lock_file(file_of(self, "lock"), lock)
-    call write_table(self, staging, preamble, summary, error, values)
+    call lock_file(file_of(self, "lock"), lock, shared=.false.)
+    call compare_origin(self, error)
+    if (.not. (allocated(error) .or. self%has_begun())) call tell_gone(self, error)
+    if (.not. allocated(error)) call sum_up(self, summary, error)
+    if (.not. allocated(error) .and. present(values)) call read_values(self, values, error)
+    if (.not. allocated(error)) call name_table(self, staging // "/" // self%layout%file, error)
     self%finished = .not. allocated(error)
     call unlock_file(lock)
   end subroutine finish
 
-  !> Removes the blocks after `finish`, when the table is in its folder; those that another input has begun meanwhile stay.
+  !> What all tiles tell. Error: a mark is not what it was.
+  subroutine sum_up(campaign, summary, error)
+    type(campaign_type), intent(in) :: campaign
+    type(summary_type), intent(inout) :: summary
+    type(error_type), allocatable, intent(out) :: error
+    type(mark_type) :: mark
+    integer(c_int) :: handle
+    integer :: i
+    logical :: sound, closed
+
+    call open_to_read(file_of(campaign, "marks"), handle)
+    sound = handle >= 0 .and. file_size(file_of(campaign, "rows")) == campaign%head + campaign%layout%bytes()
+    do i = 1, size(campaign%done)
+      if (.not. sound) exit
+      call read_mark(handle, i, mark)
+      sound = mark%sound .and. mark%fingerprint == campaign%fingerprint
+      call summary%add(mark%summary)
+    end do
+    if (handle >= 0) call close_file(handle, closed)
+    if (.not. sound) call fatal_error(error, campaign%folder // "/sweep.blocks: was damaged meanwhile; start again", &
+      & failed_computation)
+  end subroutine sum_up
+
+  !> The numbers of all points, for those who want them in memory.
+  subroutine read_values(campaign, values, error)
+    type(campaign_type), intent(in) :: campaign
+    real(dp), intent(inout) :: values(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(piece_type), allocatable :: pieces(:)
+    character(len=:), allocatable :: bytes
+    real(dp), allocatable :: numbers(:, :)
+    integer(c_int) :: handle
+    integer :: i, k, n
+    logical :: done
+
+    if (size(values) == 0) return
+    call open_to_read(file_of(campaign, "rows"), handle)
+    do i = 1, size(campaign%done)
+      pieces = campaign%layout%pieces(campaign%layout%grid%tile(i))
+      do k = 1, size(pieces)
+        associate (first => pieces(k)%first, last => pieces(k)%last)
+          call read_piece(campaign, handle, pieces(k), bytes, done)
+          n = product(last - first + 1)
+          if (.not. done) exit
+          allocate(numbers(campaign%layout%numbers, n))
+          call campaign%layout%values(bytes, numbers)
+          values(:, first(2):last(2), first(1):last(1)) = reshape(numbers, [size(numbers, 1), last(2) - first(2) + 1, &
+            & last(1) - first(1) + 1])
+          deallocate(numbers)
+        end associate
+      end do
+    end do
+    if (handle >= 0) call close_file(handle, done)
+    if (handle < 0) call fatal_error(error, file_of(campaign, "rows") // ": cannot be read any more", failed_computation)
+  end subroutine read_values
+
+  !> The head, and the name: a second one, so that all is there still if the run is killed before `clear`; where the file system
+  !> knows none the name is another one from then on.
+  subroutine name_table(campaign, name, error)
+    type(campaign_type), intent(in) :: campaign
+    character(len=*), intent(in) :: name
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: note
+    integer(c_int) :: handle
+    logical :: done, closed
+
+    call read_note(campaign, note)
+    call open_to_write(file_of(campaign, "rows"), handle)
+    done = handle >= 0
+    if (done) call write_at(handle, 1_int64, note(len(first_lines(campaign)) + 1:), done)
+    if (.not. done) call tell_unwritten(file_of(campaign, "rows"), error)
+    if (handle >= 0) call close_file(handle, closed)
+    if (.not. done) return
+    call link_file(file_of(campaign, "rows"), name, done)
+    if (.not. done) call rename_file(file_of(campaign, "rows"), name, done)
+    if (.not. done) call tell_unwritten(name, error)
+  end subroutine name_table
+
+  !> Removes the folder after `finish`, when the table is in its place; what another input has begun meanwhile stays.
   subroutine clear(self)
-    class(campaign_type), intent(in) :: self
+    class(campaign_type), intent(inout) :: self
     type(error_type), allocatable :: another
     integer(c_int) :: lock
-    integer :: i
 
     if (.not. self%finished) return
-    call lock_file(file_of(self, "lock"), lock)
+    call lock_file(file_of(self, "lock"), lock, shared=.false.)
     call compare_origin(self, another)
     if (.not. allocated(another)) then
-      do i = 1, size(self%done)
-        call remove_file(block_of(self, i))
-        call remove_file(block_of(self, i) // growing)
-      end do
       call remove_file(file_of(self, "origin"))
+      call remove_file(file_of(self, "marks"))
+      call remove_file(file_of(self, "rows"))
       call remove_file(file_of(self, "lock"))
       call remove_folder(self%folder // "/sweep.blocks")
     end if
     call unlock_file(lock)
   end subroutine clear
-
-  !> Writes sweep.csv to `staging`. Error: it cannot be written, or a block is gone or damaged.
-  subroutine write_table(self, staging, preamble, summary, error, values)
-    class(campaign_type), intent(in) :: self
-    character(len=*), intent(in) :: staging, preamble
-    type(summary_type), intent(out) :: summary
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(inout), optional :: values(:, :, :)
-    type(output_type) :: table
-    integer :: first, last
-
-    call open_output(table, staging // "/sweep.csv")
-    call table%append(preamble // self%header // newline)
-    last = 0
-    do while (last < size(self%done) .and. .not. table%failed())
-      first = last + 1
-      last = last_beside(self%grid, first)
-      call append_band(self, table, first, last, summary, error, values)
-      if (allocated(error)) then
-        call table%abandon()
-        return
-      end if
-    end do
-    call table%complete(error)
-  end subroutine write_table
 
   subroutine tell_missing(self, error)
     type(campaign_type), intent(in) :: self
@@ -300,80 +467,5 @@ contains
     call fatal_error(error, self%folder // "/sweep.blocks: " // decimal(missing) // " of " // decimal(size(self%done)) &
       & // " tiles are missing: " // list, failed_computation)
   end subroutine tell_missing
-
-  !> The last of the tiles that lie beside `first` along the second axis.
-  pure integer function last_beside(grid, first) result(last)
-    type(grid_type), intent(in) :: grid
-    integer, intent(in) :: first
-    type(tile_type) :: here, next
-
-    here = grid%tile(first)
-    do last = first, grid%tiles() - 1
-      next = grid%tile(last + 1)
-      if (next%first(1) /= here%first(1)) return
-    end do
-    last = grid%tiles()
-  end function last_beside
-
-  !> The rows of tiles that lie beside each other, in the grid's order.
-  subroutine append_band(self, table, first, last, summary, error, values)
-    class(campaign_type), intent(in) :: self
-    type(output_type), intent(inout) :: table
-    integer, intent(in) :: first, last
-    type(summary_type), intent(inout) :: summary
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(inout), optional :: values(:, :, :)
-    type(tile_results_type) :: results
-    type(tile_type) :: tile
-    integer(int64) :: fingerprint
-    integer :: i, k, number, piece
-    logical :: sound
-
-    do k = first, last
-      call read_block(block_of(self, k), fingerprint, number, results, sound)
-      tile = self%grid%tile(k)
-      if (sound) sound = fingerprint == self%fingerprint .and. number == k &
-        & .and. all(shape(results%values) == shape_of(self, tile))
-      if (.not. sound) then
-        if (file_size(block_of(self, k)) < 0) then
-          call tell_gone(self, error)
-        else
-          call fatal_error(error, block_of(self, k) // ": was damaged meanwhile; start again", failed_computation)
-        end if
-        return
-      end if
-      call summary%add_tile(results)
-      if (present(values)) then
-        if (size(values) > 0) values(:, tile%first(2):tile%last(2), tile%first(1):tile%last(1)) = results%values
-      end if
-    end do
-    tile = self%grid%tile(first)
-    ! a tile alone is written at once, those beside each other row by row
-    piece = 1
-    if (first == last) piece = tile%last(1) - tile%first(1) + 1
-    do i = tile%first(1), tile%last(1), piece
-      do k = first, last
-        call append_piece(self, table, self%grid%tile(k), i, piece, summary, error)
-        if (allocated(error)) return
-      end do
-    end do
-  end subroutine append_band
-
-  !> Rows `i` ... `i + piece - 1` of the first axis, as far as a tile has them.
-  subroutine append_piece(self, table, tile, i, piece, summary, error)
-    class(campaign_type), intent(in) :: self
-    type(output_type), intent(inout) :: table
-    type(tile_type), intent(in) :: tile
-    integer, intent(in) :: i, piece
-    type(summary_type), intent(inout) :: summary
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: values(:, :, :)
-
-    allocate(values(self%order%numbers(), tile%last(2) - tile%first(2) + 1, piece))
-    call read_rows(block_of(self, tile%number), i - tile%first(1) + 1, values, error)
-    if (allocated(error)) return
-    call summary%add_points(self%order%columns, [i, tile%first(2)], values)
-    call table%append(rows(self%grid, self%order%columns, [i, tile%first(2)], values))
-  end subroutine append_piece
 
 end module gestell_task_sweep_checkpoint

@@ -16,7 +16,7 @@ module gestell_task_sweep_columns
   implicit none (type, external)
   private
 
-  public :: read_order
+  public :: read_either, read_order
 
   character(len=*), parameter :: fixed_names(*) = column_names(:verdict_behind - 1)
 
@@ -37,15 +37,9 @@ contains
     call agree(groups, "columns", error)
     if (.not. allocated(error)) call agree(groups, "measures", error)
     if (allocated(error)) return
-    do i = 1, size(groups)
-      call read(groups(i), sweep_keys, "engine", engine, error, default=trim(order%engine))
-      if (allocated(error)) return
-      if (i > 1 .and. has(groups(i), "engine") .and. has(groups(1), "engine") .and. engine /= order%engine) then
-        call input_error(groups(i), "engine", "is another one than in " // label(groups(1)), error)
-        return
-      end if
-      order%engine = engine
-    end do
+    call read_either(groups, "engine", engine, error)
+    if (allocated(error)) return
+    order%engine = engine
     order%columns = order%columns .or. peaks_of(frame%dofs())
     allocate(quantities(0))
     i = group_with(groups, "columns")
@@ -60,6 +54,30 @@ contains
     call read_measures(groups(i), sweep_keys, frame, probes, quantities, order%measures, error)
     order%probes = probes
   end subroutine read_order
+
+  !> A word that may stand in any of the groups. Error: another one in another group.
+  subroutine read_either(groups, key, word, error)
+    type(group_type), intent(in) :: groups(:)
+    character(len=*), intent(in) :: key
+    character(len=:), allocatable, intent(out) :: word
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: first
+    integer :: i
+
+    do i = 1, size(groups)
+      if (allocated(word)) call move_alloc(word, first)
+      if (i == 1 .or. has(groups(i), key)) then
+        call read(groups(i), sweep_keys, key, word, error)
+        if (allocated(error)) return
+      else
+        word = first
+      end if
+      if (i == 1) cycle
+      if (.not. has(groups(1), key) .or. word == first) cycle
+      call input_error(groups(i), key, "is another one than in " // label(groups(1)), error)
+      return
+    end do
+  end subroutine read_either
 
   !> The first group that has the key, or the first.
   pure integer function group_with(groups, key) result(i)

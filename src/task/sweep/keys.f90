@@ -22,6 +22,8 @@ module gestell_task_sweep_keys
     &   otherwise="all but quantities"), &
     & key_type("sweep", "measures", text_key, "what is told of these quantities: their peak, their root mean square, and of " // &
     &   "velocities of probes that within the probe's band; it may stand in either group", 1, 1, 3, word="peak", &
-    &   words="peak, rms, band")]
+    &   words="peak, rms, band"), &
+    & key_type("sweep", "format", text_key, "`'csv'`: `sweep.csv`; `'npy'`: the same numbers as an array of NumPy in " // &
+    &   "`sweep.npy`, see doc/output.md; it may stand in either group", word="csv", words="csv, npy")]
 
 end module gestell_task_sweep_keys

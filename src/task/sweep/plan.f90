@@ -16,7 +16,7 @@ module gestell_task_sweep_plan
   use gestell_task_boundary_keys, only: boundary_keys
   use gestell_task_boundary_order, only: most_searched
   use gestell_task_boundary_order, only: border_order_type, usual_tolerance
-  use gestell_task_sweep_columns, only: read_order
+  use gestell_task_sweep_columns, only: read_either, read_order
   use gestell_task_sweep_keys, only: sweep_keys
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_rows, only: probe_type
@@ -36,6 +36,8 @@ module gestell_task_sweep_plan
     character(len=16), allocatable :: units(:)
     type(grid_type) :: grid
     type(sweep_order_type) :: order
+    !> The form of the table: 'csv' or 'npy'.
+    character(len=:), allocatable :: format
     !> What is wanted of borders.
     type(border_order_type) :: borders
     type(document_family_type) :: family
@@ -110,6 +112,7 @@ contains
     call limit(plan%grid, groups, most_points, error)
     if (allocated(error)) return
     call read_order(groups, frame, probes, plan%order, error)
+    if (.not. allocated(error)) call read_either(groups, "format", plan%format, error)
     if (allocated(error)) return
     first = axes(:size(groups))%from
     call new_document_family(plan%family, doc, schema, units, plan%paths, first, error)

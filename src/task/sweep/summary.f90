@@ -28,7 +28,13 @@ module gestell_task_sweep_summary
   contains
     procedure :: add_tile
     procedure :: add_points
+    procedure :: add
+    procedure :: to_words
+    procedure :: from_words
   end type summary_type
+
+  !> Words of a summary.
+  integer, parameter, public :: summary_words = size(verdict_names) + 11
 
 contains
 
@@ -85,5 +91,54 @@ contains
       self%where = first + [at(2) - 1, at(1) - 1]
     end associate
   end subroutine add_points
+
+  !> What other points tell. Of greatest ones that are equal the first in the grid's order is told.
+  pure subroutine add(self, other)
+    class(summary_type), intent(inout) :: self
+    type(summary_type), intent(in) :: other
+    logical :: first
+
+    self%points = self%points + other%points
+    self%verdicts = self%verdicts + other%verdicts
+    self%least = min(self%least, other%least)
+    first = other%where(1) < self%where(1) .or. other%where(1) == self%where(1) .and. other%where(2) < self%where(2)
+    if (other%most > self%most .or. .not. other%most < self%most .and. first) self%where = other%where
+    self%most = max(self%most, other%most)
+    self%turned = self%turned + other%turned
+    if (other%greatest_turn > self%greatest_turn) self%furthest = other%furthest
+    self%greatest_turn = max(self%greatest_turn, other%greatest_turn)
+    self%solutions = self%solutions + other%solutions
+    self%checks = self%checks + other%checks
+    self%deviation = max(self%deviation, other%deviation)
+  end subroutine add
+
+  !> As words of a file.
+  pure function to_words(self) result(words)
+    class(summary_type), intent(in) :: self
+    integer(int64) :: words(summary_words)
+
+    words = [self%points, self%verdicts, transfer([self%least, self%most, self%greatest_turn, self%deviation], [0_int64]), &
+      & int([self%where, self%furthest], int64), self%turned, self%solutions, self%checks]
+  end function to_words
+
+  pure subroutine from_words(self, words)
+    class(summary_type), intent(inout) :: self
+    integer(int64), intent(in) :: words(summary_words)
+    real(dp) :: numbers(4)
+    integer, parameter :: n = size(verdict_names) + 1
+
+    self%points = words(1)
+    self%verdicts = words(2:n)
+    numbers = transfer(words(n + 1:n + 4), numbers)
+    self%least = numbers(1)
+    self%most = numbers(2)
+    self%greatest_turn = numbers(3)
+    self%deviation = numbers(4)
+    self%where = int(words(n + 5:n + 6))
+    self%furthest = int(words(n + 7))
+    self%turned = words(n + 8)
+    self%solutions = words(n + 9)
+    self%checks = words(n + 10)
+  end subroutine from_words
 
 end module gestell_task_sweep_summary

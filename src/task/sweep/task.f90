@@ -15,7 +15,7 @@ module gestell_task_sweep_task
   use gestell_task_locked_family, only: locked_family_type
   use gestell_task_sweep, only: solve_tile
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
-  use gestell_task_sweep_csv, only: table_of
+  use gestell_task_sweep_csv, only: columns_of, table_of
   use gestell_task_sweep_plan, only: sweep_plan_type
   use gestell_task_sweep_plot, only: plot_sweep
   use gestell_task_sweep_report, only: big, evidence_line, report_grid, report_sweep
@@ -54,7 +54,7 @@ contains
     class(sweep_task), intent(inout) :: self
 
     self%name = "sweep"
-    self%tables = [character(len=longest_table) :: "sweep"]
+    self%tables = [character(len=longest_table) :: "sweep", "sweep_columns"]
     self%about = all_machines
     self%judges = .true.
     self%brief = .true.
@@ -110,9 +110,12 @@ contains
         if (allocated(error)) return
         if (context%in_parts) then
           call result%say(newline // "Part " // text(context%part) // " of " // text(context%parts) // ": " &
-            & // counted(count(mine), "tile") // " done; --merge writes sweep.csv when all parts are." // newline)
+            & // counted(count(mine), "tile") // " done; --merge writes " // self%campaign%layout%file &
+            & // " when all parts are." // newline)
           return
         end if
+        if (context%executor%together) call read_back(context, self%campaign, error)
+        if (allocated(error)) return
         if (context%executor%leads()) call tell_sweep(context, self%campaign, summary, result, error)
         call context%executor%share_error(error)
         if (allocated(error)) return
@@ -134,7 +137,8 @@ contains
     leads = context%executor%leads()
     associate (configuration => context%configuration)
       if (leads) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, looked)
-      if (leads .and. .not. (context%merge .or. allocated(error))) call campaign%begin(error)
+      if (leads .and. .not. (context%merge .or. allocated(error))) &
+        & call campaign%begin(context%head%lines(new_table("sweep", "", "", "")), error)
       call context%executor%share_error(error)
       if (allocated(error)) return
       if (.not. leads) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, looked)
@@ -149,8 +153,20 @@ contains
     call context%executor%share_marks(campaign%damaged)
   end subroutine open_together
 
-  !> sweep.csv, written from the tiles that are done, its picture and its report. Error: tiles are missing; it cannot
-  !> be written.
+  !> Reads what several processes have written, each a share of it: not all file systems keep what two of them write beside each
+  !> other. Error: something is lost.
+  subroutine read_back(context, campaign, error)
+    type(context_type), intent(in) :: context
+    type(campaign_type), intent(inout) :: campaign
+    type(error_type), allocatable, intent(out) :: error
+
+    call campaign%look(context%executor%share_of(size(campaign%done)))
+    call context%executor%share_marks(campaign%done)
+    if (.not. all(campaign%done)) call fatal_error(error, context%folder // "/sweep.blocks: was damaged meanwhile; start again", &
+      & failed_computation)
+  end subroutine read_back
+
+  !> The table of the tiles that are done, its picture and its report. Error: tiles are missing; it cannot be written.
   subroutine tell_sweep(context, campaign, summary, result, error)
     type(context_type), intent(in) :: context
     type(campaign_type), intent(inout) :: campaign
@@ -170,7 +186,7 @@ contains
         call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --json", failed_computation)
         return
       end if
-      call campaign%finish(context%staging, context%head%lines(new_table("sweep", "", "", "")), summary, error, values)
+      call campaign%finish(context%staging, summary, error, values)
       if (allocated(error)) return
       table = table_of(plan%paths, plan%units, plan%grid, plan%order, values)
       table%written = .true.
@@ -186,7 +202,12 @@ contains
     type(result_type), intent(inout) :: result
 
     associate (plan => context%configuration%plan)
-      call result%add(table, plot_sweep(plan, context%configuration%turns(), summary))
+      if (plan%format == "npy" .and. table%written) then
+        call result%add(table)
+        call result%add(columns_of(table))
+      else
+        call result%add(table, plot_sweep(plan, context%configuration%turns(), summary))
+      end if
       call result%warn("", tally(summary))
       call result%say(report_sweep(plan, summary))
       call result%detail(evidence_line(summary))
@@ -279,13 +300,11 @@ contains
     tile = self%plan%grid%tile(k)
     call solve_tile(self%family, self%plan%grid, tile, self%plan%order, results, error)
     if (allocated(error)) return
-    !$omp critical (input_and_output)
     if (allocated(self%values)) then
       self%values(:, tile%first(2):tile%last(2), tile%first(1):tile%last(1)) = results%values
     else
       call self%campaign%store(k, results, error)
     end if
-    !$omp end critical (input_and_output)
   end subroutine compute
 
   !> Points of each of these tiles.

@@ -1,0 +1,68 @@
+!> What is known of the tiles of a sweep that are done: a file of sealed records, all of one length, each at its tile's place.
+module gestell_task_sweep_marks
+  use gestell_base_files, only: read_at, write_at
+  use gestell_output_file_sealed, only: sealed, sealed_head, unseal, word_bytes
+  use gestell_task_sweep_summary, only: summary_type, summary_words
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: read_mark, write_mark
+
+  type, public :: mark_type
+    integer(int64) :: fingerprint = 0
+    integer :: tile = 0
+    !> Of the bytes of its rows.
+    integer(int64) :: checksum = 0
+    type(summary_type) :: summary
+    !> Whether there is nothing; whether there is a mark, and it is complete and not damaged.
+    logical :: none = .true., sound = .false.
+  end type mark_type
+
+  !> Words of a record: head, tile, checksum of the rows, summary, checksum.
+  integer, parameter :: words_of_mark = sealed_head + 2 + summary_words + 1
+
+contains
+
+  !> Writes a mark to the open file. Not `done`: it cannot be written.
+  subroutine write_mark(handle, mark, done)
+    integer(c_int), intent(in) :: handle
+    type(mark_type), intent(in) :: mark
+    logical, intent(out) :: done
+    character(len=word_bytes * words_of_mark) :: bytes
+
+    bytes = transfer(sealed(mark%fingerprint, [int(mark%tile, int64), mark%checksum, mark%summary%to_words()]), bytes)
+    call write_at(handle, place(mark%tile), bytes, done)
+  end subroutine write_mark
+
+  !> The mark of a tile from the open file.
+  subroutine read_mark(handle, tile, mark)
+    integer(c_int), intent(in) :: handle
+    integer, intent(in) :: tile
+    type(mark_type), intent(out) :: mark
+    character(len=word_bytes * words_of_mark) :: bytes
+    integer(int64) :: words(words_of_mark)
+    integer :: content(2)
+    logical :: done
+
+    call read_at(handle, place(tile), bytes, done)
+    if (.not. done) return
+    words = transfer(bytes, words)
+    mark%none = all(words == 0)
+    call unseal(words, 1, mark%fingerprint, content, mark%sound)
+    if (mark%sound) mark%sound = content(2) == words_of_mark - 1
+    if (.not. mark%sound) return
+    mark%tile = int(words(content(1)))
+    mark%checksum = words(content(1) + 1)
+    call mark%summary%from_words(words(content(1) + 2:content(2)))
+    mark%sound = mark%tile == tile
+  end subroutine read_mark
+
+  pure integer(int64) function place(tile)
+    integer, intent(in) :: tile
+
+    place = 1 + int(word_bytes * words_of_mark, int64) * (tile - 1)
+  end function place
+
+end module gestell_task_sweep_marks
