@@ -1,12 +1,15 @@
 """Sweeps: points against single runs, bad inputs, parts, threads, and everything that can interrupt a run."""
 
+import ast
 import csv
+import json
 import os
 import random
 import re
 import resource
 import shutil
 import signal
+import struct
 import subprocess
 import time
 from pathlib import Path
@@ -36,7 +39,9 @@ class Points:
     def __init__(self, text):
         self.preamble = [line for line in text.splitlines() if line.startswith("#")]
         rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
-        self.header, self.rows = rows[0], rows[1:]
+        # numbers may have blanks before them, words none
+        self.header = rows[0]
+        self.rows = [[cell if name == "verdict" else cell.strip() for name, cell in zip(self.header, row)] for row in rows[1:]]
 
     def column(self, name):
         i = self.header.index(name)
@@ -326,16 +331,23 @@ def test_together():
 # ---- interruptions ---------------------------------------------------------------------------------------------------
 
 
-def blocks_in(output):
+# bytes of a mark: head, tile, checksum, summary, checksum
+MARK = 8 * (3 + 2 + 16 + 1)
+
+
+def marks_of(output):
+    """The marks of the tiles that are done, by number."""
     try:
-        return [name for name in files(output / "sweep.blocks") if name.isdigit()]
+        data = (output / "sweep.blocks" / "marks").read_bytes()
     except FileNotFoundError:
         # removed between two looks: the run is done
-        return []
+        return {}
+    found = {i // MARK + 1: data[i:i + MARK] for i in range(0, len(data), MARK)}
+    return {tile: mark for tile, mark in found.items() if any(mark)}
 
 
 def test_killed():
-    """Killed at random moments, again and again: what a block holds is not computed again, the bytes are the same."""
+    """Killed at random moments, again and again: what has a mark is not computed again, the bytes are the same."""
     chance = random.Random(6)
     with Folder(input=SWEEP + LONG) as folder:
         right = undisturbed(folder)
@@ -344,9 +356,9 @@ def test_killed():
             kept = 0
             for _ in range(200):
                 run = subprocess.Popen([Run.program, "-q", "input.nml", "-o", output.name], cwd=folder, stderr=subprocess.PIPE)
-                # A little after it has begun or has some blocks more, however busy the computer.
+                # A little after it has begun or has some marks more, however busy the computer.
                 wanted = kept + chance.randrange(4)
-                while run.poll() is None and len(blocks_in(output)) < wanted:
+                while run.poll() is None and len(marks_of(output)) < wanted:
                     time.sleep(0.001)
                 try:
                     run.wait(chance.uniform(0, 0.02))
@@ -358,8 +370,8 @@ def test_killed():
                 equal(f"killed, trial {trial}", (run.returncode, message), (-signal.SIGKILL, b""))
                 check("killed, no half sweep.csv", not (output / "sweep.csv").exists()
                       or (output / "sweep.csv").read_bytes() == right, "none, or all of it", "another")
-                blocks = blocks_in(output)
-                # They go one by one once the table is whole.
+                blocks = marks_of(output)
+                # They go once the table is whole.
                 done = (output / "sweep.csv").exists()
                 check(f"killed, trial {trial}, blocks stay", len(blocks) >= kept or done or not blocks, f">= {kept}", len(blocks))
                 kept = len(blocks)
@@ -373,35 +385,104 @@ def first_part(folder, output, part="1/2"):
 
 
 def test_damaged():
-    """Blocks that are cut off, changed in a bit, empty, or not ours are computed again."""
+    """Rows and marks that are cut off, changed in a bit, empty, or not ours are computed again."""
     with Folder(input=SWEEP + LONG) as folder:
         right = undisturbed(folder)
-        for what, change in (
-                ("cut off", lambda data: data[:-8]),
-                ("cut off within a word", lambda data: data[:100]),
-                ("longer", lambda data: data + bytes(8)),
-                ("empty", lambda data: b""),
-                ("a bit of a number", lambda data: data[:200] + bytes([data[200] ^ 1]) + data[201:]),
-                ("a bit of the head", lambda data: data[:8] + bytes([data[8] ^ 128]) + data[9:]),
-                ("the last bit", lambda data: data[:-1] + bytes([data[-1] ^ 128])),
-                ("zeros", lambda data: bytes(len(data))),
-                ("a text", lambda data: b"gestell " * (len(data) // 8))):
+        head = right.index(b"\n", right.index(b"\ndrive.speed_rpm,") + 1) + 1
+        width = (len(right) - head) // 1000
+
+        def bit(place):
+            return lambda data: data[:place] + bytes([data[place] ^ 1]) + data[place + 1:]
+
+        # the first part has the odd tiles; the last of them, 15, is second to last in the last band of tiles
+        for what, file, change, damaged in (
+                ("rows cut off", "rows", lambda data: data[:head + 965 * width], 2),
+                ("rows cut off within one", "rows", lambda data: data[:-1], 1),
+                ("rows empty", "rows", lambda data: b"", 8),
+                ("a bit of a row", "rows", bit(head + 5), 1),
+                ("the last bit of a tile's first rows", "rows", bit(head + 10 * width - 1), 1),
+                ("a row of another point", "rows", lambda data: data[:head] + data[head + width:head + 2 * width]
+                 + data[head + width:], 1),
+                ("zeros", "rows", lambda data: bytes(len(data)), 8),
+                ("a bit of a mark", "marks", bit(100), 1),
+                ("a bit of a mark's head", "marks", bit(8), 1),
+                ("marks cut off within one", "marks", lambda data: data[:-8], 0),
+                ("marks empty", "marks", lambda data: b"", 0),
+                ("marks of other tiles", "marks", lambda data: data[2 * MARK:3 * MARK] + data[MARK:2 * MARK] + data[:MARK]
+                 + data[3 * MARK:], 2),
+                ("a text", "marks", lambda data: b"gestell " * (len(data) // 8), 15)):
             output = "damaged " + what
-            blocks = first_part(folder, output)
-            victim = sorted(path for path in blocks.iterdir() if path.name.isdigit())[1]
+            victim = first_part(folder, output) / file
             victim.write_bytes(change(victim.read_bytes()))
             run = Run(folder, "-q", "input.nml", "-o", output)
-            equal(f"block {what}", (run.code, run.err), (0, f"note: {output}/sweep.blocks: 1 damaged block: computed again\n"))
-            equal(f"block {what}, same bytes", (folder / output / "sweep.csv").read_bytes() == right, True)
-        # two blocks that changed places
-        blocks = first_part(folder, "swapped")
-        one, two = sorted(path for path in blocks.iterdir() if path.name.isdigit())[:2]
-        one.rename(blocks / "x")
-        two.rename(one)
-        (blocks / "x").rename(two)
-        run = Run(folder, "-q", "input.nml", "-o", "swapped")
-        equal("blocks swapped", (run.code, run.err), (0, "note: swapped/sweep.blocks: 2 damaged blocks: computed again\n"))
-        equal("blocks swapped, same bytes", (folder / "swapped" / "sweep.csv").read_bytes() == right, True)
+            note = f"note: {output}/sweep.blocks: {damaged} damaged tile{'s' * (damaged > 1)}: computed again\n" * (damaged > 0)
+            equal(f"damaged, {what}", (run.code, run.err), (0, note))
+            equal(f"damaged, {what}: same bytes", (folder / output / "sweep.csv").read_bytes() == right, True)
+
+
+def test_unwritten_rows():
+    """Of tiles without a mark nothing looks like a row, and every row that is there is that of the end."""
+    with Folder(input=SWEEP + LONG) as folder:
+        right = undisturbed(folder)
+        data = (first_part(folder, "half") / "rows").read_bytes()
+        head = right.index(b"\n", right.index(b"\ndrive.speed_rpm,") + 1) + 1
+        width = (len(right) - head) // 1000
+        rows = [data[i:i + width] for i in range(head, len(data), width)]
+        final = [right[i:i + width] for i in range(head, len(right), width)]
+        equal("rows of one width", {(row[-1:], row.count(b"\n")) for row in final}, {(b"\n", 1)})
+        equal("half a table: rows that are there", sum(map(any, rows)), 500)
+        equal("half a table: no other bytes", all(row in (bytes(width), right) for row, right in zip(rows, final)), True)
+        equal("half a table: no head yet", any(data[:head]), False)
+
+
+def npy(path):
+    """Shape and rows of a file of NumPy, by its description (numpy.lib.format, version 1.0) alone."""
+    data = path.read_bytes()
+    magic, length = struct.unpack("<8sH", data[:10])
+    assert magic == b"\x93NUMPY\x01\x00" and (10 + length) % 64 == 0 and data[9 + length:10 + length] == b"\n", data[:128]
+    head = ast.literal_eval(data[10:10 + length].decode("ascii"))
+    assert set(head) == {"descr", "fortran_order", "shape"} and head["fortran_order"] is False, head
+    points, columns = head["shape"]
+    numbers = struct.unpack(f"{head['descr'][0]}{points * columns}d", data[10 + length:])
+    return head["shape"], [numbers[i:i + columns] for i in range(0, len(numbers), columns)]
+
+
+VERDICTS = ["stable", "unstable", "undecided", "impossible", "failed"]
+
+
+def test_npy():
+    """The same numbers as sweep.csv, to the last bit, whole, in parts, and after a kill."""
+    grids = {"a grid": TWO, "a line through a dead point": axis("joint(B).lengths(1)", 0.1, 0.5, 17), "several tiles": LONG,
+             "quantities": TWO.replace("spacing='log'", "spacing='log', columns='log_rho_max','fx','xi_peak_m'")}
+    for what, grid in grids.items():
+        with Folder(input=SWEEP + grid + (REST if grid != LONG else "")) as folder:
+            Run(folder, "-q", "input.nml", "-o", "csv").done(f"npy, {what}: csv")
+            Run(folder, "-q", "input.nml", "-s", "sweep.format=npy", "-o", "npy").done(f"npy, {what}")
+            equal(f"npy, {what}: files", files(folder / "npy"), ["sweep.npy", "sweep_columns.csv"])
+            table = points(folder / "csv")
+            shape, rows = npy(folder / "npy" / "sweep.npy")
+            expected = [tuple(float(VERDICTS.index(cell)) if name == "verdict" else float(cell)
+                              for name, cell in zip(table.header, row)) for row in table.rows]
+            equal(f"npy, {what}: shape", shape, (len(table.rows), len(table.header)))
+            # NaN is no number, and equals itself as bytes
+            pack = [struct.pack(f"{shape[1]}d", *(abs(x) if x != x else x for x in row)) for row in rows]
+            equal(f"npy, {what}: the numbers of sweep.csv", pack == [struct.pack(f"{shape[1]}d", *row) for row in expected], True)
+            names = [row[1] for row in csv.reader(line for line in (folder / "npy" / "sweep_columns.csv").read_text().splitlines()
+                                                  if not line.startswith("#"))]
+            equal(f"npy, {what}: names", names, ["name", *table.header])
+            for part in ("1/2", "2/2"):
+                Run(folder, "-q", "input.nml", "-s", "sweep.format=npy", "-o", "parts", "--part", part).done(f"npy, {what}: a part")
+            Run(folder, "-q", "input.nml", "-s", "sweep.format=npy", "-o", "parts", "--merge").done(f"npy, {what}: merged")
+            equal(f"npy, {what}: same bytes", (folder / "parts" / "sweep.npy").read_bytes(),
+                  (folder / "npy" / "sweep.npy").read_bytes())
+            both = [json.loads(Run(folder, "-q", "--json", "input.nml", "-o", form, "-s", f"sweep.format={form}").out)["tables"]
+                    for form in ("csv", "npy")]
+            equal(f"npy, {what}: the same JSON", both[0]["sweep"] == both[1]["sweep"], True)
+            numbers = [[None if x == "NaN" else x if x in VERDICTS else float(x) for x in row] for row in table.rows]
+            equal(f"npy, {what}: JSON of the rows", both[0]["sweep"]["rows"] == numbers, True)
+    with Folder(input=SWEEP + TWO) as folder:
+        run = Run(folder, "input.nml", "-s", "sweep(1).format=npy", "-s", "sweep(2).format=csv")
+        run.refused("two formats", 2, re.compile(r".*format.*is another one than in &sweep.*"))
 
 
 def test_foreign():
@@ -426,14 +507,10 @@ def test_foreign():
         run = Run(folder, "-q", "input.nml", "-o", "out")
         check("foreign blocks, version", run.code == 1 and "version 0.0.9 of gestell began it" in run.err and hint in run.err,
               "the version", run.err)
-        # the note is lost: the blocks know themselves
-        origin.unlink()
-        run = Run(folder, "-q", "changed.nml", "-o", "out")
-        run.refused("foreign blocks, no note", 1, "out/sweep.blocks: points of an unfinished sweep that do not fit, the input or "
-                    "the version differs" + hint)
+        origin.write_text(text)
         Run(folder, "-q", "same.nml", "-o", "out").done("another layout goes on")
-        came = (folder / "out" / "sweep.csv").read_bytes().replace(b"same.nml", b"input.nml")
-        equal("another layout, same bytes", came == right, True)
+        # the head is that of the run that began
+        equal("another layout, same bytes", (folder / "out" / "sweep.csv").read_bytes() == right, True)
 
 
 def limited(size):
@@ -445,16 +522,16 @@ def limited(size):
 
 
 def test_full_disk():
-    """Exit code 4 and one line; the blocks so far stay, and with more room the rest follows."""
+    """Exit code 4 and one line; the tiles so far stay, and with more room the rest follows."""
     with Folder(input=SWEEP + LONG) as folder:
         right = undisturbed(folder)
-        # too little for a block of 60 points, then for the table
-        for what, size in (("a block", 512), ("the table", len(right) - 1)):
+        # too little for the rows of any tile, then for the last ones
+        for what, size in (("any rows", 512), ("the last rows", len(right) - 1)):
             run = Run(folder, "-q", "input.nml", "-o", what, preexec_fn=limited(size))
             run.refused(f"disk full, {what}", 4, re.compile(rf"{what}/sweep.*: cannot be written: .+"))
             check(f"disk full, {what}: no table", "sweep.csv" not in files(folder / what), "none", files(folder / what))
-            blocks = [name for name in files(folder / what / "sweep.blocks") if name.isdigit()]
-            equal(f"disk full, {what}: blocks stay", len(blocks), 0 if size == 512 else 16)
+            kept = len(marks_of(folder / what))
+            check(f"disk full, {what}: marks stay", kept == 0 if size == 512 else 0 < kept < 16, "none, or some", kept)
             Run(folder, "-q", "input.nml", "-o", what).done(f"disk full, {what}: with more room")
             equal(f"disk full, {what}: same bytes", (folder / what / "sweep.csv").read_bytes() == right, True)
             equal(f"disk full, {what}: files", files(folder / what), ["sweep.csv"])
@@ -474,8 +551,8 @@ def small_disk(folder, right):
     try:
         run = Run(folder, "-q", "input.nml", "-o", "disk/out")
         run.refused("small disk", 4, re.compile(r"disk/out/sweep.*: cannot be written.*"))
-        kept = {path.name: path.read_bytes() for path in (disk / "out" / "sweep.blocks").iterdir() if path.name.isdigit()}
-        check("small disk, some blocks", 0 < len(kept) < 16, "some", len(kept))
+        kept = marks_of(disk / "out")
+        check("small disk, some tiles", 0 < len(kept) < 16, "some", len(kept))
         subprocess.run(["mount", "-o", "remount,size=4m", disk], check=True)
         Run(folder, "-q", "input.nml", "-o", "disk/out").done("small disk, with more room")
         equal("small disk, same bytes", (disk / "out" / "sweep.csv").read_bytes() == right, True)
@@ -561,5 +638,5 @@ def test_progress():
 
 
 SWEEP_TESTS = (test_golden, test_as_single_runs, test_shapes, test_impossible, test_nearly_singular, test_other_tasks,
-               test_refused, test_threads, test_parts, test_together, test_killed, test_damaged, test_foreign, test_full_disk, test_one_line,
+               test_refused, test_threads, test_parts, test_together, test_killed, test_damaged, test_unwritten_rows, test_npy, test_foreign, test_full_disk, test_one_line,
                test_one_line_is_lost, test_progress)

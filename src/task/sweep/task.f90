@@ -104,7 +104,7 @@ contains
         call open_together(context, mine, self%campaign, error)
         if (allocated(error)) return
         if (any(self%campaign%damaged)) call result%note(context%folder // "/sweep.blocks: " &
-          & // counted(count(self%campaign%damaged), "damaged block") // ": computed again")
+          & // counted(count(self%campaign%damaged), "damaged tile") // ": computed again")
         call result%say(report_grid(plan) // context%executor%workers())
         if (.not. context%merge) call compute_tiles(context, self%campaign, mine, error)
         if (allocated(error)) return
