@@ -143,10 +143,7 @@ contains
         call system%load(0.1_dp * k * system%period, h)
         call anew%frame%matrices(0.1_dp * k * anew%frame%period, m2, b2, c2)
         call anew%frame%load(0.1_dp * k * anew%frame%period, h2)
-        call check_that(error, [abs(m - m2)], "<=", 0.0_dp, path1 // ", " // path2)
-        call check_that(error, [abs(b - b2)], "<=", 0.0_dp, path1 // ", " // path2)
-        call check_that(error, [abs(c - c2)], "<=", 0.0_dp, path1 // ", " // path2)
-        call check_that(error, abs(h - h2), "<=", 0.0_dp, path1 // ", " // path2)
+        call check_that(error, [abs(m - m2), abs(b - b2), abs(c - c2), abs(h - h2)], "<=", 0.0_dp, path1 // ", " // path2)
       end do
       call check_that(error, abs(system%speed - anew%frame%speed), "<=", 0.0_dp, "speed")
     class default
@@ -261,8 +258,7 @@ contains
     call check_that(error, int(summary%where(:size(counts))), "==", counts, "where the least is")
     call check_that(error, nint(summary%least), "==", 1001, "least")
     call check_that(error, int(file_size(folder // "/sweep.blocks/origin")), "<", 0, "size of the origin")
-    call remove_file(folder // "/sweep.csv")
-    call remove_folder(folder)
+    call clear_folder
   end subroutine one_table
 
   subroutine new_plan(plan, counts)
@@ -390,12 +386,14 @@ contains
   end subroutine test_replaced
 
   subroutine clear_folder()
-    call remove_file(folder // "/sweep.blocks/rows")
-    call remove_file(folder // "/sweep.blocks/marks")
-    call remove_file(folder // "/sweep.blocks/origin")
-    call remove_file(folder // "/sweep.blocks/lock")
+    character(len=*), parameter :: names(*) = [character(len=19) :: "sweep.blocks/rows", "sweep.blocks/marks", &
+      & "sweep.blocks/origin", "sweep.blocks/lock", "sweep.csv"]
+    integer :: i
+
+    do i = 1, size(names)
+      call remove_file(folder // "/" // trim(names(i)))
+    end do
     call remove_folder(folder // "/sweep.blocks")
-    call remove_file(folder // "/sweep.csv")
     call remove_folder(folder)
   end subroutine clear_folder
 

@@ -10,6 +10,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,20 +53,43 @@ int creat(const char *path, mode_t mode) {
   return handle;
 }
 
-ssize_t write(int handle, const void *bytes, size_t length) {
-  ssize_t (*real)(int, const void *, size_t) = dlsym(RTLD_NEXT, "write");
+int open(const char *path, int flags, ...) {
+  int (*real)(const char *, int, ...) = dlsym(RTLD_NEXT, "open"), handle, counted;
+  va_list more;
+  va_start(more, flags);
+  mode_t mode = flags & O_CREAT ? va_arg(more, mode_t) : 0;
+  va_end(more);
+  counted = flags == O_WRONLY && below(path);
+  if (counted && fails()) return -1;
+  handle = real(path, flags, mode);
+  if (counted && handle >= 0 && handle < 1024) followed[handle] = 1;
+  return handle;
+}
+
+/* What is to be written of `length` bytes; -1: the write fails. */
+static ssize_t let_through(int handle, size_t length) {
   int counted = handle == 1 && active() && *word("FAULT_STDOUT");
   if (handle >= 0 && handle < 1024 && followed[handle]) counted = 1;
-  if (!counted) return real(handle, bytes, length);
+  if (!counted) return length;
   if (after_short) {
     after_short = 0;
     errno = ENOSPC;
     return -1;
   }
-  if (!fails()) return real(handle, bytes, length);
+  if (!fails()) return length;
   if (!*word("FAULT_SHORT") || length < 2) return -1;
   after_short = 1;
-  return real(handle, bytes, length / 2);
+  return length / 2;
+}
+
+ssize_t write(int handle, const void *bytes, size_t length) {
+  ssize_t (*real)(int, const void *, size_t) = dlsym(RTLD_NEXT, "write"), n = let_through(handle, length);
+  return n < 0 ? -1 : real(handle, bytes, n);
+}
+
+ssize_t pwrite(int handle, const void *bytes, size_t length, off_t offset) {
+  ssize_t (*real)(int, const void *, size_t, off_t) = dlsym(RTLD_NEXT, "pwrite"), n = let_through(handle, length);
+  return n < 0 ? -1 : real(handle, bytes, n, offset);
 }
 
 int close(int handle) {

@@ -121,7 +121,8 @@ def test_sweep():
             Run(folder, "-q", *settings, "-o", "all", "input.nml").done(f"all columns, {engine}")
             every = table(folder / "all/sweep.csv")
             equal(f"peaks alone, {engine}: verdicts", [row["verdict"] for row in alone], [row["verdict"] for row in every])
-            equal(f"peaks alone, {engine}: peaks", [row["psi_peak_rad"] for row in alone], [row["psi_peak_rad"] for row in every])
+            equal(f"peaks alone, {engine}: peaks", [float(row["psi_peak_rad"]) for row in alone],
+                  [float(row["psi_peak_rad"]) for row in every])
             equal(f"peaks alone, {engine}: both verdicts", {row["verdict"] for row in alone} >= {"stable", "unstable"}, True)
             Run(folder, "-q", "--fail-if-unstable", *settings, "-s", "sweep.columns=psi_peak_rad", "-o", "new",
                 "input.nml").done(f"peaks alone, {engine}: exit code", 10)

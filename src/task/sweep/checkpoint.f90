@@ -5,9 +5,9 @@
 !> whoever changes the folder holds `lock`, those who store share it.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
-  use gestell_base_files, only: close_file, create_file, file_size, last_reason, link_file, lock_file, open_to_read, &
+  use gestell_base_files, only: close_file, create_file, file_size, link_file, lock_file, open_to_read, &
     & open_to_write, read_at, remove_file, remove_folder, rename_file, unlock_file, write_at
-  use gestell_base_hash, only: hash_start, mix_bytes, mix_text
+  use gestell_base_hash, only: mix_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
   use gestell_input_wording, only: decimal
@@ -15,9 +15,10 @@ module gestell_task_sweep_checkpoint
   use gestell_output_file_output, only: write_file
   use gestell_study_grid, only: tile_type
   use gestell_study_tile_results, only: sweep_columns, tile_results_type
-  use gestell_task_sweep_layout, only: layout_type, new_layout, piece_type
+  use gestell_task_sweep_layout, only: layout_type, new_layout
   use gestell_task_sweep_marks, only: mark_type, read_mark, write_mark
   use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_sweep_rows, only: checksum_of, read_values, tell_unwritten, write_tile
   use gestell_task_sweep_summary, only: summary_type
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
@@ -97,49 +98,12 @@ contains
       call read_mark(marks, i, mark)
       if (mark%none) cycle
       self%done(i) = mark%sound .and. rows >= 0 .and. mark%fingerprint == self%fingerprint
-      if (self%done(i)) self%done(i) = mark%checksum == checksum_of(self, rows, self%layout%grid%tile(i))
+      if (self%done(i)) self%done(i) = mark%checksum == checksum_of(self%layout, rows, self%head, self%layout%grid%tile(i))
       self%damaged(i) = .not. self%done(i)
     end do
     call close_file(marks, closed)
     if (rows >= 0) call close_file(rows, closed)
   end subroutine look
-
-  !> The checksum of a tile's rows in the open file; 0 where they cannot be read.
-  integer(int64) function checksum_of(campaign, rows, tile) result(checksum)
-    type(campaign_type), intent(in) :: campaign
-    integer(c_int), intent(in) :: rows
-    type(tile_type), intent(in) :: tile
-    type(piece_type), allocatable :: pieces(:)
-    character(len=:), allocatable :: bytes
-    integer :: k
-    logical :: done
-
-    checksum = hash_start
-    pieces = campaign%layout%pieces(tile)
-    do k = 1, size(pieces)
-      call read_piece(campaign, rows, pieces(k), bytes, done)
-      if (.not. done) exit
-      call mix_bytes(checksum, bytes)
-    end do
-    if (.not. done) checksum = 0
-  end function checksum_of
-
-  !> The rows of a piece from the open file.
-  subroutine read_piece(campaign, rows, piece, bytes, done)
-    type(campaign_type), intent(in) :: campaign
-    integer(c_int), intent(in) :: rows
-    type(piece_type), intent(in) :: piece
-    character(len=:), allocatable, intent(inout) :: bytes
-    logical, intent(out) :: done
-    integer :: length
-
-    length = campaign%layout%width * product(piece%last - piece%first + 1)
-    if (allocated(bytes)) then
-      if (len(bytes) /= length) deallocate(bytes)
-    end if
-    if (.not. allocated(bytes)) allocate(character(len=length) :: bytes)
-    call read_at(rows, campaign%head + campaign%layout%place(piece%first) + 1, bytes, done)
-  end subroutine read_piece
 
   !> A file in the folder of the sweep.
   pure function file_of(campaign, file) result(name)
@@ -255,6 +219,8 @@ contains
     integer, intent(in) :: number
     type(tile_results_type), intent(in) :: results
     type(error_type), allocatable, intent(out) :: error
+    type(tile_type) :: tile
+    type(mark_type) :: mark
     integer(c_int) :: lock
 
     call lock_file(file_of(self, "lock"), lock, shared=.true.)
@@ -262,57 +228,35 @@ contains
     call compare_origin(self, error)
     if (.not. (allocated(error) .or. self%has_begun())) call tell_gone(self, error)
     !$omp end critical (input_and_output)
-    if (.not. allocated(error)) call write_tile(self, self%layout%grid%tile(number), results, error)
+    if (.not. allocated(error)) then
+      mark = mark_type(self%fingerprint, number)
+      tile = self%layout%grid%tile(number)
+      call write_tile(self%layout, file_of(self, "rows"), self%head, tile, results%values, mark%checksum, error)
+    end if
+    if (.not. allocated(error)) then
+      call mark%summary%add_tile(results)
+      call mark%summary%add_points(self%columns, tile%first, results%values)
+      call put_mark(self, mark, error)
+    end if
     call unlock_file(lock)
     self%done(number) = .not. allocated(error)
   end subroutine store
 
-  !> The rows of a tile, and then its mark.
-  subroutine write_tile(campaign, tile, results, error)
+  !> Writes a mark. Error: it cannot be written.
+  subroutine put_mark(campaign, mark, error)
     type(campaign_type), intent(in) :: campaign
-    type(tile_type), intent(in) :: tile
-    type(tile_results_type), intent(in) :: results
+    type(mark_type), intent(in) :: mark
     type(error_type), allocatable, intent(out) :: error
-    type(piece_type), allocatable :: pieces(:)
-    type(mark_type) :: mark
-    character(len=:), allocatable :: rows
     integer(c_int) :: handle
-    integer :: first(2), last(2), k
     logical :: done, closed
 
-    mark = mark_type(campaign%fingerprint, tile%number, hash_start)
-    pieces = campaign%layout%pieces(tile)
-    call open_to_write(file_of(campaign, "rows"), handle)
-    done = handle >= 0
-    do k = 1, size(pieces)
-      if (.not. done) exit
-      first = pieces(k)%first - tile%first + 1
-      last = pieces(k)%last - tile%first + 1
-      rows = campaign%layout%rows(pieces(k)%first, results%values(:, first(2):last(2), first(1):last(1)))
-      call mix_bytes(mark%checksum, rows)
-      call write_at(handle, campaign%head + campaign%layout%place(pieces(k)%first) + 1, rows, done)
-    end do
-    if (.not. done) call tell_unwritten(file_of(campaign, "rows: tile ") // decimal(tile%number), error)
-    if (handle >= 0) call close_file(handle, closed)
-    if (done .and. .not. closed) call tell_unwritten(file_of(campaign, "rows: tile ") // decimal(tile%number), error)
-    if (allocated(error)) return
-    call mark%summary%add_tile(results)
-    call mark%summary%add_points(campaign%columns, tile%first, results%values)
     call open_to_write(file_of(campaign, "marks"), handle)
     done = handle >= 0
     if (done) call write_mark(handle, mark, done)
-    if (.not. done) call tell_unwritten(file_of(campaign, "marks: tile ") // decimal(tile%number), error)
+    if (.not. done) call tell_unwritten(file_of(campaign, "marks: tile ") // decimal(mark%tile), error)
     if (handle >= 0) call close_file(handle, closed)
-  end subroutine write_tile
-
-  !> Why the last call failed.
-  subroutine tell_unwritten(name, error)
-    character(len=*), intent(in) :: name
-    type(error_type), allocatable, intent(out) :: error
-
-    call fatal_error(error, name // ": cannot be written: " // last_reason(), failed_computation)
-    error%unwritten = .true.
-  end subroutine tell_unwritten
+    if (done .and. .not. closed) call tell_unwritten(file_of(campaign, "marks: tile ") // decimal(mark%tile), error)
+  end subroutine put_mark
 
   !> The blocks are no longer there.
   pure subroutine tell_gone(campaign, error)
@@ -340,7 +284,8 @@ contains
     call compare_origin(self, error)
     if (.not. (allocated(error) .or. self%has_begun())) call tell_gone(self, error)
     if (.not. allocated(error)) call sum_up(self, summary, error)
-    if (.not. allocated(error) .and. present(values)) call read_values(self, values, error)
+    if (.not. allocated(error) .and. present(values)) &
+      & call read_values(self%layout, file_of(self, "rows"), self%head, values, error)
     if (.not. allocated(error)) call name_table(self, staging // "/" // self%layout%file, error)
     self%finished = .not. allocated(error)
     call unlock_file(lock)
@@ -368,39 +313,6 @@ contains
     if (.not. sound) call fatal_error(error, campaign%folder // "/sweep.blocks: was damaged meanwhile; start again", &
       & failed_computation)
   end subroutine sum_up
-
-  !> The numbers of all points, for those who want them in memory.
-  subroutine read_values(campaign, values, error)
-    type(campaign_type), intent(in) :: campaign
-    real(dp), intent(inout) :: values(:, :, :)
-    type(error_type), allocatable, intent(out) :: error
-    type(piece_type), allocatable :: pieces(:)
-    character(len=:), allocatable :: bytes
-    real(dp), allocatable :: numbers(:, :)
-    integer(c_int) :: handle
-    integer :: i, k, n
-    logical :: done
-
-    if (size(values) == 0) return
-    call open_to_read(file_of(campaign, "rows"), handle)
-    do i = 1, size(campaign%done)
-      pieces = campaign%layout%pieces(campaign%layout%grid%tile(i))
-      do k = 1, size(pieces)
-        associate (first => pieces(k)%first, last => pieces(k)%last)
-          call read_piece(campaign, handle, pieces(k), bytes, done)
-          n = product(last - first + 1)
-          if (.not. done) exit
-          allocate(numbers(campaign%layout%numbers, n))
-          call campaign%layout%values(bytes, numbers)
-          values(:, first(2):last(2), first(1):last(1)) = reshape(numbers, [size(numbers, 1), last(2) - first(2) + 1, &
-            & last(1) - first(1) + 1])
-          deallocate(numbers)
-        end associate
-      end do
-    end do
-    if (handle >= 0) call close_file(handle, done)
-    if (handle < 0) call fatal_error(error, file_of(campaign, "rows") // ": cannot be read any more", failed_computation)
-  end subroutine read_values
 
   !> The head, and the name: a second one, so that all is there still if the run is killed before `clear`; where the file system
   !> knows none the name is another one from then on.

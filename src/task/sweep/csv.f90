@@ -216,7 +216,7 @@ contains
     begin = 1
     do k = 1 - axes, size(values)
       length = scan(line(begin:), "," // newline) - 1
-      if (k == verdict_column(columns)) then
+      if (k > 0 .and. k == verdict_column(columns)) then
         name = line(begin:begin + length - 1)
         values(k) = findloc(verdict_names, name, dim=1) - 1
       else if (k > 0) then

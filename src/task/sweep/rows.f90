@@ -1,0 +1,138 @@
+!> The rows of a sweep in the file that becomes its table: each tile in its places.
+module gestell_task_sweep_rows
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_files, only: close_file, last_reason, open_to_read, open_to_write, read_at, write_at
+  use gestell_base_hash, only: hash_start, mix_bytes
+  use gestell_base_kinds, only: dp
+  use gestell_input_wording, only: decimal
+  use gestell_study_grid, only: tile_type
+  use gestell_task_sweep_layout, only: layout_type, piece_type
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: checksum_of, read_values, tell_unwritten, write_tile
+
+contains
+
+  !> The checksum of a tile's rows in the open file, whose head has so many bytes; 0 where they cannot be read.
+  integer(int64) function checksum_of(layout, rows, head, tile) result(checksum)
+    type(layout_type), intent(in) :: layout
+    integer(c_int), intent(in) :: rows
+    integer(int64), intent(in) :: head
+    type(tile_type), intent(in) :: tile
+    type(piece_type), allocatable :: pieces(:)
+    character(len=:), allocatable :: bytes
+    integer :: k
+    logical :: done
+
+    checksum = hash_start
+    pieces = layout%pieces(tile)
+    do k = 1, size(pieces)
+      call read_piece(layout, rows, head, pieces(k), bytes, done)
+      if (.not. done) exit
+      call mix_bytes(checksum, bytes)
+    end do
+    if (.not. done) checksum = 0
+  end function checksum_of
+
+  !> The rows of a piece from the open file.
+  subroutine read_piece(layout, rows, head, piece, bytes, done)
+    type(layout_type), intent(in) :: layout
+    integer(c_int), intent(in) :: rows
+    integer(int64), intent(in) :: head
+    type(piece_type), intent(in) :: piece
+    character(len=:), allocatable, intent(inout) :: bytes
+    logical, intent(out) :: done
+    integer :: length
+
+    length = layout%width * product(piece%last - piece%first + 1)
+    if (allocated(bytes)) then
+      if (len(bytes) /= length) deallocate(bytes)
+    end if
+    if (.not. allocated(bytes)) allocate(character(len=length) :: bytes)
+    call read_at(rows, head + layout%place(piece%first) + 1, bytes, done)
+  end subroutine read_piece
+
+  !> The numbers of all points, for those who want them in memory. Error: they cannot be read.
+  subroutine read_values(layout, name, head, values, error)
+    type(layout_type), intent(in) :: layout
+    character(len=*), intent(in) :: name
+    integer(int64), intent(in) :: head
+    real(dp), intent(inout) :: values(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(piece_type), allocatable :: pieces(:)
+    character(len=:), allocatable :: bytes
+    real(dp), allocatable :: numbers(:, :)
+    integer(c_int) :: handle
+    integer :: i, k, n
+    logical :: done, closed
+
+    if (size(values) == 0) return
+    call open_to_read(name, handle)
+    done = handle >= 0
+    tiles: do i = 1, layout%grid%tiles()
+      if (.not. done) exit
+      pieces = layout%pieces(layout%grid%tile(i))
+      do k = 1, size(pieces)
+        associate (first => pieces(k)%first, last => pieces(k)%last)
+          call read_piece(layout, handle, head, pieces(k), bytes, done)
+          n = product(last - first + 1)
+          if (.not. done) exit tiles
+          allocate(numbers(layout%numbers, n))
+          call layout%values(bytes, numbers)
+          values(:, first(2):last(2), first(1):last(1)) = reshape(numbers, [size(numbers, 1), last(2) - first(2) + 1, &
+            & last(1) - first(1) + 1])
+          deallocate(numbers)
+        end associate
+      end do
+    end do tiles
+    if (handle >= 0) call close_file(handle, closed)
+    if (.not. done) call fatal_error(error, name // ": cannot be read any more", failed_computation)
+  end subroutine read_values
+
+  !> Writes the rows of a tile; `values` of shape (numbers, points of the second axis, of the first). `checksum`: of their bytes.
+  !> Error: they cannot be written.
+  subroutine write_tile(layout, name, head, tile, values, checksum, error)
+    type(layout_type), intent(in) :: layout
+    character(len=*), intent(in) :: name
+    integer(int64), intent(in) :: head
+    type(tile_type), intent(in) :: tile
+    real(dp), contiguous, intent(in) :: values(:, :, :)
+    integer(int64), intent(out) :: checksum
+    type(error_type), allocatable, intent(out) :: error
+    type(piece_type), allocatable :: pieces(:)
+    character(len=:), allocatable :: rows
+    integer(c_int) :: handle
+    integer :: first, last, k
+    logical :: done, closed
+
+    checksum = hash_start
+    pieces = layout%pieces(tile)
+    call open_to_write(name, handle)
+    done = handle >= 0
+    do k = 1, size(pieces)
+      if (.not. done) exit
+      ! a piece reaches from side to side of its tile
+      first = pieces(k)%first(1) - tile%first(1) + 1
+      last = pieces(k)%last(1) - tile%first(1) + 1
+      rows = layout%rows(pieces(k)%first, values(:, :, first:last))
+      call mix_bytes(checksum, rows)
+      call write_at(handle, head + layout%place(pieces(k)%first) + 1, rows, done)
+    end do
+    if (.not. done) call tell_unwritten(name // ": tile " // decimal(tile%number), error)
+    if (handle >= 0) call close_file(handle, closed)
+    if (done .and. .not. closed) call tell_unwritten(name // ": tile " // decimal(tile%number), error)
+  end subroutine write_tile
+
+  !> Why the last call failed.
+  subroutine tell_unwritten(name, error)
+    character(len=*), intent(in) :: name
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, name // ": cannot be written: " // last_reason(), failed_computation)
+    error%unwritten = .true.
+  end subroutine tell_unwritten
+
+end module gestell_task_sweep_rows
