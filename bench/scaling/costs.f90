@@ -5,8 +5,9 @@
 !> - `start`: reading and checking the input;
 !> - `tile`: one tile, of at most `most_tiles` that lie evenly among all; `inside`: the part of it spent in making the members
 !>   of the family, which is for one thread at a time; `calls`: how many;
-!> - `block`: writing the block of a tile;
-!> - `open`: looking at all blocks, as at a second start, and `finish`: making the table, where all tiles were computed.
+!> - `rows`: writing the rows of a tile to their places in the table and its mark, `plain`: as many bytes to a file, one behind the
+!>   other;
+!> - `open`: reading all rows back, as at a second start, and `finish`: giving the table its name, where all tiles were computed.
 !>
 !> Each is the least time of three, of tiles that are repeated at once.
 program costs
@@ -17,7 +18,8 @@ program costs
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
   use gestell_task, only: any_task_type
   use gestell_task_configuration, only: configuration_type
-  use gestell_base_files, only: file_size
+  use gestell_base_files, only: file_size, remove_file
+  use gestell_output_file_output, only: write_file
   use gestell_task_sweep_summary, only: summary_type
   use gestell_study_grid, only: tile_type
   use gestell_task_sweep, only: solve_tile
@@ -59,7 +61,7 @@ program costs
     family%tally => tally
     call open_campaign(campaign, folder, plan, configuration%content, error)
     call stop_at(error)
-    call campaign%begin(error)
+    call campaign%begin("# costs" // new_line("a"), error)
     call stop_at(error)
     tiles = plan%grid%tiles()
     computed = min(tiles, most_tiles)
@@ -73,10 +75,10 @@ program costs
       call stop_at(error)
       call tell("open", tiles, points, seconds_now() - begin, 0.0_dp, 0, 0_int64)
       begin = seconds_now()
-      call campaign%finish(folder, [character(len=5) :: "costs"], summary, error)
+      call campaign%finish(folder, summary, error)
       call stop_at(error)
       call campaign%clear()
-      call tell("finish", tiles, points, seconds_now() - begin, 0.0_dp, 0, file_size(folder // "/sweep.csv"))
+      call tell("finish", tiles, points, seconds_now() - begin, 0.0_dp, 0, file_size(folder // "/" // campaign%layout%file))
     end if
   end associate
 
@@ -86,7 +88,8 @@ contains
     integer, intent(in) :: number
     type(tile_results_type) :: results
     type(tile_type) :: tile
-    real(dp) :: begin, least, inside, now, writing
+    real(dp) :: begin, least, inside, now, writing, plain
+    character(len=:), allocatable :: bytes
     integer(int64) :: points
     integer :: i
 
@@ -94,6 +97,8 @@ contains
     points = product(int(tile%last - tile%first + 1, int64))
     least = huge(least)
     writing = huge(writing)
+    plain = huge(plain)
+    bytes = repeat("1", int(points * campaign%layout%width))
     inside = 0
     do i = 1, times
       tally = tally_type()
@@ -107,9 +112,15 @@ contains
       call campaign%store(number, results, error)
       writing = min(writing, seconds_now() - begin)
       call stop_at(error)
+      begin = seconds_now()
+      call write_file(folder // "/plain", bytes, error)
+      plain = min(plain, seconds_now() - begin)
+      call stop_at(error)
+      call remove_file(folder // "/plain")
     end do
     call tell("tile", number, points, least, inside, tally%calls, 0_int64)
-    call tell("block", number, points, writing, 0.0_dp, 0, size(results%values, kind=int64) * 8)
+    call tell("rows", number, points, writing, 0.0_dp, 0, len(bytes, int64))
+    call tell("plain", number, points, plain, 0.0_dp, 0, len(bytes, int64))
   end subroutine measure_tile
 
   subroutine tell(what, number, points, seconds, inside, calls, bytes)

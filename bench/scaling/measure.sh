@@ -32,6 +32,7 @@ all="'rho_max','log_rho_max','rho_error','verdict','xi_peak_m','eta_peak_m','psi
 costs chart "$chart"
 costs easy "${easy[@]}" "$chart"
 costs columns --set "sweep(1).columns=$all" "$chart"
+costs npy --set sweep.format=npy "$chart"
 costs huge --set 'sweep(1).count=100000' --set 'sweep(2).count=100000' "$chart"
 mpirun -n 2 "$build/bin/roundtrip" >"$here/costs-memory.csv"
 mpirun --mca osc pt2pt --mca pml ob1 --mca btl self,tcp -n 2 "$build/bin/roundtrip" >"$here/costs-network.csv"

@@ -2,8 +2,8 @@
 
 Reads the costs-*.csv beside it and prints the tables of doc/scaling.md. The same costs give the same tables.
 
-A rank asks for its next tile, computes the one it has, writes its block, takes the answer. Measured are the costs of tiles,
-blocks, table and queue; drawn at random among the measured ones are the tiles of a chart. ASSUMED are only the file system
+A rank asks for its next tile, computes the one it has, writes its rows, takes the answer. Measured are the costs of tiles,
+rows and queue; drawn at random among the measured ones are the tiles of a chart. ASSUMED are only the file system
 that many machines share and the start of many ranks.
 """
 
@@ -16,10 +16,12 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 POINTS, TILE = 10**10, 62500
+# GB/s of file systems: a disk, a small cluster's, a large one's.
+RATES = (1, 10, 100)
 TILES = POINTS // TILE
-# Assumed: a file system over a network. Seconds for a block to be created, written and renamed, as one rank sees them;
-# files that all ranks together can create in a second.
-SHARED_BLOCK, SHARED_FILES = 10e-3, 20000.0
+# Assumed: a file system over a network. Seconds that it takes longer with the rows of a tile and its mark, as one rank sees them;
+# tiles whose rows all ranks together can write in a second.
+SHARED_ROWS, SHARED_WRITES = 10e-3, 20000.0
 
 
 class Costs:
@@ -36,7 +38,7 @@ class Costs:
 
 
 def simulate(ranks, tiles, block, roundtrip, called=False, ahead=True, start=0.0, creations=None, seed=6):
-    """Seconds until the last block is written, and the shares of the ranks' time: work, blocks, waiting for numbers, waiting
+    """Seconds until the last row is written, and the shares of the ranks' time: work, blocks, waiting for numbers, waiting
     for the last one, start.
 
     tiles: seconds of each. called: the queue moves only when rank 0 calls MPI, between its tiles. ahead: a rank asks before
@@ -167,23 +169,24 @@ def runs():
 
 
 def main():
-    chart, easy, huge, columns, memory, network = map(Costs, "chart easy huge columns memory network".split())
+    chart, easy, huge, columns, npy, memory, network = map(Costs, "chart easy huge columns npy memory network".split())
 
     print("Measured, one core (mean of the tiles of 62500 points):\n")
-    row("sweep", "a tile", "from", "to", "points per second", "making members", "a block", "table, points per second")
-    row(*["---"] * 8)
+    row("sweep", "a tile", "from", "to", "points per second", "making members", "its rows", "plain write", "the end")
+    row(*["---"] * 9)
     for name, costs in (("the chart, 10^6 points", chart), ("an easy part of it, 10^6", easy),
-                        ("the chart, all columns, 10^6", columns), ("the chart, 10^10", huge)):
+                        ("the chart, all columns, 10^6", columns), ("the chart, .npy, 10^6", npy), ("the chart, 10^10", huge)):
         tile = costs.seconds("tile")
         finish = costs.seconds("finish")
         row(name, f"{1e3 * costs.mean('tile'):.0f} ms", f"{1e3 * min(tile):.0f}", f"{1e3 * max(tile):.0f}",
             f"{TILE / costs.mean('tile'):.2g}".replace("e+0", "e"), percent(sum(costs.seconds("tile", "inside")) / sum(tile)),
-            f"{1e3 * costs.mean('block'):.2f} ms", f"{10**6 / finish[0]:.2g}".replace("e+0", "e") if finish else "")
+            f"{1e3 * costs.mean('rows'):.1f} ms", f"{1e3 * costs.mean('plain'):.1f} ms",
+            f"{1e3 * finish[0]:.1f} ms" if finish else "")
 
     print()
     runs()
     for ranks in (1, 2):
-        end, _ = simulate(ranks, chart.seconds("tile"), chart.mean("block"), memory.mean("counter_idle"), start=chart.mean("start"))
+        end, _ = simulate(ranks, chart.seconds("tile"), chart.mean("rows"), memory.mean("counter_idle"), start=chart.mean("start"))
         mpi = least("start", ranks)
         print(f"\nSimulated, this chart: {ranks} ranks {mpi + end + chart.seconds('finish')[0]:.2f} s, of which start of MPI "
               f"{mpi:.2f} s, table {chart.seconds('finish')[0]:.2f} s; measured {least('ranks', ranks):.2f} s")
@@ -193,10 +196,10 @@ def main():
     for name, costs in (("shared memory", memory), ("TCP, by the processes", network)):
         row(name, *(f"{1e6 * costs.mean('counter_' + what):.1f} us" for what in ("idle", "busy", "ahead")))
 
-    print(f"\nSimulated, {TILES} tiles, until the last block is written:\n")
-    row("ranks", "time", "efficiency", "blocks", "queue", "last tiles", "start")
+    print(f"\nSimulated, {TILES} tiles, until the last row is written:\n")
+    row("ranks", "time", "efficiency", "rows", "queue", "last tiles", "start")
     row(*["---"] * 7)
-    tiles, block, start = drawn(huge.seconds("tile"), TILES, 6), huge.mean("block"), huge.mean("start")
+    tiles, block, start = drawn(huge.seconds("tile"), TILES, 6), huge.mean("rows"), huge.mean("start")
     slow = network.mean("counter_idle")
     alone = sum(tiles) + TILES * block + start
     usual = dict(block=block, roundtrip=slow, called=True, start=start)
@@ -205,7 +208,7 @@ def main():
         row(ranks, duration(end), percent(alone / (ranks * end)), *map(percent, shares[1:]))
 
     print("\nSimulated, 1000 ranks, what changes it:\n")
-    row("", "time", "efficiency", "blocks", "queue", "last tiles", "start")
+    row("", "time", "efficiency", "rows", "queue", "last tiles", "start")
     row(*["---"] * 7)
     uneven = [t * sum(tiles) / (len(tiles) * chart.mean("tile")) for t in drawn(chart.seconds("tile"), TILES, 6)]
     for name, costs, change in (
@@ -213,27 +216,20 @@ def main():
             ("network that reaches into memory", tiles, dict(called=False, roundtrip=5e-6)),
             ("not asked ahead", tiles, dict(ahead=False)),
             ("tiles as uneven as those of the small chart", uneven, {}),
-            ("shared file system, assumed", tiles, dict(block=SHARED_BLOCK, creations=SHARED_FILES)),
+            ("shared file system, assumed", tiles, dict(block=block + SHARED_ROWS, creations=SHARED_WRITES)),
             ("the same, tiles in ten times the time", [10 * t for t in tiles],
-             dict(block=SHARED_BLOCK, creations=SHARED_FILES)),
+             dict(block=block + SHARED_ROWS, creations=SHARED_WRITES)),
             ("a tenth of the tiles", tiles[:TILES // 10], {})):
         end, shares = simulate(1000, costs, **{**usual, **change})
         work = sum(costs) + len(costs) * block + start
         row(name, duration(end), percent(work / (1000 * end)), *map(percent, shares[1:]))
 
-    print("\nThe table of 10^10 points, by one process:\n")
-    row("columns", "blocks", "sweep.csv", "time", "efficiency of 1000 ranks with it, of 100, of 10")
-    row(*["---"] * 5)
-    for name, costs in (("rho_max", chart), ("all", columns)):
-        finish, bytes_of_block = costs.seconds("finish")[0], costs.seconds("block", "bytes")[0]
-        table = finish * POINTS / 10**6
-        found = []
-        work = tiles if costs is chart else [t * columns.mean("tile") / chart.mean("tile") for t in tiles]
-        for ranks in (1000, 100, 10):
-            end, _ = simulate(ranks, work, **{**usual, "block": costs.mean("block")})
-            found.append(percent((sum(work) + TILES * costs.mean("block") + start + table) / (ranks * (end + table))))
-        row(name, f"{bytes_of_block * TILES / 1e9:.0f} GB", f"{costs.seconds('finish', 'bytes')[0] * POINTS / 1e12 / 10**6:.2f} TB",
-            duration(table), ", ".join(found))
+    print("\nThe bytes of 10^10 points, and the time of a file system that takes so many a second from all ranks together:\n")
+    row("table", "bytes a point", "all", *(f"{rate} GB/s" for rate in RATES))
+    row(*["---"] * (3 + len(RATES)))
+    for name, costs in (("rho_max, .csv", chart), ("rho_max, .npy", npy), ("all columns, .csv", columns)):
+        width = costs.seconds("rows", "bytes")[0] / TILE
+        row(name, f"{width:.0f}", f"{width * POINTS / 1e12:.2f} TB", *(duration(width * POINTS / rate / 1e9) for rate in RATES))
 
 
 if __name__ == "__main__":
