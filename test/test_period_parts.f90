@@ -5,7 +5,7 @@ module test_period_parts
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_math_lane_products, only: combine, in_fours, multiply
+  use gestell_math_lanes_products, only: combine, in_fours, multiply
   use gestell_math_lanes, only: lanes
   use gestell_math_matrix, only: balanced
   use gestell_study_family, only: family_type

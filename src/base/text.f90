@@ -41,7 +41,7 @@ contains
     end if
     call round_to_digits(value, digits, whole, exponent, decided)
     if (decided) then
-      call put_decimal(whole, digits - 1, buffer)
+      buffer = decimal_digits(whole, digits - 1, len(buffer))
     else
       write (layout, "(a, i0, a)") "(es40.", digits - 1, "e4)"
       write (buffer, layout) abs(value)
@@ -69,7 +69,7 @@ contains
 
     call round_to_places(value, decimals, whole, decided)
     if (decided) then
-      call put_decimal(whole, decimals, line)
+      line = decimal_digits(whole, decimals, len(line))
       if (value < 0 .and. whole > 0) line = "-" // line(:longest - 1)
       return
     end if
@@ -85,15 +85,15 @@ contains
   pure character(len=12) function integer_line(value) result(line)
     integer, intent(in) :: value
 
-    call put_decimal(abs(int(value, int64)), 0, line)
+    line = decimal_digits(abs(int(value, int64)), 0, len(line))
     if (value < 0) line = "-" // line(:len(line) - 1)
   end function integer_line
 
-  !> Writes whole * 10^-decimals, not negative, without a point where there are no decimals.
-  pure subroutine put_decimal(whole, decimals, line)
+  !> whole * 10^-decimals, not negative, without a point where there are no decimals, in `length` characters.
+  pure function decimal_digits(whole, decimals, length) result(line)
     integer(int64), intent(in) :: whole
-    integer, intent(in) :: decimals
-    character(len=*), intent(out) :: line
+    integer, intent(in) :: decimals, length
+    character(len=length) :: line
     character(len=longest) :: digits
     integer(int64) :: rest
     integer :: first, k
@@ -112,7 +112,7 @@ contains
       k = k + 1
     end do
     line = digits(first:)
-  end subroutine put_decimal
+  end function decimal_digits
 
   !> Drops zeros at the end, and the point if nothing is left behind it.
   pure subroutine drop_zeros(line)

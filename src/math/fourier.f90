@@ -2,7 +2,7 @@
 module gestell_math_fourier
   use gestell_math_dft, only: dft
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_lane_products, only: in_fours
+  use gestell_math_lanes_products, only: in_fours
   implicit none (type, external)
   private
 

@@ -27,7 +27,7 @@
 module gestell_floquet_integrator_gauss_steps
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: block, lanes, most_rows, padded, safe_multiplier, schur_complement
+  use gestell_math_lanes, only: block, lanes, most_rows, padded, safe_multiplier, schur_complement, vector_border
   use gestell_math_lapack, only: factorise, solve_factored
   use gestell_floquet_integrator_method, only: maps_type
   use gestell_floquet_integrator_tableau, only: tableau_type
@@ -49,13 +49,8 @@ module gestell_floquet_integrator_gauss_steps
     integer :: f = 0, positions = 0, states = 0
   end type coefficients_type
 
-  !> What eight steps at once need: their equations, and of these h B and h^2 C of one stage below the other. On the heap:
-  !> threads have small stacks. For the largest of steps, whatever is used of it: once such a piece was given back the GNU C library
-  !> keeps twice as much for the next case, where else it returns memory to the system, and fetches it anew, ten times a case.
-  type :: room_type
-    real(dp) :: w(lanes, most_rows, most_rows + block)
-    real(dp), dimension(lanes, most_rows, most_rows / 2) :: damping, stiffness
-  end type room_type
+  !> Numbers that eight steps at once need: their equations w, and h B and h^2 C of one stage below the other.
+  integer, parameter :: of_equations = lanes * most_rows * (most_rows + block), of_stages = lanes * most_rows * (most_rows / 2)
 
 contains
 
@@ -81,24 +76,27 @@ contains
     real(dp), intent(out), optional :: b(:, :)
     type(maps_type), intent(inout), optional :: lower
     type(coefficients_type) :: at
-    type(room_type), allocatable :: room
+    ! On the heap: threads have small stacks. As for the largest of steps: what was as large once the GNU C library keeps.
+    real(dp), allocatable, target :: room(:)
     ! What is not allocated is absent where it is an argument.
     real(dp), allocatable :: map(:, :, :), low(:, :, :)
     real(dp) :: units(system%states)
     logical :: safe(lanes), side_by_side
-    integer :: steps, i, k, first, last
+    integer :: steps, i, k, first, last, border
 
     call sample_coefficients(system, phases, present(b), at, units)
     at%lengths = lengths
     steps = size(lengths)
     side_by_side = steps >= lanes .and. fits_lanes(size(tableau%c), at%states, at%positions > 0)
     safe = .false.
-    if (side_by_side) allocate(room)
+    allocate(room(merge(of_equations + 2 * of_stages + lanes, 0, side_by_side)))
+    border = vector_border(room)
     allocate(map(lanes, at%states, at%states + 1))
     if (present(lower)) allocate(low, mold=map)
     do k = 1, steps, lanes
       first = max(1, min(k, steps - lanes + 1))
-      if (side_by_side) call maps_of_lanes(tableau, at, first, room, map, safe, low)
+      if (side_by_side) call maps_of_lanes(tableau, at, first, room(border), room(border + of_equations), &
+        & room(border + of_equations + of_stages), map, safe, low)
       last = min(k + lanes - 1, steps)
       do i = k, last
         if (.not. safe(i - first + 1)) then
@@ -165,13 +163,15 @@ contains
   end subroutine sample_coefficients
 
   !> The maps [A b], shape (lanes, states, states + 1), of the steps from `first` on, b where there are loads; `low`: those of the
-  !> embedded method.
+  !> embedded method. In w, damping, stiffness there is room.
+  !> Nine arguments: the steps, room and results.
   !> (Recursive: gfortran makes large arrays of other procedures static, and threads share those.)
-  pure recursive subroutine maps_of_lanes(tableau, at, first, room, map, safe, low)
+  pure recursive subroutine maps_of_lanes(tableau, at, first, w, damping, stiffness, map, safe, low)
     type(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
     integer, intent(in) :: first
-    type(room_type), intent(inout) :: room
+    real(dp), intent(inout) :: w(lanes, most_rows, most_rows + block)
+    real(dp), dimension(lanes, most_rows, most_rows / 2), intent(inout) :: damping, stiffness
     real(dp), contiguous, intent(inout) :: map(:, :, :)
     logical, intent(out) :: safe(lanes)
     real(dp), contiguous, intent(inout), optional :: low(:, :, :)
@@ -185,13 +185,13 @@ contains
     columns = at%states
     if (allocated(at%g)) columns = columns + 1
     last = e + padded(columns)
-    call fill_equations(tableau, at, first, n, e, rows, last, room%w, room%damping, room%stiffness)
-    call schur_complement(room%w, n, rows, last, multiplier)
-    call take_map(at, first, room%w(:, e + 1:e + at%states, e + 1:e + columns), map)
+    call fill_equations(tableau, at, first, n, e, rows, last, w, damping, stiffness)
+    call schur_complement(w, n, rows, last, multiplier)
+    call take_map(at, first, w(:, e + 1:e + at%states, e + 1:e + columns), map)
     if (present(low)) then
-      call schur_complement(room%w, e, rows, last, of_border, from=n + 1)
+      call schur_complement(w, e, rows, last, of_border, from=n + 1)
       multiplier = max(multiplier, of_border)
-      call take_map(at, first, room%w(:, e + 1:e + at%states, e + 1:e + columns), low)
+      call take_map(at, first, w(:, e + 1:e + at%states, e + 1:e + columns), low)
     end if
     safe = multiplier < safe_multiplier
   end subroutine maps_of_lanes

@@ -4,6 +4,7 @@
 !> (gestell_math_lanes).
 module gestell_floquet_period_composition
   use gestell_base_kinds, only: dp
+  use gestell_math_lanes_products, only: combine, in_fours
   use gestell_math_lanes, only: lanes
   implicit none (type, external)
   private
@@ -122,19 +123,12 @@ contains
     integer, intent(in) :: n
     real(dp), intent(in) :: a(n, n), x(lanes, n)
     real(dp), intent(out) :: y(lanes, n)
-    real(dp) :: total(lanes)
-    integer :: lane, i, k
+    real(dp) :: transposed(n, in_fours(n)), moved(lanes, in_fours(n))
 
-    do i = 1, n
-      total = 0
-      do k = 1, n
-        !GCC$ unroll 1
-        do lane = 1, lanes
-          total(lane) = total(lane) + a(i, k) * x(lane, k)
-        end do
-      end do
-      y(:, i) = total
-    end do
+    transposed(:, :n) = transpose(a)
+    transposed(:, n + 1:) = 0
+    call combine(n, size(moved, 2), x, transposed, moved)
+    y = moved(:, :n)
   end subroutine apply
 
   !> Adds b where `forced` is 1.

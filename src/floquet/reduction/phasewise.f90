@@ -3,6 +3,8 @@
 module gestell_floquet_reduction_phasewise
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_base_processor, only: vector_length
+  use gestell_math_lanes_versions, only: four_columns
   use gestell_math_lapack, only: inverse
   implicit none (type, external)
   private
@@ -101,34 +103,20 @@ contains
     integer, intent(in) :: rows, inner, columns
     real(dp), intent(in) :: a(rows, inner), b(inner, columns)
     real(dp), intent(out) :: c(rows, columns)
-    real(dp), dimension(lanes) :: c1, c2, c3, c4
-    integer :: j, k, l, block
+    real(dp) :: of_block(lanes, inner), four(lanes, 4)
+    integer :: j, k, l, block, length
 
-    do j = 1, columns - 3, 4
-      do block = 0, rows - lanes, lanes
-        do l = 1, lanes
-          c1(l) = 0
-          c2(l) = 0
-          c3(l) = 0
-          c4(l) = 0
-        end do
-        do k = 1, inner
-          do l = 1, lanes
-            c1(l) = c1(l) + a(block + l, k) * b(k, j)
-            c2(l) = c2(l) + a(block + l, k) * b(k, j + 1)
-            c3(l) = c3(l) + a(block + l, k) * b(k, j + 2)
-            c4(l) = c4(l) + a(block + l, k) * b(k, j + 3)
-          end do
-        end do
-        do l = 1, lanes
-          c(block + l, j) = c1(l)
-          c(block + l, j + 1) = c2(l)
-          c(block + l, j + 2) = c3(l)
-          c(block + l, j + 3) = c4(l)
-        end do
+    length = vector_length()
+    do block = 0, rows - lanes, lanes
+      of_block = a(block + 1:block + lanes, :)
+      do j = 1, columns - 3, 4
+        call four_columns(length, inner, of_block, b(1, j), four)
+        c(block + 1:block + lanes, j:j + 3) = four
       end do
-      do l = rows - modulo(rows, lanes) + 1, rows
-        c(l, j:j + 3) = [(dot_product(a(l, :), b(:, k)), k = j, j + 3)]
+    end do
+    do l = rows - modulo(rows, lanes) + 1, rows
+      do j = 1, columns - modulo(columns, 4)
+        c(l, j) = dot_product(a(l, :), b(:, j))
       end do
     end do
     do j = columns - modulo(columns, 4) + 1, columns

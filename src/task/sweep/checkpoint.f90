@@ -184,7 +184,7 @@ contains
     call lock_file(file_of(self, "lock"), lock, shared=.false.)
     ! another process may have begun meanwhile
     call compare_origin(self, error)
-    if (.not. (allocated(error) .or. self%has_begun())) then
+    if (.not. (self%has_begun() .or. allocated(error))) then
       call make_empty(self, "rows", error)
       if (.not. allocated(error)) call make_empty(self, "marks", error)
       if (.not. allocated(error)) call write_file(file_of(self, "origin"), first_lines(self) // self%layout%head(preamble), error)
@@ -226,7 +226,7 @@ contains
     call lock_file(file_of(self, "lock"), lock, shared=.true.)
     !$omp critical (input_and_output)
     call compare_origin(self, error)
-    if (.not. (allocated(error) .or. self%has_begun())) call tell_gone(self, error)
+    if (.not. (self%has_begun() .or. allocated(error))) call tell_gone(self, error)
     !$omp end critical (input_and_output)
     if (.not. allocated(error)) then
       mark = mark_type(self%fingerprint, number)
@@ -282,10 +282,11 @@ contains
     if (allocated(error)) return
     call lock_file(file_of(self, "lock"), lock, shared=.false.)
     call compare_origin(self, error)
-    if (.not. (allocated(error) .or. self%has_begun())) call tell_gone(self, error)
+    if (.not. (self%has_begun() .or. allocated(error))) call tell_gone(self, error)
     if (.not. allocated(error)) call sum_up(self, summary, error)
-    if (.not. allocated(error) .and. present(values)) &
-      & call read_values(self%layout, file_of(self, "rows"), self%head, values, error)
+    if (.not. allocated(error) .and. present(values)) then
+      call read_values(self%layout, file_of(self, "rows"), self%head, values, error)
+    end if
     if (.not. allocated(error)) call name_table(self, staging // "/" // self%layout%file, error)
     self%finished = .not. allocated(error)
     call unlock_file(lock)
@@ -302,7 +303,7 @@ contains
     logical :: sound, closed
 
     call open_to_read(file_of(campaign, "marks"), handle)
-    sound = handle >= 0 .and. file_size(file_of(campaign, "rows")) == campaign%head + campaign%layout%bytes()
+    sound = file_size(file_of(campaign, "rows")) == campaign%head + campaign%layout%bytes() .and. handle >= 0
     do i = 1, size(campaign%done)
       if (.not. sound) exit
       call read_mark(handle, i, mark)

@@ -94,8 +94,9 @@ contains
 
     along = 1
     ! rows that reach from end to end stand one behind the other
-    if (self%place([2, 1]) == self%width * (tile%last(2) - tile%first(2) + 1_int64)) &
-      & along = max(1, most_rows / (tile%last(2) - tile%first(2) + 1))
+    if (self%place([2, 1]) == self%width * (tile%last(2) - tile%first(2) + 1_int64)) then
+      along = max(1, most_rows / (tile%last(2) - tile%first(2) + 1))
+    end if
     allocate(pieces((tile%last(1) - tile%first(1)) / along + 1))
     do k = 1, size(pieces)
       i = tile%first(1) + (k - 1) * along

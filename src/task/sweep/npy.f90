@@ -26,7 +26,7 @@ contains
     write (text, "(3a, i0, a, i0, a)") "{'descr': '", order, "f8', 'fortran_order': False, 'shape': (", points, ", ", &
       & columns, "), }"
     text(len(text):) = new_line("a")
-    head = achar(147) // "NUMPY" // achar(1) // achar(0) // achar(len(text)) // achar(0) // text
+    head = char(147) // "NUMPY" // achar(1) // achar(0) // achar(len(text)) // achar(0) // text
   end function npy_head
 
   !> The rows of points, as of `csv_rows`.

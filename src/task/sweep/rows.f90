@@ -73,7 +73,7 @@ contains
     call open_to_read(name, handle)
     done = handle >= 0
     tiles: do i = 1, layout%grid%tiles()
-      if (.not. done) exit
+      if (.not. done) exit tiles
       pieces = layout%pieces(layout%grid%tile(i))
       do k = 1, size(pieces)
         associate (first => pieces(k)%first, last => pieces(k)%last)

@@ -137,8 +137,9 @@ contains
     leads = context%executor%leads()
     associate (configuration => context%configuration)
       if (leads) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, looked)
-      if (leads .and. .not. (context%merge .or. allocated(error))) &
-        & call campaign%begin(context%head%lines(new_table("sweep", "", "", "")), error)
+      if (leads .and. .not. (context%merge .or. allocated(error))) then
+        call campaign%begin(context%head%lines(new_table("sweep", "", "", "")), error)
+      end if
       call context%executor%share_error(error)
       if (allocated(error)) return
       if (.not. leads) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, looked)

@@ -1,6 +1,6 @@
 !> The columns of a sweep at the points of a cell, from the expansion over it.
 module gestell_task_sweep_expansion_evaluation
-  use gestell_math_lane_products, only: combine, in_fours
+  use gestell_math_lanes_products, only: combine, in_fours
   use gestell_math_lanes, only: lanes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

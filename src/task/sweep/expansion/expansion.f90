@@ -3,7 +3,7 @@
 module gestell_task_sweep_expansion
   use gestell_math_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_kinds, only: dp
-  use gestell_math_lane_products, only: in_fours
+  use gestell_math_lanes_products, only: in_fours
   use gestell_math_lanes, only: lanes
   use gestell_study_family, only: family_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type

@@ -7,7 +7,7 @@
 !> series, count by what becomes of them.
 module gestell_task_sweep_expansion_parts
   use gestell_base_kinds, only: dp
-  use gestell_math_lane_products, only: multiply
+  use gestell_math_lanes_products, only: multiply
   use gestell_math_matrix, only: unit_matrix
   implicit none (type, external)
   private

@@ -3,7 +3,7 @@ module gestell_task_sweep_expansion_peaks
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_fourier, only: greatest_between
-  use gestell_math_lane_products, only: combine, multiply
+  use gestell_math_lanes_products, only: combine, multiply
   use gestell_math_lanes, only: lanes
   use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: unit_matrix

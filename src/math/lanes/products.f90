@@ -1,14 +1,13 @@
 !> Sums of products in eight lanes side by side, as in gestell_math_lanes.
-module gestell_math_lane_products
+module gestell_math_lanes_products
   use gestell_base_kinds, only: dp
+  use gestell_base_processor, only: vector_length
+  use gestell_math_lanes_versions, only: four_columns
   use gestell_math_lanes, only: lanes
   implicit none (type, external)
   private
 
   public :: combine, in_fours, multiply
-
-  !> Sums that run together: as many registers are busy.
-  integer, parameter :: together = 4
 
 contains
 
@@ -16,39 +15,19 @@ contains
   pure integer function in_fours(n)
     integer, intent(in) :: n
 
-    in_fours = together * ((n + together - 1) / together)
+    in_fours = 4 * ((n + 3) / 4)
   end function in_fours
 
   !> values(lane, j) = sum over k = 1 ... n of factors(lane, k) terms(k, j), j = 1 ... numbers, a multiple of four.
   pure subroutine combine(n, numbers, factors, terms, values)
     integer, intent(in) :: n, numbers
     real(dp), intent(in) :: factors(lanes, n), terms(n, numbers)
-    real(dp), intent(out) :: values(lanes, numbers)
-    real(dp) :: s1, s2, s3, s4, f
-    integer :: lane, j, k
+    real(dp), intent(inout) :: values(lanes, numbers)
+    integer :: length, j
 
-    do j = 1, numbers, together
-      !GCC$ ivdep
-      do lane = 1, lanes
-        s1 = 0
-        s2 = 0
-        s3 = 0
-        s4 = 0
-        k = 1
-        do
-          f = factors(lane, k)
-          s1 = s1 + f * terms(k, j)
-          s2 = s2 + f * terms(k, j + 1)
-          s3 = s3 + f * terms(k, j + 2)
-          s4 = s4 + f * terms(k, j + 3)
-          k = k + 1
-          if (k > n) exit
-        end do
-        values(lane, j) = s1
-        values(lane, j + 1) = s2
-        values(lane, j + 2) = s3
-        values(lane, j + 3) = s4
-      end do
+    length = vector_length()
+    do j = 1, numbers, 4
+      call four_columns(length, n, factors, terms(1, j), values(1, j))
     end do
   end subroutine combine
 
@@ -89,4 +68,4 @@ contains
     end do
   end subroutine multiply
 
-end module gestell_math_lane_products
+end module gestell_math_lanes_products

@@ -1,0 +1,34 @@
+!> What the processor at hand can do that a portable program does not take for granted.
+module gestell_base_processor
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
+  implicit none (type, external)
+  private
+
+  public :: vector_length
+
+  !> Whether the compiler makes versions of `!$omp declare simd` procedures for all processors of a family under names that can be
+  !> called (Vector Function Application Binary Interface, section 2.6: _ZGVdN..., _ZGVeN...): GCC does for x86, with optimisation
+  !> and OpenMP. Where it is told a processor (-march) no others are needed.
+  logical, parameter, public :: has_versions = index(compiler_version(), "GCC") > 0 .and. &
+    & index(compiler_options(), "-march=x86-64 ") > 0 .and. index(compiler_options(), "-fopenmp") > 0 .and. &
+    & (index(compiler_options(), "-O3") > 0 .or. index(compiler_options(), "-O2") > 0)
+
+  !> What libgcc knows of the processor (GCC, libgcc/config/i386/cpuinfo.h), set before the program begins; a linker that does not
+  !> find it there leaves zeros. Nothing here changes it.
+  integer(c_int), bind(C, name="__cpu_model") :: cpu_model(4)
+
+contains
+
+  !> Numbers of double precision in a vector register for which there are versions: 8 (AVX-512), 4 (AVX2), or 0.
+  pure integer function vector_length()
+    !> Bits of the last word.
+    integer, parameter :: avx2 = 10, avx512f = 15
+
+    vector_length = 0
+    if (.not. has_versions) return
+    if (btest(cpu_model(4), avx2)) vector_length = 4
+    if (btest(cpu_model(4), avx512f)) vector_length = 8
+  end function vector_length
+
+end module gestell_base_processor

@@ -1,0 +1,209 @@
+!> The inner loops of elimination and of products for eight lanes, in versions for processors with long vectors, so that a portable
+!> build needs no flag to use them. A compiler that has them (`has_versions`) makes of the procedures for one lane, at `!$omp
+!> declare simd`, one for eight lanes for each kind of vectors, under names that follow from its arguments (u uniform, l linear) and
+!> are called here. The blocks of 3 x 3 begin with the elements of a matrix that are handed over, and have its distance between
+!> columns.
+module gestell_math_lanes_versions
+  use gestell_base_processor, only: has_versions
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
+  implicit none (type, external)
+  private
+
+  public :: four_columns, solve_with_lower, solve_with_upper, subtract_product
+
+  !> As in gestell_math_lanes, which says what they are.
+  integer, parameter, public :: lanes = 8, most_rows = 78, block = 3
+
+  interface
+    !> As the procedures of one lane below, for the eight from `lane` on.
+    pure subroutine subtract_512(c, r, s, terms, lane) bind(C, name="_ZGVeN8uuuul_gestell_subtract_in_lane")
+      import :: block, c_int, dp, lanes, most_rows
+      implicit none (type, external)
+      real(dp), intent(inout) :: c(lanes, most_rows, block)
+      integer(c_int), value :: terms, lane
+      real(dp), intent(in) :: r(lanes, most_rows, terms), s(lanes, most_rows, block)
+    end subroutine subtract_512
+
+    pure subroutine subtract_256(c, r, s, terms, lane) bind(C, name="_ZGVdN8uuuul_gestell_subtract_in_lane")
+      import :: block, c_int, dp, lanes, most_rows
+      implicit none (type, external)
+      real(dp), intent(inout) :: c(lanes, most_rows, block)
+      integer(c_int), value :: terms, lane
+      real(dp), intent(in) :: r(lanes, most_rows, terms), s(lanes, most_rows, block)
+    end subroutine subtract_256
+
+    pure subroutine upper_512(w, u, multiplier, lane) bind(C, name="_ZGVeN8uuul_gestell_upper_in_lane")
+      import :: block, c_int, dp, lanes, most_rows
+      implicit none (type, external)
+      real(dp), intent(inout) :: w(lanes, most_rows, block), multiplier(lanes)
+      real(dp), intent(in) :: u(lanes, most_rows, block)
+      integer(c_int), value :: lane
+    end subroutine upper_512
+
+    pure subroutine upper_256(w, u, multiplier, lane) bind(C, name="_ZGVdN8uuul_gestell_upper_in_lane")
+      import :: block, c_int, dp, lanes, most_rows
+      implicit none (type, external)
+      real(dp), intent(inout) :: w(lanes, most_rows, block), multiplier(lanes)
+      real(dp), intent(in) :: u(lanes, most_rows, block)
+      integer(c_int), value :: lane
+    end subroutine upper_256
+
+    pure subroutine lower_512(w, l, lane) bind(C, name="_ZGVeN8uul_gestell_lower_in_lane")
+      import :: block, c_int, dp, lanes, most_rows
+      implicit none (type, external)
+      real(dp), intent(inout) :: w(lanes, most_rows, block)
+      real(dp), intent(in) :: l(lanes, most_rows, block)
+      integer(c_int), value :: lane
+    end subroutine lower_512
+
+    pure subroutine lower_256(w, l, lane) bind(C, name="_ZGVdN8uul_gestell_lower_in_lane")
+      import :: block, c_int, dp, lanes, most_rows
+      implicit none (type, external)
+      real(dp), intent(inout) :: w(lanes, most_rows, block)
+      real(dp), intent(in) :: l(lanes, most_rows, block)
+      integer(c_int), value :: lane
+    end subroutine lower_256
+
+    pure subroutine four_512(terms, a, b, c, lane) bind(C, name="_ZGVeN8uuuul_gestell_four_in_lane")
+      import :: c_int, dp, lanes
+      implicit none (type, external)
+      integer(c_int), value :: terms, lane
+      real(dp), intent(in) :: a(lanes, terms), b(terms, 4)
+      real(dp), intent(inout) :: c(lanes, 4)
+    end subroutine four_512
+
+    pure subroutine four_256(terms, a, b, c, lane) bind(C, name="_ZGVdN8uuuul_gestell_four_in_lane")
+      import :: c_int, dp, lanes
+      implicit none (type, external)
+      integer(c_int), value :: terms, lane
+      real(dp), intent(in) :: a(lanes, terms), b(terms, 4)
+      real(dp), intent(inout) :: c(lanes, 4)
+    end subroutine four_256
+  end interface
+
+contains
+
+  !> C <- C - R S in all lanes, `terms` columns of R and rows of S; `length`: of the processor's vectors.
+  pure subroutine subtract_product(length, terms, c, r, s)
+    integer, intent(in) :: length, terms
+    real(dp), intent(inout) :: c(lanes, most_rows, block)
+    real(dp), intent(in) :: r(lanes, most_rows, terms), s(lanes, most_rows, block)
+    real(dp) :: c11, c21, c31, c12, c22, c32, c13, c23, c33, r1, r2, r3, s1, s2, s3
+    integer :: lane, k
+
+    if (has_versions .and. length == 8) then
+      call subtract_512(c, r, s, terms, 1)
+    else if (has_versions .and. length == 4) then
+      call subtract_256(c, r, s, terms, 1)
+    else
+      !GCC$ ivdep
+      do lane = 1, lanes
+        include "in_lane/subtract_product.inc"
+      end do
+    end if
+  end subroutine subtract_product
+
+  !> W <- W U^-1 in all lanes; `multiplier` becomes the greatest of the elements if that is greater.
+  pure subroutine solve_with_upper(length, w, u, multiplier)
+    integer, intent(in) :: length
+    real(dp), intent(inout) :: w(lanes, most_rows, block), multiplier(lanes)
+    real(dp), intent(in) :: u(lanes, most_rows, block)
+    real(dp) :: l1, l2, l3
+    integer :: lane, row
+
+    if (has_versions .and. length == 8) then
+      call upper_512(w, u, multiplier, 1)
+    else if (has_versions .and. length == 4) then
+      call upper_256(w, u, multiplier, 1)
+    else
+      !GCC$ ivdep
+      do lane = 1, lanes
+        include "in_lane/solve_with_upper.inc"
+      end do
+    end if
+  end subroutine solve_with_upper
+
+  !> W <- L^-1 W in all lanes.
+  pure subroutine solve_with_lower(length, w, l)
+    integer, intent(in) :: length
+    real(dp), intent(inout) :: w(lanes, most_rows, block)
+    real(dp), intent(in) :: l(lanes, most_rows, block)
+    integer :: lane, column
+
+    if (has_versions .and. length == 8) then
+      call lower_512(w, l, 1)
+    else if (has_versions .and. length == 4) then
+      call lower_256(w, l, 1)
+    else
+      !GCC$ ivdep
+      do lane = 1, lanes
+        include "in_lane/solve_with_lower.inc"
+      end do
+    end if
+  end subroutine solve_with_lower
+
+  !> C = A B for as many rows of A and C as there are lanes, and four columns of B and C.
+  pure subroutine four_columns(length, terms, a, b, c)
+    integer, intent(in) :: length, terms
+    real(dp), intent(in) :: a(lanes, terms), b(terms, 4)
+    real(dp), intent(inout) :: c(lanes, 4)
+    real(dp) :: c1, c2, c3, c4, row
+    integer :: lane, k
+
+    if (has_versions .and. length == 8) then
+      call four_512(terms, a, b, c, 1)
+    else if (has_versions .and. length == 4) then
+      call four_256(terms, a, b, c, 1)
+    else
+      !GCC$ ivdep
+      do lane = 1, lanes
+        include "in_lane/four_columns.inc"
+      end do
+    end if
+  end subroutine four_columns
+
+  !> These in one lane.
+  pure subroutine subtract_in_lane(c, r, s, terms, lane) bind(C, name="gestell_subtract_in_lane")
+    !$omp declare simd uniform(c, r, s, terms) linear(lane) simdlen(8) notinbranch
+    real(dp), intent(inout) :: c(lanes, most_rows, block)
+    integer(c_int), value :: terms, lane
+    real(dp), intent(in) :: r(lanes, most_rows, terms), s(lanes, most_rows, block)
+    real(dp) :: c11, c21, c31, c12, c22, c32, c13, c23, c33, r1, r2, r3, s1, s2, s3
+    integer :: k
+
+    include "in_lane/subtract_product.inc"
+  end subroutine subtract_in_lane
+
+  pure subroutine upper_in_lane(w, u, multiplier, lane) bind(C, name="gestell_upper_in_lane")
+    !$omp declare simd uniform(w, u, multiplier) linear(lane) simdlen(8) notinbranch
+    real(dp), intent(inout) :: w(lanes, most_rows, block), multiplier(lanes)
+    real(dp), intent(in) :: u(lanes, most_rows, block)
+    integer(c_int), value :: lane
+    real(dp) :: l1, l2, l3
+    integer :: row
+
+    include "in_lane/solve_with_upper.inc"
+  end subroutine upper_in_lane
+
+  pure subroutine lower_in_lane(w, l, lane) bind(C, name="gestell_lower_in_lane")
+    !$omp declare simd uniform(w, l) linear(lane) simdlen(8) notinbranch
+    real(dp), intent(inout) :: w(lanes, most_rows, block)
+    real(dp), intent(in) :: l(lanes, most_rows, block)
+    integer(c_int), value :: lane
+    integer :: column
+
+    include "in_lane/solve_with_lower.inc"
+  end subroutine lower_in_lane
+
+  pure subroutine four_in_lane(terms, a, b, c, lane) bind(C, name="gestell_four_in_lane")
+    !$omp declare simd uniform(terms, a, b, c) linear(lane) simdlen(8) notinbranch
+    integer(c_int), value :: terms, lane
+    real(dp), intent(in) :: a(lanes, terms), b(terms, 4)
+    real(dp), intent(inout) :: c(lanes, 4)
+    real(dp) :: c1, c2, c3, c4, row
+    integer :: k
+
+    include "in_lane/four_columns.inc"
+  end subroutine four_in_lane
+
+end module gestell_math_lanes_versions
