@@ -30,10 +30,10 @@ BOUNDS = "sweep.columns='rho_max','rho_error','verdict'"
 PEAKS = "sweep.columns='rho_max','xi_peak_m','eta_peak_m','psi_peak_rad'"
 # chart, label, settings, points compared
 ROWS = [("hard", "rho_max", [], CHECKED), ("hard", "with rho_error and verdict", [BOUNDS], CHECKED),
-        ("hard", "with peaks", [PEAKS, "sweep.count=200"], 1000),
+        ("hard", "with peaks", [PEAKS], 1000),
         ("hard", "rho_max, engine 'direct'", ["sweep.engine='direct'", "sweep.count=32"], 1000),
         ("easy", "rho_max", [], CHECKED), ("easy", "with rho_error and verdict", [BOUNDS], CHECKED),
-        ("easy", "with peaks", [PEAKS, "sweep.count=300"], 1000),
+        ("easy", "with peaks", [PEAKS], 1000),
         ("easy", "rho_max, engine 'direct'", ["sweep.engine='direct'", "sweep.count=32"], 1000)]
 NUMPY = """
 import json, sys, time

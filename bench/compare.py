@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Times the library and its peers in turn on the same cases to the same true error; called by run.sh.
 
-usage: compare.py BUILD [--python PYTHON] [--rounds N] [--cases NAME:RPM,...] [--accuracies E,...] [--ours-only] [--csv FILE]
+usage: compare.py BUILD [--python PYTHON] [--rounds N] [--cases NAME:RPM,...] [--states N] [--accuracies E,...]
+                  [--ours-only] [--csv FILE]
 
 BUILD holds what run.sh has built; what is not there is skipped. Every program keeps running and takes orders, a line each
 (bench/peers/serve.h). For each case and accuracy the cheapest setting of every method is sought whose true errors of
@@ -309,11 +310,13 @@ def main():
     parser.add_argument("--python", default=sys.executable)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--cases", default="")
+    parser.add_argument("--states", type=int, help="cases with so many states alone")
     parser.add_argument("--accuracies", default="1e-6,1e-9,1e-12")
     parser.add_argument("--ours-only", action="store_true")
     parser.add_argument("--csv")
     order = parser.parse_args()
     cases = [case for case in read_reference() if not order.cases or f"{case.name}:{case.rpm:g}" in order.cases.split(",")]
+    cases = [case for case in cases if order.states in (None, case.states)]
     programs = {n: programs_in(order.build, order.python, order.ours_only, n > 6) for n in {case.states for case in cases}}
     csv = open(order.csv, "w", encoding="utf-8") if order.csv else None
     if csv:

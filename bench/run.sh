@@ -6,8 +6,8 @@
 # What is missing of the peers is skipped with a word on how to install it. PYTHON names the Python with SciPy, numba and
 # numbalsoda, CC and CXX the compilers of the peers, FLAGS the flags of the library. A whole run takes an hour or so; with
 # --ours-only the library is measured alone, with --cases khang_four_bar:240 one case. --charts-only measures the charts of a
-# million machines alone and renews the last section of bench/RESULTS.md, --multibody-only the section beside Exudyn, which the
-# Python that EXUDYN names has (python3 as a rule); without, that section stays as it is.
+# million machines alone and renews their section of bench/RESULTS.md, --space-only the one in space, --multibody-only the section
+# beside Exudyn, which the Python that EXUDYN names has (python3 as a rule); without, that section stays as it is.
 
 set -eu
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
@@ -38,7 +38,32 @@ module() {
   "$python" -c "import $1" 2>/dev/null || skipped+=("$1 is skipped; to have it: pip install $1")
 }
 
-# The section on charts, the last of bench/RESULTS.md.
+# replace HEADING FILE: the section of bench/RESULTS.md with this heading, or one before the section beside Exudyn, becomes the file.
+replace() {
+  awk -v heading="$1" -v file="$2" -v before="## Beside a general program of multibody dynamics" '
+    function put(line) { while ((getline line < file) > 0) print line; print ""; done = 1 }
+    /^## / { within = $0 == heading; if (!done && (within || ($0 == before && !known))) put() }
+    !within' known="$(grep -cxF "$1" bench/RESULTS.md)" bench/RESULTS.md >"$build/results.md"
+  cp "$build/results.md" bench/RESULTS.md
+  say "bench/RESULTS.md has its section '${1#\#\# }'"
+}
+
+# The section on a frame with six degrees of freedom.
+in_space() {
+  say "in space"
+  cat - >"$build/space.md" <<TEXT
+## In space
+
+The same for a frame with six degrees of freedom and a mechanism beside its middle: 156 numbers. Measured on
+$(sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo | head -n 1), $(date +%Y-%m-%d). The right-hand side of the compiled peers is
+\`bench/peers/space.h\`, written by hand for this machine.
+
+TEXT
+  python3 bench/compare.py "$build" --python "$python" --states 12 ${options[@]+"${options[@]}"} >>"$build/space.md"
+  sed -i '/^| program | peak/,$d' "$build/space.md"
+}
+
+# The section on charts.
 charts() {
   local alone=()
   if [[ $ours_only ]]; then alone=(--ours-only); fi
@@ -62,10 +87,11 @@ multibody() {
   sed -i '${/^$/d;}' "$build/multibody.md"
 }
 
-ours_only='' charts_only='' multibody_only='' options=()
+ours_only='' charts_only='' space_only='' multibody_only='' options=()
 for word; do
   case $word in
     --charts-only) charts_only=yes ;;
+    --space-only) space_only=yes ;;
     --multibody-only) multibody_only=yes ;;
     --ours-only) ours_only=yes options+=("$word") ;;
     *) options+=("$word") ;;
@@ -77,10 +103,7 @@ skipped=()
 say "building"
 if [[ $multibody_only ]]; then
   multibody
-  sed '/^## Beside a general program/,$d; /^## Operations/,$d' bench/RESULTS.md >"$build/before.md"
-  sed -n '/^## Operations/,$p' bench/RESULTS.md >"$build/after.md"
-  { cat "$build/before.md" "$build/multibody.md"; echo; cat "$build/after.md"; } >bench/RESULTS.md
-  say "bench/RESULTS.md has its section beside Exudyn"
+  replace '## Beside a general program of multibody dynamics' "$build/multibody.md"
   exit
 fi
 [[ $charts_only ]] || library speed bench/speed "$flags"
@@ -124,14 +147,18 @@ PYTHON
 "$python" -c 'import sys; sys.exit(sys.version_info < (3, 8))' || { say "$python is too old"; exit 1; }
 if [[ $charts_only ]]; then
   charts
-  sed '/^## Charts$/,$d' bench/RESULTS.md | sed -e :a -e '/^\n*$/{$d;N;ba' -e '}' >"$build/before.md"
-  { cat "$build/before.md"; echo; cat "$build/charts.md"; } >bench/RESULTS.md
-  say "bench/RESULTS.md has its section on charts"
+  replace '## Charts' "$build/charts.md"
+  exit
+fi
+if [[ $space_only ]]; then
+  in_space
+  replace '## In space' "$build/space.md"
   exit
 fi
 
 say "comparing"
-python3 bench/compare.py "$build" --python "$python" --csv "$build/trials.csv" ${options[@]+"${options[@]}"} >"$build/comparison.md"
+python3 bench/compare.py "$build" --python "$python" --csv "$build/trials.csv" --states 6 ${options[@]+"${options[@]}"} >"$build/comparison.md"
+in_space
 
 say "counting operations"
 "$cc" -O3 -march=native bench/peak.c -o "$build/peak"
@@ -180,6 +207,8 @@ two errors are both small enough. Times are medians over rounds in which the pro
 
 TEXT
 {
+  printf '\n'
+  cat "$build/space.md"
   printf '\n'
   cat "$build/multibody.md"
   printf '\n## Operations and the peak of the core\n\nMeasured peak of one core: %s 1e9 operations a second (fused' "$peak"

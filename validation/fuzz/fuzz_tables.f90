@@ -47,6 +47,8 @@ contains
         cycle
       end if
       call split(content(start:last), fields)
+      ! its rows are of one width
+      if (name == "sweep") call drop_padding(fields)
       if (header) then
         call move_alloc(fields, heads)
         header = .false.
@@ -222,6 +224,16 @@ contains
     end do
     if (len(words) > 40) words = words(:40)
   end function generic
+
+  !> Leaves out the blanks before each field.
+  pure subroutine drop_padding(fields)
+    type(field_type), intent(inout) :: fields(:)
+    integer :: i
+
+    do i = 1, size(fields)
+      fields(i)%text = trim(adjustl(fields(i)%text))
+    end do
+  end subroutine drop_padding
 
   !> The fields of a line; one in quotes may hold commas.
   pure subroutine split(line, fields)

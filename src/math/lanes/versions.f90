@@ -1,8 +1,8 @@
 !> The inner loops of elimination and of products for eight lanes, in versions for processors with long vectors, so that a portable
 !> build needs no flag to use them. A compiler that has them (`has_versions`) makes of the procedures for one lane, at `!$omp
 !> declare simd`, one for eight lanes for each kind of vectors, under names that follow from its arguments (u uniform, l linear) and
-!> are called here. The blocks of 3 x 3 begin with the elements of a matrix that are handed over, and have its distance between
-!> columns.
+!> are called here. The names in C begin with "lanes", as the door for C exports what begins with "gestell". The blocks of 3 x 3
+!> begin with the elements of a matrix that are handed over, and have its distance between columns.
 module gestell_math_lanes_versions
   use gestell_base_processor, only: has_versions
   use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
@@ -16,7 +16,7 @@ module gestell_math_lanes_versions
 
   interface
     !> As the procedures of one lane below, for the eight from `lane` on.
-    pure subroutine subtract_512(c, r, s, terms, lane) bind(C, name="_ZGVeN8uuuul_gestell_subtract_in_lane")
+    pure subroutine subtract_512(c, r, s, terms, lane) bind(C, name="_ZGVeN8uuuul_lanes_gestell_subtract")
       import :: block, c_int, dp, lanes, most_rows
       implicit none (type, external)
       real(dp), intent(inout) :: c(lanes, most_rows, block)
@@ -24,7 +24,7 @@ module gestell_math_lanes_versions
       real(dp), intent(in) :: r(lanes, most_rows, terms), s(lanes, most_rows, block)
     end subroutine subtract_512
 
-    pure subroutine subtract_256(c, r, s, terms, lane) bind(C, name="_ZGVdN8uuuul_gestell_subtract_in_lane")
+    pure subroutine subtract_256(c, r, s, terms, lane) bind(C, name="_ZGVdN8uuuul_lanes_gestell_subtract")
       import :: block, c_int, dp, lanes, most_rows
       implicit none (type, external)
       real(dp), intent(inout) :: c(lanes, most_rows, block)
@@ -32,7 +32,7 @@ module gestell_math_lanes_versions
       real(dp), intent(in) :: r(lanes, most_rows, terms), s(lanes, most_rows, block)
     end subroutine subtract_256
 
-    pure subroutine upper_512(w, u, multiplier, lane) bind(C, name="_ZGVeN8uuul_gestell_upper_in_lane")
+    pure subroutine upper_512(w, u, multiplier, lane) bind(C, name="_ZGVeN8uuul_lanes_gestell_upper")
       import :: block, c_int, dp, lanes, most_rows
       implicit none (type, external)
       real(dp), intent(inout) :: w(lanes, most_rows, block), multiplier(lanes)
@@ -40,7 +40,7 @@ module gestell_math_lanes_versions
       integer(c_int), value :: lane
     end subroutine upper_512
 
-    pure subroutine upper_256(w, u, multiplier, lane) bind(C, name="_ZGVdN8uuul_gestell_upper_in_lane")
+    pure subroutine upper_256(w, u, multiplier, lane) bind(C, name="_ZGVdN8uuul_lanes_gestell_upper")
       import :: block, c_int, dp, lanes, most_rows
       implicit none (type, external)
       real(dp), intent(inout) :: w(lanes, most_rows, block), multiplier(lanes)
@@ -48,7 +48,7 @@ module gestell_math_lanes_versions
       integer(c_int), value :: lane
     end subroutine upper_256
 
-    pure subroutine lower_512(w, l, lane) bind(C, name="_ZGVeN8uul_gestell_lower_in_lane")
+    pure subroutine lower_512(w, l, lane) bind(C, name="_ZGVeN8uul_lanes_gestell_lower")
       import :: block, c_int, dp, lanes, most_rows
       implicit none (type, external)
       real(dp), intent(inout) :: w(lanes, most_rows, block)
@@ -56,7 +56,7 @@ module gestell_math_lanes_versions
       integer(c_int), value :: lane
     end subroutine lower_512
 
-    pure subroutine lower_256(w, l, lane) bind(C, name="_ZGVdN8uul_gestell_lower_in_lane")
+    pure subroutine lower_256(w, l, lane) bind(C, name="_ZGVdN8uul_lanes_gestell_lower")
       import :: block, c_int, dp, lanes, most_rows
       implicit none (type, external)
       real(dp), intent(inout) :: w(lanes, most_rows, block)
@@ -64,7 +64,7 @@ module gestell_math_lanes_versions
       integer(c_int), value :: lane
     end subroutine lower_256
 
-    pure subroutine four_512(terms, a, b, c, lane) bind(C, name="_ZGVeN8uuuul_gestell_four_in_lane")
+    pure subroutine four_512(terms, a, b, c, lane) bind(C, name="_ZGVeN8uuuul_lanes_gestell_four")
       import :: c_int, dp, lanes
       implicit none (type, external)
       integer(c_int), value :: terms, lane
@@ -72,7 +72,7 @@ module gestell_math_lanes_versions
       real(dp), intent(inout) :: c(lanes, 4)
     end subroutine four_512
 
-    pure subroutine four_256(terms, a, b, c, lane) bind(C, name="_ZGVdN8uuuul_gestell_four_in_lane")
+    pure subroutine four_256(terms, a, b, c, lane) bind(C, name="_ZGVdN8uuuul_lanes_gestell_four")
       import :: c_int, dp, lanes
       implicit none (type, external)
       integer(c_int), value :: terms, lane
@@ -163,7 +163,7 @@ contains
   end subroutine four_columns
 
   !> These in one lane.
-  pure subroutine subtract_in_lane(c, r, s, terms, lane) bind(C, name="gestell_subtract_in_lane")
+  pure subroutine subtract_in_lane(c, r, s, terms, lane) bind(C, name="lanes_gestell_subtract")
     !$omp declare simd uniform(c, r, s, terms) linear(lane) simdlen(8) notinbranch
     real(dp), intent(inout) :: c(lanes, most_rows, block)
     integer(c_int), value :: terms, lane
@@ -174,7 +174,7 @@ contains
     include "in_lane/subtract_product.inc"
   end subroutine subtract_in_lane
 
-  pure subroutine upper_in_lane(w, u, multiplier, lane) bind(C, name="gestell_upper_in_lane")
+  pure subroutine upper_in_lane(w, u, multiplier, lane) bind(C, name="lanes_gestell_upper")
     !$omp declare simd uniform(w, u, multiplier) linear(lane) simdlen(8) notinbranch
     real(dp), intent(inout) :: w(lanes, most_rows, block), multiplier(lanes)
     real(dp), intent(in) :: u(lanes, most_rows, block)
@@ -185,7 +185,7 @@ contains
     include "in_lane/solve_with_upper.inc"
   end subroutine upper_in_lane
 
-  pure subroutine lower_in_lane(w, l, lane) bind(C, name="gestell_lower_in_lane")
+  pure subroutine lower_in_lane(w, l, lane) bind(C, name="lanes_gestell_lower")
     !$omp declare simd uniform(w, l) linear(lane) simdlen(8) notinbranch
     real(dp), intent(inout) :: w(lanes, most_rows, block)
     real(dp), intent(in) :: l(lanes, most_rows, block)
@@ -195,7 +195,7 @@ contains
     include "in_lane/solve_with_lower.inc"
   end subroutine lower_in_lane
 
-  pure subroutine four_in_lane(terms, a, b, c, lane) bind(C, name="gestell_four_in_lane")
+  pure subroutine four_in_lane(terms, a, b, c, lane) bind(C, name="lanes_gestell_four")
     !$omp declare simd uniform(terms, a, b, c) linear(lane) simdlen(8) notinbranch
     integer(c_int), value :: terms, lane
     real(dp), intent(in) :: a(lanes, terms), b(terms, 4)

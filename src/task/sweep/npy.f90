@@ -34,7 +34,7 @@ contains
     type(grid_type), intent(in) :: grid
     integer, intent(in) :: first(2)
     real(dp), contiguous, intent(in) :: values(:, :, :)
-    character(len=number_bytes * (size(grid%axes) + size(values, 1)) * size(values, 2) * size(values, 3)) :: bytes
+    character(len=:), allocatable :: bytes
     real(dp) :: rows(size(grid%axes) + size(values, 1), size(values, 2), size(values, 3))
     integer :: i, j
 
@@ -44,7 +44,7 @@ contains
       end do
     end do
     rows(size(grid%axes) + 1:, :, :) = values
-    bytes = transfer(rows, bytes)
+    bytes = transfer(rows, repeat(" ", number_bytes * size(rows)))
   end function npy_rows
 
   !> The numbers of a row behind its first `axes`.
