@@ -321,7 +321,7 @@ def main():
         x_p along, a seventh of the numbers, in a unit in which it has no influence on the steps. Gestell is told the tolerance of
         the file and does what it always does, its own comparisons included. Times of the peers are of the wall, of every
         point the median and the shortest of many runs; the last column compares the best ones.""".replace("e-0", "e-"))
-    programs = [program for program in programs_in(order.build, order.python, False) if not program.name.startswith("Gestell")]
+    programs = [program for program in programs_in(order.build, order.python, False, False) if not program.name.startswith("Gestell")]
     for name in CHARTS:
         beside_peers(name, programs, chart, order.python, order.points, order.rounds)
     for program in programs:

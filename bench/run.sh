@@ -18,6 +18,8 @@ peer_flags="-O3 -march=native"
 mkdir -p "$build"
 say() { printf 'bench: %s\n' "$*" >&2; }
 
+processor() { sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo | head -n 1; }
+
 # library NAME FOLDER FLAGS
 library() {
   fpm install --directory "$2" --prefix "$build/$1" --profile release --flag "$3" >"$build/$1.log" 2>&1 ||
@@ -55,7 +57,7 @@ in_space() {
 ## In space
 
 The same for a frame with six degrees of freedom and a mechanism beside its middle: 156 numbers. Measured on
-$(sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo | head -n 1), $(date +%Y-%m-%d). The right-hand side of the compiled peers is
+$(processor), $(date +%Y-%m-%d). The right-hand side of the compiled peers is
 \`bench/peers/space.h\`, written by hand for this machine.
 
 TEXT
@@ -70,7 +72,8 @@ charts() {
   say "charts"
   library chart bench/chart "$flags"
   library gestell . "$flags"
-  python3 bench/charts.py "$build" --python "$python" ${alone[@]+"${alone[@]}"} >"$build/charts.md"
+  python3 bench/charts.py "$build" --python "$python" ${alone[@]+"${alone[@]}"} |
+    sed "s/^## Charts$/&\n\nMeasured on $(processor), $(date +%Y-%m-%d)./" >"$build/charts.md"
   sed -i '${/^$/d;}' "$build/charts.md"
 }
 
@@ -184,7 +187,7 @@ multibody
 cat - "$build/comparison.md" >bench/RESULTS.md <<TEXT
 # Results of the benchmarks
 
-Made by \`bench/run.sh\` on $(sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo | head -n 1), $(nproc --all) cores, one of them used,
+Made by \`bench/run.sh\` on $(processor), $(nproc --all) cores, one of them used,
 $(uname -sr | sed 's/-.*//'), $(date +%Y-%m-%d).
 
 $(versions)

@@ -30,8 +30,34 @@ contains
       & new_unittest("a table in HTML", test_table), &
       & new_unittest("a wide table is turned", test_turned), &
       & new_unittest("of a long file the first rows", test_long), &
+      & new_unittest("columns that are expected", test_expected), &
       & new_unittest("units of the input's keys", test_units)]
   end subroutine collect_html
+
+  !> They stand behind those that were there, in the order in which they come, with their numbers and errors; further ones follow.
+  subroutine test_expected(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(table_type) :: table
+    integer :: k
+
+    table = new_table("t", "", "", "")
+    call table%add("first", "one by itself", [1, 2])
+    call table%expect(0)
+    call table%expect(2)
+    call table%add("second", new_unit("m"), "expected", [2.0_dp, 4.0_dp], error="third")
+    call table%add("third", new_unit("m"), "expected", [0.1_dp, 0.2_dp])
+    call table%add("fourth", "again by itself", ["a", "b"])
+    call check_that(error, size(table%columns), "==", 4, "columns")
+    if (allocated(error)) return
+    call check_that(error, table%columns(1)%integers, "==", [1, 2], "the first")
+    call check_that(error, abs(table%columns(2)%numbers - [2.0_dp, 4.0_dp]), "<=", 0.0_dp, "the second")
+    call check(error, table%columns(2)%error, "third_m")
+    if (allocated(error)) return
+    call check(error, table%columns(4)%word(2), "b")
+    if (allocated(error)) return
+    call check_that(error, [(len(table%columns(k)%error), k = 3, 4)], "==", 0, "no errors")
+    call check(error, table%columns(3)%key // table%columns(4)%key, "third_mfourth")
+  end subroutine test_expected
 
   !> The test vectors of RFC 4648, section 10, and bytes above 127.
   subroutine test_base64(error)

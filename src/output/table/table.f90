@@ -39,11 +39,15 @@ module gestell_output_table
     logical :: written = .false.
     integer :: rows = 0
     type(column_type), allocatable :: columns(:)
+    !> Those that are there of what is expected, and how many.
+    type(column_type), allocatable, private :: room(:)
+    integer, private :: filled = 0
   contains
     procedure, private :: add_numbers
     procedure, private :: add_integers
     procedure, private :: add_words
     procedure, private :: add_flags
+    procedure :: expect
     procedure :: join
     generic :: add => add_numbers, add_integers, add_words, add_flags
   end type table_type
@@ -78,8 +82,9 @@ contains
     type(column_type) :: column
 
     column%numbers = values
+    column%error = ""
+    if (present(error)) column%error = trim(key_of(error, unit))
     call append(self, column, name, unit, meaning, size(values))
-    if (present(error)) self%columns(size(self%columns))%error = trim(key_of(error, unit))
   end subroutine add_numbers
 
   !> Word of row `i`.
@@ -134,8 +139,7 @@ contains
     character(len=*), intent(in) :: name, meaning
     type(unit_type), intent(in) :: unit
     integer, intent(in) :: rows
-    type(column_type), allocatable :: longer(:)
-    integer :: k, n
+    integer :: k
 
     column%key = trim(key_of(name, unit))
     column%label = trim(name)
@@ -144,16 +148,27 @@ contains
     end do
     column%meaning = meaning
     column%unit = unit
-    column%error = ""
-    n = size(table%columns)
-    allocate(longer(n + 1))
-    do k = 1, n
-      call move_column(table%columns(k), longer(k))
-    end do
-    longer(n + 1) = column
-    call move_alloc(longer, table%columns)
+    if (.not. allocated(column%error)) column%error = ""
+    if (.not. allocated(table%room)) call table%expect(1)
+    table%filled = table%filled + 1
+    call move_column(column, table%room(table%filled))
+    if (table%filled == size(table%room)) call move_alloc(table%room, table%columns)
     table%rows = rows
   end subroutine append
+
+  !> `more` columns are to be added, and seen when the last of them is there: each by itself would move all that were before.
+  pure subroutine expect(self, more)
+    class(table_type), intent(inout) :: self
+    integer, intent(in) :: more
+    integer :: k
+
+    if (more < 1) return
+    self%filled = size(self%columns)
+    allocate(self%room(self%filled + more))
+    do k = 1, self%filled
+      call move_column(self%columns(k), self%room(k))
+    end do
+  end subroutine expect
 
   !> Takes the columns of `other`, which has as many rows, behind its own.
   pure subroutine join(self, other)

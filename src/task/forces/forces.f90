@@ -167,6 +167,7 @@ contains
     table = new_table("supports_history", "Forces over " // turns_in_words(turns), "The forces of every support over " &
       & // turns_in_words(turns) // ".", verdict)
     call add_turn(table, speed, period, size(reactions(1)%history, 1) - 1, turns)
+    call table%expect(sum([(size(parts_of(reactions(i))), i = 1, size(reactions))]))
     do i = 1, size(reactions)
       parts = parts_of(reactions(i))
       do k = 1, size(parts)
@@ -187,6 +188,8 @@ contains
     table = new_table("supports_harmonics", "Forces by orders", "Amplitudes of the supports' forces by orders of the crank.", &
       & verdict)
     call add_orders(table, period, last, turns)
+    ! Amplitude and phase.
+    call table%expect(2 * sum([(count(parts_of(reactions(i)) /= whole_force), i = 1, size(reactions))]))
     do i = 1, size(reactions)
       parts = pack(parts_of(reactions(i)), parts_of(reactions(i)) /= whole_force)
       do k = 1, size(parts)

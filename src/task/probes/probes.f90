@@ -164,6 +164,7 @@ contains
     table = new_table("probes_history", "Probes over " // turns_in_words(frame%mechanism%turns), "Velocity at the probes over " &
       & // turns_in_words(frame%mechanism%turns) // ".", verdict)
     call add_turn(table, frame%speed, frame%period, size(responses(1)%history, 1) - 1, frame%mechanism%turns)
+    call table%expect(sum([(size(responses(i)%parts), i = 1, size(responses))]))
     do i = 1, size(responses)
       do k = 1, size(responses(i)%parts)
         call table%add(column(responses(i), k), units(1 + 3 * (k - 1) / size(responses(i)%parts)), "motion of the probe", &
@@ -183,6 +184,8 @@ contains
     table = new_table("probes_harmonics", "Probes by orders", "Amplitudes of the velocity at the probes by orders of the crank.", &
       & verdict)
     call add_orders(table, frame%period, last, frame%mechanism%turns)
+    ! Amplitude and phase of all parts but one on each axis.
+    call table%expect(sum([(2 * (size(responses(i)%parts) - 3), i = 1, size(responses))]))
     do i = 1, size(responses)
       kinds = size(responses(i)%parts) / 3
       do k = 1, 3 * kinds
