@@ -7,7 +7,7 @@ module gestell_base_files
   private
 
   public :: close_file, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, open_to_read, &
-    & open_to_write, read_at, read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_at, write_whole
+    & open_to_write, read_at, read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
 
   !> LOCK_SH, LOCK_EX and LOCK_NB of flock, O_WRONLY, the rights of a file and a folder that are made.
   integer(c_int), parameter :: together = 1, exclusive = 2, without_waiting = 4, only_to_write = 1
@@ -207,17 +207,25 @@ contains
     end do
   end subroutine read_some
 
-  !> Writes all bytes behind what was written before.
-  subroutine write_whole(handle, bytes, done)
+  !> Writes all bytes behind what was written before, or from byte `position` on, 1 for the first of the file; what lies before its
+  !> end and was never written is zero.
+  subroutine write_whole(handle, bytes, done, position)
     integer(c_int), intent(in) :: handle
     character(len=*), intent(in) :: bytes
     logical, intent(out) :: done
+    integer(int64), intent(in), optional :: position
     integer(c_intptr_t) :: written
     integer(int64) :: n
 
     n = 0
     do while (n < len(bytes, int64))
-      written = c_write(handle, bytes(n + 1:), int(len(bytes, int64) - n, c_size_t))
+      associate (left => int(len(bytes, int64) - n, c_size_t))
+        if (present(position)) then
+          written = c_pwrite(handle, bytes(n + 1:), left, position - 1 + n)
+        else
+          written = c_write(handle, bytes(n + 1:), left)
+        end if
+      end associate
       done = written > 0
       if (done) then
         n = n + written
@@ -228,30 +236,6 @@ contains
     end do
     done = .true.
   end subroutine write_whole
-
-  !> Writes all bytes from byte `position` on, 1 for the first of the file; what lies before the end of the file and was never
-  !> written is zero.
-  subroutine write_at(handle, position, bytes, done)
-    integer(c_int), intent(in) :: handle
-    integer(int64), intent(in) :: position
-    character(len=*), intent(in) :: bytes
-    logical, intent(out) :: done
-    integer(c_intptr_t) :: written
-    integer(int64) :: n
-
-    n = 0
-    do while (n < len(bytes, int64))
-      written = c_pwrite(handle, bytes(n + 1:), int(len(bytes, int64) - n, c_size_t), position - 1 + n)
-      done = written > 0
-      if (done) then
-        n = n + written
-      else
-        if (written == 0) return
-        if (errno() /= interrupted) return
-      end if
-    end do
-    done = .true.
-  end subroutine write_at
 
   !> Reads all bytes from byte `position` on; not `done` where there are fewer, or reading fails.
   subroutine read_at(handle, position, bytes, done)

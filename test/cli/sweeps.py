@@ -451,7 +451,7 @@ VERDICTS = ["stable", "unstable", "undecided", "impossible", "failed"]
 
 
 def test_npy():
-    """The same numbers as sweep.csv, to the last bit, whole, in parts, and after a kill."""
+    """The same numbers as sweep.csv, to the last bit, whole and in parts."""
     grids = {"a grid": TWO, "a line through a dead point": axis("joint(B).lengths(1)", 0.1, 0.5, 17), "several tiles": LONG,
              "quantities": TWO.replace("spacing='log'", "spacing='log', columns='log_rho_max','fx','xi_peak_m'")}
     for what, grid in grids.items():
@@ -638,5 +638,5 @@ def test_progress():
 
 
 SWEEP_TESTS = (test_golden, test_as_single_runs, test_shapes, test_impossible, test_nearly_singular, test_other_tasks,
-               test_refused, test_threads, test_parts, test_together, test_killed, test_damaged, test_unwritten_rows, test_npy, test_foreign, test_full_disk, test_one_line,
-               test_one_line_is_lost, test_progress)
+               test_refused, test_threads, test_parts, test_together, test_killed, test_damaged, test_unwritten_rows, test_npy, test_foreign,
+               test_full_disk, test_one_line, test_one_line_is_lost, test_progress)

@@ -14,72 +14,49 @@ module gestell_math_lanes_versions
   !> As in gestell_math_lanes, which says what they are.
   integer, parameter, public :: lanes = 8, most_rows = 78, block = 3
 
-  interface
+  abstract interface
     !> As the procedures of one lane below, for the eight from `lane` on.
-    pure subroutine subtract_512(c, r, s, terms, lane) bind(C, name="_ZGVeN8uuuul_lanes_gestell_subtract")
+    pure subroutine subtract_lanes(c, r, s, terms, lane) bind(C)
       import :: block, c_int, dp, lanes, most_rows
       implicit none (type, external)
       real(dp), intent(inout) :: c(lanes, most_rows, block)
       integer(c_int), value :: terms, lane
       real(dp), intent(in) :: r(lanes, most_rows, terms), s(lanes, most_rows, block)
-    end subroutine subtract_512
+    end subroutine subtract_lanes
 
-    pure subroutine subtract_256(c, r, s, terms, lane) bind(C, name="_ZGVdN8uuuul_lanes_gestell_subtract")
-      import :: block, c_int, dp, lanes, most_rows
-      implicit none (type, external)
-      real(dp), intent(inout) :: c(lanes, most_rows, block)
-      integer(c_int), value :: terms, lane
-      real(dp), intent(in) :: r(lanes, most_rows, terms), s(lanes, most_rows, block)
-    end subroutine subtract_256
-
-    pure subroutine upper_512(w, u, multiplier, lane) bind(C, name="_ZGVeN8uuul_lanes_gestell_upper")
+    pure subroutine upper_lanes(w, u, multiplier, lane) bind(C)
       import :: block, c_int, dp, lanes, most_rows
       implicit none (type, external)
       real(dp), intent(inout) :: w(lanes, most_rows, block), multiplier(lanes)
       real(dp), intent(in) :: u(lanes, most_rows, block)
       integer(c_int), value :: lane
-    end subroutine upper_512
+    end subroutine upper_lanes
 
-    pure subroutine upper_256(w, u, multiplier, lane) bind(C, name="_ZGVdN8uuul_lanes_gestell_upper")
-      import :: block, c_int, dp, lanes, most_rows
-      implicit none (type, external)
-      real(dp), intent(inout) :: w(lanes, most_rows, block), multiplier(lanes)
-      real(dp), intent(in) :: u(lanes, most_rows, block)
-      integer(c_int), value :: lane
-    end subroutine upper_256
-
-    pure subroutine lower_512(w, l, lane) bind(C, name="_ZGVeN8uul_lanes_gestell_lower")
+    pure subroutine lower_lanes(w, l, lane) bind(C)
       import :: block, c_int, dp, lanes, most_rows
       implicit none (type, external)
       real(dp), intent(inout) :: w(lanes, most_rows, block)
       real(dp), intent(in) :: l(lanes, most_rows, block)
       integer(c_int), value :: lane
-    end subroutine lower_512
+    end subroutine lower_lanes
 
-    pure subroutine lower_256(w, l, lane) bind(C, name="_ZGVdN8uul_lanes_gestell_lower")
-      import :: block, c_int, dp, lanes, most_rows
-      implicit none (type, external)
-      real(dp), intent(inout) :: w(lanes, most_rows, block)
-      real(dp), intent(in) :: l(lanes, most_rows, block)
-      integer(c_int), value :: lane
-    end subroutine lower_256
-
-    pure subroutine four_512(terms, a, b, c, lane) bind(C, name="_ZGVeN8uuuul_lanes_gestell_four")
+    pure subroutine four_lanes(terms, a, b, c, lane) bind(C)
       import :: c_int, dp, lanes
       implicit none (type, external)
       integer(c_int), value :: terms, lane
       real(dp), intent(in) :: a(lanes, terms), b(terms, 4)
       real(dp), intent(inout) :: c(lanes, 4)
-    end subroutine four_512
-
-    pure subroutine four_256(terms, a, b, c, lane) bind(C, name="_ZGVdN8uuuul_lanes_gestell_four")
-      import :: c_int, dp, lanes
-      implicit none (type, external)
-      integer(c_int), value :: terms, lane
-      real(dp), intent(in) :: a(lanes, terms), b(terms, 4)
-      real(dp), intent(inout) :: c(lanes, 4)
-    end subroutine four_256
+    end subroutine four_lanes
   end interface
+
+  procedure(subtract_lanes), bind(C, name="_ZGVeN8uuuul_lanes_gestell_subtract") :: subtract_512
+  procedure(subtract_lanes), bind(C, name="_ZGVdN8uuuul_lanes_gestell_subtract") :: subtract_256
+  procedure(upper_lanes), bind(C, name="_ZGVeN8uuul_lanes_gestell_upper") :: upper_512
+  procedure(upper_lanes), bind(C, name="_ZGVdN8uuul_lanes_gestell_upper") :: upper_256
+  procedure(lower_lanes), bind(C, name="_ZGVeN8uul_lanes_gestell_lower") :: lower_512
+  procedure(lower_lanes), bind(C, name="_ZGVdN8uul_lanes_gestell_lower") :: lower_256
+  procedure(four_lanes), bind(C, name="_ZGVeN8uuuul_lanes_gestell_four") :: four_512
+  procedure(four_lanes), bind(C, name="_ZGVdN8uuuul_lanes_gestell_four") :: four_256
 
 contains
 

@@ -23,7 +23,6 @@ module gestell_output_file_output
     character(len=:), allocatable :: reason
   contains
     procedure :: append
-    procedure :: failed
     procedure :: complete
   end type output_type
 
@@ -79,13 +78,6 @@ contains
       self%used = self%used + len(bytes)
     end if
   end subroutine append
-
-  !> Whether it is known already that the file cannot be written.
-  pure logical function failed(self)
-    class(output_type), intent(in) :: self
-
-    failed = self%reason /= ""
-  end function failed
 
   subroutine flush_pending(output)
     type(output_type), intent(inout) :: output

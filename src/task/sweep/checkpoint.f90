@@ -6,7 +6,7 @@
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_files, only: close_file, create_file, file_size, link_file, lock_file, open_to_read, &
-    & open_to_write, read_at, remove_file, remove_folder, rename_file, unlock_file, write_at
+    & open_to_write, read_at, remove_file, remove_folder, rename_file, unlock_file, write_whole
   use gestell_base_hash, only: mix_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
@@ -328,7 +328,7 @@ contains
     call read_note(campaign, note)
     call open_to_write(file_of(campaign, "rows"), handle)
     done = handle >= 0
-    if (done) call write_at(handle, 1_int64, note(len(first_lines(campaign)) + 1:), done)
+    if (done) call write_whole(handle, note(len(first_lines(campaign)) + 1:), done, 1_int64)
     if (.not. done) call tell_unwritten(file_of(campaign, "rows"), error)
     if (handle >= 0) call close_file(handle, closed)
     if (.not. done) return

@@ -1,6 +1,6 @@
 !> What is known of the tiles of a sweep that are done: a file of sealed records, all of one length, each at its tile's place.
 module gestell_task_sweep_marks
-  use gestell_base_files, only: read_at, write_at
+  use gestell_base_files, only: read_at, write_whole
   use gestell_output_file_sealed, only: sealed, sealed_head, unseal, word_bytes
   use gestell_task_sweep_summary, only: summary_type, summary_words
   use, intrinsic :: iso_c_binding, only: c_int
@@ -33,7 +33,7 @@ contains
     character(len=word_bytes * words_of_mark) :: bytes
 
     bytes = transfer(sealed(mark%fingerprint, [int(mark%tile, int64), mark%checksum, mark%summary%to_words()]), bytes)
-    call write_at(handle, place(mark%tile), bytes, done)
+    call write_whole(handle, bytes, done, place(mark%tile))
   end subroutine write_mark
 
   !> The mark of a tile from the open file.

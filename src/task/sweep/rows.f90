@@ -1,7 +1,7 @@
 !> The rows of a sweep in the file that becomes its table: each tile in its places.
 module gestell_task_sweep_rows
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_files, only: close_file, last_reason, open_to_read, open_to_write, read_at, write_at
+  use gestell_base_files, only: close_file, last_reason, open_to_read, open_to_write, read_at, write_whole
   use gestell_base_hash, only: hash_start, mix_bytes
   use gestell_base_kinds, only: dp
   use gestell_input_wording, only: decimal
@@ -119,7 +119,7 @@ contains
       last = pieces(k)%last(1) - tile%first(1) + 1
       rows = layout%rows(pieces(k)%first, values(:, :, first:last))
       call mix_bytes(checksum, rows)
-      call write_at(handle, head + layout%place(pieces(k)%first) + 1, rows, done)
+      call write_whole(handle, rows, done, head + layout%place(pieces(k)%first) + 1)
     end do
     if (.not. done) call tell_unwritten(name // ": tile " // decimal(tile%number), error)
     if (handle >= 0) call close_file(handle, closed)
