@@ -31,7 +31,8 @@ contains
       & new_unittest("parts make the period", test_period), &
       & new_unittest("errors count by what becomes of them", test_weights), &
       & new_unittest("as many parts as pay", test_choice), &
-      & new_unittest("what is missing of a series", test_rest)]
+      & new_unittest("what is missing of a series", test_rest), &
+      & new_unittest("corners that say nothing of what lies between", test_reach)]
   end subroutine collect_period_parts
 
   !> Against the compiler's own products.
@@ -220,5 +221,41 @@ contains
       end do
     end do
   end subroutine test_rest
+
+  !> Weights from corners where motions die within the period, e^(-3 pi), are too small where they do not. All the same an error
+  !> there counts for no more than is reckoned with, and about as much is said to be missing as with weights that fit.
+  subroutine test_reach(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: dampings(2) = [0.1_dp, 6.0_dp], small = 1.0e-7_dp
+    type(oscillator_family) :: family
+    type(sampler_type) :: samplers(2)
+    type(expansion_type) :: expansions(2)
+    real(dp), allocatable :: numbers(:), wrong(:)
+    real(dp) :: moved
+    integer :: k, i
+    logical :: fits
+
+    do k = 1, 2
+      call new_sampler(samplers(k), family, reshape([dampings(k), 30.0_dp, dampings(k), 1000.0_dp], [2, 2]), &
+        & accuracy_type(tolerance=1.0e-12_dp), .false., 10000, fits)
+      call check_that(error, fits .and. samplers(k)%parts%parts > 1, "==", .true., "a sampler of several parts")
+      if (allocated(error)) return
+      call expand(expansions(k), samplers(k), family, [variable_type(0.1_dp, 6.0_dp), variable_type(30.0_dp, 100.0_dp)], &
+        & [9, 9], fits)
+    end do
+    allocate(numbers(samplers(2)%parts%numbers()))
+    call samplers(2)%sample(family, [0.1_dp, 30.0_dp], numbers, fits)
+    moved = 0
+    do i = 1, size(numbers)
+      wrong = numbers
+      wrong(i) = wrong(i) + small
+      moved = max(moved, norm2(samplers(2)%parts%phi(wrong) - samplers(2)%parts%phi(numbers)) / small)
+    end do
+    call check_that(error, moved, ">", 2.0_dp, "weights that are too small")
+    call check_that(error, moved, "<=", samplers(2)%parts%reach(numbers) * (1 + 1.0e-6_dp), "more than is reckoned with")
+    if (allocated(error)) return
+    ! Other units, and the greatest factor in place of each part's own.
+    call check_that(error, expansions(2)%rest, ">", expansions(1)%rest / 3, "less is said to be missing")
+  end subroutine test_reach
 
 end module test_period_parts
