@@ -3,12 +3,14 @@ module test_methods
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: text
   use gestell_floquet_integrator_cooper_verner, only: cooper_verner_tableau
   use gestell_floquet_integrator_expm, only: expm
   use gestell_floquet_period_period_map, only: period_map
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type, name_length
   use gestell_floquet_integrator_methods, only: method_names, new_method
+  use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_system_periodic, only: periodic_system
   use systems, only: constant_type, diagonal
@@ -50,6 +52,7 @@ contains
 
     testsuite = [ &
       & new_unittest("explicit8: all 200 conditions of order 8", test_trees), &
+      & new_unittest("Gauss: nodes and weights in closed form, what is exact", test_gauss_tableau), &
       & new_unittest("exponentials with known values", test_expm), &
       & new_unittest("magnus is exact where nothing changes, in any units", test_constant), &
       & new_unittest("orders of convergence with a jump", test_jump), &
@@ -67,6 +70,41 @@ contains
     self%calls = self%calls + 1
     p = 0
   end subroutine counting_matrix
+
+  !> Nodes and weights of one to three stages; Butcher's simplifying assumptions B(2 s) and C(s), for A A too; of the embedded
+  !> method, that its sum takes 1 of Legendre's polynomial and nothing of the powers below.
+  subroutine test_gauss_tableau(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: c_2 = sqrt(3.0_dp) / 6, c_3 = sqrt(15.0_dp) / 10
+    !> For a stage: what sums has a term of at most 1 with the roundings of a node's power and a weight.
+    real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
+    type(tableau_type) :: rule
+    real(dp) :: worst
+    integer :: s, k
+
+    rule = gauss_tableau(1)
+    worst = maxval(abs([rule%c, rule%b, rule%a] - [0.5_dp, 1.0_dp, 0.5_dp]))
+    rule = gauss_tableau(2)
+    worst = max(worst, maxval(abs([rule%c, rule%b] - [0.5_dp - c_2, 0.5_dp + c_2, 0.5_dp, 0.5_dp])))
+    rule = gauss_tableau(3)
+    worst = max(worst, maxval(abs([rule%c, rule%b] - [0.5_dp - c_3, 0.5_dp, 0.5_dp + c_3, [5, 8, 5] / 18.0_dp])))
+    call check_that(error, worst, "<=", rounding, "nodes and weights")
+    do s = 1, 12
+      rule = gauss_tableau(s)
+      worst = 0
+      do k = 1, 2 * s
+        worst = max(worst, abs(dot_product(rule%b, rule%c**(k - 1)) - 1.0_dp / k))
+        if (k > s) cycle
+        worst = max(worst, maxval(abs(matmul(rule%a, rule%c**(k - 1)) - rule%c**k / k)))
+        worst = max(worst, abs(dot_product(rule%ba, rule%c**(k - 1)) - 1.0_dp / (k * (k + 1))))
+        if (k == s) cycle
+        worst = max(worst, maxval(abs(matmul(rule%aa, rule%c**(k - 1)) - rule%c**(k + 1) / (k * (k + 1)))))
+        worst = max(worst, abs(dot_product(rule%part, rule%c**(k - 1))))
+      end do
+      worst = max(worst, abs(dot_product(rule%part, rule%last) - 1), maxval(abs(rule%part - (2 * s - 1) * rule%b * rule%last)))
+      if (.not. allocated(error)) call check_that(error, worst, "<=", s * rounding, "what is exact with stages " // text(s))
+    end do
+  end subroutine test_gauss_tableau
 
   !> J. C. Butcher's conditions, one for each rooted tree: a tree is a root with smaller trees on it.
   subroutine test_trees(error)
