@@ -12,7 +12,7 @@ module gestell_floquet_solution
   use gestell_floquet_period_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
   use gestell_floquet_period_periodic_solution, only: periodic_of_monodromy => solve_periodic
   use gestell_floquet_period_turn_errors, only: turn_errors_type
-  use gestell_system_part, only: check_coupled, independent_parts, part_of
+  use gestell_system_part, only: find_parts, part_of
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -68,12 +68,11 @@ contains
 
     call system%check(error)
     if (.not. allocated(error)) call check_accuracy(accuracy, error)
-    if (.not. allocated(error)) call check_coupled(system, error)
+    if (.not. allocated(error)) call find_parts(system, numbers, error)
     if (allocated(error)) return
     floquet%period = system%period
     floquet%forced = forced
     allocate(floquet%scale(system%states))
-    allocate(numbers, source=independent_parts(system))
     allocate(floquet%parts(maxval(numbers)))
     if (size(floquet%parts) == 1) then
       floquet%parts(1)%states = [(i, i = 1, system%states)]
@@ -117,6 +116,10 @@ contains
 
     if (.not. allocated(floquet%parts)) then
       call fatal_error(error, "multipliers are those of a system that solve_floquet has solved", invalid_input)
+      return
+    end if
+    if (size(floquet%parts) == 1) then
+      call floquet%parts(1)%solution%multipliers(vectors, multipliers, error)
       return
     end if
     multipliers = no_multipliers(merge(size(floquet%scale), 0, vectors))

@@ -7,7 +7,7 @@ module gestell_system_part
   implicit none (type, external)
   private
 
-  public :: check_coupled, independent_parts, part_of
+  public :: find_parts, part_of
 
   !> The states `chosen` of another system.
   type, extends(periodic_system) :: first_order_part
@@ -31,38 +31,31 @@ module gestell_system_part
 
 contains
 
-  !> Error: the table `coupled` has not a row and a column for each state (each degree of freedom of a second-order system).
-  subroutine check_coupled(system, error)
+  !> The number of the part to which each state (each degree of freedom of a second-order system) belongs, from 1.
+  !> Error: the table `coupled` has not a row and a column for each of them.
+  subroutine find_parts(system, parts, error)
     class(periodic_system), intent(in) :: system
+    integer, allocatable, intent(out) :: parts(:)
     type(error_type), allocatable, intent(out) :: error
     logical, allocatable :: coupled(:, :)
-    integer :: wanted(2)
+    integer :: wanted, i, k, n
 
     allocate(coupled, source=system%coupled())
+    n = size(coupled, 1)
     wanted = system%states
     select type (system)
     class is (second_order_system)
       ! What is all coupled may say so of the states.
-      if (.not. (all(coupled) .and. size(coupled, 1) == system%states)) wanted = system%states / 2
+      if (.not. (all(coupled) .and. n == system%states)) wanted = system%states / 2
     end select
-    if (any(shape(coupled) /= wanted)) call fatal_error(error, "the table coupled has a row and a column for each state, of a " &
-      & // "second-order system for each degree of freedom", invalid_input)
-  end subroutine check_coupled
-
-  !> The number of the part to which each state (each degree of freedom of a second-order system) belongs, from 1.
-  function independent_parts(system) result(parts)
-    class(periodic_system), intent(in) :: system
-    integer, allocatable :: parts(:)
-    logical, allocatable :: coupled(:, :)
-    integer :: i, k, n
-
-    allocate(coupled, source=system%coupled())
-    n = size(coupled, 1)
-    if (all(coupled)) then
-      allocate(parts(n), source=1)
+    if (any(shape(coupled) /= wanted)) then
+      call fatal_error(error, "the table coupled has a row and a column for each state, of a second-order system for each " &
+        & // "degree of freedom", invalid_input)
       return
     end if
-    allocate(parts, source=[(k, k = 1, n)])
+    allocate(parts(n), source=1)
+    if (all(coupled)) return
+    parts = [(k, k = 1, n)]
     do i = 1, n
       do k = 1, i - 1
         if (coupled(i, k) .or. coupled(k, i)) where (parts == parts(i)) parts = parts(k)
@@ -72,7 +65,7 @@ contains
       ! Numbers without a gap.
       if (count(parts == k) == 0) where (parts > k) parts = parts - 1
     end do
-  end function independent_parts
+  end subroutine find_parts
 
   !> The part of `system` that consists of the states (degrees of freedom) `chosen`, on which the others do not act; and
   !> its `states` in those of the whole.

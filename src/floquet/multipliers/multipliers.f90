@@ -49,7 +49,8 @@ contains
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
-    integer :: n
+    real(dp), allocatable :: changes(:, :, :)
+    integer :: n, k
 
     if (.not. allocated(monodromy%phi)) then
       call fatal_error(error, "multipliers are those of a system that solve_monodromy has solved", invalid_input)
@@ -61,8 +62,11 @@ contains
     ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
     associate (d => monodromy%scale, rounding => n * epsilon(1.0_dp) * monodromy%norm)
       if (allocated(monodromy%phi_change)) then
-        call set_multipliers(rho, right, left, monodromy%roundoff + rounding, multipliers, &
-          & monodromy%phi_change * spread(spread(d, 1, n) / spread(d, 2, n), 3, size(monodromy%phi_change, 3)))
+        allocate(changes, mold=monodromy%phi_change)
+        do k = 1, size(changes, 3)
+          changes(:, :, k) = balanced(monodromy%phi_change(:, :, k), d)
+        end do
+        call set_multipliers(rho, right, left, monodromy%roundoff + rounding, multipliers, changes)
       else
         call set_multipliers(rho, right, left, monodromy%error + rounding, multipliers)
       end if

@@ -9,7 +9,7 @@ module gestell_study_mode_solution
   use gestell_study_mode_motion, only: motions_type, solve_motions
   use gestell_study_mode_type, only: assurance, mode_type, most_dofs
   use gestell_system_averaged, only: averaged_system
-  use gestell_system_part, only: check_coupled, independent_parts, part_of
+  use gestell_system_part, only: find_parts, part_of
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
@@ -35,7 +35,7 @@ contains
 
     call system%check(error)
     if (.not. allocated(error)) call check_accuracy(accuracy, error)
-    if (.not. allocated(error)) call check_coupled(system, error)
+    if (.not. allocated(error)) call find_parts(system, numbers, error)
     if (allocated(error)) return
     f = system%states / 2
     if (f > most_dofs) then
@@ -50,7 +50,6 @@ contains
       call sort(modes)
       return
     end select
-    allocate(numbers, source=independent_parts(system))
     if (maxval(numbers) == 1) then
       call periodic_modes(system, accuracy, mass, modes)
     else

@@ -9,7 +9,7 @@ module gestell_task_boundary_line_multipliers
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_system_averaged, only: averaged_system
-  use gestell_system_part, only: independent_parts, part_of
+  use gestell_system_part, only: find_parts, part_of
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -35,7 +35,8 @@ contains
     integer, allocatable :: numbers(:), states(:)
     integer :: i, k
 
-    allocate(numbers, source=independent_parts(system))
+    call find_parts(system, numbers, error)
+    if (allocated(error)) return
     if (maxval(numbers) == 1) then
       call solve_part(system, accuracy, multipliers, error)
       return
