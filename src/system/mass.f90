@@ -63,9 +63,13 @@ contains
     end do
     call schur_complement(w, n, 2 * n, columns, multiplier)
     safe = multiplier < safe_multiplier
-    do k = 1, lanes
-      if (safe(k)) r(first + k - 1, :, :) = w(k, n + 1:n + f, n + 1:n + size(r, 3))
-    end do
+    if (all(safe)) then
+      r(first:last, :, :) = w(:, n + 1:n + f, n + 1:n + size(r, 3))
+    else
+      do k = 1, lanes
+        if (safe(k)) r(first + k - 1, :, :) = w(k, n + 1:n + f, n + 1:n + size(r, 3))
+      end do
+    end if
   end subroutine solve_lanes
 
   !> One point, with exchanges of rows.

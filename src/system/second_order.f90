@@ -12,7 +12,7 @@ module gestell_system_second_order
   implicit none (type, external)
   private
 
-  public :: check_second_order, sample_in_units, sample_traces
+  public :: check_second_order, sample_by_phase, sample_in_units, sample_traces
 
   !> Extend this, set `states` = 2 f and `period`, give `matrices` (and `load` if there is one).
   type, abstract, extends(periodic_system), public :: second_order_system
@@ -100,7 +100,7 @@ contains
       call system%sample_second_order(phases, m, b, c)
     end if
     do i = 1, size(units)
-      units(i) = unit_of(maxval(abs(m(:, i, i))))
+      units(i) = unit_of(m(:, i, i))
     end do
     do j = 1, size(units)
       do i = 1, size(units)
@@ -112,10 +112,17 @@ contains
     end do
   end subroutine sample_in_units
 
-  !> A power of two near 1 / sqrt(mass).
-  pure real(dp) function unit_of(mass)
-    real(dp), intent(in) :: mass
+  !> A power of two near 1 / sqrt of the greatest of some masses.
+  pure real(dp) function unit_of(masses)
+    real(dp), contiguous, intent(in) :: masses(:)
+    real(dp) :: mass
+    integer :: k
 
+    ! In vectors, as maxval is not, which minds NaN.
+    mass = 0
+    do k = 1, size(masses)
+      mass = max(mass, abs(masses(k)))
+    end do
     unit_of = 1
     if (mass > 0 .and. mass <= huge(mass)) unit_of = scale(1.0_dp, -exponent(mass) / 2)
   end function unit_of
@@ -138,6 +145,63 @@ contains
       traces = traces - b(:, i, i)
     end do
   end subroutine sample_traces
+
+  !> What P has below [0 E], [-M^-1 C, -M^-1 B] of (22), at many phases, shape (phases, f, 2 f), and where asked for M^-1 h of (21),
+  !> shape (phases, f). NaN where M is singular.
+  subroutine sample_accelerations(system, phases, of_states, of_load)
+    class(second_order_system), intent(in) :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(out) :: of_states(:, :, :)
+    real(dp), intent(out), optional :: of_load(:, :)
+    real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), right(:, :, :)
+    real(dp) :: units(system%states / 2)
+    integer :: f, i, j
+
+    f = system%states / 2
+    allocate(m(size(phases), f, f), b(size(phases), f, f), c(size(phases), f, f))
+    allocate(right(size(phases), f, merge(2 * f + 1, 2 * f, present(of_load))))
+    ! What is not allocated is absent where it is an argument.
+    if (present(of_load)) allocate(h(size(phases), f))
+    call sample_in_units(system, phases, m, b, c, units, h)
+    right(:, :, :f) = -c
+    right(:, :, f + 1:2 * f) = -b
+    if (present(of_load)) right(:, :, 2 * f + 1) = h
+    call solve_mass(m, right)
+
+    ! From U^-1 q and U^-1 q' to q and q'.
+    do j = 1, f
+      do i = 1, f
+        of_states(:, i, j) = units(i) * right(:, i, j) / units(j)
+        of_states(:, i, f + j) = units(i) * right(:, i, f + j) / units(j)
+      end do
+      if (present(of_load)) of_load(:, j) = units(j) * right(:, j, 2 * f + 1)
+    end do
+  end subroutine sample_accelerations
+
+  !> P of any system with the phase as the first index, shape (phases, n, n).
+  subroutine sample_by_phase(system, phases, p)
+    class(periodic_system), intent(in) :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(out) :: p(:, :, :)
+    real(dp), allocatable :: many(:, :, :)
+    integer :: f, i
+
+    select type (system)
+    class is (second_order_system)
+      f = system%states / 2
+      p(:, :f, :) = 0
+      do i = 1, f
+        p(:, i, f + i) = 1
+      end do
+      call sample_accelerations(system, phases, p(:, f + 1:, :))
+    class default
+      allocate(many(system%states, system%states, size(phases)))
+      call system%sample(phases, many)
+      do i = 1, size(phases)
+        p(i, :, :) = many(:, :, i)
+      end do
+    end select
+  end subroutine sample_by_phase
 
   !> P(t) of (22).
   subroutine first_order_matrix(self, t, p)
@@ -167,38 +231,26 @@ contains
     real(dp), intent(in) :: phases(:)
     real(dp), intent(out) :: p(:, :, :)
     real(dp), intent(out), optional :: f(:, :)
-    real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), right(:, :, :)
-    real(dp) :: units(self%states / 2), all_phases(size(phases))
-    integer :: n, i, j, k
+    real(dp), allocatable :: of_states(:, :, :), of_load(:, :)
+    real(dp) :: all_phases(size(phases))
+    integer :: n, i, k
 
     n = self%states / 2
     all_phases = phases
-    allocate(m(size(phases), n, n), b(size(phases), n, n), c(size(phases), n, n))
-    allocate(right(size(phases), n, merge(2 * n + 1, 2 * n, present(f))))
-    if (present(f)) then
-      allocate(h(size(phases), n))
-      call sample_in_units(self, all_phases, m, b, c, units, h)
-      right(:, :, 2 * n + 1) = h
-    else
-      call sample_in_units(self, all_phases, m, b, c, units)
-    end if
-    right(:, :, :n) = -c
-    right(:, :, n + 1:2 * n) = -b
-    call solve_mass(m, right)
+    allocate(of_states(size(phases), n, 2 * n))
+    ! What is not allocated is absent where it is an argument.
+    if (present(f)) allocate(of_load(size(phases), n))
+    call sample_accelerations(self, all_phases, of_states, of_load)
 
     p(:n, :, :) = 0
     do k = 1, size(phases)
       do i = 1, n
         p(i, n + i, k) = 1
-        ! From U^-1 q and U^-1 q' to q and q'.
-        do j = 1, n
-          p(n + i, j, k) = units(i) * right(k, i, j) / units(j)
-          p(n + i, n + j, k) = units(i) * right(k, i, n + j) / units(j)
-        end do
-        if (.not. present(f)) cycle
-        f(i, k) = 0
-        f(n + i, k) = units(i) * right(k, i, 2 * n + 1)
       end do
+      p(n + 1:, :, k) = of_states(k, :, :)
+      if (.not. present(f)) cycle
+      f(:n, k) = 0
+      f(n + 1:, k) = of_load(k, :)
     end do
   end subroutine sample_first_order
 

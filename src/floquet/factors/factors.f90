@@ -71,18 +71,20 @@ contains
     type(level_type) :: coarse, middle, fine
     real(dp), allocatable :: d12(:, :), d23(:, :), left(:, :), floor(:)
     type(begin_type) :: begin
+    type(survey_type) :: look
     real(dp) :: phase_advance
     integer :: steps
     logical :: rounding
 
     factors%period = system%period
     if (present(seen)) then
-      factors%scale = seen%scale
-      phase_advance = seen%phase_advance
+      look = seen
     else
-      call survey(system, factors%scale, phase_advance, error)
+      call survey(system, look, error)
       if (allocated(error)) return
     end if
+    factors%scale = look%scale
+    phase_advance = look%phase_advance
     call choose_method(system, accuracy, phase_advance, factors%method, error)
     if (allocated(error)) return
     associate (order => factors%method%order)

@@ -89,27 +89,26 @@ contains
     type(monodromy_type), intent(out) :: monodromy
     type(error_type), allocatable, intent(out) :: error
     type(survey_type), intent(in), optional :: seen
-    real(dp) :: phase_advance, fastest
+    type(survey_type) :: look
 
     call system%check(error)
     if (.not. allocated(error)) call check_accuracy(accuracy, error)
     if (allocated(error)) return
     monodromy%period = system%period
     if (present(seen)) then
-      monodromy%scale = seen%scale
-      phase_advance = seen%phase_advance
-      fastest = seen%fastest
+      look = seen
     else
-      call survey(system, monodromy%scale, phase_advance, error, fastest)
+      call survey(system, look, error)
     end if
-    if (.not. allocated(error)) call choose_method(system, accuracy, phase_advance, monodromy%method, error, fastest)
+    if (.not. allocated(error)) call choose_method(system, accuracy, look%phase_advance, monodromy%method, error, look%fastest)
     if (allocated(error)) return
+    monodromy%scale = look%scale
     if (accuracy%steps > 0) then
-      call with_given_steps(system, accuracy%steps, forced, phase_advance, monodromy, error)
+      call with_given_steps(system, accuracy%steps, forced, look%phase_advance, monodromy, error)
     else if (monodromy%method%lower_order > 0) then
-      call by_pair(system, accuracy%tolerance, forced, [phase_advance, fastest], monodromy, error)
+      call by_pair(system, accuracy%tolerance, forced, [look%phase_advance, look%fastest], monodromy, error)
     else
-      call with_tolerance(system, accuracy%tolerance, forced, phase_advance, monodromy, error)
+      call with_tolerance(system, accuracy%tolerance, forced, look%phase_advance, monodromy, error)
     end if
     if (allocated(error)) return
 

@@ -15,7 +15,7 @@ module gestell_floquet_period_quick_motion
   use gestell_floquet_period_period_map, only: motions
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_period_survey, only: survey
+  use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_floquet_integrator_gauss, only: gauss
   use gestell_floquet_period_turn_errors, only: relative_rounding
   use gestell_system_periodic, only: periodic_system
@@ -62,6 +62,7 @@ contains
     type(quick_motion_type), intent(inout) :: motion
     logical, intent(out) :: fits
     class(method_type), allocatable :: method
+    type(survey_type) :: seen
     type(error_type), allocatable :: error
     real(dp) :: maps(system%states, system%states + 1, phases), inverted(system%states, system%states)
     integer :: n, between, trial, k
@@ -69,8 +70,10 @@ contains
     fits = .false.
     if (allocated(system%breaks)) return
     if (.not. allocated(motion%scale)) then
-      call survey(system, motion%scale, motion%phase_advance, error)
+      call survey(system, seen, error)
       if (allocated(error)) return
+      motion%scale = seen%scale
+      motion%phase_advance = seen%phase_advance
     end if
     if (motion%phase_advance > most_turns) return
     n = system%states

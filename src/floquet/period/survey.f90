@@ -5,6 +5,7 @@ module gestell_floquet_period_survey
   use gestell_math_lapack, only: balancing
   use gestell_math_matrix, only: balanced
   use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: sample_by_phase
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -13,50 +14,59 @@ module gestell_floquet_period_survey
 
   !> What `survey` finds.
   type, public :: survey_type
+    !> Units that balance the states, from the size of P over the period; shape (n).
     real(dp), allocatable :: scale(:)
-    real(dp) :: phase_advance = 0, fastest = 0
+    !> How far the fastest motion turns within the period, w_max T in radians: at most |P| T / sqrt 2, as w comes with -w.
+    real(dp) :: phase_advance = 0
+    !> (|P^8| / sqrt 2)^(1/8) T where P is greatest, in which of several fast motions little but the fastest counts.
+    real(dp) :: fastest = 0
   end type survey_type
 
 contains
 
-  !> The units that balance the states, from the size of P over the period, and how far the fastest motion turns
-  !> within the period, w_max T in radians: at most |P| T / sqrt 2, as w comes with -w. `fastest`: (|P^8| / sqrt 2)^(1/8) T where P
-  !> is greatest, in which of several fast motions little but the fastest counts.
-  subroutine survey(system, scale, phase_advance, error, fastest)
+  !> Error: the coefficients are not finite, or the mass matrix is singular.
+  subroutine survey(system, seen, error)
     class(periodic_system), intent(in) :: system
-    real(dp), allocatable, intent(out) :: scale(:)
-    real(dp), intent(out) :: phase_advance
+    type(survey_type), intent(out) :: seen
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(out), optional :: fastest
     integer, parameter :: points = 16
-    real(dp), parameter :: root = sqrt(2.0_dp)
     real(dp), allocatable :: p(:, :, :)
-    real(dp) :: size_of(points), power(system%states, system%states), unit
-    integer :: k, i
+    real(dp), dimension(system%states, system%states) :: greatest, power
+    real(dp) :: squares(points), inverse(system%states), size_of_p, unit
+    integer :: n, i, j, k
 
-    allocate(p(system%states, system%states, points))
-    call system%sample([((k - 0.5_dp) / points, k = 1, points)], p)
-    phase_advance = 0
-    if (present(fastest)) fastest = 0
+    n = system%states
+    allocate(p(points, n, n))
+    call sample_by_phase(system, [((k - 0.5_dp) / points, k = 1, points)], p)
     if (.not. all(ieee_is_finite(p))) then
       call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
         & failed_computation)
       return
     end if
-    scale = balancing(maxval(abs(p), dim=3))
-    do k = 1, points
-      p(:, :, k) = balanced(p(:, :, k), scale)
-      size_of(k) = norm2(p(:, :, k)) / root
+    do j = 1, n
+      do i = 1, n
+        greatest(i, j) = maxval(abs(p(:, i, j)))
+      end do
     end do
-    k = maxloc(size_of, dim=1)
-    phase_advance = size_of(k) * system%period
-    if (.not. present(fastest)) return
-    unit = max(size_of(k), tiny(unit))
-    power = p(:, :, k) / unit
+    seen%scale = balancing(greatest)
+    ! In a unit of which no element has more than one, no square overflows, and none vanishes that counts.
+    unit = max(maxval(balanced(greatest, seen%scale)), tiny(unit))
+    inverse = 1 / seen%scale / unit
+    squares = 0
+    do j = 1, n
+      do i = 1, n
+        squares = squares + (p(:, i, j) * seen%scale(j) * inverse(i))**2
+      end do
+    end do
+    k = maxloc(squares, dim=1)
+    size_of_p = sqrt(squares(k) / 2) * unit
+    seen%phase_advance = size_of_p * system%period
+    unit = max(size_of_p, tiny(unit))
+    power = balanced(p(k, :, :), seen%scale) / unit
     do i = 1, 3
       power = matmul(power, power)
     end do
-    fastest = min(phase_advance, (norm2(power) / root)**0.125_dp * unit * system%period)
+    seen%fastest = min(seen%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.125_dp * unit * system%period)
   end subroutine survey
 
 end module gestell_floquet_period_survey

@@ -43,7 +43,7 @@ contains
     type(survey_type) :: seen
     integer :: n, samples
 
-    call survey(system, seen%scale, seen%phase_advance, error, seen%fastest)
+    call survey(system, seen, error)
     if (allocated(error)) return
     if (seen%phase_advance > most_turns) then
       call fatal_error(error, "the free vibrations are too fast against the period to tell their modes", failed_computation)

@@ -10,7 +10,7 @@ module gestell_task_trade
   use gestell_floquet_integrator_method, only: method_type, name_length
   use gestell_floquet_integrator_methods, only: method_names, new_method
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_period_survey, only: survey
+  use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, solve_floquet, solve_multipliers, solve_periodic
@@ -93,16 +93,16 @@ contains
     real(dp), intent(in) :: budget
     type(trade_type), intent(inout) :: trade
     type(trade_row_type) :: row
+    type(survey_type) :: seen
     type(error_type), allocatable :: error
-    real(dp), allocatable :: scale(:)
-    real(dp) :: spent, wanted, turns
+    real(dp) :: spent, wanted
     integer :: steps, before
 
-    call survey(frame, scale, turns, error)
+    call survey(frame, seen, error)
     if (allocated(error)) return
     before = size(trade%rows)
     ! Before the fastest vibration turns by less than `order` radians in a step nothing converges.
-    steps = max(frame%least_steps, nint(turns / method%order))
+    steps = max(frame%least_steps, nint(seen%phase_advance / method%order))
     spent = 0
     do
       call measure_row(frame, method, steps, converged, multipliers, solution, row, wanted, error)

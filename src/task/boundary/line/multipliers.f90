@@ -79,7 +79,7 @@ contains
     type is (averaged_system)
       other_way = .true.
     end select
-    if (.not. other_way) call survey(system, seen%scale, seen%phase_advance, unfit, seen%fastest)
+    if (.not. other_way) call survey(system, seen, unfit)
     if (allocated(unfit)) return
     if (.not. other_way) other_way = seen%phase_advance > many_turns
     if (other_way) then

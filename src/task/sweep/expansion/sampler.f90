@@ -9,7 +9,7 @@ module gestell_task_sweep_expansion_sampler
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_period_survey, only: survey
+  use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
   use gestell_study_family, only: family_type, take_member
@@ -69,9 +69,9 @@ contains
     integer, intent(in) :: points
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
+    type(survey_type) :: seen
     type(monodromy_type) :: monodromy
     type(error_type), allocatable :: error
-    real(dp), allocatable :: scale(:)
     real(dp) :: turns(size(corners, 2)), work, most
     integer :: k
 
@@ -80,10 +80,11 @@ contains
     do k = 1, size(corners, 2)
       call take_member(family, corners(:, k), system, error)
       if (allocated(error)) return
-      call survey(system, scale, turns(k), error)
+      call survey(system, seen, error)
       if (allocated(error)) return
+      turns(k) = seen%phase_advance
       if (turns(k) > most_turns) return
-      if (k == 1) sampler%scale = scale
+      if (k == 1) sampler%scale = seen%scale
       if (system%states /= size(sampler%scale)) return
       call solve_monodromy(system, sharper(accuracy), forced, monodromy, error)
       sampler%solutions = sampler%solutions + 1
