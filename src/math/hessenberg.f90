@@ -9,7 +9,7 @@ module gestell_math_hessenberg
   implicit none (type, external)
   private
 
-  public :: evaluate, new_hessenberg
+  public :: characteristic_polynomial, evaluate, new_hessenberg
 
   !> Most rows.
   integer, parameter, public :: most_states = 12
@@ -129,6 +129,38 @@ contains
       end do
     end do
   end subroutine reflect
+
+  !> The coefficients c_0 ... c_(n-1) of det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0, lambda = `mean` + t; shape (lanes, 0:n-1).
+  !> x_(n-1) ... x_0 are polynomials in t here, `x` has their coefficients.
+  pure subroutine characteristic_polynomial(h, mean, c)
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: mean(lanes)
+    real(dp), intent(out) :: c(lanes, 0:h%n - 1)
+    real(dp) :: x(lanes, -1:most_states, 0:most_states), m(lanes)
+    integer :: lane, n, i, j, k
+
+    n = h%n
+    x = 0
+    x(:, 0, n) = 1
+    do i = n, 1, -1
+      m = h%v(:, i) * mean + h%g(:, i, i)
+      do k = 0, n - i + 1
+        do lane = 1, lanes
+          x(lane, k, i - 1) = h%v(lane, i) * x(lane, k - 1, i) + m(lane) * x(lane, k, i)
+        end do
+      end do
+      do j = i + 1, n
+        do k = 0, n - j
+          do lane = 1, lanes
+            x(lane, k, i - 1) = x(lane, k, i - 1) + h%g(lane, i, j) * x(lane, k, j)
+          end do
+        end do
+      end do
+    end do
+    do k = 0, n - 1
+      c(:, k) = x(:, k, 0) / x(:, n, 0)
+    end do
+  end subroutine characteristic_polynomial
 
   !> -r and its derivative at lambda = z, real and imaginary parts.
   pure subroutine evaluate(h, z_re, z_im, p_re, p_im, d_re, d_im)
