@@ -19,13 +19,13 @@ contains
 
   !> The eigenvalues z, shapes (lanes, n), by the iteration of Aberth and Ehrlich: Newton's steps for p / q, where q has the
   !> other approximations as its roots. From quadratic factors of p one step is the rule; where these are not found, six to seven
-  !> from a circle. `converged`, shape (lanes): 1, or 0 where they were not all found. A lane stands still once it has converged:
-  !> nothing in it depends on its neighbours.
-  pure subroutine find_roots(h, z_re, z_im, converged)
+  !> from a circle. `conjugate`, shape (n): those that are the conjugate of the one before in all lanes. `converged`, shape (lanes):
+  !> 1, or 0 where they were not all found. A lane stands still once it has converged: nothing in it depends on its neighbours.
+  pure subroutine find_roots(h, z_re, z_im, conjugate, converged)
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
+    logical, intent(out) :: conjugate(most_states)
     real(dp) :: w_re(lanes, 2 * most_states), w_im(lanes, 2 * most_states), greatest(lanes), near(lanes), difference
-    logical :: conjugate(most_states)
     integer :: iteration, k, lane
 
     call start(h, w_re, w_im, conjugate)

@@ -11,66 +11,69 @@ module gestell_floquet_multipliers_gershgorin
 contains
 
   !> The radii of the discs around the eigenvalues `z` of `h`, shapes (lanes, most_states), where the error of the matrix is at most
-  !> `perturbation` in norm, shape (lanes), the eigenvalues' rounding included. `separate`, shape (lanes): 1, or 0 where discs touch
-  !> or an eigenvector is too inaccurate to tell; then the radii are nothing.
-  pure subroutine find_discs(h, z_re, z_im, perturbation, radius, separate)
+  !> `perturbation` in norm, shape (lanes), the eigenvalues' rounding included. `conjugate`: of those that are the conjugate of the
+  !> one before the same is known as of that. `separate`, shape (lanes): 1, or 0 where discs touch or an eigenvector is too
+  !> inaccurate to tell; then the radii are nothing.
+  !>
+  !> What couples an eigenvalue to others counts to second order: `apart` of gestell_floquet_multipliers, where every one of the n
+  !> elements of a row is known by the same bound. With x the greatest of the others' radii over n times the room between the discs
+  !> alpha is x / (1 + x).
+  pure subroutine find_discs(h, z_re, z_im, conjugate, perturbation, radius, separate)
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: z_re(lanes, most_states), z_im(lanes, most_states), perturbation(lanes)
+    logical, intent(in) :: conjugate(most_states)
     real(dp), intent(out) :: radius(lanes, most_states), separate(lanes)
-    !> Part of the way to the next eigenvalue that a vector's error may be worth.
-    real(dp), parameter :: small = 0.01_dp
-    real(dp) :: gap(lanes, most_states), impurity(lanes, most_states), worst(lanes), distance
+    !> Part of the way to the next eigenvalue that a vector's error may be worth; room that is none.
+    real(dp), parameter :: small = 0.01_dp, nothing = 1.0e-100_dp
+    real(dp), dimension(lanes, most_states) :: nearest, impurity, x
+    real(dp) :: worst(lanes), part, square, distance, share
     integer :: i, k, lane
 
     worst = 1
     do k = 1, h%n
-      call find_disc(h, z_re(:, k), z_im(:, k), perturbation, radius(:, k), impurity(:, k), worst)
+      if (conjugate(k)) then
+        radius(:, k) = radius(:, k - 1)
+      else
+        call find_disc(h, z_re(:, k), z_im(:, k), perturbation, radius(:, k), impurity(:, k), worst)
+      end if
     end do
+    part = 1.0_dp / h%n
     separate = 1
-    gap = huge(1.0_dp)
+    nearest = huge(1.0_dp)
+    x = 0
     do k = 2, h%n
       do i = 1, k - 1
+        ! As far apart as their conjugates.
+        if (conjugate(i)) cycle
         !GCC$ ivdep
         do lane = 1, lanes
-          distance = sqrt((z_re(lane, i) - z_re(lane, k))**2 + (z_im(lane, i) - z_im(lane, k))**2)
-          gap(lane, i) = min(gap(lane, i), distance)
-          gap(lane, k) = min(gap(lane, k), distance)
+          square = (z_re(lane, i) - z_re(lane, k))**2 + (z_im(lane, i) - z_im(lane, k))**2
+          distance = sqrt(square)
+          nearest(lane, i) = min(nearest(lane, i), square)
+          nearest(lane, k) = min(nearest(lane, k), square)
           separate(lane) = merge(separate(lane), 0.0_dp, (1 - small) * distance > radius(lane, i) + radius(lane, k))
+          share = part / max(distance - radius(lane, i) - radius(lane, k), nothing)
+          x(lane, i) = max(x(lane, i), radius(lane, k) * share)
+          x(lane, k) = max(x(lane, k), radius(lane, i) * share)
         end do
       end do
     end do
     do k = 1, h%n
-      separate = merge(separate, 0.0_dp, impurity(:, k) * worst <= small * gap(:, k))
+      if (conjugate(k)) then
+        radius(:, k) = radius(:, k - 1)
+        cycle
+      end if
+      if (k < h%n) then
+        if (conjugate(k + 1)) then
+          nearest(:, k) = min(nearest(:, k), nearest(:, k + 1))
+          x(:, k) = max(x(:, k), x(:, k + 1))
+        end if
+      end if
+      separate = merge(separate, 0.0_dp, (impurity(:, k) * worst)**2 <= small**2 * nearest(:, k))
+      ! 1 / n + (1 - 1 / n) alpha.
+      radius(:, k) = radius(:, k) * (part + x(:, k)) / (1 + x(:, k))
     end do
-    call shrink(h%n, z_re, z_im, radius)
   end subroutine find_discs
-
-  !> What couples an eigenvalue to others counts to second order: `apart` of gestell_floquet_multipliers, where every one of the n
-  !> elements of a row is known by the same bound; where discs touch alpha is 1, which shrinks nothing.
-  pure subroutine shrink(n, z_re, z_im, radius)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: z_re(lanes, most_states), z_im(lanes, most_states)
-    real(dp), intent(inout) :: radius(lanes, most_states)
-    real(dp) :: alpha(lanes, most_states), part, distance, room
-    integer :: i, k, lane
-
-    part = 1.0_dp / n
-    alpha = 0
-    do k = 2, n
-      do i = 1, k - 1
-        !GCC$ ivdep
-        do lane = 1, lanes
-          distance = sqrt((z_re(lane, i) - z_re(lane, k))**2 + (z_im(lane, i) - z_im(lane, k))**2)
-          room = max(distance - radius(lane, i) - radius(lane, k), tiny(1.0_dp))
-          alpha(lane, i) = max(alpha(lane, i), part * radius(lane, k) / (room + part * radius(lane, k)))
-          alpha(lane, k) = max(alpha(lane, k), part * radius(lane, i) / (room + part * radius(lane, i)))
-        end do
-      end do
-    end do
-    do k = 1, n
-      radius(:, k) = radius(:, k) * (part + (1 - part) * alpha(:, k))
-    end do
-  end subroutine shrink
 
   !> One eigenvalue's disc. With x_n = 1 all rows but the first of (H - z E) x = 0 give the eigenvector, with y_1 = 1 all columns
   !> but the last the left one; the condition is |x| |y| / |y' x|. `impurity`: the residuals of the two, which is what other
@@ -80,6 +83,8 @@ contains
     real(dp), intent(in) :: z_re(lanes), z_im(lanes), perturbation(lanes)
     real(dp), intent(out) :: radius(lanes), impurity(lanes)
     real(dp), intent(inout) :: worst(lanes)
+    !> The square of a product y' x that is none.
+    real(dp), parameter :: nothing = 1.0e-100_dp
     real(dp) :: x_re(lanes, 0:most_states), x_im(lanes, 0:most_states)
     real(dp) :: y_re(lanes, most_states + 1), y_im(lanes, most_states + 1)
     real(dp) :: s_re, s_im, m_re, m_im, x_norm, y_norm, residual, condition
@@ -118,6 +123,7 @@ contains
     do lane = 1, lanes
       s_re = 0
       s_im = 0
+      ! Squares.
       x_norm = 0
       y_norm = 0
       i = 1
@@ -131,12 +137,10 @@ contains
         i = i + 1
         if (i > n) exit
       end do
-      x_norm = sqrt(x_norm)
-      y_norm = sqrt(y_norm)
-      condition = x_norm * y_norm / max(sqrt(s_re**2 + s_im**2), tiny(1.0_dp))
-      residual = sqrt(max(x_re(lane, 0)**2 + x_im(lane, 0)**2, y_re(lane, n + 1)**2 + y_im(lane, n + 1)**2))
-      impurity(lane) = residual / min(x_norm, y_norm)
-      radius(lane) = n * (perturbation(lane) + residual / max(x_norm, y_norm)) * condition
+      residual = max(x_re(lane, 0)**2 + x_im(lane, 0)**2, y_re(lane, n + 1)**2 + y_im(lane, n + 1)**2)
+      condition = sqrt(x_norm / max(s_re**2 + s_im**2, nothing)) * sqrt(y_norm)
+      impurity(lane) = sqrt(residual / min(x_norm, y_norm))
+      radius(lane) = n * (perturbation(lane) + sqrt(residual / max(x_norm, y_norm))) * condition
       worst(lane) = max(worst(lane), condition)
     end do
   end subroutine find_disc

@@ -29,15 +29,16 @@ contains
     type(hessenberg_type) :: h
     real(dp), dimension(lanes) :: unit, converged, certain, relative, modulus, top_re, top_im
     real(dp), dimension(lanes, most_states) :: z_re, z_im, disc
+    logical :: conjugate(most_states)
     integer :: k
 
     call set_units(a, n, unit, found%sound)
     call new_hessenberg(a, n, h)
-    call find_roots(h, z_re, z_im, converged)
+    call find_roots(h, z_re, z_im, conjugate, converged)
     ! With a change as great as the greatest element all discs touch.
     relative = min(perturbation, unit) / unit
     disc = 0
-    if (bounds) call find_discs(h, z_re, z_im, relative + n * epsilon(1.0_dp) * h%norm, disc, certain)
+    if (bounds) call find_discs(h, z_re, z_im, conjugate, relative + n * epsilon(1.0_dp) * h%norm, disc, certain)
     top_re = 0
     top_im = 0
     found%radius = 0
@@ -45,6 +46,7 @@ contains
     found%stable = .true.
     found%unstable = .false.
     do k = 1, n
+      if (conjugate(k)) cycle
       modulus = sqrt(z_re(:, k)**2 + z_im(:, k)**2)
       found%stable = found%stable .and. (modulus + disc(:, k)) * unit < 1
       found%unstable = found%unstable .or. (modulus - disc(:, k)) * unit > 1
