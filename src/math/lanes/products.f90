@@ -36,33 +36,56 @@ contains
     integer, intent(in) :: n, columns
     real(dp), intent(in) :: factor, a(lanes, n, n), b(lanes, n, columns)
     real(dp), intent(out) :: c(lanes, n, columns)
-    real(dp) :: s11, s21, s12, s22
-    integer :: lane, i, j, k, i2, j2
+    real(dp) :: rows(lanes, n, 3), s11, s21, s31, s12, s22, s32, s13, s23, s33
+    integer :: lane, i, j, k, i2, i3, j2, j3
 
-    ! Two rows and two columns together; the last one stands beside itself where their number is odd.
-    do j = 1, columns, 2
-      j2 = min(j + 1, columns)
-      do i = 1, n, 2
-        i2 = min(i + 1, n)
+    ! Three rows and three columns together, so that no sum waits for itself; where there are no more the last one stands for them.
+    ! A loop over lanes becomes vectors only where the numbers of the sum lie at a constant distance: rows are taken out.
+    do i = 1, n, 3
+      i2 = min(i + 1, n)
+      i3 = min(i + 2, n)
+      do k = 1, n
+        rows(:, k, 1) = a(:, i, k)
+        rows(:, k, 2) = a(:, i2, k)
+        rows(:, k, 3) = a(:, i3, k)
+      end do
+      do j = 1, columns, 3
+        j2 = min(j + 1, columns)
+        j3 = min(j + 2, columns)
         !GCC$ ivdep
         do lane = 1, lanes
           s11 = 0
           s21 = 0
+          s31 = 0
           s12 = 0
           s22 = 0
+          s32 = 0
+          s13 = 0
+          s23 = 0
+          s33 = 0
           k = 1
           do
-            s11 = s11 + a(lane, i, k) * b(lane, k, j)
-            s21 = s21 + a(lane, i2, k) * b(lane, k, j)
-            s12 = s12 + a(lane, i, k) * b(lane, k, j2)
-            s22 = s22 + a(lane, i2, k) * b(lane, k, j2)
+            s11 = s11 + rows(lane, k, 1) * b(lane, k, j)
+            s21 = s21 + rows(lane, k, 2) * b(lane, k, j)
+            s31 = s31 + rows(lane, k, 3) * b(lane, k, j)
+            s12 = s12 + rows(lane, k, 1) * b(lane, k, j2)
+            s22 = s22 + rows(lane, k, 2) * b(lane, k, j2)
+            s32 = s32 + rows(lane, k, 3) * b(lane, k, j2)
+            s13 = s13 + rows(lane, k, 1) * b(lane, k, j3)
+            s23 = s23 + rows(lane, k, 2) * b(lane, k, j3)
+            s33 = s33 + rows(lane, k, 3) * b(lane, k, j3)
             k = k + 1
             if (k > n) exit
           end do
           c(lane, i, j) = factor * s11
           c(lane, i2, j) = factor * s21
+          c(lane, i3, j) = factor * s31
           c(lane, i, j2) = factor * s12
           c(lane, i2, j2) = factor * s22
+          c(lane, i3, j2) = factor * s32
+          c(lane, i, j3) = factor * s13
+          c(lane, i2, j3) = factor * s23
+          c(lane, i3, j3) = factor * s33
         end do
       end do
     end do
