@@ -74,10 +74,13 @@ contains
     end do
     found = 0
     if (mod(n, 2) == 0) call find_factors(n / 2, c, radius, 2 * h%norm, s, q, found)
-    conjugate = .false.
     do k = 1, n
       ! None on the real axis, where it might have to stay.
       call set(n, k, mean + radius * cos(2 * pi * (k - 0.7_dp) / n), radius * sin(2 * pi * (k - 0.7_dp) / n), z_re, z_im)
+    end do
+    conjugate = .false.
+    if (.not. any(found > 0)) return
+    do k = 1, n
       associate (pair => (k + 1) / 2, side => 2 * mod(k, 2) - 1)
         root = s(:, pair)**2 / 4 - q(:, pair)
         conjugate(k) = side < 0 .and. all(found > 0 .and. root < 0)

@@ -1,4 +1,5 @@
 !> Hessenberg matrices, eight side by side as in gestell_math_lanes, and their characteristic polynomials without coefficients.
+!> (`characteristic_polynomial` has them, for a start.)
 !>
 !> Hyman's method (J. H. Wilkinson, The Algebraic Eigenvalue Problem, chapter 7): x_n = 1 and rows n ... 2 of
 !> (H - lambda E) x = 0 give x_(n-1) ... x_1; what row 1 leaves, r(lambda), is det(H - lambda E) but for a constant factor.
@@ -130,8 +131,8 @@ contains
     end do
   end subroutine reflect
 
-  !> The coefficients c_0 ... c_(n-1) of det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0, lambda = `mean` + t; shape (lanes, 0:n-1).
-  !> x_(n-1) ... x_0 are polynomials in t here, `x` has their coefficients.
+  !> The coefficients c_0 ... c_(n-1) of det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0, lambda = `mean` + t; shape
+  !> (lanes, 0:n-1). x_(n-1) ... x_0 are polynomials in t here, `x` has their coefficients.
   pure subroutine characteristic_polynomial(h, mean, c)
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: mean(lanes)

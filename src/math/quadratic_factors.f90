@@ -20,9 +20,9 @@ module gestell_math_quadratic_factors
 
 contains
 
-  !> s and q, shapes (lanes, m), of the polynomials t^2m + c_(2m-1) t^(2m-1) + ... + c_0, c of shape (lanes, 0:2m-1), from others whose
-  !> roots have about the mean `radius`; no root exceeds `bound`, and 1 neither is far from it. `converged`, shape (lanes): 1, or 0 where they were not found. A lane stands still once
-  !> it has converged: nothing in it depends on its neighbours.
+  !> The factors, shapes (lanes, m), of the polynomials t^2m + c_(2m-1) t^(2m-1) + ... + c_0 from others, whose roots have about the
+  !> mean `radius`; no root exceeds `bound`. `converged`, shape (lanes): 1, or 0 where they were not found. A lane stands still once
+  !> it has converged: nothing in it depends on its neighbours. (Behind the m factors all stand once more.)
   pure subroutine find_factors(m, c, radius, bound, s, q, converged)
     integer, intent(in) :: m
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
@@ -74,7 +74,7 @@ contains
       p1(lane) = g1
       p0(lane) = g0
     end do
-    ! g = g_1 t + g_0 modulo f_k, where f_j = f_j - f_k = a t + b. p / g is p (-g_1 t + g_1 s + g_0) / (g_0^2 + g_0 g_1 s + g_1^2 q).
+    ! g = g_1 t + g_0 modulo f_k, where f_j is f_j - f_k = a t + b; g (-g_1 t + g_1 s + g_0) = g_0^2 + g_0 g_1 s + g_1^2 q divides.
     !GCC$ ivdep
     do lane = 1, lanes
       g1 = 0
