@@ -1,6 +1,6 @@
 !> The columns of a sweep at the points of a cell, from the expansion over it.
 module gestell_task_sweep_expansion_evaluation
-  use gestell_math_lanes_products, only: combine, in_fours
+  use gestell_math_lanes_products, only: combine
   use gestell_math_lanes, only: lanes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -34,8 +34,8 @@ contains
     real(dp), intent(in) :: perturbations(2)
     type(tile_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: lines(:, :, :), points(:, :, :), line(:, :), columns(:, :)
-    integer :: along(2), first(2), ordered(count(order%columns)), i, k
+    real(dp), allocatable :: lines(:, :, :), points(:, :, :), blocks(:, :, :), eight(:, :, :), columns(:, :)
+    integer :: along(2), first(2), ordered(count(order%columns)), i, k, lane
 
     ordered = pack([(k, k = 1, sweep_columns)], order%columns)
     along = cell%last - cell%first + 1
@@ -45,10 +45,12 @@ contains
       if (axes == 1) along = [1, along(1)]
       lines = expansion%factors(1, grid%axes(1)%value([(cell%first(1) + i, i = 0, along(1) - 1)]))
       points = expansion%factors(2, grid%axes(axes)%value([(cell%first(axes) + i, i = 0, along(2) - 1)]))
-      allocate(line(expansion%points(2), in_fours(expansion%numbers)), columns(along(2), sweep_columns))
+      blocks = expansion%blocks()
+      allocate(eight(expansion%points(2), size(expansion%values, 2), lanes), columns(along(2), sweep_columns))
       do i = 1, along(1)
-        call expansion%line(lines(1 + mod(i - 1, lanes), :, 1 + (i - 1) / lanes), line)
-        call set_columns(order, sampler, points, line, perturbations, columns)
+        lane = 1 + mod(i - 1, lanes)
+        if (lane == 1) call expansion%lines(blocks, lines(:, :, 1 + (i - 1) / lanes), eight)
+        call set_columns(order, sampler, points, eight(:, :, lane), perturbations, columns)
         do k = 1, size(ordered)
           if (axes == 1) results%values(k, 1, first(1):first(1) + along(2) - 1) = columns(:, ordered(k))
           if (axes == 2) results%values(k, first(2):first(2) + along(2) - 1, first(1) + i - 1) = columns(:, ordered(k))

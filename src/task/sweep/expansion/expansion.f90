@@ -3,7 +3,7 @@
 module gestell_task_sweep_expansion
   use gestell_math_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes_products, only: in_fours
+  use gestell_math_lanes_products, only: combine, in_fours
   use gestell_math_lanes, only: lanes
   use gestell_study_family, only: family_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
@@ -18,15 +18,16 @@ module gestell_task_sweep_expansion
     type(variable_type) :: variables(2)
     !> Points of the series on both axes, numbers that are expanded.
     integer :: points(2) = 1, numbers = 0
-    !> Values at the points: (points of the second axis, numbers and what fills them up to fours, points of the first). A single
-    !> axis is the second.
+    !> Values at the points: (points of the second axis, numbers and what fills them up to fours, eight at least, points of the
+    !> first). A single axis is the second.
     real(dp), allocatable :: values(:, :, :)
     !> Bound on what the missing terms add up to, in norm; the greatest norms of Phi(T) and of [Phi(T) x_p(T)] at a point,
     !> and the least of Phi(T): beside the motion Phi(T) may be small.
     real(dp) :: rest = 0, greatest(2) = 0, least = 0
   contains
     procedure :: factors
-    procedure :: line
+    procedure :: blocks
+    procedure :: lines
     procedure :: point
   end type expansion_type
 
@@ -50,7 +51,7 @@ contains
     expansion%variables = lines
     expansion%points = merge(points, [1, points(1)], axes == 2)
     expansion%numbers = size(numbers)
-    allocate(expansion%values(expansion%points(2), in_fours(expansion%numbers), expansion%points(1)), source=0.0_dp)
+    allocate(expansion%values(expansion%points(2), in_fours(max(lanes, expansion%numbers)), expansion%points(1)), source=0.0_dp)
     associate (x => chebyshev_points(expansion%points(1)), y => chebyshev_points(expansion%points(2)))
       expansion%least = huge(norms)
       reach = 1
@@ -125,31 +126,60 @@ contains
     end associate
   end function factors
 
-  !> The values at the points of the second axis, for the factors of those of the first; shape (points(2), in_fours(numbers)).
-  pure subroutine line(self, factors, values)
+  !> The values in blocks of eight at every point of the first axis, the last block up to the last value; shape (lanes, points(1),
+  !> blocks).
+  pure function blocks(self)
     class(expansion_type), intent(in) :: self
-    real(dp), intent(in) :: factors(:)
-    real(dp), contiguous, intent(out) :: values(:, :)
-    integer :: i
+    real(dp), allocatable :: blocks(:, :, :)
+    real(dp) :: values(size(self%values(:, :, 1)))
+    integer :: block, first, i
 
-    values = 0
-    do i = 1, size(factors)
-      values = values + factors(i) * self%values(:, :, i)
+    allocate(blocks(lanes, self%points(1), (size(values) + lanes - 1) / lanes))
+    do i = 1, self%points(1)
+      values = reshape(self%values(:, :, i), [size(values)])
+      do block = 1, size(blocks, 3)
+        first = min(lanes * (block - 1), size(values) - lanes) + 1
+        blocks(:, i, block) = values(first:first + lanes - 1)
+      end do
     end do
-  end subroutine line
+  end function blocks
+
+  !> The values at the points of the second axis for eight points of the first by their `factors`, shape (lanes, points(1)); shape
+  !> (points(2) size(values, 2), lanes).
+  pure subroutine lines(self, blocks, factors, values)
+    class(expansion_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: blocks(:, :, :), factors(:, :)
+    real(dp), intent(out) :: values(size(self%values(:, :, 1)), lanes)
+    real(dp) :: terms(self%points(1), lanes), sums(lanes, lanes)
+    integer :: block, first, lane
+
+    terms = transpose(factors)
+    do block = 1, size(blocks, 3)
+      call combine(self%points(1), lanes, blocks(:, :, block), terms, sums)
+      ! The last block ends with the values: some of them stand in the one before too.
+      first = min(lanes * (block - 1), size(values, 1) - lanes) + 1
+      do lane = 1, lanes
+        values(first:first + lanes - 1, lane) = sums(:, lane)
+      end do
+    end do
+  end subroutine lines
 
   !> The series at one point of the cell, shape (numbers).
   pure function point(self, parameters) result(values)
     class(expansion_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
     real(dp) :: values(self%numbers)
-    real(dp) :: at(self%points(2), in_fours(self%numbers))
+    real(dp) :: at(self%points(2), size(self%values, 2))
     real(dp), allocatable :: first(:, :, :), second(:, :, :)
+    integer :: i
 
     ! A single axis is the second; the first has one point.
     first = self%factors(1, parameters(:1))
     second = self%factors(2, parameters(size(parameters):))
-    call self%line(first(1, :, 1), at)
+    at = 0
+    do i = 1, self%points(1)
+      at = at + first(1, i, 1) * self%values(:, :, i)
+    end do
     values = matmul(second(1, :, 1), at(:, :self%numbers))
   end function point
 
