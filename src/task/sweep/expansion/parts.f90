@@ -12,8 +12,9 @@ module gestell_task_sweep_expansion_parts
   implicit none (type, external)
   private
 
-  !> `states` states, and one column more than them where `forced`. Numbers: part after part, A_k column by column, b_k, then the
-  !> same for the positions at each of the `between` times within the part. Weights of the maps and of the times, shape (parts).
+  !> `states` states, and one column more than them where `forced`. Numbers: part after part, A_k column by column, b_k, then row by
+  !> row the same for the positions at each of the `between` times within the part. Weights of the maps and of the times, shape
+  !> (parts).
   type, public :: parts_type
     integer :: states = 0, parts = 1, between = 0
     logical :: forced = .false.

@@ -1,12 +1,10 @@
 !> The greatest displacements of the periodic vibration of eight machines side by side, from the numbers of a sampler.
 module gestell_task_sweep_expansion_peaks
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_fourier, only: greatest_between
+  use gestell_math_lanes_equations, only: solve_equations
+  use gestell_math_lanes_peaks, only: greatest_values
   use gestell_math_lanes_products, only: combine, multiply
   use gestell_math_lanes, only: lanes
-  use gestell_math_lapack, only: inverse
-  use gestell_math_matrix, only: unit_matrix
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   implicit none (type, external)
   private
@@ -42,87 +40,100 @@ contains
     logical, intent(out) :: known(lanes)
     real(dp) :: q(lanes, sampler%times, sampler%parts%states / 2)
     real(dp) :: harmonics(lanes, size(sampler%transform, 2))
-    integer :: lane, i, orders
+    real(dp) :: x0(lanes, sampler%parts%states)
+    integer :: i
 
-    peaks = 0
-    call move(sampler, values, motion, start(sampler, motion, filled, perturbation, limit, known), q)
-    orders = (sampler%times - 1) / 2
+    call start(sampler, motion, filled, perturbation, limit, x0, known)
+    call move(sampler, values, motion, x0, q)
     do i = 1, size(q, 3)
       call combine(sampler%times, size(harmonics, 2), q(:, :, i), sampler%transform, harmonics)
-      do lane = 1, filled
-        if (known(lane)) peaks(lane, i) = greatest_between(q(lane, :, i), harmonics(lane, :orders), &
-          & harmonics(lane, orders + 1:2 * orders)) * sampler%scale(i) * sampler%unit
-      end do
+      call greatest_values(q(:, :, i), harmonics, peaks(:, i))
+      peaks(:, i) = merge(peaks(:, i) * sampler%scale(i) * sampler%unit, 0.0_dp, known)
     end do
   end subroutine peaks_of_motion
 
-  !> x0 in the unit of x_p, shape (lanes, states).
-  function start(sampler, motion, filled, perturbation, limit, known) result(x0)
+  !> x0 in the unit of x_p, shape (lanes, states); zero where it is not `known`.
+  pure subroutine start(sampler, motion, filled, perturbation, limit, x0, known)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)
     integer, intent(in) :: filled
     real(dp), intent(in) :: perturbation, limit
+    real(dp), intent(out) :: x0(:, :)
     logical, intent(out) :: known(lanes)
-    real(dp) :: x0(lanes, sampler%parts%states)
-    type(error_type), allocatable :: error
-    real(dp), allocatable :: inverted(:, :)
-    integer :: lane
+    real(dp) :: equations(lanes, size(x0, 2), size(x0, 2) + 1), inverse_norm(lanes), norm(lanes)
+    integer :: lane, i
 
-    x0 = 0
-    known = .false.
-    associate (n => sampler%parts%states, end => sampler%parts%parts)
-      do lane = 1, filled
-        call inverse(unit_matrix(n) - motion(lane, :, :n, end), inverted, error)
-        if (allocated(error)) cycle
-        x0(lane, :) = matmul(inverted, motion(lane, :, n + 1, end))
-        known(lane) = norm2(inverted) * perturbation * (norm2(x0(lane, :)) + 1) < limit * norm2(x0(lane, :))
+    associate (n => size(x0, 2))
+      ! E - Phi, x_p.
+      equations = motion(:, :, :, sampler%parts%parts)
+      equations(:, :, :n) = -equations(:, :, :n)
+      do i = 1, n
+        equations(:, i, i) = equations(:, i, i) + 1
+      end do
+      call solve_equations(n, equations, x0, inverse_norm)
+      norm = sqrt(sum(x0**2, dim=2))
+      known = inverse_norm * perturbation * (norm + 1) < limit * norm .and. [(lane <= filled, lane = 1, lanes)]
+      do i = 1, n
+        x0(:, i) = merge(x0(:, i), 0.0_dp, known)
       end do
     end associate
-  end function start
+  end subroutine start
 
   !> The positions at all times, shape (lanes, times, states / 2): from the state at the beginning of each part.
   pure subroutine move(sampler, values, motion, x0, q)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:), x0(:, :)
     real(dp), intent(out) :: q(:, :, :)
-    real(dp) :: x(lanes, size(x0, 2)), now(lanes, size(x0, 2) / 2)
+    real(dp) :: x(lanes, size(x0, 2) + 1), now(lanes, size(x0, 2) / 2)
     integer :: n, f, k, time, at
 
     n = size(x0, 2)
     f = n / 2
     associate (parts => sampler%parts)
       do k = 1, parts%parts
-        call multiply(n, 1, 1.0_dp, motion(:, :, :n, k - 1), x0, x)
-        x = x + motion(:, :, n + 1, k - 1)
+        call multiply(n, 1, 1.0_dp, motion(:, :, :n, k - 1), x0, x(:, :n))
+        x(:, :n) = x(:, :n) + motion(:, :, n + 1, k - 1)
         q(:, (k - 1) * (parts%between + 1) + 1, :) = x(:, :f)
+        ! The numbers of the times with their weights.
+        x(:, :n) = x(:, :n) / parts%of_times(k)
+        x(:, n + 1) = 1 / parts%of_times(k)
         do time = 1, parts%between
           at = parts%times_at(k, time)
           call apply(n, values(:, at:), x, now)
-          q(:, (k - 1) * (parts%between + 1) + 1 + time, :) = now / parts%of_times(k)
+          q(:, (k - 1) * (parts%between + 1) + 1 + time, :) = now
         end do
       end do
     end associate
   end subroutine move
 
-  !> q = P x + p, for the columns of P, then p; shapes (lanes, n / 2, n + 1), (lanes, n), (lanes, n / 2).
-  pure subroutine apply(n, map, x, q)
+  !> q = P x + p for the rows of [P p] and [x 1]; shapes (lanes, n + 1, n / 2), (lanes, n + 1), (lanes, n / 2).
+  pure subroutine apply(n, rows, x, q)
     integer, intent(in) :: n
-    real(dp), intent(in) :: map(lanes, n / 2, n + 1), x(lanes, n)
+    real(dp), intent(in) :: rows(lanes, n + 1, n / 2), x(lanes, n + 1)
     real(dp), intent(out) :: q(lanes, n / 2)
-    real(dp) :: sum
-    integer :: i, j, lane
+    real(dp) :: s1, s2, s3
+    integer :: lane, i, i2, i3, j
 
-    do i = 1, n / 2
+    ! Three rows together; where there are no more the last one stands for them.
+    do i = 1, n / 2, 3
+      i2 = min(i + 1, n / 2)
+      i3 = min(i + 2, n / 2)
       !GCC$ ivdep
       do lane = 1, lanes
-        sum = map(lane, i, n + 1)
+        s1 = 0
+        s2 = 0
+        s3 = 0
         j = 1
         do
-          sum = sum + map(lane, i, j) * x(lane, j)
+          s1 = s1 + rows(lane, j, i) * x(lane, j)
+          s2 = s2 + rows(lane, j, i2) * x(lane, j)
+          s3 = s3 + rows(lane, j, i3) * x(lane, j)
           j = j + 1
-          if (j > n) exit
+          if (j > n + 1) exit
         end do
-        q(lane, i) = sum
+        q(lane, i) = s1
+        q(lane, i2) = s2
+        q(lane, i3) = s3
       end do
     end do
   end subroutine apply

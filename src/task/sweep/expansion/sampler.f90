@@ -281,7 +281,8 @@ contains
         do i = 1, parts%between
           at = parts%times_at(k, i)
           time = (k - 1) * (parts%between + 1) + i
-          values(at:at + n / 2 * size(unit, 2) - 1) = reshape(unit(:n / 2, :) * maps(:n / 2, :, time), [n / 2 * size(unit, 2)])
+          values(at:at + n / 2 * size(unit, 2) - 1) = reshape(transpose(unit(:n / 2, :) * maps(:n / 2, :, time)), &
+            & [n / 2 * size(unit, 2)])
         end do
       end do
     end associate

@@ -1,0 +1,96 @@
+!> Small systems of equations, eight side by side as in gestell_math_lanes, by Householder's reflections: lanes would want different
+!> rows exchanged, and reflections exchange none.
+module gestell_math_lanes_equations
+  use gestell_base_kinds, only: dp
+  use gestell_math_lanes, only: lanes
+  implicit none (type, external)
+  private
+
+  public :: solve_equations
+
+  !> What is less has vanished.
+  real(dp), parameter :: nothing = 1.0e-100_dp
+
+contains
+
+  !> x of A x = b, and the Frobenius norm of A^-1, which is that of R^-1 where A = Q R; `equations` = [A b], shape (lanes, n, n + 1),
+  !> are used up. Where A is singular the norm is 1e100 or more.
+  pure subroutine solve_equations(n, equations, x, inverse_norm)
+    integer, intent(in) :: n
+    real(dp), intent(inout) :: equations(lanes, n, n + 1)
+    real(dp), intent(out) :: x(lanes, n), inverse_norm(lanes)
+    real(dp) :: pivot(lanes, n), column(lanes, n)
+    integer :: k
+
+    do k = 1, n
+      call reflect(n, k, equations, pivot(:, k))
+    end do
+    pivot = 1 / sign(max(abs(pivot), nothing), pivot)
+    inverse_norm = 0
+    do k = 1, n
+      column = 0
+      column(:, k) = 1
+      call substitute(n, k, equations, pivot, column)
+      inverse_norm = inverse_norm + sum(column**2, dim=2)
+    end do
+    inverse_norm = sqrt(inverse_norm)
+    x = equations(:, :, n + 1)
+    call substitute(n, n, equations, pivot, x)
+  end subroutine solve_equations
+
+  !> The reflection E - beta u u' that leaves `pivot` alone of the rows from `k` on of column `k`; u takes their place.
+  pure subroutine reflect(n, k, a, pivot)
+    integer, intent(in) :: n, k
+    real(dp), intent(inout) :: a(lanes, n, n + 1)
+    real(dp), intent(out) :: pivot(lanes)
+    real(dp) :: beta(lanes), share(lanes), length, sum
+    integer :: lane, i, j
+
+    !GCC$ ivdep
+    do lane = 1, lanes
+      sum = 0
+      i = k
+      do
+        sum = sum + a(lane, i, k)**2
+        i = i + 1
+        if (i > n) exit
+      end do
+      length = max(sqrt(sum), nothing)
+      beta(lane) = 1 / (length * (length + abs(a(lane, k, k))))
+      pivot(lane) = -sign(length, a(lane, k, k))
+      a(lane, k, k) = a(lane, k, k) - pivot(lane)
+    end do
+    do j = k + 1, n + 1
+      !GCC$ ivdep
+      do lane = 1, lanes
+        sum = 0
+        i = k
+        do
+          sum = sum + a(lane, i, k) * a(lane, i, j)
+          i = i + 1
+          if (i > n) exit
+        end do
+        share(lane) = sum * beta(lane)
+      end do
+      do i = k, n
+        a(:, i, j) = a(:, i, j) - share * a(:, i, k)
+      end do
+    end do
+  end subroutine reflect
+
+  !> x <- R^-1 x for the first `rows` rows, where the reciprocals of the diagonal are `pivot`.
+  pure subroutine substitute(n, rows, r, pivot, x)
+    integer, intent(in) :: n, rows
+    real(dp), intent(in) :: r(lanes, n, n + 1), pivot(lanes, n)
+    real(dp), intent(inout) :: x(lanes, n)
+    integer :: i, k
+
+    do k = rows, 1, -1
+      x(:, k) = x(:, k) * pivot(:, k)
+      do i = 1, k - 1
+        x(:, i) = x(:, i) - r(:, i, k) * x(:, k)
+      end do
+    end do
+  end subroutine substitute
+
+end module gestell_math_lanes_equations

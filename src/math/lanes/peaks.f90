@@ -1,0 +1,150 @@
+!> The greatest values of periodic functions, eight side by side, as gestell_math_fourier finds those of one.
+module gestell_math_lanes_peaks
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_cosine_sine, only: cosine_sine
+  use gestell_math_lanes, only: lanes
+  implicit none (type, external)
+  private
+
+  public :: greatest_values
+
+  !> Steps of Newton's iteration at most.
+  integer, parameter :: most_steps = 60
+
+contains
+
+  !> max |f| of trigonometric polynomials: the zero of f' beside every one of the `samples`, shape (lanes, n), that the maximum can
+  !> lie at. Half a spacing away f has lost at most spacing^2 max |f''| / 8 of it. `harmonics`: the coefficients of cos(k theta), then
+  !> those of sin(k theta), k = 1 ... (n - 1) / 2, as columns; what follows them does not matter.
+  pure subroutine greatest_values(samples, harmonics, greatest)
+    real(dp), contiguous, intent(in) :: samples(:, :), harmonics(:, :)
+    real(dp), intent(out) :: greatest(lanes)
+    real(dp) :: size_at(lanes, 0:size(samples, 2) + 1)
+    real(dp), dimension(lanes) :: mean, loss, least, at
+    integer :: n, k, orders
+
+    n = size(samples, 2)
+    orders = (n - 1) / 2
+    mean = 0
+    greatest = 0
+    do k = 1, n
+      mean = mean + samples(:, k) / n
+      size_at(:, k) = abs(samples(:, k))
+      greatest = max(greatest, size_at(:, k))
+    end do
+    size_at(:, 0) = size_at(:, n)
+    size_at(:, n + 1) = size_at(:, 1)
+    loss = 0
+    do k = 1, orders
+      loss = loss + real(k, dp)**2 * (abs(harmonics(:, k)) + abs(harmonics(:, orders + k)))
+    end do
+    loss = loss * (2 * pi / n)**2 / 8
+    ! Above all samples where there is nothing to find between them.
+    least = greatest - merge(loss, -greatest, loss > epsilon(1.0_dp) * greatest)
+    at = 0
+    do
+      call find_next(n, size_at, least, at)
+      if (.not. any(at <= n)) exit
+      call refine(n, mean, harmonics, at, greatest)
+    end do
+  end subroutine greatest_values
+
+  !> The next sample after `at` that is not below `least` nor its neighbours, in every lane; n + 1: there is none.
+  pure subroutine find_next(n, size_at, least, at)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: size_at(lanes, 0:n + 1), least(lanes)
+    real(dp), intent(inout) :: at(lanes)
+    real(dp) :: next
+    integer :: lane, i
+
+    !GCC$ ivdep
+    do lane = 1, lanes
+      next = n + 1
+      i = n
+      do
+        next = merge(real(i, dp), next, size_at(lane, i) >= max(least(lane), size_at(lane, i - 1), size_at(lane, i + 1)) &
+          & .and. i > at(lane))
+        i = i - 1
+        if (i < 1) exit
+      end do
+      at(lane) = next
+    end do
+  end subroutine find_next
+
+  !> `greatest` with the greatest |f| beside the samples `at`, where |f| is not smaller than one spacing to both sides: Newton's
+  !> iteration for f' = 0, kept between a place where |f| rises to the top and one beyond it, until its next step would not raise
+  !> |f| by a rounding.
+  pure subroutine refine(n, mean, harmonics, at, greatest)
+    integer, intent(in) :: n
+    real(dp), contiguous, intent(in) :: harmonics(:, :)
+    real(dp), intent(in) :: mean(lanes), at(lanes)
+    real(dp), intent(inout) :: greatest(lanes)
+    real(dp), dimension(lanes) :: theta, rising, falling, f, f_d, f_dd
+    logical :: moving(lanes)
+    real(dp) :: next
+    integer :: lane, step
+
+    theta = 2 * pi / n * (at - 1)
+    call evaluate((n - 1) / 2, mean, harmonics, theta, f, f_d, f_dd)
+    rising = theta
+    falling = theta + sign(2 * pi / n, f * f_d)
+    moving = at <= n
+    do step = 1, most_steps
+      moving = moving .and. f_d**2 > epsilon(1.0_dp) * abs(f * f_dd)
+      if (.not. any(moving)) exit
+      do lane = 1, lanes
+        next = theta(lane) - f_d(lane) / merge(f_dd(lane), 1.0_dp, abs(f_dd(lane)) > 0)
+        if (.not. (next - rising(lane)) * (next - falling(lane)) < 0) next = (rising(lane) + falling(lane)) / 2
+        if (moving(lane)) theta(lane) = next
+      end do
+      call evaluate((n - 1) / 2, mean, harmonics, theta, f, f_d, f_dd)
+      greatest = merge(max(greatest, abs(f)), greatest, moving)
+      ! Up, in the direction of the place beyond?
+      where (f * f_d * (falling - rising) > 0)
+        rising = theta
+      elsewhere
+        falling = theta
+      end where
+      moving = moving .and. abs(falling - rising) > epsilon(1.0_dp) * abs(theta)
+    end do
+  end subroutine refine
+
+  !> f, df/dtheta and d2f/dtheta2; cos(k theta) and sin(k theta) follow from those before.
+  pure subroutine evaluate(orders, mean, harmonics, theta, f, f_d, f_dd)
+    integer, intent(in) :: orders
+    real(dp), intent(in) :: mean(lanes), harmonics(lanes, 2 * orders), theta(lanes)
+    real(dp), dimension(lanes), intent(out) :: f, f_d, f_dd
+    real(dp), dimension(lanes) :: c1, s1
+    real(dp) :: order, c, s, turned, along, across, s0, s_1, s_2
+    integer :: lane, k
+
+    call cosine_sine(theta, c1, s1)
+    !GCC$ ivdep
+    do lane = 1, lanes
+      s0 = mean(lane)
+      s_1 = 0
+      s_2 = 0
+      order = 0
+      c = 1
+      s = 0
+      k = 1
+      do
+        turned = c * c1(lane) - s * s1(lane)
+        s = s * c1(lane) + c * s1(lane)
+        c = turned
+        order = order + 1
+        along = harmonics(lane, k) * c + harmonics(lane, orders + k) * s
+        across = harmonics(lane, orders + k) * c - harmonics(lane, k) * s
+        s0 = s0 + along
+        s_1 = s_1 + order * across
+        s_2 = s_2 - order**2 * along
+        k = k + 1
+        if (k > orders) exit
+      end do
+      f(lane) = s0
+      f_d(lane) = s_1
+      f_dd(lane) = s_2
+    end do
+  end subroutine evaluate
+
+end module gestell_math_lanes_peaks
