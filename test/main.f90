@@ -46,6 +46,7 @@ program main
   use test_joints, only: collect_joints
   use test_shaking, only: collect_shaking
   use test_keys, only: collect_keys
+  use test_lane_numerics, only: collect_lane_numerics
   use test_lane_versions, only: collect_lane_versions
   use test_lanes, only: collect_lanes
   use test_lost, only: collect_lost
@@ -138,6 +139,7 @@ program main
     & new_testsuite("quadratic-program", collect_quadratic_program), &
     & new_testsuite("lanes", collect_lanes), &
     & new_testsuite("lane_versions", collect_lane_versions), &
+    & new_testsuite("lane_numerics", collect_lane_numerics), &
     & new_testsuite("spectra", collect_spectra), &
     & new_testsuite("spectra-edges", collect_spectra_edges), &
     & new_testsuite("table", collect_table), &

@@ -13,7 +13,7 @@ module gestell_math_lanes_equations
 
 contains
 
-  !> x of A x = b, and the Frobenius norm of A^-1, which is that of R^-1 where A = Q R; `equations` = [A b], shape (lanes, n, n + 1),
+  !> x of A x = b, and the Frobenius norm of A^-1, which is that of R^-1 where A = Q R. `equations`: [A b], shape (lanes, n, n + 1),
   !> are used up. Where A is singular the norm is 1e100 or more.
   pure subroutine solve_equations(n, equations, x, inverse_norm)
     integer, intent(in) :: n

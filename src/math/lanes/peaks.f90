@@ -14,8 +14,8 @@ module gestell_math_lanes_peaks
 contains
 
   !> max |f| of trigonometric polynomials: the zero of f' beside every one of the `samples`, shape (lanes, n), that the maximum can
-  !> lie at. Half a spacing away f has lost at most spacing^2 max |f''| / 8 of it. `harmonics`: the coefficients of cos(k theta), then
-  !> those of sin(k theta), k = 1 ... (n - 1) / 2, as columns; what follows them does not matter.
+  !> lie at. Half a spacing away f has lost at most spacing^2 max |f''| / 8 of it. `harmonics`: as columns the coefficients of
+  !> cos(k theta), k = 1 ... (n - 1) / 2, then those of sin(k theta); what follows them does not matter.
   pure subroutine greatest_values(samples, harmonics, greatest)
     real(dp), contiguous, intent(in) :: samples(:, :), harmonics(:, :)
     real(dp), intent(out) :: greatest(lanes)
@@ -54,16 +54,18 @@ contains
     integer, intent(in) :: n
     real(dp), intent(in) :: size_at(lanes, 0:n + 1), least(lanes)
     real(dp), intent(inout) :: at(lanes)
-    real(dp) :: next
+    real(dp) :: next, here, place
     integer :: lane, i
 
     !GCC$ ivdep
     do lane = 1, lanes
       next = n + 1
+      place = n
       i = n
       do
-        next = merge(real(i, dp), next, size_at(lane, i) >= max(least(lane), size_at(lane, i - 1), size_at(lane, i + 1)) &
-          & .and. i > at(lane))
+        here = merge(place, 0.0_dp, size_at(lane, i) >= max(least(lane), max(size_at(lane, i - 1), size_at(lane, i + 1))))
+        next = merge(here, next, here > at(lane))
+        place = place - 1
         i = i - 1
         if (i < 1) exit
       end do
@@ -102,7 +104,7 @@ contains
       ! Up, in the direction of the place beyond?
       where (f * f_d * (falling - rising) > 0)
         rising = theta
-      elsewhere
+      else where
         falling = theta
       end where
       moving = moving .and. abs(falling - rising) > epsilon(1.0_dp) * abs(theta)

@@ -1,0 +1,255 @@
+!> Products, equations, factors of polynomials and greatest values in eight lanes, against the plain ones in quadruple precision and
+!> closed forms.
+module test_lane_numerics
+  use checks, only: check_that
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lanes, only: lanes
+  use gestell_math_lanes_equations, only: solve_equations
+  use gestell_math_lanes_peaks, only: greatest_values
+  use gestell_math_lanes_products, only: multiply
+  use gestell_math_quadratic_factors, only: find_factors
+  use reference_linear, only: qp, solve
+  use reference_random, only: random_type
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_lane_numerics
+
+contains
+
+  subroutine collect_lane_numerics(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("products of matrices", test_products), &
+      & new_unittest("equations and the norm of the inverse", test_equations), &
+      & new_unittest("singular equations are told", test_singular), &
+      & new_unittest("factors of conjugate roots", test_conjugate), &
+      & new_unittest("factors of real roots", test_real), &
+      & new_unittest("greatest values of known functions", test_greatest)]
+  end subroutine collect_lane_numerics
+
+  function draw(random, n) result(values)
+    type(random_type), intent(inout) :: random
+    integer, intent(in) :: n
+    real(dp) :: values(n)
+    integer :: i
+
+    do i = 1, n
+      values(i) = 2 * random%draw() - 1
+    end do
+  end function draw
+
+  subroutine test_products(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(random_type) :: random
+    real(dp), allocatable :: a(:, :, :), b(:, :, :), c(:, :, :)
+    integer :: n, columns, lane
+
+    call random%start(11, 1)
+    do n = 1, 7
+      do columns = 1, n + 1
+        a = reshape(draw(random, lanes * n * n), [lanes, n, n])
+        b = reshape(draw(random, lanes * n * columns), [lanes, n, columns])
+        allocate(c(lanes, n, columns))
+        call multiply(n, columns, 0.5_dp, a, b, c)
+        do lane = 1, lanes
+          ! A rounding for each of n terms below 1.
+          call check_that(error, maxval(abs(c(lane, :, :) - matmul(real(a(lane, :, :), qp), real(b(lane, :, :), qp)) / 2)), "<=", &
+            & real(n**2 * epsilon(1.0_dp), qp), "product")
+          if (allocated(error)) return
+        end do
+        deallocate(c)
+      end do
+    end do
+  end subroutine test_products
+
+  subroutine test_equations(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(random_type) :: random
+    real(dp), allocatable :: equations(:, :, :), before(:, :, :), x(:, :)
+    real(dp) :: inverse_norm(lanes), roundoff
+    real(qp), allocatable :: exact(:, :), right(:, :)
+    integer :: n, lane, i
+
+    call random%start(12, 1)
+    do n = 1, 12
+      equations = reshape(draw(random, lanes * n * (n + 1)), [lanes, n, n + 1])
+      ! Nothing on the diagonal: without exchanges elimination would divide by zero.
+      if (n > 1) then
+        do i = 1, n
+          equations(:, i, i) = 0
+        end do
+      end if
+      before = equations
+      allocate(x(lanes, n), right(n, n + 1))
+      call solve_equations(n, equations, x, inverse_norm)
+      do lane = 1, lanes
+        right = 0
+        do i = 1, n
+          right(i, i) = 1
+        end do
+        right(:, n + 1) = before(lane, :, n + 1)
+        exact = solve(real(before(lane, :, :n), qp), right)
+        ! Reflections change a matrix by n^2 roundings of its norm at most, as a rule by few.
+        roundoff = n**2 * epsilon(1.0_dp) * norm2(before(lane, :, :)) * real(norm2(exact(:, :n)), dp)
+        call check_that(error, norm2(x(lane, :) - exact(:, n + 1)), "<=", roundoff * norm2(exact(:, n + 1)), "solution")
+        if (allocated(error)) return
+        call check_that(error, abs(inverse_norm(lane) - norm2(exact(:, :n))), "<=", roundoff * norm2(exact(:, :n)), "norm")
+        if (allocated(error)) return
+      end do
+      deallocate(x, right)
+    end do
+  end subroutine test_equations
+
+  !> In one lane alone; the others are as without it.
+  subroutine test_singular(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: equations(lanes, 2, 3), x(lanes, 2), inverse_norm(lanes)
+
+    equations = 0
+    equations(:, 1, 1) = 2
+    equations(:, 2, 2) = 4
+    equations(:, :, 3) = 1
+    equations(3, :, :2) = 0
+    call solve_equations(2, equations, x, inverse_norm)
+    call check_that(error, inverse_norm(3), ">=", 1.0e100_dp, "singular")
+    if (allocated(error)) return
+    ! The inverse is diag(1/2, 1/4), and no step of it leaves more than a rounding.
+    call check_that(error, abs(inverse_norm([1, 2, 4]) - sqrt(5.0_dp) / 4), "<=", 4 * epsilon(1.0_dp), "norm beside it")
+    if (allocated(error)) return
+    call check_that(error, abs(x(4, :) - [0.5_dp, 0.25_dp]), "<=", 4 * epsilon(1.0_dp), "solution beside it")
+  end subroutine test_singular
+
+  !> The coefficients of the product of factors, c_0 first.
+  pure function product_of(s, q) result(c)
+    real(dp), intent(in) :: s(:), q(:)
+    real(dp) :: c(0:2 * size(s))
+    integer :: k
+
+    c = 0
+    c(0) = 1
+    do k = 1, size(s)
+      c = [q(k) * c, 0.0_dp, 0.0_dp] - [0.0_dp, s(k) * c, 0.0_dp] + [0.0_dp, 0.0_dp, c]
+    end do
+  end function product_of
+
+  !> Pairs near the unit circle, as multipliers lie: there is one way to form factors of them.
+  subroutine test_conjugate(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(random_type) :: random
+    real(dp) :: coefficients(0:6), c(lanes, 0:5), s(lanes, 6), q(lanes, 6), found(lanes), known_s(3, lanes), known_q(3, lanes)
+    integer :: lane, k, trial
+
+    call random%start(13, 1)
+    do trial = 1, 50
+      do lane = 1, lanes
+        do k = 1, 3
+          associate (modulus => 0.95_dp + 0.1_dp * random%draw(), angle => pi * (k - 0.8_dp + 0.6_dp * random%draw()) / 3)
+            known_s(k, lane) = 2 * modulus * cos(angle)
+            known_q(k, lane) = modulus**2
+          end associate
+        end do
+        coefficients = product_of(known_s(:, lane), known_q(:, lane))
+        c(lane, :) = coefficients(:5)
+      end do
+      call start_on_circle(3, s, q)
+      call find_factors(3, c, spread(1.0_dp, 1, lanes), spread(2.0_dp, 1, lanes), s, q, found)
+      call check_that(error, found, ">", 0.0_dp, "converged")
+      if (allocated(error)) return
+      do lane = 1, lanes
+        do k = 1, 3
+          ! The last step was 1e-5 and convergence is quadratic, with roots a quarter apart at least.
+          call check_that(error, minval(abs(s(lane, :3) - known_s(k, lane)) + abs(q(lane, :3) - known_q(k, lane))), "<", &
+            & 1.0e-8_dp, "factor")
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_conjugate
+
+  !> Circles of pairs, without a symmetry.
+  pure subroutine start_on_circle(m, s, q)
+    integer, intent(in) :: m
+    real(dp), intent(out) :: s(:, :), q(:, :)
+    integer :: k
+
+    do k = 1, m
+      s(:, k) = 2 * cos(pi * (k - 0.6_dp) / m)
+      q(:, k) = 1
+    end do
+  end subroutine start_on_circle
+
+  !> Real roots: from a start of conjugate ones. Factors are not unique, but their product is; where it is not found that is told.
+  subroutine test_real(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: trials = 50
+    type(random_type) :: random
+    real(dp) :: coefficients(0:4), c(lanes, 0:3), s(lanes, 4), q(lanes, 4), found(lanes), roots(4)
+    integer :: lane, trial, successes
+
+    call random%start(14, 1)
+    successes = 0
+    do trial = 1, trials
+      do lane = 1, lanes
+        ! 0.1 apart at least.
+        roots = [-1.2_dp, -0.4_dp, 0.4_dp, 1.2_dp] + 0.35_dp * draw(random, 4)
+        coefficients = product_of(roots(:2) + roots(3:), roots(:2) * roots(3:))
+        c(lane, :) = coefficients(:3)
+      end do
+      call start_on_circle(2, s, q)
+      call find_factors(2, c, spread(1.0_dp, 1, lanes), spread(2.0_dp, 1, lanes), s, q, found)
+      do lane = 1, lanes
+        if (found(lane) <= 0) cycle
+        successes = successes + 1
+        coefficients = product_of(s(lane, :2), q(lane, :2))
+        ! As above.
+        call check_that(error, maxval(abs(coefficients(:3) - c(lane, :))), "<", 1.0e-7_dp, "product")
+        if (allocated(error)) return
+      end do
+    end do
+    ! Most; what is left begins on a circle of its own.
+    call check_that(error, successes, ">", trials * lanes / 2, "found")
+  end subroutine test_real
+
+  !> mean + a cos(theta - phi) + b cos 2 (theta - phi), which is mean + a + b at phi, with either sign; cos 2 theta with a little of
+  !> cos theta, where two places compete; a constant.
+  subroutine test_greatest(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: counts(4) = [8, 9, 16, 40]
+    type(random_type) :: random
+    real(dp), allocatable :: samples(:, :), harmonics(:, :)
+    real(dp) :: greatest(lanes), wanted(lanes), drawn(4)
+    integer :: i, k, n, orders, lane, trial
+
+    call random%start(15, 1)
+    do i = 1, size(counts)
+      n = counts(i)
+      orders = (n - 1) / 2
+      allocate(samples(lanes, n), harmonics(lanes, 2 * orders + 3))
+      do trial = 1, 40
+        harmonics = 0
+        harmonics(:, 2 * orders + 1:) = huge(1.0_dp)
+        do lane = 1, lanes
+          drawn = abs(draw(random, 4))
+          if (lane == 2) drawn(:2) = [0.0_dp, 1.0e-3_dp]
+          if (lane == 3) drawn(2:3) = 0
+          if (lane == 4) drawn = 0
+          associate (mean => drawn(1), a => drawn(2), b => drawn(3), phi => 2 * pi * drawn(4), sign => (-1)**lane)
+            samples(lane, :) = sign * [(mean + a * cos(2 * pi * k / n - phi) + b * cos(2 * (2 * pi * k / n - phi)), k = 0, n - 1)]
+            harmonics(lane, 1:2) = sign * [a * cos(phi), b * cos(2 * phi)]
+            harmonics(lane, orders + 1:orders + 2) = sign * [a * sin(phi), b * sin(2 * phi)]
+            wanted(lane) = mean + a + b
+          end associate
+        end do
+        call greatest_values(samples, harmonics, greatest)
+        ! Some roundings in sums of two terms and a mean over n samples, each 3 at most.
+        call check_that(error, maxval(abs(greatest - wanted)), "<", 20 * epsilon(1.0_dp), "greatest value")
+        if (allocated(error)) return
+      end do
+      deallocate(samples, harmonics)
+    end do
+  end subroutine test_greatest
+
+end module test_lane_numerics
