@@ -1,8 +1,11 @@
-!> Products, equations, factors of polynomials and greatest values in eight lanes, against the plain ones in quadruple precision and
-!> closed forms.
+!> Products, equations, factors of polynomials, pairs of eigenvalues and greatest values in eight lanes, against the plain ones in
+!> quadruple precision and closed forms.
 module test_lane_numerics
   use checks, only: check_that
   use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_multipliers_gershgorin, only: find_discs
+  use gestell_math_characteristic_roots, only: find_roots
+  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_math_lanes, only: lanes
   use gestell_math_lanes_equations, only: solve_equations
   use gestell_math_lanes_peaks, only: greatest_values
@@ -27,6 +30,7 @@ contains
       & new_unittest("singular equations are told", test_singular), &
       & new_unittest("factors of conjugate roots", test_conjugate), &
       & new_unittest("factors of real roots", test_real), &
+      & new_unittest("discs of pairs", test_pairs), &
       & new_unittest("greatest values of known functions", test_greatest)]
   end subroutine collect_lane_numerics
 
@@ -92,8 +96,9 @@ contains
         end do
         right(:, n + 1) = before(lane, :, n + 1)
         exact = solve(real(before(lane, :, :n), qp), right)
-        ! Reflections change a matrix by n^2 roundings of its norm at most, as a rule by few.
-        roundoff = n**2 * epsilon(1.0_dp) * norm2(before(lane, :, :)) * real(norm2(exact(:, :n)), dp)
+        ! Reflections change a matrix by n^2 roundings of its norm at most, as a rule by few; a pivot, its reciprocal and the
+        ! products with it have a rounding each.
+        roundoff = (n**2 + 4) * epsilon(1.0_dp) * norm2(before(lane, :, :)) * real(norm2(exact(:, :n)), dp)
         call check_that(error, norm2(x(lane, :) - exact(:, n + 1)), "<=", roundoff * norm2(exact(:, n + 1)), "solution")
         if (allocated(error)) return
         call check_that(error, abs(inverse_norm(lane) - norm2(exact(:, :n))), "<=", roundoff * norm2(exact(:, :n)), "norm")
@@ -131,7 +136,7 @@ contains
     c = 0
     c(0) = 1
     do k = 1, size(s)
-      c = [q(k) * c, 0.0_dp, 0.0_dp] - [0.0_dp, s(k) * c, 0.0_dp] + [0.0_dp, 0.0_dp, c]
+      c = q(k) * c - s(k) * eoshift(c, -1) + eoshift(c, -2)
     end do
   end function product_of
 
@@ -212,6 +217,52 @@ contains
     ! Most; what is left begins on a circle of its own.
     call check_that(error, successes, ">", trials * lanes / 2, "found")
   end subroutine test_real
+
+  !> Rotations coupled by random elements: all eigenvalues are found in pairs, and discs found for one of each are those of both.
+  subroutine test_pairs(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: a(lanes, most_states, most_states), converged(lanes), separate(lanes), separate_singly(lanes)
+    real(dp), dimension(lanes, most_states) :: z_re, z_im, radius, singly
+    real(dp), parameter :: perturbation(lanes) = 1.0e-9_dp
+    logical :: conjugate(most_states)
+    type(hessenberg_type) :: h
+    type(random_type) :: random
+    integer :: i, j, lane
+
+    call random%start(9, 1)
+    do j = 1, 6
+      do i = 1, 6
+        do lane = 1, lanes
+          a(lane, i, j) = random%about_zero(0.05_dp)
+        end do
+      end do
+    end do
+    do j = 1, 6, 2
+      a(:, j, j) = a(:, j, j) + cos(0.8_dp * j)
+      a(:, j + 1, j + 1) = a(:, j + 1, j + 1) + cos(0.8_dp * j)
+      a(:, j, j + 1) = a(:, j, j + 1) - sin(0.8_dp * j)
+      a(:, j + 1, j) = a(:, j + 1, j) + sin(0.8_dp * j)
+    end do
+    call new_hessenberg(a, 6, h)
+    call find_roots(h, z_re, z_im, conjugate, converged)
+    call check_that(error, conjugate(:6), "==", [(mod(j, 2) == 0, j = 1, 6)], "pairs")
+    if (allocated(error)) return
+    call check_that(error, converged, ">", 0.0_dp, "converged")
+    if (allocated(error)) return
+    do j = 2, 6, 2
+      call check_that(error, abs(z_re(:, j) - z_re(:, j - 1)) + abs(z_im(:, j) + z_im(:, j - 1)), "<=", 0.0_dp, "conjugates")
+      if (allocated(error)) return
+    end do
+    call find_discs(h, z_re, z_im, conjugate, perturbation, radius, separate)
+    conjugate = .false.
+    call find_discs(h, z_re, z_im, conjugate, perturbation, singly, separate_singly)
+    call check_that(error, separate, ">", 0.0_dp, "separate")
+    if (allocated(error)) return
+    call check_that(error, separate_singly, ">", 0.0_dp, "separate, one by one")
+    if (allocated(error)) return
+    ! Sums in another order, about twenty terms.
+    call check_that(error, maxval(abs(radius(:, :6) / singly(:, :6) - 1)), "<", 20 * epsilon(1.0_dp), "discs")
+  end subroutine test_pairs
 
   !> mean + a cos(theta - phi) + b cos 2 (theta - phi), which is mean + a + b at phi, with either sign; cos 2 theta with a little of
   !> cos theta, where two places compete; a constant.

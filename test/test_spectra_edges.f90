@@ -371,6 +371,7 @@ contains
     real(dp) :: a(lanes, most_states, most_states), before(lanes, 6, 6), converged(lanes), separate(lanes)
     real(dp), dimension(lanes, most_states) :: z_re, z_im, radius
     real(dp), parameter :: perturbation(lanes) = 1.0e-12_dp, displacement = 1.0e-6_dp
+    logical :: conjugate(most_states)
     type(hessenberg_type) :: h
     type(random_type) :: random
     integer :: i, j, lane
@@ -378,9 +379,7 @@ contains
     call random%start(8, 1)
     do j = 1, 6
       do i = 1, 6
-        do lane = 1, lanes
-          a(lane, i, j) = random%about_zero(1.0_dp)
-        end do
+        a(:, i, j) = [(random%about_zero(1.0_dp), lane = 1, lanes)]
       end do
     end do
     before = a(:, :6, :6)
@@ -388,12 +387,12 @@ contains
     call check_that(error, maxval(abs(h%norm - [(norm2(before(lane, :, :)), lane = 1, lanes)])), "<", 1.0e-14_dp, "norm")
     if (allocated(error)) return
     h%trace(3) = h%trace(3) + 1.0e-7_dp
-    call find_roots(h, z_re, z_im, converged)
+    call find_roots(h, z_re, z_im, conjugate, converged)
     call check_that(error, converged > 0, "/=", [(lane == 3, lane = 1, lanes)], "the sum")
     if (allocated(error)) return
     ! Roots that are not quite there lie in their discs all the same; the displacement is small beside their distances.
     z_im(:, 2) = z_im(:, 2) + displacement
-    call find_discs(h, z_re, z_im, perturbation, radius, separate)
+    call find_discs(h, z_re, z_im, spread(.false., 1, most_states), perturbation, radius, separate)
     call check_that(error, radius(:, 2), ">", displacement, "displaced")
   end subroutine test_missed
 

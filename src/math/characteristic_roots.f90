@@ -14,6 +14,10 @@ module gestell_math_characteristic_roots
   !> The last step relative to the matrix' norm, and to the distance from other roots. Convergence is cubic: the step after it,
   !> which is not taken, is this times the square of that, below roundoff.
   real(dp), parameter :: last_step = 1.0e-9_dp, last_part = 1.0e-4_dp
+  !> Cosines of the angles at which the m pairs of roots begin, as columns; without a symmetry that would have to stay.
+  integer :: i, m
+  real(dp), parameter :: begin_at(most_states / 2, most_states / 2) = &
+    & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, most_states / 2), m = 1, most_states / 2)], [most_states / 2, most_states / 2])
 
 contains
 
@@ -25,8 +29,9 @@ contains
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
     logical, intent(out) :: conjugate(most_states)
-    real(dp) :: w_re(lanes, 2 * most_states), w_im(lanes, 2 * most_states), greatest(lanes), near(lanes), difference
-    integer :: iteration, k, lane
+    real(dp), dimension(lanes, 2 * most_states) :: w_re, w_im
+    real(dp), dimension(lanes) :: greatest, near, excess_re, excess_im
+    integer :: iteration, k
 
     call start(h, w_re, w_im, conjugate)
     converged = 0
@@ -46,10 +51,13 @@ contains
     z_re = w_re(:, :most_states)
     z_im = w_im(:, :most_states)
     ! Found twice, missed another time: the sum tells.
-    do lane = 1, lanes
-      difference = abs(sum(z_re(lane, :h%n)) - h%trace(lane)) + abs(sum(z_im(lane, :h%n)))
-      if (.not. difference <= last_step * h%norm(lane)) converged(lane) = 0
+    excess_re = -h%trace
+    excess_im = 0
+    do k = 1, h%n
+      excess_re = excess_re + z_re(:, k)
+      excess_im = excess_im + z_im(:, k)
     end do
+    converged = merge(converged, 0.0_dp, abs(excess_re) + abs(excess_im) <= last_step * h%norm)
   end subroutine find_roots
 
   !> The roots of quadratic factors, or, where they are not found, a circle around the mean of the eigenvalues, its radius the
@@ -59,7 +67,7 @@ contains
     real(dp), intent(out) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states)
     logical, intent(out) :: conjugate(most_states)
     real(dp) :: c(lanes, 0:most_states), s(lanes, most_states), q(lanes, most_states)
-    real(dp), dimension(lanes) :: mean, radius, found, root
+    real(dp), dimension(lanes) :: mean, radius, found, middle, square, re, im
     integer :: n, k
 
     n = h%n
@@ -67,26 +75,32 @@ contains
     call characteristic_polynomial(h, mean, c)
     ! The mean may be an eigenvalue.
     radius = max(max(abs(c(:, 0)), tiny(1.0_dp))**(1.0_dp / n), 1.0e-3_dp * h%norm)
-    do k = 1, n / 2
-      ! Without a symmetry that would have to stay.
-      s(:, k) = 2 * radius * cos(pi * (k - 0.6_dp) / (n / 2))
-      q(:, k) = radius**2
-    end do
     found = 0
-    if (mod(n, 2) == 0) call find_factors(n / 2, c, radius, 2 * h%norm, s, q, found)
+    conjugate = .false.
+    if (mod(n, 2) == 0) then
+      do k = 1, n / 2
+        s(:, k) = 2 * radius * begin_at(k, n / 2)
+        q(:, k) = radius**2
+      end do
+      call find_factors(n / 2, c, radius, 2 * h%norm, s, q, found)
+      do k = 1, n / 2
+        middle = mean + s(:, k) / 2
+        square = s(:, k)**2 / 4 - q(:, k)
+        conjugate(2 * k) = all(found > 0 .and. square < 0)
+        call set(n, 2 * k - 1, middle + sqrt(max(square, 0.0_dp)), sqrt(max(-square, 0.0_dp)), z_re, z_im)
+        call set(n, 2 * k, middle - sqrt(max(square, 0.0_dp)), -sqrt(max(-square, 0.0_dp)), z_re, z_im)
+      end do
+    end if
+    if (all(found > 0)) return
     do k = 1, n
       ! None on the real axis, where it might have to stay.
-      call set(n, k, mean + radius * cos(2 * pi * (k - 0.7_dp) / n), radius * sin(2 * pi * (k - 0.7_dp) / n), z_re, z_im)
-    end do
-    conjugate = .false.
-    if (.not. any(found > 0)) return
-    do k = 1, n
-      associate (pair => (k + 1) / 2, side => 2 * mod(k, 2) - 1)
-        root = s(:, pair)**2 / 4 - q(:, pair)
-        conjugate(k) = side < 0 .and. all(found > 0 .and. root < 0)
-        call set(n, k, merge(mean + s(:, pair) / 2 + side * sqrt(max(root, 0.0_dp)), z_re(:, k), found > 0), &
-          & merge(side * sqrt(max(-root, 0.0_dp)), z_im(:, k), found > 0), z_re, z_im)
-      end associate
+      re = mean + radius * cos(2 * pi * (k - 0.7_dp) / n)
+      im = radius * sin(2 * pi * (k - 0.7_dp) / n)
+      where (found > 0)
+        re = z_re(:, k)
+        im = z_im(:, k)
+      end where
+      call set(n, k, re, im, z_re, z_im)
     end do
   end subroutine start
 
