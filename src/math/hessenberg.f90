@@ -39,15 +39,24 @@ contains
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     integer, intent(in) :: n
     type(hessenberg_type), intent(out) :: h
-    integer :: i, j, k
+    real(dp) :: sum
+    integer :: i, j, k, lane
 
     h%n = n
     h%norm = 0
     h%trace = 0
     do j = 1, n
       h%trace = h%trace + a(:, j, j)
-      do i = 1, n
-        h%norm = h%norm + a(:, i, j)**2
+      !GCC$ ivdep
+      do lane = 1, lanes
+        sum = h%norm(lane)
+        i = 1
+        do
+          sum = sum + a(lane, i, j)**2
+          i = i + 1
+          if (i > n) exit
+        end do
+        h%norm(lane) = sum
       end do
     end do
     h%norm = sqrt(h%norm)
@@ -66,7 +75,10 @@ contains
     end do
     do j = 1, n
       do i = 1, j
-        h%g(:, i, j) = -a(:, i, j) * h%v(:, i)
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          h%g(lane, i, j) = -a(lane, i, j) * h%v(lane, i)
+        end do
       end do
     end do
   end subroutine new_hessenberg
@@ -110,7 +122,10 @@ contains
         share(lane) = sum * beta(lane)
       end do
       do i = k + 1, n
-        a(:, i, j) = a(:, i, j) - share * u(:, i)
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          a(lane, i, j) = a(lane, i, j) - share(lane) * u(lane, i)
+        end do
       end do
     end do
     do i = 1, n
@@ -126,7 +141,10 @@ contains
         share(lane) = sum * beta(lane)
       end do
       do j = k + 1, n
-        a(:, i, j) = a(:, i, j) - share * u(:, j)
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          a(lane, i, j) = a(lane, i, j) - share(lane) * u(lane, j)
+        end do
       end do
     end do
   end subroutine reflect

@@ -24,7 +24,8 @@ contains
   !> roundoff above 1e-10 and above the effect of `perturbation`, one by one with LAPACK, which `singly` counts. The results for a
   !> matrix do not depend on the others.
   subroutine spectral_radii(phi, perturbation, radius, log_radius, error_bound, stable, unstable, singly)
-    real(dp), intent(in) :: phi(:, :), perturbation
+    real(dp), contiguous, intent(in) :: phi(:, :)
+    real(dp), intent(in) :: perturbation
     real(dp), intent(out) :: radius(:), log_radius(:)
     real(dp), intent(out), optional :: error_bound(:)
     logical, intent(out), optional :: stable(:), unstable(:)
@@ -63,7 +64,7 @@ contains
 
   !> Matrices `first` and those that follow, the last one repeated beyond the end.
   pure subroutine take(phi, first, n, a)
-    real(dp), intent(in) :: phi(:, :)
+    real(dp), contiguous, intent(in) :: phi(:, :)
     integer, intent(in) :: first, n
     real(dp), intent(out) :: a(lanes, most_states, most_states)
     integer :: i, j, lane

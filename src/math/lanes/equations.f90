@@ -73,7 +73,10 @@ contains
         share(lane) = sum * beta(lane)
       end do
       do i = k, n
-        a(:, i, j) = a(:, i, j) - share * a(:, i, k)
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          a(lane, i, j) = a(lane, i, j) - share(lane) * a(lane, i, k)
+        end do
       end do
     end do
   end subroutine reflect
@@ -83,12 +86,15 @@ contains
     integer, intent(in) :: n, rows
     real(dp), intent(in) :: r(lanes, n, n + 1), pivot(lanes, n)
     real(dp), intent(inout) :: x(lanes, n)
-    integer :: i, k
+    integer :: lane, i, k
 
     do k = rows, 1, -1
       x(:, k) = x(:, k) * pivot(:, k)
       do i = 1, k - 1
-        x(:, i) = x(:, i) - r(:, i, k) * x(:, k)
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          x(lane, i) = x(lane, i) - r(lane, i, k) * x(lane, k)
+        end do
       end do
     end do
   end subroutine substitute
