@@ -61,6 +61,7 @@ program main
   use test_namelist_fuzz, only: collect_namelist_fuzz
   use test_newton, only: collect_newton
   use test_orders, only: collect_orders
+  use test_pair, only: collect_pair
   use test_parts, only: collect_parts
   use test_period_parts, only: collect_period_parts
   use test_periodic, only: collect_periodic
@@ -124,6 +125,7 @@ program main
     & new_testsuite("floquet", collect_floquet), &
     & new_testsuite("periodic", collect_periodic), &
     & new_testsuite("orders", collect_orders), &
+    & new_testsuite("pair", collect_pair), &
     & new_testsuite("parts", collect_parts), &
     & new_testsuite("factors", collect_factors), &
     & new_testsuite("schur", collect_periodic_schur), &

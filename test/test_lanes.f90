@@ -4,7 +4,7 @@ module test_lanes
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes, most_rows, padded, schur_complement
-  use gestell_floquet_integrator_method, only: maps_type, method_type
+  use gestell_floquet_integrator_method, only: maps_type, method_type, unseen_type
   use gestell_floquet_integrator_methods, only: new_method
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_math_lapack, only: factorise, solve_factored
@@ -198,9 +198,10 @@ contains
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
     real(dp) :: a(2 * size(frequencies), 2 * size(frequencies), steps), b(2 * size(frequencies), steps), from(steps), to(steps)
-    type(maps_type) :: lower
+    type(maps_type) :: lower(2)
+    type(unseen_type) :: unseen
     real(dp) :: cosine, sine, turn, shift, galerkin(2, 3)
-    integer :: f, i, k, place
+    integer :: f, i, k, place, fewer
 
     f = size(frequencies)
     system%states = 2 * f
@@ -219,25 +220,31 @@ contains
     call method%maps(system, from, to, a, failure, b)
     call check_success(error, failure)
     if (allocated(error)) return
-    allocate(lower%a, mold=a)
-    allocate(lower%b, mold=b)
-    call method%pair(system, from, to, a, failure, b, lower)
+    do fewer = 1, 2
+      allocate(lower(fewer)%a, mold=a)
+      allocate(lower(fewer)%b, mold=b)
+    end do
+    call method%pair(system, from, to, a, failure, lower, unseen, b)
     call check_success(error, failure)
     if (allocated(error)) return
     do k = 1, steps
       do i = 1, f
         associate (w => frequencies(i), h => to(k) - from(k))
-          call galerkin_step(8, w * h, galerkin)
           ! The condition of the equations grows as (w h)^2, that of the multiplier mu as its square.
           turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
-          call check_that(error, abs(lower%a(i, i, k) - galerkin(1, 1)), "<", turn, "turn of the embedded method")
-          call check_that(error, abs(lower%a(i, f + i, k) / h - galerkin(1, 2)), "<", turn, "turn of the embedded method")
-          call check_that(error, abs(lower%a(f + i, i, k) * h - galerkin(2, 1)), "<", turn * max(1.0_dp, w * h), &
-            & "turn of the embedded method")
-          call check_that(error, abs(lower%a(f + i, f + i, k) - galerkin(2, 2)), "<", turn, "turn of the embedded method")
-          call check_that(error, abs(lower%b(i, k) / h**2 - galerkin(1, 3)), "<", turn, "load of the embedded method")
-          call check_that(error, abs(lower%b(f + i, k) / h - galerkin(2, 3)), "<", turn, "load of the embedded method")
-          if (allocated(error)) return
+          do fewer = 1, 2
+            call galerkin_step(8, 8 - fewer, w * h, galerkin)
+            associate (map => lower(fewer)%a(:, :, k), load => lower(fewer)%b(:, k))
+              call check_that(error, abs(map(i, i) - galerkin(1, 1)), "<", turn, "turn of an embedded method")
+              call check_that(error, abs(map(i, f + i) / h - galerkin(1, 2)), "<", turn, "turn of an embedded method")
+              call check_that(error, abs(map(f + i, i) * h - galerkin(2, 1)), "<", turn * max(1.0_dp, w * h), &
+                & "turn of an embedded method")
+              call check_that(error, abs(map(f + i, f + i) - galerkin(2, 2)), "<", turn, "turn of an embedded method")
+              call check_that(error, abs(load(i) / h**2 - galerkin(1, 3)), "<", turn, "load of an embedded method")
+              call check_that(error, abs(load(f + i) / h - galerkin(2, 3)), "<", turn, "load of an embedded method")
+            end associate
+            if (allocated(error)) return
+          end do
           call gauss_turn(8, w * h, cosine, sine)
           turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
           call check_that(error, abs(a(i, i, k) - cosine), "<", turn, "turn")
@@ -257,24 +264,24 @@ contains
     end do
   end subroutine check_oscillators
 
-  !> A step of length 1 of q'' + z^2 q = 1 by Galerkin's method, q'' a polynomial of degree s - 2 whose residual is orthogonal to
-  !> all such polynomials by Gauss' quadrature of s nodes: [A b].
-  subroutine galerkin_step(s, z, map)
-    integer, intent(in) :: s
+  !> A step of length 1 of q'' + z^2 q = 1 by Galerkin's method with q'' a sum of Legendre's first `terms` polynomials, whose
+  !> residual is orthogonal to them by Gauss' quadrature of s nodes: [A b].
+  subroutine galerkin_step(s, terms, z, map)
+    integer, intent(in) :: s, terms
     real(dp), intent(in) :: z
     real(dp), intent(out) :: map(2, 3)
     type(tableau_type) :: rule
     type(gestell_error), allocatable :: failure
-    real(dp) :: p(s, s - 1), left(s - 1, s - 1), right(s - 1, 3)
-    integer :: pivots(s - 1), k
+    real(dp) :: p(s, terms), left(terms, terms), right(terms, 3)
+    integer :: pivots(terms), k
 
     rule = gauss_tableau(s)
     p(:, 1) = 1
     p(:, 2) = 2 * rule%c - 1
-    do k = 2, s - 2
+    do k = 2, terms - 1
       p(:, k + 1) = ((2 * k - 1) * p(:, 2) * p(:, k) - (k - 1) * p(:, k - 1)) / k
     end do
-    left = matmul(transpose(p * spread(rule%b, 2, s - 1)), p + z**2 * matmul(rule%aa, p))
+    left = matmul(transpose(p * spread(rule%b, 2, terms)), p + z**2 * matmul(rule%aa, p))
     right(:, 1) = -z**2 * matmul(rule%b, p)
     right(:, 2) = -z**2 * matmul(rule%b * rule%c, p)
     right(:, 3) = matmul(rule%b, p)

@@ -611,7 +611,7 @@ def limited_memory():
 
 def test_progress():
     """A bar on a terminal, at most ten times a second, and nothing of it elsewhere."""
-    with Folder(input=SWEEP + LONG + "&accuracy tolerance=1e-14 /\n") as folder:
+    with Folder(input=SWEEP + LONG.replace("count=25", "count=200") + "&accuracy tolerance=1e-14 /\n") as folder:
         try:
             leader, follower = os.openpty()
         except OSError:

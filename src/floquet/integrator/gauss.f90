@@ -4,7 +4,8 @@ module gestell_floquet_integrator_gauss
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
   use gestell_floquet_integrator_gauss_steps, only: fits_lanes, gauss_steps
-  use gestell_floquet_integrator_method, only: evaluation_work, maps_type, method_type
+  use gestell_floquet_integrator_method, only: evaluation_work, maps_type, method_type, unseen_type
+  use gestell_floquet_integrator_nested, only: nested_tableau, nested_type
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -18,6 +19,8 @@ module gestell_floquet_integrator_gauss
   type, extends(method_type), public :: gauss_method
     private
     type(tableau_type) :: tableau
+    !> With the embedded methods.
+    type(nested_type) :: nested
   contains
     procedure :: prepare
     procedure :: phases
@@ -62,6 +65,7 @@ contains
     class(gauss_method), intent(inout) :: self
 
     self%tableau = gauss_tableau(self%stages)
+    if (self%lower_order > 0) self%nested = nested_tableau(self%tableau)
   end subroutine prepare
 
   !> The nodes, those of one stage together.
@@ -69,13 +73,20 @@ contains
     class(gauss_method), intent(in) :: self
     real(dp), intent(in) :: from(:), to(:)
     real(dp), allocatable :: phases(:)
+
+    phases = phases_at(self%tableau%c, from, to)
+  end function phases
+
+  !> The phases at places `c` of all steps, those at one place together.
+  pure function phases_at(c, from, to) result(phases)
+    real(dp), intent(in) :: c(:), from(:), to(:)
+    real(dp) :: phases(size(c) * size(from))
     integer :: i
 
-    allocate(phases(self%stages * size(from)))
-    do i = 1, self%stages
-      phases(size(from) * (i - 1) + 1:size(from) * i) = from + self%tableau%c(i) * (to - from)
+    do i = 1, size(c)
+      phases(size(from) * (i - 1) + 1:size(from) * i) = from + c(i) * (to - from)
     end do
-  end function phases
+  end function phases_at
 
   pure function work(self, states, second_order)
     class(gauss_method), intent(in) :: self
@@ -114,16 +125,19 @@ contains
     call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, a, error, b)
   end subroutine maps
 
-  subroutine pair(self, system, from, to, a, error, b, lower)
+  !> Nine arguments: those of `maps`, and what the embedded methods tell.
+  subroutine pair(self, system, from, to, a, error, lower, unseen, b)
     class(gauss_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: from(:), to(:)
     real(dp), intent(out) :: a(:, :, :)
     type(error_type), allocatable, intent(out) :: error
+    type(maps_type), intent(inout) :: lower(:)
+    type(unseen_type), intent(inout) :: unseen
     real(dp), intent(out), optional :: b(:, :)
-    type(maps_type), intent(inout) :: lower
 
-    call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, a, error, b, lower)
+    call gauss_steps(self%nested, system, phases_at(self%nested%c, from, to), (to - from) * system%period, a, error, b, lower, &
+      & unseen)
   end subroutine pair
 
 end module gestell_floquet_integrator_gauss

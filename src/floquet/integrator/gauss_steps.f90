@@ -16,70 +16,58 @@
 !> and the map of the step is what elimination of v leaves in the place of S: S + G K^-1 R. Side by side, each step is its own
 !> unit of time: with h B, h^2 C, h^2 g (h g without positions) and the start (q, h p), (a) and (b) hold with h = 1.
 !>
-!> *The embedded method* has one stage fewer on the same nodes. Collocation at Gauss' nodes is Galerkin's method for polynomials v
-!> of degree s - 1 whose integrals are taken by Gauss' quadrature; Galerkin's method for those of degree s - 2, of order 2 s - 2,
-!> leaves residuals orthogonal to them, which are L mu, L_i = P_s-1(c_i) E in each node, and has no v along P_s-1:
-!> T v = 0, T_i = (2 s - 1) b_i P_s-1(c_i) E. So K v - L mu = R: f more rows and columns,
-!>
-!>     [  K   L   R ]
-!>     [ -T   0   0 ]    and with mu eliminated after v there stands S + G K^-1 R - (G K^-1 L) (T K^-1 L)^-1 (T K^-1 R).
-!>     [ -G   0   S ]
+!> *The embedded methods* (gestell_floquet_integrator_nested) come of the same elimination, in other unknowns and sums of the
+!> equations: before the unknowns of the last two nodes, and before those of the last, are eliminated, the corner holds their maps.
 module gestell_floquet_integrator_gauss_steps
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_math_matrix, only: unit_matrix
   use gestell_math_lanes, only: block, lanes, most_rows, padded, safe_multiplier, schur_complement, vector_border
-  use gestell_math_lapack, only: factorise, solve_factored
-  use gestell_floquet_integrator_method, only: maps_type
+  use gestell_floquet_integrator_exchanges, only: map_with_exchanges
+  use gestell_floquet_integrator_method, only: maps_type, unseen_type
+  use gestell_floquet_integrator_nested, only: nested_type
+  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, look_between, sample_coefficients
   use gestell_floquet_integrator_tableau, only: tableau_type
   use gestell_system_periodic, only: periodic_system
-  use gestell_system_second_order, only: sample_in_units, second_order_system
   implicit none (type, external)
   private
 
   public :: fits_lanes, gauss_steps
 
-  !> M, B, C, shape (points, f, f), and g, shape (points, f), at the nodes of all steps, those of one stage together: the
-  !> nodes i of eight steps that follow each other lie side by side. M and C are allocated only with positions.
-  type :: coefficients_type
-    real(dp), allocatable, dimension(:, :, :) :: m, b, c
-    real(dp), allocatable :: g(:, :)
-    !> Lengths of the steps, in time.
-    real(dp), allocatable :: lengths(:)
-    !> Unknowns at a node; positions and all states of the map.
-    integer :: f = 0, positions = 0, states = 0
-  end type coefficients_type
-
-  !> Numbers that eight steps at once need: their equations w, and h B and h^2 C of one stage below the other.
+  !> Numbers that eight steps at once need: their equations w, and M, h B and h^2 C of one stage below the other.
   integer, parameter :: of_equations = lanes * most_rows * (most_rows + block), of_stages = lanes * most_rows * (most_rows / 2)
 
 contains
 
-  !> Whether a step with so many stages is small enough to be eliminated in lanes, with the embedded method beside it.
+  !> Whether a step with so many stages is small enough to be eliminated in lanes, its last two nodes by themselves.
   pure logical function fits_lanes(stages, states, second_order)
     integer, intent(in) :: stages, states
     logical, intent(in) :: second_order
     integer :: f
 
     f = merge(states / 2, states, second_order)
-    fits_lanes = padded(stages * f) + padded(f) + padded(states) <= most_rows
+    fits_lanes = padded(max(stages - 2, 0) * f) + 2 * padded(f) + padded(states) <= most_rows
   end function fits_lanes
 
   !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one
-  !> stage together. Eight steps at a time; singly, with exchanges of rows, what is fewer than eight, too large, or unsafe
-  !> without. `lower`: those of the embedded method.
-  subroutine gauss_steps(tableau, system, phases, lengths, a, error, b, lower)
-    type(tableau_type), intent(in) :: tableau
+  !> stage together, and for the nested methods a phase of each step between them. Eight steps at a time; singly, with exchanges of
+  !> rows, what is fewer than eight, too large, or unsafe without. `lower`, shape (2), and `unseen`: by a nested
+  !> tableau, as `method_type` has them.
+  !> Nine arguments: those of a method's `pair`, the tableau and the phases.
+  subroutine gauss_steps(tableau, system, phases, lengths, a, error, b, lower, unseen)
+    class(tableau_type), intent(in) :: tableau
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:), lengths(:)
     real(dp), intent(out) :: a(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: b(:, :)
-    type(maps_type), intent(inout), optional :: lower
+    type(maps_type), intent(inout), optional :: lower(:)
+    type(unseen_type), intent(inout), optional :: unseen
     type(coefficients_type) :: at
     ! On the heap: threads have small stacks. As for the largest of steps: what was as large once the GNU C library keeps.
     real(dp), allocatable, target :: room(:)
-    ! What is not allocated is absent where it is an argument.
-    real(dp), allocatable :: map(:, :, :), low(:, :, :)
+    ! Of the method, and where asked for of the one embedded in it and of the one embedded in that.
+    real(dp), allocatable :: maps(:, :, :, :)
     real(dp) :: units(system%states)
     logical :: safe(lanes), side_by_side
     integer :: steps, i, k, first, last, border
@@ -89,312 +77,295 @@ contains
     steps = size(lengths)
     side_by_side = steps >= lanes .and. fits_lanes(size(tableau%c), at%states, at%positions > 0)
     safe = .false.
-    allocate(room(merge(of_equations + 2 * of_stages + lanes, 0, side_by_side)))
+    allocate(room(merge(of_equations + 3 * of_stages + lanes, 0, side_by_side)))
     border = vector_border(room)
-    allocate(map(lanes, at%states, at%states + 1))
-    if (present(lower)) allocate(low, mold=map)
+    allocate(maps(lanes, at%states, at%states + 1, merge(3, 1, present(lower))))
     do k = 1, steps, lanes
       first = max(1, min(k, steps - lanes + 1))
       if (side_by_side) call maps_of_lanes(tableau, at, first, room(border), room(border + of_equations), &
-        & room(border + of_equations + of_stages), map, safe, low)
+        & room(border + of_equations + of_stages), room(border + of_equations + 2 * of_stages), maps, safe)
       last = min(k + lanes - 1, steps)
       do i = k, last
         if (.not. safe(i - first + 1)) then
-          call map_with_exchanges(tableau, at, i, i - first + 1, map, error, low)
+          call map_with_exchanges(tableau, at, i, maps(i - first + 1, :, :, :), error)
           if (allocated(error)) return
         end if
       end do
-      call take(map(k - first + 1:last - first + 1, :, :), units, a(:, :, k:last), b, k)
-      if (present(lower)) call take(low(k - first + 1:last - first + 1, :, :), units, lower%a(:, :, k:last), lower%b, k)
+      call take(at, units, k, maps(k - first + 1:last - first + 1, :, :, 1), a(:, :, k:last), b)
+      do i = 2, size(maps, 4)
+        call take(at, units, k, maps(k - first + 1:last - first + 1, :, :, i), lower(i - 1)%a(:, :, k:last), lower(i - 1)%b)
+      end do
     end do
+    if (.not. present(unseen)) return
+    select type (tableau)
+    class is (nested_type)
+      call look_between(tableau, at, unseen)
+    end select
   end subroutine gauss_steps
 
-  !> A, shape (states, states, steps), from maps [A b], shape (steps, states, states + 1), in these units, and where it is asked for
-  !> b, whose first column is the one `from`.
-  pure subroutine take(map, units, a, b, from)
-    real(dp), intent(in) :: map(:, :, :), units(:)
+  !> A, shape (states, states, steps), and where it is asked for b, whose first column is the one `from`, from maps [A b], shape
+  !> (steps, states, states + 1), in these units, of steps that are their own unit of time: positions are over h times velocities.
+  pure subroutine take(at, units, from, map, a, b)
+    type(coefficients_type), intent(in) :: at
+    real(dp), intent(in) :: units(:), map(:, :, :)
+    integer, intent(in) :: from
     real(dp), intent(out) :: a(:, :, :)
     real(dp), intent(inout), optional :: b(:, :)
-    integer, intent(in) :: from
-    integer :: i, j
+    real(dp) :: of_step(size(units)), inverse(size(units))
+    integer :: n, k, j
 
-    do j = 1, size(units)
-      do i = 1, size(units)
-        a(i, j, :) = units(i) / units(j) * map(:, i, j)
+    n = size(units)
+    of_step = units
+    do k = 1, size(map, 1)
+      if (at%positions > 0) of_step(at%positions + 1:) = units(at%positions + 1:) / at%lengths(from + k - 1)
+      inverse = 1 / of_step
+      do j = 1, n
+        a(:, j, k) = of_step * inverse(j) * map(k, :, j)
       end do
-      if (present(b)) b(j, from:from + size(map, 1) - 1) = units(j) * map(:, j, size(units) + 1)
+      if (present(b)) b(:, from + k - 1) = of_step * map(k, :, n + 1)
     end do
   end subroutine take
 
-  !> The coefficients, and the units of the states, shape (states), in which they are.
-  subroutine sample_coefficients(system, phases, forced, at, units)
-    class(periodic_system), intent(in) :: system
-    real(dp), contiguous, intent(in) :: phases(:)
-    logical, intent(in) :: forced
-    type(coefficients_type), intent(out) :: at
-    real(dp), contiguous, intent(out) :: units(:)
-    real(dp), allocatable :: p(:, :, :), f(:, :)
-    integer :: i, j, points
+  !> Where the unknowns of each node begin, less one, and where they end; shape (s + 1). Those of the last two nodes of a nested
+  !> tableau begin with a block.
+  pure function places(tableau, f)
+    class(tableau_type), intent(in) :: tableau
+    integer, intent(in) :: f
+    integer :: places(size(tableau%c) + 1)
+    integer :: s, i
 
-    points = size(phases)
-    at%states = system%states
-    select type (system)
-    class is (second_order_system)
-      at%f = system%states / 2
-      at%positions = at%f
-      allocate(at%m(points, at%f, at%f), at%b(points, at%f, at%f), at%c(points, at%f, at%f))
-      ! What is not allocated is absent where it is an argument.
-      if (forced) allocate(at%g(points, at%f))
-      call sample_in_units(system, phases, at%m, at%b, at%c, units(:at%f), at%g)
-      units(at%f + 1:) = units(:at%f)
-    class default
-      at%f = system%states
-      allocate(at%b(points, at%f, at%f), p(at%f, at%f, points))
-      if (forced) allocate(f(at%f, points))
-      call system%sample(phases, p, f)
-      if (forced) at%g = transpose(f)
-      do j = 1, at%f
-        do i = 1, at%f
-          at%b(:, i, j) = -p(i, j, :)
-        end do
-      end do
-      units = 1
+    s = size(tableau%c)
+    places = [(f * (i - 1), i = 1, s), padded(s * f)]
+    select type (tableau)
+    class is (nested_type)
+      places(s - 1:) = padded((s - 2) * f) + [0, 1, 2] * padded(f)
     end select
-  end subroutine sample_coefficients
+  end function places
 
-  !> The maps [A b], shape (lanes, states, states + 1), of the steps from `first` on, b where there are loads; `low`: those of the
-  !> embedded method. In w, damping, stiffness there is room.
+  !> The maps [A b], shape (lanes, states, states + 1, 1 or 3), of the steps from `first` on, b where there are loads: of the
+  !> method, of the one embedded in it and of the one embedded in that. In w, mass, damping, stiffness there
+  !> is room.
   !> Nine arguments: the steps, room and results.
   !> (Recursive: gfortran makes large arrays of other procedures static, and threads share those.)
-  pure recursive subroutine maps_of_lanes(tableau, at, first, w, damping, stiffness, map, safe, low)
-    type(tableau_type), intent(in) :: tableau
+  pure recursive subroutine maps_of_lanes(tableau, at, first, w, mass, damping, stiffness, maps, safe)
+    class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
     integer, intent(in) :: first
     real(dp), intent(inout) :: w(lanes, most_rows, most_rows + block)
-    real(dp), dimension(lanes, most_rows, most_rows / 2), intent(inout) :: damping, stiffness
-    real(dp), contiguous, intent(inout) :: map(:, :, :)
+    real(dp), dimension(lanes, most_rows, most_rows / 2), intent(inout) :: mass, damping, stiffness
+    real(dp), contiguous, intent(inout) :: maps(:, :, :, :)
     logical, intent(out) :: safe(lanes)
-    real(dp), contiguous, intent(inout), optional :: low(:, :, :)
-    real(dp), dimension(lanes) :: multiplier, of_border
-    integer :: n, e, rows, columns, last
+    real(dp) :: multiplier(lanes)
+    integer :: place(size(tableau%c) + 1), n, rows, columns, last, from, to, i
 
-    n = padded(size(tableau%c) * at%f)
-    e = n
-    if (present(low)) e = n + padded(at%f)
-    rows = e + padded(at%states)
+    place = places(tableau, at%f)
+    n = place(size(place))
+    rows = n + padded(at%states)
     columns = at%states
     if (allocated(at%g)) columns = columns + 1
-    last = e + padded(columns)
-    call fill_equations(tableau, at, first, n, e, rows, last, w, damping, stiffness)
-    call schur_complement(w, n, rows, last, multiplier)
-    call take_map(at, first, w(:, e + 1:e + at%states, e + 1:e + columns), map)
-    if (present(low)) then
-      call schur_complement(w, e, rows, last, of_border, from=n + 1)
-      multiplier = max(multiplier, of_border)
-      call take_map(at, first, w(:, e + 1:e + at%states, e + 1:e + columns), low)
-    end if
-    safe = multiplier < safe_multiplier
+    last = n + padded(columns)
+    call fill_equations(tableau, at, first, place, rows, last, w, mass, damping, stiffness)
+    safe = .true.
+    from = 1
+    do i = size(maps, 4), 1, -1
+      to = place(size(place) + 1 - i)
+      call schur_complement(w, to, rows, last, multiplier, from)
+      maps(:, :, :columns, i) = w(:, n + 1:n + at%states, n + 1:n + columns)
+      safe = safe .and. multiplier < safe_multiplier
+      from = to + 1
+    end do
   end subroutine maps_of_lanes
 
-  !> Maps from those whose unit of time is the step.
-  pure subroutine take_map(at, first, of_steps, map)
+  !> (a) and (b) of the steps from `first` on; places that are no unknown's, and rows and columns of the corner that are no state's,
+  !> are padded with zeros and ones. Column after column, as they lie in memory. Without positions C is zero, and p takes the place
+  !> of q after it. Ten arguments: sizes are given where loops are to have them known.
+  pure recursive subroutine fill_equations(tableau, at, first, place, rows, columns, w, mass, damping, stiffness)
+    class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: first
-    real(dp), intent(in) :: of_steps(:, :, :)
-    real(dp), intent(inout) :: map(:, :, :)
-    real(dp) :: h(lanes)
-    integer :: p, columns, i, j
-
-    p = at%positions
-    columns = size(of_steps, 3)
-    map(:, :, :columns) = of_steps
-    h = at%lengths(first:first + lanes - 1)
-    do i = 1, p
-      do j = 1, p
-        map(:, i, p + j) = h * map(:, i, p + j)
-        map(:, p + i, j) = map(:, p + i, j) / h
-      end do
-      if (allocated(at%g)) map(:, p + i, columns) = map(:, p + i, columns) / h
-    end do
-  end subroutine take_map
-
-  !> (a) and (b) of the steps from `first` on; unknowns and equations up to `n`, `rows` and `columns` are padded with zeros and
-  !> ones, and those of the embedded method, where there are any, up to `e`. Column after column, as they lie in memory. Without
-  !> positions C is zero, and p takes the place of q after it.
-  !> Ten arguments: sizes are given where loops are to have them known.
-  pure recursive subroutine fill_equations(tableau, at, first, n, e, rows, columns, w, damping, stiffness)
-    type(tableau_type), intent(in) :: tableau
-    type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: first, n, e, rows, columns
+    integer, intent(in) :: first, place(:), rows, columns
     real(dp), intent(inout) :: w(lanes, most_rows, columns)
-    real(dp), dimension(lanes, most_rows, most_rows / 2), intent(inout) :: damping, stiffness
-    real(dp) :: h(lanes), a, aa
-    integer :: f, p, s, points, lane, i, j, r, c, row, column
+    real(dp), dimension(lanes, most_rows, most_rows / 2), intent(inout) :: mass, damping, stiffness
+    ! Slopes in the nodes, of the unknowns; what of the last two equations is added to each.
+    real(dp) :: slopes(size(tableau%c), size(tableau%c)), sums(size(tableau%c), 2)
+    real(dp), dimension(lanes, at%f) :: next, last
+    integer :: f, n, p, s, lane, i, j, r, c, row, end_row, column
+    logical :: nested
 
     f = at%f
     s = size(tableau%c)
-    p = e + at%positions
-    h = at%lengths(first:first + lanes - 1)
-    w(:, s * f + 1:rows, :) = 0
-    w(:, :s * f, s * f + 1:e) = 0
-    w(:, :s * f, p + f + 1:) = 0
-    if (at%positions == 0) stiffness(:, :n, :f) = 0
+    n = place(s + 1)
+    p = n + at%positions
+    nested = .false.
+    slopes = unit_matrix(s)
+    select type (tableau)
+    class is (nested_type)
+      nested = .true.
+      slopes(s - 1:, :) = tableau%values
+      sums = tableau%sums
+    end select
+    call scale_coefficients(at, first, place, mass, damping, stiffness)
+    call pad(place, f, p + f, rows, w)
 
-    do i = 1, s
-      points = size(at%lengths) * (i - 1) + first - 1
-      do c = 1, f
+    do c = 1, f
+      do i = 1, s
         do r = 1, f
-          row = f * (i - 1) + r
+          row = place(i) + r
           !GCC$ unroll 1
           do lane = 1, lanes
-            damping(lane, row, c) = h(lane) * at%b(points + lane, r, c)
-          end do
-          if (at%positions > 0) then
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              stiffness(lane, row, c) = h(lane)**2 * at%c(points + lane, r, c)
-            end do
-          end if
-          !GCC$ unroll 1
-          do lane = 1, lanes
-            w(lane, row, e + c) = -stiffness(lane, row, c)
+            w(lane, row, n + c) = -stiffness(lane, row, c)
             w(lane, row, p + c) = -damping(lane, row, c) - tableau%c(i) * stiffness(lane, row, c)
           end do
         end do
-        if (.not. allocated(at%g)) cycle
-        row = f * (i - 1) + c
-        w(:, row, p + f + 1) = h * at%g(points + 1:points + lanes, c)
-        if (at%positions > 0) w(:, row, p + f + 1) = h * w(:, row, p + f + 1)
       end do
     end do
+    if (allocated(at%g)) call fill_loads(at, first, place, w(:, :, p + f + 1))
+    if (nested) then
+      do c = n + 1, p + f + merge(1, 0, allocated(at%g))
+        call sum_equations(place, sums, f, w(:, :, c))
+      end do
+    end if
 
-    do j = 1, s
-      column = f * (j - 1)
-      do i = 1, s
-        row = f * (i - 1)
-        a = tableau%a(i, j)
-        aa = tableau%aa(i, j)
+    associate (a => tableau%a, aa => tableau%aa)
+      do j = 1, s
         do c = 1, f
-          do r = 1, f
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              w(lane, row + r, column + c) = a * damping(lane, row + r, c) + aa * stiffness(lane, row + r, c)
+          column = place(j) + c
+          if (nested) then
+            do r = 1, f
+              row = place(s - 1) + r
+              end_row = place(s) + r
+              !GCC$ unroll 1
+              do lane = 1, lanes
+                next(lane, r) = a(s - 1, j) * damping(lane, row, c) + aa(s - 1, j) * stiffness(lane, row, c) &
+                  & + slopes(s - 1, j) * mass(lane, row, c)
+                last(lane, r) = a(s, j) * damping(lane, end_row, c) + aa(s, j) * stiffness(lane, end_row, c) &
+                  & + slopes(s, j) * mass(lane, end_row, c)
+                w(lane, row, column) = next(lane, r) + sums(s - 1, 2) * last(lane, r)
+                w(lane, end_row, column) = last(lane, r)
+              end do
             end do
-          end do
+            do i = 1, s - 2
+              do r = 1, f
+                row = place(i) + r
+                !GCC$ unroll 1
+                do lane = 1, lanes
+                  w(lane, row, column) = a(i, j) * damping(lane, row, c) + aa(i, j) * stiffness(lane, row, c) &
+                    & + sums(i, 1) * next(lane, r) + sums(i, 2) * last(lane, r)
+                end do
+              end do
+            end do
+          else
+            do i = 1, s
+              do r = 1, f
+                row = place(i) + r
+                !GCC$ unroll 1
+                do lane = 1, lanes
+                  w(lane, row, column) = a(i, j) * damping(lane, row, c) + aa(i, j) * stiffness(lane, row, c)
+                end do
+              end do
+            end do
+          end if
+          if (.not. nested .or. j <= s - 2) w(:, place(j) + 1:place(j) + f, column) = w(:, place(j) + 1:place(j) + f, column) &
+            & + mass(:, place(j) + 1:place(j) + f, c)
+          w(:, n + c, column) = -tableau%ba(j)
+          w(:, p + c, column) = -tableau%b(j)
         end do
       end do
-      points = size(at%lengths) * (j - 1) + first - 1
-      do c = 1, f
-        if (at%positions > 0) then
-          do r = 1, f
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              w(lane, column + r, column + c) = w(lane, column + r, column + c) + at%m(points + lane, r, c)
-            end do
-          end do
-        else
-          w(:, column + c, column + c) = w(:, column + c, column + c) + 1
-        end if
-        w(:, e + c, column + c) = -tableau%ba(j)
-        w(:, p + c, column + c) = -tableau%b(j)
-        if (e == n) cycle
-        w(:, column + c, n + c) = tableau%last(j)
-        w(:, n + c, column + c) = -tableau%part(j)
-      end do
-    end do
-
-    do i = s * f + 1, rows
-      if (i <= n .or. i > min(n + f, e)) w(:, i, i) = 1
-    end do
-    do i = 1, at%positions
-      w(:, e + i, p + i) = 1
-    end do
+    end associate
   end subroutine fill_equations
 
-  !> The map [A b] of step `k` with exchanges of rows, in this `lane` of `map`, and that of the embedded method in `low`. Error: the
-  !> equations are singular.
-  subroutine map_with_exchanges(tableau, at, k, lane, map, error, low)
-    type(tableau_type), intent(in) :: tableau
+  !> Ones on the diagonal and zeros beside it for places in K that are no unknown's, and in the corner S, after it and up to `rows`,
+  !> for what no state is; the states after the positions, h p, move these. `columns`: up to the last state.
+  pure subroutine pad(place, f, columns, rows, w)
+    integer, intent(in) :: place(:), f, columns, rows
+    real(dp), intent(inout) :: w(:, :, :)
+    integer :: n, i, k
+
+    n = place(size(place))
+    w(:, n + 1:rows, :) = 0
+    w(:, :n, columns + 1:) = 0
+    do i = 1, size(place) - 1
+      do k = place(i) + f + 1, place(i + 1)
+        w(:, k, :) = 0
+        w(:, :n, k) = 0
+        w(:, k, k) = 1
+      end do
+    end do
+    do i = n + 1, rows
+      w(:, i, i) = 1
+    end do
+    do i = n + 1, columns - f
+      w(:, i, i + f) = 1
+    end do
+  end subroutine pad
+
+  !> M, h B and h^2 C of the steps from `first` on at the places of their nodes; without positions M is the unit matrix and C zero.
+  pure subroutine scale_coefficients(at, first, place, mass, damping, stiffness)
     type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: k, lane
-    real(dp), intent(inout) :: map(:, :, :)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(inout), optional :: low(:, :, :)
-    real(dp), allocatable :: left(:, :), right(:, :), mu(:, :)
-    integer :: pivots(size(tableau%c) * at%f), of_border(at%f), f, p, s, n, i, j, point, row, column
+    integer, intent(in) :: first, place(:)
+    real(dp), dimension(lanes, most_rows, most_rows / 2), intent(inout) :: mass, damping, stiffness
+    real(dp) :: h(lanes)
+    integer :: points, row, lane, i, r, c
 
-    f = at%f
-    s = size(tableau%c)
-    p = at%positions
-    n = at%states + 1
-    allocate(left(f * s, f * s), right(f * s, n + merge(f, 0, present(low))), mu(f, n + merge(f, 0, present(low))))
-    right(:, n:) = 0
-    associate (h => at%lengths(k))
-      do i = 1, s
-        point = size(at%lengths) * (i - 1) + k
-        row = f * (i - 1)
-        do j = 1, s
-          column = f * (j - 1)
-          left(row + 1:row + f, column + 1:column + f) = h * tableau%a(i, j) * at%b(point, :, :)
-          if (p > 0) left(row + 1:row + f, column + 1:column + f) = left(row + 1:row + f, column + 1:column + f) &
-            & + h**2 * tableau%aa(i, j) * at%c(point, :, :)
-        end do
-        right(row + 1:row + f, p + 1:p + f) = -at%b(point, :, :)
-        if (p > 0) then
-          left(row + 1:row + f, row + 1:row + f) = left(row + 1:row + f, row + 1:row + f) + at%m(point, :, :)
-          right(row + 1:row + f, :p) = -at%c(point, :, :)
-          right(row + 1:row + f, p + 1:p + f) = right(row + 1:row + f, p + 1:p + f) - h * tableau%c(i) * at%c(point, :, :)
-        else
-          do j = row + 1, row + f
-            left(j, j) = left(j, j) + 1
-          end do
-        end if
-        if (allocated(at%g)) right(row + 1:row + f, n) = at%g(point, :)
-        if (.not. present(low)) cycle
-        do j = 1, f
-          right(row + j, n + j) = tableau%last(i)
+    h = at%lengths(first:first + lanes - 1)
+    do i = 1, size(place) - 1
+      points = size(at%lengths) * (i - 1) + first - 1
+      do c = 1, at%f
+        do r = 1, at%f
+          row = place(i) + r
+          if (at%positions > 0) then
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              mass(lane, row, c) = at%m(points + lane, r, c)
+              damping(lane, row, c) = h(lane) * at%b(points + lane, r, c)
+              stiffness(lane, row, c) = h(lane)**2 * at%c(points + lane, r, c)
+            end do
+          else
+            mass(:, row, c) = merge(1, 0, r == c)
+            damping(:, row, c) = h * at%b(points + 1:points + lanes, r, c)
+            stiffness(:, row, c) = 0
+          end if
         end do
       end do
-      call factorise(left, pivots, error)
-      if (allocated(error)) return
-      call solve_factored(left, pivots, right)
-      map(lane, :, :) = map_of(tableau, at%states, h, right(:, :n))
-      if (.not. present(low)) return
-      mu = 0
-      do j = 1, s
-        row = f * (j - 1)
-        mu = mu + tableau%part(j) * right(row + 1:row + f, :)
+    end do
+  end subroutine scale_coefficients
+
+  !> h^2 g of the steps from `first` on, h g without positions, at the places of their nodes.
+  pure subroutine fill_loads(at, first, place, column)
+    type(coefficients_type), intent(in) :: at
+    integer, intent(in) :: first, place(:)
+    real(dp), intent(inout) :: column(:, :)
+    real(dp) :: h(lanes)
+    integer :: points, i, c
+
+    h = at%lengths(first:first + lanes - 1)
+    if (at%positions > 0) h = h**2
+    do i = 1, size(place) - 1
+      points = size(at%lengths) * (i - 1) + first - 1
+      do c = 1, at%f
+        column(:, place(i) + c) = h * at%g(points + 1:points + lanes, c)
       end do
-      left = mu(:, n + 1:)
-      call factorise(left, of_border, error)
-      if (allocated(error)) return
-      call solve_factored(left, of_border, mu(:, :n))
-      low(lane, :, :) = map_of(tableau, at%states, h, right(:, :n) - matmul(right(:, n + 1:), mu(:, :n)))
-    end associate
-  end subroutine map_with_exchanges
+    end do
+  end subroutine fill_loads
 
-  !> The map [A b], shape (states, states + 1), of a step of length h from its slopes v, shape (unknowns, states + 1).
-  pure function map_of(tableau, states, h, v) result(map)
-    type(tableau_type), intent(in) :: tableau
-    integer, intent(in) :: states
-    real(dp), intent(in) :: h, v(:, :)
-    real(dp) :: map(states, states + 1)
-    integer :: f, p, i, j, row
+  !> Adds the equations of the last two nodes to those of the others, and those of the last to those of the one before.
+  pure subroutine sum_equations(place, sums, f, column)
+    integer, intent(in) :: place(:), f
+    real(dp), intent(in) :: sums(:, :)
+    real(dp), contiguous, intent(inout) :: column(:, :)
+    real(dp), dimension(lanes) :: next, last
+    integer :: s, i, r, lane
 
-    f = size(v, 1) / size(tableau%c)
-    p = states - f
-    map = 0
-    do i = 1, p
-      map(i, p + i) = h
+    s = size(sums, 1)
+    do r = 1, f
+      next = column(:, place(s - 1) + r)
+      last = column(:, place(s) + r)
+      do i = 1, s - 1
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          column(lane, place(i) + r) = column(lane, place(i) + r) + sums(i, 1) * next(lane) + sums(i, 2) * last(lane)
+        end do
+      end do
     end do
-    do i = 1, states
-      map(i, i) = 1
-    end do
-    do j = 1, size(tableau%c)
-      row = f * (j - 1)
-      if (p > 0) map(:p, :) = map(:p, :) + h**2 * tableau%ba(j) * v(row + 1:row + f, :)
-      map(p + 1:, :) = map(p + 1:, :) + h * tableau%b(j) * v(row + 1:row + f, :)
-    end do
-  end function map_of
+  end subroutine sum_equations
 
 end module gestell_floquet_integrator_gauss_steps

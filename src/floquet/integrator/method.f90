@@ -17,6 +17,12 @@ module gestell_floquet_integrator_method
     real(dp), allocatable :: a(:, :, :), b(:, :)
   end type maps_type
 
+  !> What the nodes of many steps may not tell of the coefficients (radians) and of the loads; the radians that these steps turn,
+  !> and the load itself, its length included.
+  type, public :: unseen_type
+    real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0
+  end type unseen_type
+
   !> Length of a method's name.
   integer, parameter, public :: name_length = 9
 
@@ -84,19 +90,27 @@ contains
     end associate
   end subroutine nothing_to_prepare
 
-  !> As `maps`, and the maps of the embedded method: `lower`, whose arrays are allocated, b where it is asked for.
-  subroutine no_pair(self, system, from, to, a, error, b, lower)
+  !> As `maps`, and the maps of the embedded method and of the one embedded in that: `lower`, shape (2), whose arrays are
+  !> allocated, b where it is asked for. `unseen` is added to.
+  !> Nine arguments: those of `maps`, and what the embedded methods tell.
+  subroutine no_pair(self, system, from, to, a, error, lower, unseen, b)
     class(method_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: from(:), to(:)
     real(dp), intent(out) :: a(:, :, :)
     type(error_type), allocatable, intent(out) :: error
+    type(maps_type), intent(inout) :: lower(:)
+    type(unseen_type), intent(inout) :: unseen
     real(dp), intent(out), optional :: b(:, :)
-    type(maps_type), intent(inout) :: lower
+    integer :: i
 
+    associate (nothing_new => unseen)
+    end associate
     call self%maps(system, from, to, a, error, b)
-    lower%a = a
-    if (present(b)) lower%b = b
+    do i = 1, size(lower)
+      lower(i)%a = a
+      if (present(b)) lower(i)%b = b
+    end do
   end subroutine no_pair
 
   !> The phases at which `maps` samples the coefficients of these steps, in its order: what a model may prepare. None where

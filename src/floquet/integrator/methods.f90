@@ -14,12 +14,12 @@ module gestell_floquet_integrator_methods
   implicit none (type, external)
   private
 
-  public :: cheapest_method, coarser, first_steps, method_names, new_method, whole_steps
+  public :: cheapest_method, first_steps, method_names, new_method, whole_steps
 
   !> A method has begun to converge where a solution differs from a finer one by less than this.
   real(dp), parameter, public :: begun = 0.01_dp
   !> What a step with the embedded method takes over one without it.
-  real(dp), parameter :: pair_work = 1.3_dp
+  real(dp), parameter :: pair_work = 1.15_dp
 
 contains
 
@@ -99,8 +99,7 @@ contains
     do i = 2, size(names)
       call find(trim(names(i)), candidate, error)
       if (candidate%lower_order > 0) then
-        work = first_steps(candidate, system, sharper, tolerance)
-        work = pair_work * work + whole_steps(candidate, system, coarser(candidate, system, sharper, work))
+        work = pair_work * first_steps(candidate, system, sharper, tolerance)
       else
         work = steps_in_all(candidate, system, [phase_advance, sharper], tolerance, part, &
           & candidate%steps_at_once(system%states, second_order))
@@ -113,37 +112,20 @@ contains
     call method%prepare()
   end subroutine cheapest_method
 
-  !> With how many steps the method that is embedded in `method` should come to the tolerance; more than `coarser` tells.
+  !> With how many steps a method with others embedded in it should come to the tolerance, by an error that is told with care. What
+  !> quadrature leaves of a load whose finest feature takes 1 / m of the period (m = `least_steps`) falls as (m / (5 N))**order.
   pure real(dp) function first_steps(method, system, fastest, tolerance) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: fastest, tolerance
+    real(dp), parameter :: load = 250
+    real(dp) :: allowed
 
-    steps = predicted(method%lower_order, method%lower_constant, system, fastest, max(tolerance, 4 * epsilon(1.0_dp) * fastest) / 8)
-    steps = whole_steps(method, system, max(2 * fewest(method, system), 3 * fastest / method%lower_order, steps, &
-      & whole_steps(method, system, convergent(method, system, fastest)) + 1))
+    allowed = max(tolerance, 4 * epsilon(1.0_dp) * fastest) / 8
+    steps = predicted(method%order, method%error_constant, system, fastest, allowed)
+    steps = whole_steps(method, system, max(fewest(method, system), steps, &
+      & system%least_steps / 5.0_dp * (load / allowed)**(1.0_dp / method%order)))
   end function first_steps
-
-  !> The steps of a solution to compare with that of so many: half of them, as long as it should have begun to converge.
-  pure real(dp) function coarser(method, system, fastest, steps)
-    class(method_type), intent(in) :: method
-    class(periodic_system), intent(in) :: system
-    real(dp), intent(in) :: fastest, steps
-    real(dp) :: at_once
-
-    at_once = whole_steps(method, system, 1.0_dp)
-    coarser = whole_steps(method, system, convergent(method, system, fastest))
-    coarser = max(coarser, at_once * aint(steps / (2 * at_once)))
-  end function coarser
-
-  !> The steps with which the method should have begun to converge.
-  pure real(dp) function convergent(method, system, fastest)
-    class(method_type), intent(in) :: method
-    class(periodic_system), intent(in) :: system
-    real(dp), intent(in) :: fastest
-
-    convergent = whole(max(fewest(method, system), predicted(method%order, method%error_constant, system, fastest, begun / 2)))
-  end function convergent
 
   !> The steps that see the finest feature of the coefficients as well as `least_steps` with six stages do.
   pure real(dp) function fewest(method, system)
@@ -153,14 +135,14 @@ contains
     fewest = 6.0_dp * system%least_steps / method%stages
   end function fewest
 
-  !> Steps that leave such an error: the fastest motion counts four fifths of `fastest` (as of `survey`), and the coefficients turn
+  !> Steps that leave such an error: the fastest motion counts nine tenths of `fastest` (as of `survey`), and the coefficients turn
   !> too: those of their harmonics matter that are the order times as fine as the finest feature.
   pure real(dp) function predicted(order, constant, system, fastest, error) result(steps)
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, fastest, error
     class(periodic_system), intent(in) :: system
 
-    steps = hypot(0.82_dp * fastest, order * system%least_steps / 8.0_dp) &
+    steps = hypot(0.9_dp * fastest, 0.1_dp * order * system%least_steps) &
       & * (constant * max(fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function predicted
 

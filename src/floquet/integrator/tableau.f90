@@ -4,13 +4,12 @@ module gestell_floquet_integrator_tableau
   implicit none (type, external)
   private
 
-  public :: gauss_tableau
+  public :: gauss_tableau, legendre
 
   !> On the unit step: nodes c, weights b of the quadrature, A with A(i, j) = integral of the j-th Lagrange
-  !> polynomial from 0 to c(i), and what integrating twice needs: A A and b A. Of the embedded method: `last`, Legendre's
-  !> polynomial of degree s - 1 at the nodes, and `part`, the weights of the sum that is what slopes have of it.
+  !> polynomial from 0 to c(i), and what integrating twice needs: A A and b A.
   type, public :: tableau_type
-    real(dp), allocatable :: c(:), b(:), a(:, :), aa(:, :), ba(:), last(:), part(:)
+    real(dp), allocatable :: c(:), b(:), a(:, :), aa(:, :), ba(:)
   end type tableau_type
 
 contains
@@ -33,8 +32,6 @@ contains
     tableau%a = matmul(w, weighted)
     tableau%aa = matmul(w, integrals(weighted))
     tableau%ba = matmul(tableau%b, tableau%a)
-    tableau%last = p(:, stages - 1)
-    tableau%part = (2 * stages - 1) * tableau%b * tableau%last
   end function gauss_tableau
 
   !> X Y; X has 1/2 in its corner, and beside its diagonal xi_k = 1 / (2 sqrt(4 k^2 - 1)), below it, and -xi_k.

@@ -3,11 +3,12 @@ module gestell_floquet_period_convergence
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
+  use gestell_floquet_integrator_method, only: unseen_type
   use gestell_floquet_integrator_methods, only: begun
   implicit none (type, external)
   private
 
-  public :: detect_rounding, more_steps, next_steps, promised, remaining, too_many_steps
+  public :: detect_rounding, left_by_pair, left_unseen, more_steps, next_steps, promised, remaining, too_many_steps
 
   !> The number of steps with which Phi(T) was known, 0: not yet, and by how much x_p(T) changed there.
   type, public :: begin_type
@@ -57,6 +58,28 @@ contains
     if (change < begun) factor = min(max((2 * safety * change / allowed)**(1.0_dp / order), 1.1_dp), 16.0_dp)
     steps = n * factor
   end function more_steps
+
+  !> The errors of Phi(T) and x_p(T) by a method, from the `change` that the one embedded in it makes of them and that of the one
+  !> embedded in that, `next`. That of Phi(T) is taken to be twice change^2 / next, but a sixteenth of the change at least, where
+  !> both have begun to converge; else the change. That of x_p(T), whose load all of them see alike, the change.
+  pure function left_by_pair(change, next) result(left)
+    real(dp), intent(in) :: change(2), next(2)
+    real(dp), parameter :: least = 1 / 16.0_dp
+    real(dp) :: left(2)
+
+    left = change
+    if (next(1) < 3 * begun) left(1) = change(1) * min(max(2 * change(1) / max(next(1), tiny(next)), least), 1.0_dp)
+  end function left_by_pair
+
+  !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A load's part of its error
+  !> counts once, and an eighth for each radian (with the safety at least twice what random machines need), up to all of it.
+  pure function left_unseen(unseen) result(left)
+    type(unseen_type), intent(in) :: unseen
+    real(dp) :: left(2)
+
+    left(1) = unseen%coefficients
+    left(2) = left(1) + min((1 + unseen%turns / 8) * unseen%loads / max(unseen%load, tiny(left)), 1.0_dp)
+  end function left_unseen
 
   !> Whether `change`, that of Phi(T) and x_p(T) by the last number of `steps`, shows that x_p is as exact as rounding lets it
   !> be, as where the forces cancel: Phi(T) was known to within `allowed` with a 64th of the steps, and x_p came nearer by less

@@ -4,7 +4,7 @@ module gestell_floquet_period_level
   use gestell_base_kinds, only: dp
   use gestell_math_matrix, only: balanced
   use gestell_floquet_integrator_mesh, only: mesh
-  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_method, only: method_type, unseen_type
   use gestell_floquet_period_period_map, only: period_map, period_map_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -12,16 +12,18 @@ module gestell_floquet_period_level
 
   public :: distance, roundoff, solve_level
 
-  !> The period's map with a number of steps.
+  !> The period's map with a number of steps, and what their nodes do not tell.
   type, public :: level_type
     real(dp), allocatable :: nodes(:), phi(:, :), xp(:)
     real(dp) :: norm = 0, xp_peak = 0, transient_growth = 1
     integer :: steps = 0, stages = 0
+    type(unseen_type) :: unseen
   end type level_type
 
 contains
 
-  !> With so many steps, in units `scale` of the states; `lower`: by the method that is embedded. Errors: as of `period_map`.
+  !> With so many steps, in units `scale` of the states; `lower`, shape (2): by the methods that are embedded,
+  !> measured as the level itself. Errors: as of `period_map`.
   subroutine solve_level(system, method, scale, steps, forced, level, error, lower)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
@@ -30,23 +32,28 @@ contains
     logical, intent(in) :: forced
     type(level_type), intent(out) :: level
     type(error_type), allocatable, intent(out) :: error
-    type(level_type), intent(out), optional :: lower
+    type(level_type), intent(out), optional :: lower(:)
     ! What is not allocated is absent where it is an argument.
-    type(period_map_type), allocatable :: low
+    type(period_map_type), allocatable :: low(:)
+    integer :: i
 
     level%nodes = mesh(system, steps)
     level%steps = size(level%nodes) - 1
     level%stages = method%stages
     allocate(level%phi(system%states, system%states))
     if (forced) allocate(level%xp(system%states))
-    if (present(lower)) allocate(low)
-    call period_map(system, method, level%nodes, scale, level%phi, error, level%xp, level%xp_peak, level%transient_growth, low)
+    if (present(lower)) allocate(low(size(lower)))
+    call period_map(system, method, level%nodes, scale, level%phi, error, level%xp, level%xp_peak, level%transient_growth, low, &
+      & level%unseen)
     if (allocated(error)) return
-    if (present(lower)) then
-      call move_alloc(low%phi, lower%phi)
-      call move_alloc(low%xp, lower%xp)
-    end if
     level%norm = scaled_norm(level%phi, scale)
+    if (.not. present(lower)) return
+    do i = 1, size(lower)
+      call move_alloc(low(i)%phi, lower(i)%phi)
+      call move_alloc(low(i)%xp, lower(i)%xp)
+      lower(i)%norm = level%norm
+      lower(i)%xp_peak = level%xp_peak
+    end do
   end subroutine solve_level
 
   !> Differences of Phi(T) and of x_p(T) between two solutions, relative to the `other`. Where all free vibrations die

@@ -5,12 +5,12 @@ module gestell_floquet_period_monodromy
   use gestell_math_lapack, only: inverse, log_abs_determinant
   use gestell_math_matrix, only: balanced
   use gestell_base_text, only: text
-  use gestell_floquet_period_convergence, only: begin_type, detect_rounding, more_steps, most_steps, next_steps, &
-    & promised, remaining, safety, too_many_steps
+  use gestell_floquet_period_convergence, only: begin_type, detect_rounding, left_by_pair, left_unseen, more_steps, &
+    & most_steps, next_steps, promised, remaining, safety, too_many_steps
   use gestell_floquet_period_level, only: distance, level_type, roundoff, solve_level
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: begun, cheapest_method, coarser, first_steps, new_method, whole_steps
+  use gestell_floquet_integrator_methods, only: cheapest_method, first_steps, new_method, whole_steps
   use gestell_floquet_period_liouville, only: trace_integral
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
@@ -41,7 +41,7 @@ module gestell_floquet_period_monodromy
     real(dp), allocatable :: scale(:)
     !> Norm of Phi(T), bound on the norm of its error, bound on the norm of the error of x_p(T).
     real(dp) :: norm = 0, error = 0, xp_error = 0
-    !> The parts of `error` and `xp_error` that are the estimates for roundoff.
+    !> The parts of `error` and `xp_error` of which no direction is known: roundoff, and what the nodes of a pair do not tell.
     real(dp) :: roundoff = 0, xp_roundoff = 0
     !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by one estimate or two; shapes (n, n,
     !> estimates) and (n, estimates). Unallocated: the norms are all that is known.
@@ -180,9 +180,7 @@ contains
     call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
-  !> By a method and the one embedded in it, whose error is told. Both take the coefficients at the same nodes: that these tell
-  !> them a coarser solution shows, of whose difference the method's order leaves less. `advances`: the phase advance and `fastest`,
-  !> as of `survey`.
+  !> By a method and the ones embedded in it. `advances`: the phase advance and `fastest`, as of `survey`.
   subroutine by_pair(system, tolerance, forced, advances, monodromy, error)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: tolerance
@@ -190,41 +188,36 @@ contains
     real(dp), intent(in) :: advances(2)
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    type(level_type) :: coarse, level, lower
+    type(level_type) :: level, lower(2)
     type(begin_type) :: begin
-    real(dp), dimension(2) :: change, since, left
+    real(dp), dimension(2) :: change, left, unseen
     real(dp) :: floor, steps
     logical :: rounding
 
     steps = first_steps(monodromy%method, system, advances(2), tolerance)
-    if (steps <= most_steps) call try(system, nint(coarser(monodromy%method, system, advances(2), steps)), forced, monodromy, &
-      & coarse, error)
     do
-      if (allocated(error)) return
       if (.not. steps <= most_steps) then
         call too_many_steps(error)
         return
       end if
       call try(system, nint(steps), forced, monodromy, level, error, lower)
       if (allocated(error)) return
-      change = distance(lower, level, monodromy%scale)
-      since = distance(coarse, level, monodromy%scale)
-      left = max(change, since * promised(coarse%steps, level%steps, monodromy%method%order))
-      where (since > begun) left = max(left, since)
+      change = distance(lower(1), level, monodromy%scale)
+      left = left_by_pair(change, distance(lower(2), lower(1), monodromy%scale))
+      unseen = left_unseen(level%unseen)
       floor = roundoff(system, level, advances(1))
-      if (all(safety * left + floor <= tolerance .or. max(change, since) <= floor + [0.0_dp, system%load_rounding])) exit
-      call detect_rounding(max(change, since), level%steps, max(tolerance, floor), begin, rounding)
+      if (all(safety * (left + unseen) + floor <= tolerance &
+        & .or. max(change, unseen) <= floor + [0.0_dp, system%load_rounding])) exit
+      call detect_rounding(max(change, unseen), level%steps, max(tolerance, floor), begin, rounding)
       if (rounding) then
-        left = max(left, since)
+        left = max(left, change)
         exit
       end if
-      steps = whole_steps(monodromy%method, system, more_steps(level%steps, maxval(left), monodromy%method%lower_order, &
+      steps = whole_steps(monodromy%method, system, more_steps(level%steps, maxval(left + unseen), monodromy%method%order, &
         & max(tolerance, floor)))
-      coarse = level
     end do
-    call estimate_changes(monodromy, level, lower, safety, coarse, safety * promised(coarse%steps, level%steps, &
-      & monodromy%method%order))
-    call accept(system, level, safety * left, advances(1), monodromy)
+    call estimate_changes(monodromy, level, lower(1), safety * maxval([0.0_dp, pack(left, change > 0) / pack(change, change > 0)]))
+    call accept(system, level, safety * left, advances(1), monodromy, safety * unseen)
   end subroutine by_pair
 
   subroutine with_tolerance(system, tolerance, forced, phase_advance, monodromy, error)
@@ -309,28 +302,31 @@ contains
     type(monodromy_type), intent(inout) :: monodromy
     type(level_type), intent(out) :: level
     type(error_type), allocatable, intent(out) :: error
-    type(level_type), intent(out), optional :: lower
+    type(level_type), intent(out), optional :: lower(:)
 
     call solve_level(system, monodromy%method, monodromy%scale, steps, forced, level, error, lower)
     monodromy%broken = allocated(error)
     if (.not. allocated(error)) monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
   end subroutine try
 
-  !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, the result.
-  subroutine accept(system, level, errors, phase_advance, monodromy)
+  !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, and beside them `unseen`, the result.
+  subroutine accept(system, level, errors, phase_advance, monodromy, unseen)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(inout) :: level
     real(dp), intent(in) :: errors(2), phase_advance
     type(monodromy_type), intent(inout) :: monodromy
+    real(dp), intent(in), optional :: unseen(2)
 
     ! The squares within a norm vanish below sqrt(tiny): so small a Phi(T) is known to that only.
     monodromy%roundoff = roundoff(system, level, phase_advance) * level%norm + sqrt(tiny(1.0_dp))
+    if (present(unseen)) monodromy%roundoff = monodromy%roundoff + unseen(1) * level%norm
     monodromy%norm = level%norm
     monodromy%error = errors(1) * level%norm + monodromy%roundoff
     monodromy%xp_roundoff = (roundoff(system, level, phase_advance) + system%load_rounding) * level%xp_peak
     if (allocated(level%xp)) then
       if (any(abs(level%xp) > 0)) monodromy%xp_roundoff = monodromy%xp_roundoff + sqrt(tiny(1.0_dp))
     end if
+    if (present(unseen)) monodromy%xp_roundoff = monodromy%xp_roundoff + unseen(2) * level%xp_peak
     monodromy%xp_error = errors(2) * level%xp_peak + monodromy%xp_roundoff
     monodromy%steps = level%steps
     monodromy%phase_advance = phase_advance

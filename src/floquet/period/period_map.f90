@@ -7,7 +7,7 @@ module gestell_floquet_period_period_map
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
   use gestell_floquet_integrator_mesh, only: merged
-  use gestell_floquet_integrator_method, only: maps_type, method_type
+  use gestell_floquet_integrator_method, only: maps_type, method_type, unseen_type
   use gestell_floquet_period_composition, only: multiply_maps, transient_type
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -64,22 +64,23 @@ contains
   !> Phi(T) = A_m ... A_1, shape (n, n), (17), over the steps between `nodes`; where asked for also x_p(T), shape (n),
   !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale; and how much
   !> more than Phi(T) a rounding on the way is worth, |Phi(T, t)| |Phi(t)| / |Phi(T)| where Phi(t) is greatest and in mid-turn,
-  !> from 1 upward. `lower`: by the method that is embedded in this one.
+  !> from 1 upward. `lower`, shape (2): by the methods that are embedded in this one, with what the nodes do not tell, `unseen`.
   !> Errors: nodes or shapes that make no sense; a step failed or the numbers overflow.
-  !> Ten arguments: five describe the steps, what is found is asked for piece by piece.
-  subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower)
+  !> Eleven arguments: five describe the steps, what is found is asked for piece by piece.
+  subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unseen)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
     real(dp), contiguous, intent(in) :: nodes(:), scale(:)
     real(dp), intent(out) :: phi(:, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
-    type(period_map_type), intent(out), optional :: lower
+    type(period_map_type), intent(out), optional :: lower(:)
+    type(unseen_type), intent(out), optional :: unseen
     real(dp), allocatable :: a(:, :, :), b(:, :)
-    type(maps_type) :: low
+    type(maps_type) :: low(2)
     ! What is not allocated is absent where it is an argument.
     type(transient_type), allocatable :: transient
-    integer :: n, steps, first, last
+    integer :: n, steps, first, last, i
     logical :: fits
 
     n = system%states
@@ -88,10 +89,13 @@ contains
     allocate(a(n, n, min(block_length, size(nodes) - 1)), b(n, min(block_length, size(nodes) - 1)))
     phi = unit_matrix(n)
     if (present(lower)) then
-      allocate(low%a, mold=a)
-      lower%phi = phi
-      if (present(xp)) allocate(low%b, mold=b)
-      if (present(xp)) allocate(lower%xp(n), source=0.0_dp)
+      do i = 1, 2
+        allocate(low(i)%a, mold=a)
+        allocate(lower(i)%phi, source=phi)
+        if (.not. present(xp)) cycle
+        allocate(low(i)%b, mold=b)
+        allocate(lower(i)%xp(n), source=0.0_dp)
+      end do
     end if
     if (present(xp)) xp = 0
     if (present(xp_peak)) xp_peak = 0
@@ -106,14 +110,14 @@ contains
       associate (from => nodes(first:last), to => nodes(first + 1:last + 1))
         if (present(xp)) then
           if (present(lower)) then
-            call method%pair(system, from, to, a(:, :, :steps), error, b(:, :steps), low)
+            call method%pair(system, from, to, a(:, :, :steps), error, low, unseen, b(:, :steps))
           else
             call method%maps(system, from, to, a(:, :, :steps), error, b(:, :steps))
           end if
           if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, xp_peak, transient)
         else
           if (present(lower)) then
-            call method%pair(system, from, to, a(:, :, :steps), error, lower=low)
+            call method%pair(system, from, to, a(:, :, :steps), error, low, unseen)
           else
             call method%maps(system, from, to, a(:, :, :steps), error)
           end if
@@ -121,9 +125,12 @@ contains
         end if
       end associate
       if (allocated(error)) return
-      if (fits .and. present(lower)) then
-        if (present(xp)) call multiply_maps(low%a(:, :, :steps), scale, lower%phi, fits, low%b(:, :steps), lower%xp)
-        if (.not. present(xp)) call multiply_maps(low%a(:, :, :steps), scale, lower%phi, fits)
+      if (present(lower)) then
+        do i = 1, 2
+          if (.not. fits) exit
+          if (present(xp)) call multiply_maps(low(i)%a(:, :, :steps), scale, lower(i)%phi, fits, low(i)%b(:, :steps), lower(i)%xp)
+          if (.not. present(xp)) call multiply_maps(low(i)%a(:, :, :steps), scale, lower(i)%phi, fits)
+        end do
       end if
       if (.not. fits) then
         call overflow(error)

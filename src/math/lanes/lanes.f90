@@ -15,8 +15,7 @@ module gestell_math_lanes
   private
 
   !> Rows of a block, matrices side by side, and the most rows that a matrix can have: columns lie so far apart in memory whatever
-  !> its rows, a vectorised loop cannot do with less. (Ten stages of six degrees of freedom with the embedded method; 36 would be as
-  !> fast for three.)
+  !> its rows, a vectorised loop cannot do with less. (Ten stages of six degrees of freedom; 36 would be as fast for three.)
   public :: block, lanes, most_rows, padded, schur_complement, vector_border
   !> Below this multiplier no digits that matter are lost (threshold pivoting in sparse elimination allows 10 to 100; I. S.
   !> Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).

@@ -12,7 +12,7 @@ module gestell_math_lanes_versions
   public :: four_columns, solve_with_lower, solve_with_upper, subtract_product
 
   !> As in gestell_math_lanes, which says what they are.
-  integer, parameter, public :: lanes = 8, most_rows = 78, block = 3
+  integer, parameter, public :: lanes = 8, most_rows = 72, block = 3
 
   abstract interface
     !> As the procedures of one lane below, for the eight from `lane` on.

@@ -1,0 +1,102 @@
+!> Gauss-Legendre collocation with the two methods embedded in it, so that one elimination gives the maps of all three.
+!>
+!> Collocation at Gauss' nodes is Galerkin's method for accelerations v of degree s - 1 whose integrals are taken by Gauss'
+!> quadrature. Galerkin's methods for v of degree s - 2 and s - 3, of order 2 s - 2 and 2 s - 4, have no part of v along
+!> Legendre's P_s-1 (and P_s-2), and residuals along these only. Two nodes of the middle, p and q, come last, and the unknowns
+!>
+!>     u_q = v_q - sum over j of e_j v_j,    u_p = v_p - sum over j of e'_j v_j
+!>
+!> are what v has there beyond a polynomial of degree s - 2 through all nodes but q, and v beyond one of degree s - 3 through all
+!> but p and q: zero in the embedded methods. With v = X u the matrix K of the equations becomes (B^-1 X^T B) K X, B = diag(b), in
+!> whose first rows residuals along P_s-1 (and P_s-2) are not seen: b_j times these sum to zero against polynomials of less degree.
+!> Its leading parts are the matrices of the embedded methods, so what elimination leaves in the corner before the unknowns of q,
+!> and before those of p and q, are their maps.
+module gestell_floquet_integrator_nested
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_integrator_tableau, only: legendre, tableau_type
+  implicit none (type, external)
+  private
+
+  public :: nested_tableau
+
+  !> The tableau in this order of the nodes, with A X, A A X, b X, b A X in the places of A, A A, b, b A. `values`, shape (2, s):
+  !> the last two rows of X, the slopes in the last two nodes. `sums`, shape (s, 2): how much of the last two equations is added to
+  !> each. `tails`, shape (s, 4): what of values at the nodes makes the rms of their parts along P_s-4 to P_s-1.
+  type, extends(tableau_type), public :: nested_type
+    real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :)
+  end type nested_type
+
+contains
+
+  !> Of a tableau of four stages at least.
+  pure function nested_tableau(rule) result(nested)
+    type(tableau_type), intent(in) :: rule
+    type(nested_type) :: nested
+    real(dp) :: high(size(rule%c)), next(size(rule%c)), p(size(rule%c), 0:size(rule%c) - 1)
+    integer :: order(size(rule%c)), s, i, k
+
+    s = size(rule%c)
+    p = legendre(s - 1, 2 * rule%c - 1)
+    allocate(nested%tails(s, 4))
+    do k = 1, 4
+      nested%tails(:, k) = sqrt(2 * (s - 5 + k) + 1.0_dp) * rule%b * p(:, s - 5 + k)
+    end do
+    high = p(:, s - 1)
+    next = p(:, s - 2)
+    ! P_s-1, and what P_s-2 is in the equations that do not see P_s-1; each is greatest, b included, at the node that stands for it.
+    order = [(i, i = 1, s)]
+    call put_last(rule%b * abs(high), order)
+    associate (q => order(s))
+      next = next - next(q) / high(q) * high
+    end associate
+    call put_last(rule%b * abs(next), order(:s - 1))
+
+    nested%c = rule%c(order)
+    nested%b = rule%b(order)
+    nested%tails = nested%tails(order, :)
+    high = high(order)
+    next = next(order)
+    allocate(nested%values(2, s), source=0.0_dp)
+    allocate(nested%sums(s, 2), source=0.0_dp)
+    associate (b => nested%b, v => nested%values)
+      v(1, :s - 2) = -(b(:s - 2) * next(:s - 2)) / (b(s - 1) * next(s - 1))
+      v(1, s - 1) = 1
+      v(2, :s - 1) = -(b(:s - 1) * high(:s - 1)) / (b(s) * high(s))
+      v(2, :s - 2) = v(2, :s - 2) + v(2, s - 1) * v(1, :s - 2)
+      v(2, s) = 1
+      nested%sums(:s - 2, 1) = v(1, :s - 2) * b(s - 1) / b(:s - 2)
+      nested%sums(:s - 1, 2) = v(2, :s - 1) * b(s) / b(:s - 1)
+    end associate
+    nested%a = rule%a(order, order)
+    nested%aa = rule%aa(order, order)
+    nested%ba = rule%ba(order)
+    do i = 1, s
+      call take_unknowns(nested%values, nested%a(i, :))
+      call take_unknowns(nested%values, nested%aa(i, :))
+    end do
+    call take_unknowns(nested%values, nested%b)
+    call take_unknowns(nested%values, nested%ba)
+  end function nested_tableau
+
+  !> Factors of the slopes in the nodes become those of the unknowns, z X.
+  pure subroutine take_unknowns(values, z)
+    real(dp), intent(in) :: values(:, :)
+    real(dp), intent(inout) :: z(:)
+    integer :: s
+
+    s = size(z)
+    z(:s - 2) = z(:s - 2) + z(s - 1) * values(1, :s - 2) + z(s) * values(2, :s - 2)
+    z(s - 1) = z(s - 1) + z(s) * values(2, s - 1)
+  end subroutine take_unknowns
+
+  !> Of the nodes in order the one that has the greatest of these weights becomes the last.
+  pure subroutine put_last(weights, order)
+    real(dp), intent(in) :: weights(:)
+    integer, intent(inout) :: order(:)
+    integer :: place
+
+    place = maxloc(weights(order), dim=1)
+    order = [order(:place - 1), order(place + 1:), order(place)]
+  end subroutine put_last
+
+end module gestell_floquet_integrator_nested

@@ -1,0 +1,125 @@
+!> The coefficients at the nodes of many steps of collocation, and what the nodes do not tell of them.
+module gestell_floquet_integrator_step_coefficients
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_integrator_method, only: unseen_type
+  use gestell_floquet_integrator_nested, only: nested_type
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: sample_in_units, second_order_system
+  implicit none (type, external)
+  private
+
+  public :: look_between, sample_coefficients
+
+  !> M, B, C, shape (points, f, f), and g, shape (points, f), at the nodes of all steps, those of one stage together: the
+  !> nodes i of eight steps that follow each other lie side by side. M and C are allocated only with positions.
+  type, public :: coefficients_type
+    real(dp), allocatable, dimension(:, :, :) :: m, b, c
+    real(dp), allocatable :: g(:, :)
+    !> Lengths of the steps, in time.
+    real(dp), allocatable :: lengths(:)
+    !> Unknowns at a node; positions and all states of the map.
+    integer :: f = 0, positions = 0, states = 0
+  end type coefficients_type
+
+contains
+
+  !> The coefficients, and the units of the states, shape (states), in which they are.
+  subroutine sample_coefficients(system, phases, forced, at, units)
+    class(periodic_system), intent(in) :: system
+    real(dp), contiguous, intent(in) :: phases(:)
+    logical, intent(in) :: forced
+    type(coefficients_type), intent(out) :: at
+    real(dp), contiguous, intent(out) :: units(:)
+    real(dp), allocatable :: p(:, :, :), f(:, :)
+    integer :: i, j, points
+
+    points = size(phases)
+    at%states = system%states
+    select type (system)
+    class is (second_order_system)
+      at%f = system%states / 2
+      at%positions = at%f
+      allocate(at%m(points, at%f, at%f), at%b(points, at%f, at%f), at%c(points, at%f, at%f))
+      ! What is not allocated is absent where it is an argument.
+      if (forced) allocate(at%g(points, at%f))
+      call sample_in_units(system, phases, at%m, at%b, at%c, units(:at%f), at%g)
+      units(at%f + 1:) = units(:at%f)
+    class default
+      at%f = system%states
+      allocate(at%b(points, at%f, at%f), p(at%f, at%f, points))
+      if (forced) allocate(f(at%f, points))
+      call system%sample(phases, p, f)
+      if (forced) at%g = transpose(f)
+      do j = 1, at%f
+        do i = 1, at%f
+          at%b(:, i, j) = -p(i, j, :)
+        end do
+      end do
+      units = 1
+    end select
+  end subroutine sample_coefficients
+
+  !> Adds to `unseen` what the nodes may not tell of the coefficients. A step turns by z = |h^2 C|^1/2 + |h B| radians, and a change
+  !> of z |M| + |h B| + |h^2 C| / z is one of so many radians. What interpolation misses falls, with the number of nodes, as the
+  !> root of what quadrature does: of a part e of all that varies e^2 is left.
+  pure subroutine look_between(nested, at, unseen)
+    type(nested_type), intent(in) :: nested
+    type(coefficients_type), intent(in) :: at
+    type(unseen_type), intent(inout) :: unseen
+    ! Of every step: what is missed, what varies within it, the size.
+    real(dp), dimension(size(at%lengths), 3) :: of_m, of_b, of_c, of_g
+    real(dp), dimension(size(at%lengths), 2) :: all
+    real(dp), dimension(size(at%lengths)) :: h, z
+    integer :: f, i
+
+    f = at%f
+    h = at%lengths
+    of_m = 0
+    of_c = 0
+    of_b = misses(nested, size(h), f**2, at%b)
+    if (at%positions > 0) of_m = misses(nested, size(h), f**2, at%m)
+    if (at%positions > 0) of_c = misses(nested, size(h), f**2, at%c)
+    z = max(h * (sqrt(of_c(:, 3)) + of_b(:, 3)), tiny(z))
+    do i = 1, 2
+      all(:, i) = z * of_m(:, i) + h * of_b(:, i) + h**2 / z * of_c(:, i)
+    end do
+    unseen%turns = unseen%turns + sum(z)
+    unseen%coefficients = unseen%coefficients + sum(all(:, 1)**2 / max(all(:, 1), all(:, 2), tiny(z)))
+    if (.not. allocated(at%g)) return
+    of_g = misses(nested, size(h), f, at%g)
+    unseen%loads = unseen%loads + sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, 2), tiny(z)))
+    unseen%load = unseen%load + sum(h * of_g(:, 3))
+  end subroutine look_between
+
+  !> Of values at the nodes, shape (steps, s, count), sums over these for each step, shape (steps, 3): the rms of their part along
+  !> P_s, beyond rounding, as those along P_s-4 to P_s-1 promise by falling in one ratio; what differs between the first node and
+  !> the last, one at an end and one in the middle; the size. The rms is that of a sum with weights that nothing else has, so that
+  !> parts do not cancel.
+  pure function misses(nested, steps, count, values)
+    type(nested_type), intent(in) :: nested
+    integer, intent(in) :: steps, count
+    real(dp), intent(in) :: values(steps, size(nested%c), count)
+    real(dp), parameter :: golden = 0.6180339887498949_dp
+    real(dp) :: misses(steps, 3), together(steps, size(nested%c)), tail(steps, 4)
+    integer :: s, i, k
+
+    s = size(nested%c)
+    together = 0
+    misses = 0
+    do k = 1, count
+      together = together + (1 + modulo(golden * k, 1.0_dp)) * values(:, :, k)
+      misses(:, 2) = misses(:, 2) + abs(values(:, 1, k) - values(:, s, k))
+      misses(:, 3) = misses(:, 3) + max(abs(values(:, 1, k)), abs(values(:, s, k)))
+    end do
+    tail = 0
+    do i = 1, s
+      do k = 1, 4
+        tail(:, k) = tail(:, k) + nested%tails(i, k) * together(:, i)
+      end do
+    end do
+    tail(:, 4) = max(abs(tail(:, 3)), abs(tail(:, 4)))
+    tail(:, 2) = max(abs(tail(:, 1)), abs(tail(:, 2)), tiny(tail))
+    misses(:, 1) = max(tail(:, 4) * sqrt(min(tail(:, 4) / tail(:, 2), 1.0_dp)) - 4 * epsilon(1.0_dp) * misses(:, 3), 0.0_dp)
+  end function misses
+
+end module gestell_floquet_integrator_step_coefficients

@@ -1,0 +1,136 @@
+!> A method with the two that are embedded in it: the basis in which one elimination serves all of them, and what they tell of the
+!> error.
+module test_pair
+  use checks, only: check_success, check_that
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: text
+  use gestell_floquet_integrator_nested, only: nested_tableau, nested_type
+  use gestell_floquet_integrator_tableau, only: gauss_tableau, legendre
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_math_matrix, only: balanced
+  use systems, only: mathieu_type, oscillators_type
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_pair
+
+contains
+
+  subroutine collect_pair(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("unknowns and equations of the embedded methods", test_nested), &
+      & new_unittest("errors of Mathieu's equation and their bounds", test_mathieu), &
+      & new_unittest("a load that all embedded methods see alike", test_load)]
+  end subroutine collect_pair
+
+  !> Polynomials of degree s - 2 have nothing of the last unknown, of degree s - 3 nothing of the last two; residuals along P_s-1
+  !> are not seen in the equations of the others, along P_s-2 not in those before the last two; the tails are Legendre's
+  !> coefficients over the roots of 2 k + 1.
+  subroutine test_nested(error)
+    type(error_type), allocatable, intent(out) :: error
+    !> Sums of up to ten terms of size 1.
+    real(dp), parameter :: rounding = 40 * epsilon(1.0_dp)
+    type(nested_type) :: nested
+    real(dp), allocatable :: v(:), p(:, :)
+    real(dp) :: worst
+    integer :: s, k, j
+
+    do s = 6, 10
+      nested = nested_tableau(gauss_tableau(s))
+      worst = 0
+      do k = 0, s - 2
+        v = nested%c**k
+        ! v = X u with u_s = 0, and u_s-1 = 0 below degree s - 2.
+        worst = max(worst, abs(v(s) - dot_product(nested%values(2, :s - 2), v(:s - 2)) - nested%values(2, s - 1) &
+          & * (v(s - 1) - dot_product(nested%values(1, :s - 2), v(:s - 2)))))
+        if (k < s - 2) worst = max(worst, abs(v(s - 1) - dot_product(nested%values(1, :s - 2), v(:s - 2))))
+      end do
+      p = legendre(s - 1, 2 * nested%c - 1)
+      associate (of_high => p(:, s), of_next => p(:, s - 1), sums => nested%sums)
+        worst = max(worst, maxval(abs(of_high(:s - 1) + sums(:s - 1, 1) * of_high(s - 1) + sums(:s - 1, 2) * of_high(s))))
+        worst = max(worst, maxval(abs(of_next(:s - 2) + sums(:s - 2, 1) * of_next(s - 1) + sums(:s - 2, 2) * of_next(s))))
+      end associate
+      do k = 1, 4
+        do j = 0, s - 1
+          worst = max(worst, abs(dot_product(nested%tails(:, k), p(:, j + 1)) * sqrt(2 * j + 1.0_dp) &
+            & - merge(1, 0, j == s - 5 + k)))
+        end do
+      end do
+      call check_that(error, worst, "<=", rounding, "stages " // text(s))
+      if (allocated(error)) return
+    end do
+  end subroutine test_nested
+
+  !> Phi(T) of Mathieu's equation, from slow to fast, by every method that has others embedded, is within its bound, the bound
+  !> within the tolerance, and not wide: less than 1000 times what is missed, where that is no rounding. Oracle: ten times the
+  !> digits.
+  subroutine test_mathieu(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: turns(3) = [1.0_dp, 12.0_dp, 70.0_dp], tolerances(3) = [1.0e-4_dp, 1.0e-7_dp, 1.0e-10_dp]
+    type(mathieu_type) :: system
+    type(monodromy_type) :: exact, monodromy
+    type(gestell_error), allocatable :: failure
+    real(dp) :: missed
+    type(accuracy_type) :: accuracy
+    integer :: i, k, stages
+
+    do i = 1, size(turns)
+      system = mathieu_type(states=2, period=pi, a=(turns(i) / pi)**2, q=0.2_dp * (turns(i) / pi)**2)
+      call solve_monodromy(system, accuracy_type(tolerance=1.0e-13_dp, method="gauss5"), .false., exact, failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      do k = 1, size(tolerances)
+        do stages = 6, 10
+          accuracy%tolerance = tolerances(k)
+          accuracy%method = "gauss" // text(stages)
+          call solve_monodromy(system, accuracy, .false., monodromy, failure)
+          call check_success(error, failure)
+          if (allocated(error)) return
+          missed = norm2(balanced(monodromy%phi - exact%phi, monodromy%scale))
+          call check_that(error, missed, "<=", monodromy%error + exact%error, "error, stages " // text(stages))
+          if (allocated(error)) return
+          call check_that(error, monodromy%error, "<=", tolerances(k) * monodromy%norm, "bound")
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_mathieu
+
+  !> The start of a slow oscillator's motion under a load with many harmonics: the methods hardly differ, as all of them take the
+  !> load at the same nodes, and the error is told all the same. Oracle: the series of the motion.
+  subroutine test_load(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: sharpness(3) = [1.0_dp, 0.3_dp, 0.1_dp]
+    type(oscillators_type) :: system
+    type(monodromy_type) :: monodromy
+    type(periodic_solution_type) :: periodic
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: missed(:)
+    type(accuracy_type) :: accuracy
+    integer :: i, k, stages
+
+    do i = 1, size(sharpness)
+      system = oscillators_type(states=2, period=1.0_dp, square=[0.2_dp], damping=[0.1_dp], amplitude=[1.0_dp], &
+        & sharpness=sharpness(i))
+      do stages = 6, 10
+        do k = 2, 10, 4
+          accuracy%tolerance = 10.0_dp**(-k)
+          accuracy%method = "gauss" // text(stages)
+          call solve_monodromy(system, accuracy, .true., monodromy, failure)
+          if (.not. allocated(failure)) call solve_periodic(monodromy, periodic, failure)
+          call check_success(error, failure)
+          if (allocated(error)) return
+          missed = abs(periodic%x0 - system%start())
+          call check_that(error, maxval(missed / periodic%error), "<=", 1.0_dp, "error over bound, stages " // text(stages))
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_load
+
+end module test_pair
