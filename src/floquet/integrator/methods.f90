@@ -112,17 +112,19 @@ contains
     call method%prepare()
   end subroutine cheapest_method
 
-  !> With how many steps a method with others embedded in it should come to the tolerance, by an error that is told with care. What
+  !> With how many steps a method with others embedded in it should come to the tolerance, by an error that is told with care.
+  !> Of the change by the one embedded a sixteenth counts for Phi(T) at least, and all for x_p(T), which changes less. What
   !> quadrature leaves of a load whose finest feature takes 1 / m of the period (m = `least_steps`) falls as (m / (5 N))**order.
   pure real(dp) function first_steps(method, system, fastest, tolerance) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: fastest, tolerance
-    real(dp), parameter :: load = 250
+    real(dp), parameter :: load = 250, change = 32
     real(dp) :: allowed
 
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * fastest) / 8
-    steps = predicted(method%order, method%error_constant, system, fastest, allowed)
+    steps = max(predicted(method%order, method%error_constant, system, fastest, allowed), &
+      & predicted(method%lower_order, method%lower_constant, system, fastest, change * allowed))
     steps = whole_steps(method, system, max(fewest(method, system), steps, &
       & system%least_steps / 5.0_dp * (load / allowed)**(1.0_dp / method%order)))
   end function first_steps
