@@ -71,13 +71,14 @@ contains
     if (next(1) < 3 * begun) left(1) = change(1) * min(max(2 * change(1) / max(next(1), tiny(next)), least), 1.0_dp)
   end function left_by_pair
 
-  !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A load's part of its error
-  !> counts once, and an eighth for each radian (with the safety at least twice what random machines need), up to all of it.
+  !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A
+  !> coefficient's part counts three times, as where a feature is as fine as a step; a load's part of its error once, and an eighth
+  !> for each radian (with the safety at least twice what random machines need), up to all of it.
   pure function left_unseen(unseen) result(left)
     type(unseen_type), intent(in) :: unseen
     real(dp) :: left(2)
 
-    left(1) = unseen%coefficients
+    left(1) = 3 * unseen%coefficients
     left(2) = left(1) + min((1 + unseen%turns / 8) * unseen%loads / max(unseen%load, tiny(left)), 1.0_dp)
   end function left_unseen
 
