@@ -26,7 +26,7 @@ module gestell_floquet_integrator_gauss_steps
   use gestell_floquet_integrator_exchanges, only: map_with_exchanges
   use gestell_floquet_integrator_method, only: maps_type, unseen_type
   use gestell_floquet_integrator_nested, only: nested_type
-  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, look_between, sample_coefficients
+  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, look_beyond, sample_coefficients
   use gestell_floquet_integrator_tableau, only: tableau_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -50,9 +50,8 @@ contains
   end function fits_lanes
 
   !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one
-  !> stage together, and for the nested methods a phase of each step between them. Eight steps at a time; singly, with exchanges of
-  !> rows, what is fewer than eight, too large, or unsafe without. `lower`, shape (2), and `unseen`: by a nested
-  !> tableau, as `method_type` has them.
+  !> stage together. Eight steps at a time; singly, with exchanges of rows, what is fewer than eight, too large, or unsafe without.
+  !> `lower`, shape (2), and `unseen`: by a nested tableau, as `method_type` has them.
   !> Nine arguments: those of a method's `pair`, the tableau and the phases.
   subroutine gauss_steps(tableau, system, phases, lengths, a, error, b, lower, unseen)
     class(tableau_type), intent(in) :: tableau
@@ -99,7 +98,7 @@ contains
     if (.not. present(unseen)) return
     select type (tableau)
     class is (nested_type)
-      call look_between(tableau, at, unseen)
+      call look_beyond(tableau, at, unseen)
     end select
   end subroutine gauss_steps
 

@@ -8,7 +8,7 @@ module gestell_floquet_integrator_step_coefficients
   implicit none (type, external)
   private
 
-  public :: look_between, sample_coefficients
+  public :: look_beyond, sample_coefficients
 
   !> M, B, C, shape (points, f, f), and g, shape (points, f), at the nodes of all steps, those of one stage together: the
   !> nodes i of eight steps that follow each other lie side by side. M and C are allocated only with positions.
@@ -62,7 +62,7 @@ contains
   !> Adds to `unseen` what the nodes may not tell of the coefficients. A step turns by z = |h^2 C|^1/2 + |h B| radians, and a change
   !> of z |M| + |h B| + |h^2 C| / z is one of so many radians. What interpolation misses falls, with the number of nodes, as the
   !> root of what quadrature does: of a part e of all that varies e^2 is left.
-  pure subroutine look_between(nested, at, unseen)
+  pure subroutine look_beyond(nested, at, unseen)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
     type(unseen_type), intent(inout) :: unseen
@@ -89,7 +89,7 @@ contains
     of_g = misses(nested, size(h), f, at%g)
     unseen%loads = unseen%loads + sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, 2), tiny(z)))
     unseen%load = unseen%load + sum(h * of_g(:, 3))
-  end subroutine look_between
+  end subroutine look_beyond
 
   !> Of values at the nodes, shape (steps, s, count), sums over these for each step, shape (steps, 3): the rms of their part along
   !> P_s, beyond rounding, as those along P_s-4 to P_s-1 promise by falling in one ratio; what differs between the first node and
