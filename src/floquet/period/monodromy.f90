@@ -175,7 +175,7 @@ contains
     monodromy%known = .not. lost(1)
     monodromy%xp_known = .not. lost(2)
     where (lost) change = nothing_known
-    if (.not. any(lost)) call estimate_changes(monodromy, level, finer, safety, coarser, &
+    if (.not. any(lost)) call estimate_changes(monodromy, level, finer, [safety, safety], coarser, &
       & safety * promised(coarser%steps, level%steps, monodromy%method%order))
     call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
@@ -216,7 +216,7 @@ contains
       steps = whole_steps(monodromy%method, system, more_steps(level%steps, maxval(left + unseen), monodromy%method%order, &
         & max(tolerance, floor)))
     end do
-    call estimate_changes(monodromy, level, lower(1), safety * maxval([0.0_dp, pack(left, change > 0) / pack(change, change > 0)]))
+    call estimate_changes(monodromy, level, lower(1), safety * left / max(change, tiny(change)))
     call accept(system, level, safety * left, advances(1), monodromy, safety * unseen)
   end subroutine by_pair
 
@@ -267,18 +267,19 @@ contains
       middle = fine
       d12 = d23
     end do
-    call estimate_changes(monodromy, fine, middle, safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), coarse, &
-      & safety * promised(coarse%steps, fine%steps, monodromy%method%order))
+    call estimate_changes(monodromy, fine, middle, &
+      & spread(safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), 1, 2), &
+      & coarse, safety * promised(coarse%steps, fine%steps, monodromy%method%order))
     call accept(system, fine, safety * left, phase_advance, monodromy)
   end subroutine with_tolerance
 
-  !> The errors of Phi(T) and x_p(T) at `level` from how two others differ from it, times a factor each. In which
-  !> directions they lie tells more than their norms: slow modes and the periodic motion are more exact than the fastest
-  !> mode.
+  !> The errors of Phi(T) and x_p(T) at `level` from how two others differ from it, times a factor each, of the
+  !> first one for Phi(T) and for x_p(T). In which directions they lie tells more than their norms: slow modes and the periodic
+  !> motion are more exact than the fastest mode.
   pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
     type(monodromy_type), intent(inout) :: monodromy
     type(level_type), intent(in) :: level, first
-    real(dp), intent(in) :: first_factor
+    real(dp), intent(in) :: first_factor(2)
     type(level_type), intent(in), optional :: second
     real(dp), intent(in), optional :: second_factor
     integer :: estimates
@@ -286,11 +287,11 @@ contains
     estimates = 1
     if (present(second)) estimates = 2
     allocate(monodromy%phi_change(size(level%phi, 1), size(level%phi, 2), estimates))
-    monodromy%phi_change(:, :, 1) = max(first_factor, 0.0_dp) * (first%phi - level%phi)
+    monodromy%phi_change(:, :, 1) = max(first_factor(1), 0.0_dp) * (first%phi - level%phi)
     if (present(second)) monodromy%phi_change(:, :, 2) = second_factor * (second%phi - level%phi)
     if (.not. allocated(level%xp)) return
     allocate(monodromy%xp_change(size(level%xp), estimates))
-    monodromy%xp_change(:, 1) = max(first_factor, 0.0_dp) * (first%xp - level%xp)
+    monodromy%xp_change(:, 1) = max(first_factor(2), 0.0_dp) * (first%xp - level%xp)
     if (present(second)) monodromy%xp_change(:, 2) = second_factor * (second%xp - level%xp)
   end subroutine estimate_changes
 
