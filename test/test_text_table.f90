@@ -1,6 +1,7 @@
 !> The report's tables and lines: what a reader sees, within 80 columns.
 module test_text_table
   use checks, only: check_that
+  use gestell_base_growing_text, only: growing_text_type
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_wrapping, only: columns_of, wrapped
   use testdrive, only: error_type, new_unittest, unittest_type
@@ -20,7 +21,8 @@ contains
       & new_unittest("columns as wide as their contents", test_columns), &
       & new_unittest("a wide table stacks", test_stacked), &
       & new_unittest("lines are broken between words", test_wrapped), &
-      & new_unittest("nothing is lost and nothing too wide", test_all_widths)]
+      & new_unittest("nothing is lost and nothing too wide", test_all_widths), &
+      & new_unittest("a text of many pieces is not written anew with each", test_growing)]
   end subroutine collect_text_table
 
   subroutine test_columns(error)
@@ -91,5 +93,29 @@ contains
       end do
     end do
   end subroutine test_all_widths
+
+  !> As internal writes join them; room that doubles moves every character at most twice on average.
+  subroutine test_growing(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: pieces = 4000
+    type(growing_text_type) :: text
+    character(len=pieces * 12) :: expected
+    character(len=12) :: piece
+    integer :: i
+
+    call check_that(error, text%whole(), "==", "", "nothing yet")
+    call text%append("")
+    call check_that(error, text%whole(), "==", "", "nothing appended")
+    do i = 1, pieces
+      write (piece, "('piece ', i6)") i
+      call text%append(piece(:6))
+      call text%append(piece(7:))
+      expected(12 * i - 11:12 * i) = piece
+    end do
+    call check_that(error, text%whole() == expected, "==", .true., "all pieces in their order")
+    call check_that(error, text%moved, "<=", 2 * len(expected), "characters moved")
+    call text%append(expected)
+    call check_that(error, text%whole() == expected // expected, "==", .true., "one piece longer than the room")
+  end subroutine test_growing
 
 end module test_text_table

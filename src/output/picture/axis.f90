@@ -1,5 +1,6 @@
 !> Axes of pictures over parameters, linear or logarithmic.
 module gestell_output_picture_axis
+  use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_output_picture_script, only: quoted, span
@@ -97,14 +98,15 @@ contains
   pure function extent_lines(file, expressions) result(lines)
     character(len=*), intent(in) :: file, expressions(:)
     character(len=:), allocatable :: lines
+    type(growing_text_type) :: plots
     integer :: i
 
-    lines = "low = 1e300; high = -1e300" // newline // "set table $unused; unset logscale" // newline
     do i = 1, size(expressions)
-      lines = lines // "plot [0:1] [-1:1] '" // file // "' using (0):(v = " // trim(expressions(i)) &
-        & // ", low = v < low && v > -1e300 ? v : low, high = v > high && v < 1e300 ? v : high, 0) smooth unique" // newline
+      call plots%append("plot [0:1] [-1:1] '" // file // "' using (0):(v = " // trim(expressions(i)) &
+        & // ", low = v < low && v > -1e300 ? v : low, high = v > high && v < 1e300 ? v : high, 0) smooth unique" // newline)
     end do
-    lines = lines // "unset table" // newline // "if (low > high) { low = 0; high = 0 }" // newline &
+    lines = "low = 1e300; high = -1e300" // newline // "set table $unused; unset logscale" // newline // plots%whole() &
+      & // "unset table" // newline // "if (low > high) { low = 0; high = 0 }" // newline &
       & // "if (high - low <= 1e-9 * (abs(low) + abs(high))) { low = low - (low == 0 ? 1 : 0.01 * abs(low)); " &
       & // "high = high + (high == 0 ? 1 : 0.01 * abs(high)) }" // newline
   end function extent_lines

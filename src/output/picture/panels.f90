@@ -1,6 +1,7 @@
 !> Panels of pictures with a curve or a row of bars for each of several things: columns of a file over the crank angle, or
 !> amplitudes over the orders of the crank.
 module gestell_output_picture_panels
+  use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_picture_script, only: quoted, span
@@ -105,19 +106,19 @@ contains
     integer, intent(in) :: columns(:)
     integer, intent(in), optional :: numbers(:)
     character(len=:), allocatable :: lines
+    type(growing_text_type) :: curves
     integer :: styles(size(columns)), i
 
     styles = [(i, i = 1, size(columns))]
     if (present(numbers)) styles = numbers
 
-    lines = extent_lines(file, values_of(factor, columns)) // "set yrange [low - 0.07 * (high - low):high + 0.07 * (high - low)]" &
-      & // newline // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot "
     do i = 1, size(columns)
-      if (i > 1) lines = lines // ", \" // newline // "  "
-      lines = lines // "'" // file // "' using 1:(" // factor // " * column(" // text(columns(i)) // ")) with lines lt " &
-        & // text(style(styles(i))) // " title " // quoted(trim(names(i))) // " noenhanced"
+      if (i > 1) call curves%append(", \" // newline // "  ")
+      call curves%append("'" // file // "' using 1:(" // factor // " * column(" // text(columns(i)) // ")) with lines lt " &
+        & // text(style(styles(i))) // " title " // quoted(trim(names(i))) // " noenhanced")
     end do
-    lines = lines // newline
+    lines = extent_lines(file, values_of(factor, columns)) // "set yrange [low - 0.07 * (high - low):high + 0.07 * (high - low)]" &
+      & // newline // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot " // curves%whole() // newline
   end function history_panel
 
   !> `factor` times the amplitudes in columns of `file` over the order, on six decades.
@@ -126,28 +127,29 @@ contains
     integer, intent(in) :: columns(:)
     integer, intent(in), optional :: turns
     character(len=:), allocatable :: lines
+    type(growing_text_type) :: curves
     character(len=24), parameter :: fills(most_bars) = [character(len=24) :: "solid 1", "pattern 2", "solid 0.25", "pattern 5"]
     real(dp) :: width
     integer :: i
 
     width = 0.84_dp / size(columns)
     if (present(turns)) width = width / turns
+    do i = 1, size(columns)
+      if (i > 1) call curves%append(", \" // newline // "  ")
+      if (size(columns) <= most_bars) then
+        call curves%append("'" // file // "' using (column(1) + " // concise(width * (i - 0.5_dp * (size(columns) + 1)), 3) &
+          & // "):(abs(" // factor // " * column(" // text(columns(i)) // "))) with boxes lt " // text(style(i)) &
+          & // " dt 1 lw 1 fs " // trim(fills(i)) // " border lt -1 title " // quoted(trim(names(i))) // " noenhanced")
+      else
+        call curves%append("'" // file // "' using 1:(abs(" // factor // " * column(" // text(columns(i)) // "))) with points lt " &
+          & // text(style(i)) // " pt " // text(i) // " title " // quoted(trim(names(i))) // " noenhanced")
+      end if
+    end do
     lines = extent_lines(file, values_of(factor, columns)) // "most = high > 0 && high > -low ? high : -low" // newline &
       & // "if (high == 1 && low == -1) { unset logscale y; set yrange [0:1]; set format y } else " &
       & // "{ set logscale y; set yrange [most * 1e-6:most * 3]; set format y '10^{%L}' }" // newline &
-      & // "set boxwidth " // concise(width, 3) // newline // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot "
-    do i = 1, size(columns)
-      if (i > 1) lines = lines // ", \" // newline // "  "
-      if (size(columns) <= most_bars) then
-        lines = lines // "'" // file // "' using (column(1) + " // concise(width * (i - 0.5_dp * (size(columns) + 1)), 3) &
-          & // "):(abs(" // factor // " * column(" // text(columns(i)) // "))) with boxes lt " // text(style(i)) &
-          & // " dt 1 lw 1 fs " // trim(fills(i)) // " border lt -1 title " // quoted(trim(names(i))) // " noenhanced"
-      else
-        lines = lines // "'" // file // "' using 1:(abs(" // factor // " * column(" // text(columns(i)) // "))) with points lt " &
-          & // text(style(i)) // " pt " // text(i) // " title " // quoted(trim(names(i))) // " noenhanced"
-      end if
-    end do
-    lines = lines // newline
+      & // "set boxwidth " // concise(width, 3) // newline // "set ylabel " // quoted(label) // " noenhanced" // newline &
+      & // "plot " // curves%whole() // newline
   end function order_panel
 
   pure function values_of(factor, columns) result(expressions)

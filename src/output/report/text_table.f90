@@ -1,5 +1,6 @@
 !> A table of a report: columns as wide as what stands in them, together no wider than a terminal.
 module gestell_output_report_text_table
+  use gestell_base_growing_text, only: growing_text_type
   use gestell_output_report_wrapping, only: columns_of, widest
   implicit none (type, external)
   private
@@ -21,6 +22,7 @@ contains
   pure function tabulated(align, heads, rows) result(text)
     character(len=*), intent(in) :: align, heads, rows
     character(len=:), allocatable :: text, all
+    type(growing_text_type) :: lines
     integer :: widths(len(align)), n, body, gap, first, last, k
 
     all = rows
@@ -42,13 +44,13 @@ contains
     end if
     gap = max(gap, min(3, (widest - indent - sum(widths(:body))) / max(1, body - 1)))
     if (align(1:1) == "l") widths(1) = min(widths(1), max(0, widest - indent - sum(widths(2:body)) - (body - 1) * gap))
-    text = ""
     first = 1
     do while (first <= len(all))
       last = first + index(all(first:), newline) - 2
-      text = text // row(all(first:last)) // newline
+      call lines%append(row(all(first:last)) // newline)
       first = last + 2
     end do
+    text = lines%whole()
 
   contains
 

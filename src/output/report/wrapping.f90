@@ -1,5 +1,6 @@
 !> Lines of a report no wider than a terminal.
 module gestell_output_report_wrapping
+  use gestell_base_growing_text, only: growing_text_type
   implicit none (type, external)
   private
 
@@ -17,15 +18,17 @@ contains
     character(len=*), intent(in) :: lines
     character(len=:), allocatable :: text
     character, parameter :: newline = new_line("a")
+    type(growing_text_type) :: all
     integer :: first, last
 
-    text = ""
     first = 1
     do while (first <= len(lines))
-      last = first + index(lines(first:) // newline, newline) - 2
-      text = text // broken(lines(first:last)) // newline
+      last = first + index(lines(first:), newline) - 2
+      if (last < first - 1) last = len(lines)
+      call all%append(broken(lines(first:last)) // newline)
       first = last + 2
     end do
+    text = all%whole()
   end function wrapped
 
   !> One line: what is over stands below its words, right of a word that heads it.

@@ -35,23 +35,23 @@ contains
     type(output_type), intent(inout) :: output
     integer :: i
 
-    call output%append(header(table))
+    call append_header(table, output)
     do i = 1, table%rows, piece
       call output%append(rows(table, i, min(i + piece - 1, table%rows)))
     end do
   end subroutine append_rows
 
-  pure function header(table) result(line)
+  subroutine append_header(table, output)
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: line
+    type(output_type), intent(inout) :: output
     integer :: k
 
-    line = ""
     do k = 1, size(table%columns)
-      line = line // trim(merge(",", " ", k > 1)) // field(table%columns(k)%key)
+      if (k > 1) call output%append(",")
+      call output%append(field(table%columns(k)%key))
     end do
-    line = line // newline
-  end function header
+    call output%append(newline)
+  end subroutine append_header
 
   pure function rows(table, first, last) result(lines)
     type(table_type), intent(in) :: table

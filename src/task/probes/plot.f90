@@ -1,5 +1,6 @@
 !> Pictures of the vibration at probes.
 module gestell_task_probes_plot
+  use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_report_orders, only: turns_in_words
@@ -42,14 +43,15 @@ contains
     integer, intent(in) :: axes
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
+    type(growing_text_type) :: tics
     integer :: i
 
-    lines = "set title heading noenhanced" // newline // "set xtics noenhanced ("
     do i = 1, size(names)
-      if (i > 1) lines = lines // ", "
-      lines = lines // tic(trim(names(i))) // " " // text(i - 1)
+      if (i > 1) call tics%append(", ")
+      call tics%append(tic(trim(names(i))) // " " // text(i - 1))
     end do
-    lines = lines // ")" // newline // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth " &
+    lines = "set title heading noenhanced" // newline // "set xtics noenhanced (" // tics%whole() // ")" // newline &
+      & // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth " &
       & // concise(0.72_dp / (axes + 1), 3) // newline &
       & // "set ylabel 'vibration velocity (mm/s)'; set grid noxtics ytics; set xtics scale 0" // newline &
       & // "set bmargin 5; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &

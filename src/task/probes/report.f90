@@ -1,5 +1,6 @@
 !> The vibration at probes, for people.
 module gestell_task_probes_report
+  use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_output_report_orders, only: order_of
@@ -22,17 +23,16 @@ contains
     integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
+    type(growing_text_type) :: rows, bands
     integer :: i
 
-    lines = ""
     do i = 1, size(responses)
-      lines = lines // probe_row(responses(i)) // newline
+      call rows%append(probe_row(responses(i)) // newline)
+      call bands%append(band_lines(responses(i), period, turns, verdict))
     end do
     lines = section("VIBRATION AT PROBES; rms in the direction where it is greatest", verdict) &
-      & // tabulated("lrrrrr", ",peak,peak,peak,rms in band,error" // newline // ",mm,mm/s,m/s^2,mm/s,mm/s", lines)
-    do i = 1, size(responses)
-      lines = lines // band_lines(responses(i), period, turns, verdict)
-    end do
+      & // tabulated("lrrrrr", ",peak,peak,peak,rms in band,error" // newline // ",mm,mm/s,m/s^2,mm/s,mm/s", rows%whole()) &
+      & // bands%whole()
   end function probe_lines
 
   pure function probe_row(response) result(row)
