@@ -7,7 +7,7 @@ module population_library
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type, nothing_known
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
-  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers, solve_periodic
+  use gestell_floquet_solution, only: floquet_type, liouville_defect, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_rows, only: accelerations
   use gestell_study_vibration, only: quantities, solve_vibration, vibration_type
@@ -41,7 +41,7 @@ module population_library
     !> Phi(T), its norm and the bound on the norm of its error, in those units; unallocated where it was not needed.
     real(dp), allocatable :: phi(:, :)
     real(dp) :: norm = 0, phi_error = 0
-    !> ln |det Phi(T)| - integral of tr P.
+    !> ln |det Phi(T)| - integral of tr P, of the part where it is greatest.
     real(dp) :: liouville_defect = 0
   end type claim_type
 
@@ -86,7 +86,7 @@ contains
     claim%log_abs = multipliers%log_abs
     claim%verdict = multipliers%verdict()
     claim%scale = floquet%scale
-    call assemble(floquet, claim)
+    call assemble(frame, floquet, claim)
     call solve_periodic(floquet, periodic, error)
     if (allocated(error)) then
       claim%x0_refusal = error%message
@@ -125,17 +125,18 @@ contains
   end subroutine take_turn
 
   !> Phi(T) from its parts, if all of them have been integrated.
-  subroutine assemble(floquet, claim)
+  subroutine assemble(frame, floquet, claim)
+    type(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
     type(claim_type), intent(inout) :: claim
     real(dp), allocatable :: phi(:, :)
-    real(dp) :: norm, phi_error, liouville_defect
+    type(error_type), allocatable :: error
+    real(dp) :: norm, phi_error
     integer :: n, k
 
     n = size(floquet%scale)
     norm = 0
     phi_error = 0
-    liouville_defect = 0
     allocate(phi(n, n), source=0.0_dp)
     do k = 1, size(floquet%parts)
       select type (part => floquet%parts(k)%solution)
@@ -144,7 +145,6 @@ contains
           phi(states, states) = m%phi
           norm = hypot(norm, m%norm)
           phi_error = hypot(phi_error, m%error)
-          liouville_defect = liouville_defect + m%liouville_defect
         end associate
       class default
         return
@@ -153,7 +153,8 @@ contains
     call move_alloc(phi, claim%phi)
     claim%norm = norm
     claim%phi_error = phi_error
-    claim%liouville_defect = liouville_defect
+    call liouville_defect(frame, floquet, claim%liouville_defect, error)
+    if (allocated(error)) claim%refusal = error%message
   end subroutine assemble
 
   !> ln rho_max at the least tolerance; `failed` where the library declines.

@@ -57,7 +57,7 @@ contains
     type(monodromy_type) :: monodromy
     type(multipliers_type) :: multipliers
     type(gestell_error), allocatable :: failure
-    real(dp) :: integral
+    real(dp) :: integral, defect
     integer :: i
 
     do i = 1, 60
@@ -74,7 +74,10 @@ contains
       if (allocated(error)) return
       call solve_multipliers(monodromy, .false., multipliers, failure)
       ! An error e of Phi changes ln det Phi by up to e |Phi^-1| n.
-      call check_that(error, abs(monodromy%liouville_defect), "<=", 1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)), &
+      call monodromy%liouville_defect(frame, defect, failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      call check_that(error, abs(defect), "<=", 1.0e-9_dp * monodromy%norm * exp(-multipliers%log_abs(6)), &
         & "Liouville's defect")
       if (allocated(error)) return
       call check(error, sum(multipliers%log_abs), -trace_of_damping(frame), &

@@ -14,8 +14,8 @@ module gestell_door_numerics
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_part, only: solution_methods
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
-  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, solve_floquet, solve_multipliers, &
-    & solve_periodic
+  use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, liouville_defect, solve_floquet, &
+    & solve_multipliers, solve_periodic
   use gestell_model_linkage_bodies, only: link_type
   use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type
   use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque

@@ -17,8 +17,8 @@ module gestell_floquet_part_solution
     !> Parts that do not act on each other; steps of the integrations over the period; factors of Phi(T) that were kept in
     !> place of their product; angles of the reductions; evaluations of the coefficients in all.
     integer :: parts = 0, steps = 0, factors = 0, angles = 0, evaluations = 0
-    !> Greatest relative error of a part's map, and greatest defect of Liouville's theorem.
-    real(dp) :: error = 0, liouville_defect = 0
+    !> Greatest relative error of a part's map.
+    real(dp) :: error = 0
   contains
     procedure :: add
   end type evidence_type
@@ -34,6 +34,7 @@ module gestell_floquet_part_solution
     procedure(take_motion), deferred :: follow
     procedure(take_errors), deferred :: errors
     procedure(take_report), deferred :: report
+    procedure(take_liouville_defect), deferred :: liouville_defect
   end type part_solution_type
 
   abstract interface
@@ -88,21 +89,30 @@ module gestell_floquet_part_solution
       class(part_solution_type), intent(in) :: self
       type(evidence_type), intent(inout) :: found
     end subroutine take_report
+
+    !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem. Errors: the coefficients are not finite; LAPACK found
+    !> no eigenvalues.
+    subroutine take_liouville_defect(self, system, defect, error)
+      import :: dp, error_type, part_solution_type, periodic_system
+      implicit none (type, external)
+      class(part_solution_type), intent(in) :: self
+      class(periodic_system), intent(in) :: system
+      real(dp), intent(out) :: defect
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine take_liouville_defect
   end interface
 
 contains
 
-  !> Adds a method, if there is one that is not named already, what it cost, and its relative error and defect, if they are the
-  !> greatest.
-  pure subroutine add(self, method, evaluations, error, liouville_defect)
+  !> Adds a method, if there is one that is not named already, what it cost, and its relative error, if it is the greatest.
+  pure subroutine add(self, method, evaluations, error)
     class(evidence_type), intent(inout) :: self
     character(len=*), intent(in) :: method
     integer, intent(in) :: evaluations
-    real(dp), intent(in) :: error, liouville_defect
+    real(dp), intent(in) :: error
 
     self%evaluations = self%evaluations + evaluations
     self%error = max(self%error, error)
-    if (abs(liouville_defect) > abs(self%liouville_defect)) self%liouville_defect = liouville_defect
     if (len(method) == 0 .or. index(", " // self%methods // ",", ", " // method // ",") > 0) return
     if (len(self%methods) > 0) self%methods = self%methods // ", "
     self%methods = self%methods // method

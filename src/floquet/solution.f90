@@ -18,7 +18,8 @@ module gestell_floquet_solution
   implicit none (type, external)
   private
 
-  public :: checkpoints, evidence, evidence_type, follow, solve_floquet, solve_multipliers, solve_periodic, take_errors
+  public :: checkpoints, evidence, evidence_type, follow, liouville_defect, solve_floquet, solve_multipliers, solve_periodic, &
+    & take_errors
 
   !> All multipliers of a monodromy matrix or of a Floquet solution.
   interface solve_multipliers
@@ -103,6 +104,34 @@ contains
       if (allocated(floquet%parts(k)%solution)) call floquet%parts(k)%solution%report(found)
     end do
   end subroutine evidence
+
+  !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem, of the solution of `system`; of its parts the one with
+  !> the greatest modulus. Errors: `floquet` was not solved; the coefficients are not finite; LAPACK found no eigenvalues.
+  subroutine liouville_defect(system, floquet, defect, error)
+    class(periodic_system), intent(in) :: system
+    type(floquet_type), intent(in) :: floquet
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: own
+    integer :: k
+
+    defect = 0
+    if (.not. allocated(floquet%parts)) then
+      call fatal_error(error, "Liouville's formula is for a system that solve_floquet has solved", invalid_input)
+      return
+    end if
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        if (allocated(part%system)) then
+          call part%solution%liouville_defect(part%system, own, error)
+        else
+          call part%solution%liouville_defect(system, own, error)
+        end if
+        if (allocated(error)) return
+        if (abs(own) > abs(defect)) defect = own
+      end associate
+    end do
+  end subroutine liouville_defect
 
   !> All multipliers; with `vectors` the eigenvectors too. Errors: `floquet` was not solved; LAPACK found no eigenvalues.
   subroutine multipliers_of_floquet(floquet, vectors, multipliers, error)

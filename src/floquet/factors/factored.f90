@@ -4,6 +4,7 @@ module gestell_floquet_factors_factored
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_factors_cycle, only: accumulate, distance_from_one, spectrum_type, periodic_answer, solve_spectrum
   use gestell_floquet_factors, only: factors_type, solve_factors
+  use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_period_period_map, only: trajectory
   use gestell_floquet_multipliers, only: arrange, multiplier, multipliers_type
   use gestell_floquet_part_solution, only: evidence_type, part_solution_type
@@ -31,6 +32,7 @@ module gestell_floquet_factors_factored
     procedure :: follow => take_motion
     procedure :: errors => take_errors
     procedure :: report => take_report
+    procedure :: liouville_defect => take_liouville_defect
   end type factored_type
 
 contains
@@ -215,10 +217,19 @@ contains
     type(evidence_type), intent(inout) :: found
 
     associate (f => self%factors)
-      call found%add(trim(f%method%name), f%evaluations, f%relative_error, f%liouville_defect)
+      call found%add(trim(f%method%name), f%evaluations, f%relative_error)
       found%steps = found%steps + f%steps
       found%factors = found%factors + size(f%a, 3)
     end associate
   end subroutine take_report
+
+  subroutine take_liouville_defect(self, system, defect, error)
+    class(factored_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+
+    call defect_of(system, self%factors%steps, self%factors%a, defect, error)
+  end subroutine take_liouville_defect
 
 end module gestell_floquet_factors_factored

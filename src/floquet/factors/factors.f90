@@ -6,7 +6,7 @@
 module gestell_floquet_factors
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_lapack, only: inverse, log_abs_determinant
+  use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_floquet_period_convergence, only: begin_type, most_steps, next_steps, remaining, safety, &
     & too_many_steps, detect_rounding
@@ -14,7 +14,6 @@ module gestell_floquet_factors
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_period_monodromy, only: accuracy_type, choose_method
   use gestell_floquet_period_survey, only: survey, survey_type
-  use gestell_floquet_period_liouville, only: trace_integral
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -32,8 +31,6 @@ module gestell_floquet_factors
     real(dp), allocatable :: a(:, :, :), b(:, :), error(:), b_error(:)
     !> Sum of |error of A| / |A|.
     real(dp) :: relative_error = 0
-    !> Sum of ln |det A| - integral of tr P, zero by Liouville's theorem.
-    real(dp) :: liouville_defect = 0
     !> Radians by which the fastest motion turns within the period.
     real(dp) :: phase_advance = 0
     !> Steps of the result, evaluations of the coefficients in all.
@@ -130,7 +127,6 @@ contains
     call move_alloc(fine%nodes, factors%nodes)
     call move_alloc(fine%a, factors%a)
     call move_alloc(fine%b, factors%b)
-    call check_liouville(system, factors, error)
   end subroutine solve_factors
 
   !> Ends of the segments, from maps with `steps` steps or more: no step is to do more than a segment may.
@@ -245,22 +241,5 @@ contains
     count = size(level%size_a)
     allocate(part(count), source=(epsilon(1.0_dp) * (size(level%a, 1) * level%steps + 2 * phase_advance) + system%rounding) / count)
   end function roundoff
-
-  subroutine check_liouville(system, factors, error)
-    class(periodic_system), intent(in) :: system
-    type(factors_type), intent(inout) :: factors
-    type(error_type), allocatable, intent(out) :: error
-    real(dp) :: integral, log_det
-    integer :: k
-
-    call trace_integral(system, mesh(system, max(system%least_steps, factors%steps / 4)), integral, error)
-    if (allocated(error)) return
-    factors%liouville_defect = -integral
-    do k = 1, size(factors%a, 3)
-      call log_abs_determinant(factors%a(:, :, k), log_det, error)
-      if (allocated(error)) return
-      factors%liouville_defect = factors%liouville_defect + log_det
-    end do
-  end subroutine check_liouville
 
 end module gestell_floquet_factors

@@ -36,9 +36,9 @@ contains
     real(dp), intent(inout), optional :: xp(:), xp_peak
     type(transient_type), intent(inout), optional :: transient
     ! [Phi x_p] before the first and after each step, its columns in lanes: column j in lane modulo(j - 1, lanes) + 1 of
-    ! a group, x_p in `lane` of the last one, where `forced` is 1.
-    real(dp) :: motion(lanes, size(scale), size(scale) / lanes + 1, 0:size(a, 3)), forced(lanes)
-    real(dp) :: norms(size(a, 3))
+    ! a group, x_p in `lane` of the last one, where `forced` is 1. Its rows, and those of A, in fours, those beyond n zero.
+    real(dp) :: motion(lanes, in_fours(size(scale)), size(scale) / lanes + 1, 0:size(a, 3)), forced(lanes)
+    real(dp) :: rows(size(scale), in_fours(size(scale))), norms(size(a, 3))
     integer :: n, steps, j, k, lane, group
 
     n = size(scale)
@@ -49,25 +49,27 @@ contains
     forced(lane) = 1
     motion(:, :, :, 0) = 0
     do j = 1, n
-      motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1, 0) = phi(:, j)
+      motion(modulo(j - 1, lanes) + 1, :n, (j - 1) / lanes + 1, 0) = phi(:, j)
     end do
-    if (present(xp)) motion(lane, :, group, 0) = xp
+    if (present(xp)) motion(lane, :n, group, 0) = xp
+    rows(:, n + 1:) = 0
 
     fits = .true.
     do k = 1, steps
+      rows(:, :n) = transpose(a(:, :, k))
       do j = 1, group
-        call apply(n, a(:, :, k), motion(:, :, j, k - 1), motion(:, :, j, k))
+        call combine(n, size(rows, 2), motion(:, :, j, k - 1), rows, motion(:, :, j, k))
       end do
       if (present(b)) call add(n, b(:, k), forced, motion(:, :, group, k))
-      fits = small(n * group, motion(:, :, :, k))
+      fits = small(size(rows, 2) * group, motion(:, :, :, k))
       if (.not. fits) return
     end do
 
     call take_phi(motion(:, :, :, steps), phi)
-    if (present(xp)) xp = motion(lane, :, group, steps)
+    if (present(xp)) xp = motion(lane, :n, group, steps)
     if (present(xp_peak)) then
       do k = 1, steps
-        xp_peak = max(xp_peak, norm2(motion(lane, :, group, k) / scale))
+        xp_peak = max(xp_peak, norm2(motion(lane, :n, group, k) / scale))
       end do
     end if
     if (.not. present(transient)) return
@@ -87,7 +89,7 @@ contains
     integer :: j
 
     do j = 1, size(phi, 2)
-      phi(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1)
+      phi(:, j) = motion(modulo(j - 1, lanes) + 1, :size(phi, 1), (j - 1) / lanes + 1)
     end do
   end subroutine take_phi
 
@@ -117,19 +119,6 @@ contains
       norms(k) = sqrt(sum(squares))
     end do
   end function norms_of
-
-  !> Y = A X for a single A, shape (n, n), and the columns of X and Y in lanes.
-  pure subroutine apply(n, a, x, y)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: a(n, n), x(lanes, n)
-    real(dp), intent(out) :: y(lanes, n)
-    real(dp) :: transposed(n, in_fours(n)), moved(lanes, in_fours(n))
-
-    transposed(:, :n) = transpose(a)
-    transposed(:, n + 1:) = 0
-    call combine(n, size(moved, 2), x, transposed, moved)
-    y = moved(:, :n)
-  end subroutine apply
 
   !> Adds b where `forced` is 1.
   pure subroutine add(n, b, forced, x)

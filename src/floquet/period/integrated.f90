@@ -24,6 +24,7 @@ module gestell_floquet_period_integrated
     procedure :: follow => take_motion
     procedure :: errors => take_errors
     procedure :: report => take_report
+    procedure :: liouville_defect => take_liouville_defect
   end type integrated_type
 
 contains
@@ -116,9 +117,18 @@ contains
     type(evidence_type), intent(inout) :: found
 
     associate (m => self%monodromy)
-      call found%add(trim(m%method%name), m%evaluations, m%error / max(m%norm, tiny(1.0_dp)), m%liouville_defect)
+      call found%add(trim(m%method%name), m%evaluations, m%error / max(m%norm, tiny(1.0_dp)))
       found%steps = found%steps + m%steps
     end associate
   end subroutine take_report
+
+  subroutine take_liouville_defect(self, system, defect, error)
+    class(integrated_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+
+    call self%monodromy%liouville_defect(system, defect, error)
+  end subroutine take_liouville_defect
 
 end module gestell_floquet_period_integrated

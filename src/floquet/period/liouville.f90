@@ -2,6 +2,8 @@
 module gestell_floquet_period_liouville
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: log_abs_determinant
+  use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: sample_traces, second_order_system
@@ -9,12 +11,33 @@ module gestell_floquet_period_liouville
   implicit none (type, external)
   private
 
-  public :: trace_integral
+  public :: defect_of, trace_integral
 
   !> Steps whose points are sampled at a time.
   integer, parameter :: block_length = 16
 
 contains
+
+  !> ln |det Phi(T)| less the integral of tr P, from factors of Phi(T), shape (n, n, factors), that were found with so many steps.
+  !> Where a determinant underflows the defect is as large as it should be where nothing is proved. Error: P is not finite somewhere.
+  subroutine defect_of(system, steps, factors, defect, error)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: steps
+    real(dp), intent(in) :: factors(:, :, :)
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: singular
+    real(dp) :: log_det
+    integer :: k
+
+    call trace_integral(system, mesh(system, max(system%least_steps, steps / 4)), defect, error)
+    if (allocated(error)) return
+    defect = -defect
+    do k = 1, size(factors, 3)
+      call log_abs_determinant(factors(:, :, k), log_det, singular)
+      defect = defect + log_det
+    end do
+  end subroutine defect_of
 
   !> The integral of tr P over the period with 8 points for each of the steps between `nodes`: equidistant ones where the
   !> coefficients do not jump, which for smooth periodic functions converges faster than any power, else Gauss' points.

@@ -2,16 +2,15 @@
 module gestell_floquet_period_monodromy
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_math_lapack, only: inverse, log_abs_determinant
+  use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced
   use gestell_base_text, only: text
   use gestell_floquet_period_convergence, only: begin_type, detect_rounding, left_by_pair, left_unseen, more_steps, &
     & most_steps, next_steps, promised, remaining, safety, too_many_steps
   use gestell_floquet_period_level, only: distance, level_type, roundoff, solve_level
-  use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: cheapest_method, first_steps, new_method, whole_steps
-  use gestell_floquet_period_liouville, only: trace_integral
+  use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -49,8 +48,6 @@ module gestell_floquet_period_monodromy
     !> Whether the differences between the numbers of steps tell anything of the errors of Phi(T) and of x_p(T); where they do not,
     !> `error` and `xp_error` are no bounds.
     logical :: known = .true., xp_known = .true.
-    !> ln |det Phi(T)| - integral of tr P, zero by Liouville's theorem.
-    real(dp) :: liouville_defect = 0
     !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
     real(dp) :: transient_growth = 1
     !> Radians by which the fastest motion turns within the period.
@@ -63,6 +60,7 @@ module gestell_floquet_period_monodromy
     real(dp), allocatable :: nodes(:)
     class(method_type), allocatable :: method
   contains
+    procedure :: liouville_defect
     procedure :: loses_modes
   end type monodromy_type
 
@@ -110,9 +108,6 @@ contains
     else
       call with_tolerance(system, accuracy%tolerance, forced, look%phase_advance, monodromy, error)
     end if
-    if (allocated(error)) return
-
-    call check_liouville(system, monodromy, error)
   end subroutine solve_monodromy
 
   !> Error: tolerance or steps are out of range.
@@ -337,20 +332,16 @@ contains
     call move_alloc(level%xp, monodromy%xp)
   end subroutine accept
 
-  !> By Liouville ln |det Phi(T)| equals the integral of tr P. Where the determinant underflows, the defect is that
-  !> integral, large as it should be where nothing is proved.
-  subroutine check_liouville(system, monodromy, error)
+  !> ln |det Phi(T)| less the integral of tr P, zero by Liouville's theorem, of a `system` that was solved. Error: P is not finite
+  !> somewhere.
+  subroutine liouville_defect(self, system, defect, error)
+    class(monodromy_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
-    type(monodromy_type), intent(inout) :: monodromy
+    real(dp), intent(out) :: defect
     type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: singular
-    real(dp) :: log_det, integral
 
-    call trace_integral(system, mesh(system, max(system%least_steps, monodromy%steps / 4)), integral, error)
-    if (allocated(error)) return
-    call log_abs_determinant(monodromy%phi, log_det, singular)
-    monodromy%liouville_defect = log_det - integral
-  end subroutine check_liouville
+    call defect_of(system, self%steps, reshape(self%phi, [shape(self%phi), 1]), defect, error)
+  end subroutine liouville_defect
 
   !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are
   !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the transient growth.

@@ -3,7 +3,7 @@ module gestell_floquet_period_period_map
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
-  use gestell_math_lapack, only: inverse, log_abs_determinant
+  use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
   use gestell_floquet_integrator_mesh, only: merged
@@ -168,17 +168,15 @@ contains
     real(dp), parameter :: most_spread = 1.0e12_dp
     real(dp), allocatable :: back(:, :)
     type(error_type), allocatable :: singular
-    real(dp) :: norm, log_det
+    real(dp) :: norm
 
     growth = 1
-    norm = norm2(halfway) / sqrt(real(size(phi, 1), dp))
+    norm = norm2(halfway)
     if (.not. norm > tiny(norm)) return
-    call log_abs_determinant(halfway / norm, log_det, singular)
-    if (allocated(singular)) return
-    ! The condition is 2 (|A| / sqrt(n))^n / |det A| at most (Guggenheimer, Edelman, Johnson, College Math. J. 26 (1995), 2-5).
-    if (-log_det > log(most_spread)) return
     call inverse(halfway / norm, back, singular)
-    growth = max(1.0_dp, norm2(matmul(phi, back)) / max(norm2(phi), tiny(1.0_dp)))
+    if (allocated(singular)) return
+    if (.not. norm2(back) < most_spread) return
+    growth = max(1.0_dp, norm2(matmul(phi, back)) / (sqrt(real(size(phi, 1), dp)) * max(norm2(phi), tiny(1.0_dp))))
   end function growth_halfway
 
   !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.

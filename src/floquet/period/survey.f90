@@ -32,22 +32,26 @@ contains
     integer, parameter :: points = 16
     real(dp), allocatable :: p(:, :, :)
     real(dp), dimension(system%states, system%states) :: greatest, power
+    ! Zero, or NaN where a value is not finite.
+    real(dp) :: not_finite(points)
     real(dp) :: squares(points), inverse(system%states), size_of_p, unit
     integer :: n, i, j, k
 
     n = system%states
     allocate(p(points, n, n))
     call sample_by_phase(system, [((k - 0.5_dp) / points, k = 1, points)], p)
-    if (.not. all(ieee_is_finite(p))) then
+    not_finite = 0
+    do j = 1, n
+      do i = 1, n
+        not_finite = not_finite + (p(:, i, j) - p(:, i, j))
+        greatest(i, j) = greatest_of(p(:, i, j))
+      end do
+    end do
+    if (.not. all(ieee_is_finite(not_finite))) then
       call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
         & failed_computation)
       return
     end if
-    do j = 1, n
-      do i = 1, n
-        greatest(i, j) = maxval(abs(p(:, i, j)))
-      end do
-    end do
     seen%scale = balancing(greatest)
     ! In a unit of which no element has more than one, no square overflows, and none vanishes that counts.
     unit = max(maxval(balanced(greatest, seen%scale)), tiny(unit))
@@ -68,5 +72,16 @@ contains
     end do
     seen%fastest = min(seen%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.125_dp * unit * system%period)
   end subroutine survey
+
+  !> The greatest size of finite values; in vectors, as maxval is not, which minds NaN.
+  pure real(dp) function greatest_of(values) result(greatest)
+    real(dp), contiguous, intent(in) :: values(:)
+    integer :: k
+
+    greatest = 0
+    do k = 1, size(values)
+      greatest = max(greatest, abs(values(k)))
+    end do
+  end function greatest_of
 
 end module gestell_floquet_period_survey

@@ -27,14 +27,13 @@ module gestell_floquet_reduction_reduced
     type(group_type), allocatable :: groups(:)
     logical :: has_slow = .false.
     real(dp) :: period = 0
-    !> Sum of ln |rho| - integral of tr P.
-    real(dp) :: liouville_defect = 0
   contains
     procedure :: multipliers => take_multipliers
     procedure :: start => take_start
     procedure :: follow => take_motion
     procedure :: errors => take_errors
     procedure :: report => take_report
+    procedure :: liouville_defect => take_liouville_defect
   end type reduced_type
 
 contains
@@ -64,7 +63,6 @@ contains
         if (allocated(error)) return
       end associate
     end do
-    call check_liouville(reduced, error)
   end subroutine solve_reduced
 
   !> The numbers of all groups that are not the conjugate of one before.
@@ -87,15 +85,6 @@ contains
     end function stands_first
 
   end function groups_to_solve
-
-  subroutine check_liouville(reduced, error)
-    class(reduced_type), intent(inout) :: reduced
-    type(error_type), allocatable, intent(out) :: error
-    type(multipliers_type) :: multipliers
-
-    call reduced%multipliers(.false., multipliers, error)
-    if (.not. allocated(error)) reduced%liouville_defect = sum(multipliers%log_abs) - reduced%reduction%trace
-  end subroutine check_liouville
 
   !> What the groups still do to each other is within the bounds.
   subroutine take_multipliers(self, vectors, multipliers, error)
@@ -274,10 +263,24 @@ contains
     type(evidence_type), intent(inout) :: found
 
     associate (r => self%reduction)
-      call found%add("", r%evaluations, r%residual, self%liouville_defect)
+      call found%add("", r%evaluations, r%residual)
       found%angles = found%angles + r%angles
     end associate
   end subroutine take_report
+
+  subroutine take_liouville_defect(self, system, defect, error)
+    class(reduced_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: multipliers
+
+    associate (unused_system => system)
+    end associate
+    defect = 0
+    call self%multipliers(.false., multipliers, error)
+    if (.not. allocated(error)) defect = sum(multipliers%log_abs) - self%reduction%trace
+  end subroutine take_liouville_defect
 
   !> The slow group's motion, shape (m, phases), that starts with the state x0 of all.
   subroutine follow_slow(reduced, x0, phases, y, error)

@@ -16,6 +16,7 @@
 !> and what weights do (gestell_model_space_weights). In the plane psi alone turns, S = (a1, a2) about F, and these are (8) to (12).
 module gestell_model_space
   use gestell_base_kinds, only: dp, pi
+  use gestell_model_space_blocks, only: add_block, add_cross, all_connected
   use gestell_model_space_drive, only: add_drive, drive_type, driven_type, follow_frame
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
   use gestell_model_space_mounting, only: space_support_type, support_matrix, turned_loads
@@ -288,50 +289,23 @@ contains
     if (abs(total) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) total = 0
   end function total
 
-  !> Adds `factor` [a] to these rows and columns of matrices over the angles, 0: one that is not there; a of shape (angles, 3).
-  pure subroutine add_cross(matrices, factor, a, rows, columns)
-    real(dp), contiguous, intent(inout) :: matrices(:, :, :)
-    real(dp), intent(in) :: factor
-    real(dp), contiguous, intent(in) :: a(:, :)
-    integer, intent(in) :: rows(3), columns(3)
-    integer :: i, next, last
-
-    do i = 1, 3
-      next = 1 + modulo(i, 3)
-      last = 1 + modulo(i + 1, 3)
-      if (rows(last) > 0 .and. columns(next) > 0) matrices(:, rows(last), columns(next)) = matrices(:, rows(last), columns(next)) &
-        & + factor * a(:, i)
-      if (rows(next) > 0 .and. columns(last) > 0) matrices(:, rows(next), columns(last)) = matrices(:, rows(next), columns(last)) &
-        & - factor * a(:, i)
-    end do
-  end subroutine add_cross
-
-  !> Adds a, shape (angles, 3, 3), to rows and columns `at`, 0: one that is not there.
-  pure subroutine add_block(matrices, a, at)
-    real(dp), contiguous, intent(inout) :: matrices(:, :, :)
-    real(dp), contiguous, intent(in) :: a(:, :, :)
-    integer, intent(in) :: at(3)
-    integer :: i, k
-
-    do k = 1, 3
-      do i = 1, 3
-        if (at(i) > 0 .and. at(k) > 0) matrices(:, at(i), at(k)) = matrices(:, at(i), at(k)) + a(:, i, k)
-      end do
-    end do
-  end subroutine add_block
-
-  !> Which of the degrees of freedom `free` act on each other, of so many angles of the turn.
+  !> Which of the degrees of freedom `free` act on each other, of so many angles of the turn, or of the first ones that connect all.
   pure function coupled(self, mass, free, angles)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: mass
     integer, intent(in) :: free(:), angles
     logical :: coupled(size(free), size(free))
-    real(dp), dimension(angles, size(free), size(free)) :: m, b, c
-    integer :: i
+    integer, parameter :: at_once = 4
+    real(dp), dimension(at_once, size(free), size(free)) :: m, b, c
+    integer :: first, i
 
-    call self%sample_at_rest(mass, 1.0_dp, [(2 * pi * i / angles, i = 1, angles)], free, m, b, c)
-    coupled = any(abs(m) > 0 .or. abs(b) > 0 .or. abs(c) > 0, dim=1)
-    coupled = coupled .or. transpose(coupled)
+    coupled = .false.
+    do first = 1, angles, at_once
+      call self%sample_at_rest(mass, 1.0_dp, [(2 * pi * i / angles, i = first, first + at_once - 1)], free, m, b, c)
+      coupled = coupled .or. any(abs(m) > 0 .or. abs(b) > 0 .or. abs(c) > 0, dim=1)
+      coupled = coupled .or. transpose(coupled)
+      if (all_connected(coupled)) exit
+    end do
   end function coupled
 
   !> M over the turn, the mean of so many angles.

@@ -6,7 +6,7 @@ module gestell_task_machine_report
   use gestell_base_version, only: version
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_solution, only: evidence, evidence_type
+  use gestell_floquet_solution, only: evidence, evidence_type, liouville_defect
   use gestell_task_configuration, only: configuration_type
   use gestell_input_wording, only: counted, on_one_line
   use gestell_output_report_orders, only: order_of, turns_in_words
@@ -275,7 +275,7 @@ contains
       if (found%error >= 1) known = "is lost"
       lines = "  rests on            the AVERAGED model in closed form, nothing integrated; its matrix " &
         & // known // ", " // text(found%evaluations) // " evaluations in all; trace's defect " &
-        & // concise(abs(found%liouville_defect), 1) // newline
+        & // defect_in_words(analysis) // newline
       return
     end if
     known = "Phi(T) to " // concise(found%error, 1) // " of its size"
@@ -287,12 +287,23 @@ contains
       lines = lines // " (with the steps that were ordered)"
     end if
     lines = lines // ", by " // methods_used(found) // ", " // text(found%evaluations) &
-      & // " evaluations in all; Liouville's defect " // concise(abs(found%liouville_defect), 1)
+      & // " evaluations in all; Liouville's defect " // defect_in_words(analysis)
     if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
       & // concise(maxval(analysis%multipliers%condition), 2)
     if (found%parts > 1) lines = lines // "; " // text(found%parts) // " parts that do not act on each other were solved apart"
     lines = lines // newline
   end function evidence_lines
+
+  function defect_in_words(analysis) result(words)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: words
+    type(error_type), allocatable :: error
+    real(dp) :: defect
+
+    call liouville_defect(analysis%frame, analysis%floquet, defect, error)
+    words = concise(abs(defect), 1)
+    if (allocated(error)) words = "unknown: " // error%message
+  end function defect_in_words
 
   !> Where the results are less accurate than was ordered.
   function tolerance_note(analysis, accuracy) result(line)
