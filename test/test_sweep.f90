@@ -133,7 +133,7 @@ contains
   subroutine test_tiles(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
-    integer, parameter :: counts(2, 7) = reshape([1, 1, 1, 300, 300, 1, 7, 9, 251, 40, 1000, 33, 17, 16], [2, 7])
+    integer, parameter :: counts(2, 7) = reshape([1, 1, 1, 300, 300, 1, 7, 9, 501, 40, 2001, 33, 17, 16], [2, 7])
     type(grid_type) :: grid
     type(tile_type) :: tile
     integer, allocatable :: covered(:, :)
@@ -141,6 +141,7 @@ contains
 
     do k = 1, size(counts, 2)
       call new_grid(grid, [(axis_type(0.0_dp, merge(1.0_dp, 0.0_dp, counts(i, k) > 1), counts(i, k)), i = 1, 2)], failure)
+      grid%one_by_one = modulo(k, 2) == 0
       allocate(covered(counts(1, k), counts(2, k)), source=0)
       do i = 1, grid%tiles()
         tile = grid%tile(i)
@@ -148,7 +149,7 @@ contains
           here = here + 1
           call check_that(error, size(here), ">", 0, "points of a tile")
           if (allocated(error)) return
-          call check_that(error, shape(here), "<=", 250, "shape of a tile")
+          call check_that(error, shape(here), "<=", merge(250, 500, grid%one_by_one), "shape of a tile")
           call check_that(error, tile%number, "==", i, "number of a tile")
         end associate
         if (allocated(error)) return
@@ -158,6 +159,10 @@ contains
       if (allocated(error)) return
       deallocate(covered)
     end do
+    ! Sixteen for several threads, however small the grid.
+    call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 999), axis_type(0.0_dp, 1.0_dp, 25)], failure)
+    call check_that(error, grid%tiles(), "==", 16, "tiles of a small grid")
+    if (allocated(error)) return
     call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 2000000)], failure)
     k = 0
     do i = 1, grid%tiles()

@@ -90,8 +90,8 @@ module gestell_floquet_part_solution
       type(evidence_type), intent(inout) :: found
     end subroutine take_report
 
-    !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem. Errors: the coefficients are not finite; LAPACK found
-    !> no eigenvalues.
+    !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem. Errors: the coefficients are not finite; LAPACK
+    !> found no eigenvalues.
     subroutine take_liouville_defect(self, system, defect, error)
       import :: dp, error_type, part_solution_type, periodic_system
       implicit none (type, external)

@@ -105,8 +105,8 @@ contains
     end do
   end subroutine evidence
 
-  !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem, of the solution of `system`; of its parts the one with
-  !> the greatest modulus. Errors: `floquet` was not solved; the coefficients are not finite; LAPACK found no eigenvalues.
+  !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem, of the solution of `system`; of its parts the
+  !> greatest one. Errors: `floquet` was not solved; the coefficients are not finite; LAPACK found no eigenvalues.
   subroutine liouville_defect(system, floquet, defect, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet

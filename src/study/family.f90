@@ -11,6 +11,7 @@ module gestell_study_family
   type, abstract, public :: family_type
   contains
     procedure(member_at), deferred :: member
+    procedure :: shares_mechanism => not_known
   end type family_type
 
   abstract interface
@@ -28,6 +29,15 @@ module gestell_study_family
   end interface
 
 contains
+
+  !> Whether the mechanism is the same in all members that are frames: not unless a family says so.
+  pure logical function not_known(self)
+    class(family_type), intent(in) :: self
+
+    associate (unused => self)
+    end associate
+    not_known = .false.
+  end function not_known
 
   !> The member of `family` at these parameters: all studies come through here. Errors: its own; there is no system, or one whose
   !> components make no sense.

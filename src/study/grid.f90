@@ -23,6 +23,8 @@ module gestell_study_grid
   !> Points (i, j), i on the first axis and slow, j on the second and fast; one axis: j = 1.
   type, public :: grid_type
     type(axis_type), allocatable :: axes(:)
+    !> Whether its points are solved one by one: then the tiles are smaller.
+    logical :: one_by_one = .false.
   contains
     procedure :: points
     procedure :: tiles
@@ -35,9 +37,10 @@ module gestell_study_grid
     integer :: number = 0, first(2) = 1, last(2) = 1
   end type tile_type
 
-  !> Values that a tile has on an axis, at the most, where there are two axes, and where there is one.
-  integer, parameter :: most_of_two = 250, most_of_one = 4000
-  !> Tiles along an axis while they are smaller: several threads want work.
+  !> Values that a tile has on an axis, at the most, where there are two axes, also where its points are solved one by one, and
+  !> where there is one.
+  integer, parameter :: most_of_two = 500, most_one_by_one = 250, most_of_one = 4000
+  !> Tiles along a shorter axis: several threads want work.
   integer, parameter :: usual_tiles = 4, least_of_tile = 8
 
 contains
@@ -184,10 +187,12 @@ contains
     integer :: along(2), most, k
 
     along = 1
-    most = merge(most_of_one, most_of_two, size(self%axes) == 1)
+    most = merge(most_one_by_one, most_of_two, self%one_by_one)
+    if (size(self%axes) == 1) most = most_of_one
     do k = 1, min(2, size(self%axes))
       associate (count => self%axes(k)%count)
-        along(k) = max((count - 1) / most + 1, min(usual_tiles, (count - 1) / least_of_tile + 1))
+        along(k) = (count - 1) / most + 1
+        if (count < 2 * most_of_two) along(k) = max(along(k), min(usual_tiles, (count - 1) / least_of_tile + 1))
       end associate
     end do
   end function tiles_along

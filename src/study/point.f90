@@ -32,6 +32,7 @@ module gestell_study_point
     character(len=11) :: model = "exact"
   contains
     procedure :: measured
+    procedure :: one_by_one
     procedure :: numbers
   end type sweep_order_type
 
@@ -44,6 +45,13 @@ contains
     measured = 0
     if (allocated(self%measures)) measured = size(self%measures)
   end function measured
+
+  !> Whether nothing but solutions of their own can give what is ordered, or is to give it.
+  pure logical function one_by_one(self)
+    class(sweep_order_type), intent(in) :: self
+
+    one_by_one = self%engine == "direct" .or. self%accuracy%steps > 0 .or. self%model == "averaged" .or. self%measured() > 0
+  end function one_by_one
 
   !> How many numbers of a point are wanted.
   pure integer function numbers(self)

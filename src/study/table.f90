@@ -4,10 +4,11 @@ module gestell_study_table
   use gestell_floquet_period_period_map, only: end_of_block
   use gestell_floquet_integrator_method, only: method_type
   use gestell_model_frame, only: frame_type
+  use gestell_model_mechanism, only: mechanism_type
   implicit none (type, external)
   private
 
-  public :: remember_mechanism
+  public :: exchange_mechanisms, remember_mechanism
 
 contains
 
@@ -27,5 +28,15 @@ contains
       call frame%remember(method%phases(nodes(first:last), nodes(first + 1:last + 1)))
     end do
   end subroutine remember_mechanism
+
+  !> Two frames take each other's mechanism, which is the same but for what it remembers.
+  pure subroutine exchange_mechanisms(one, other)
+    class(frame_type), intent(inout) :: one, other
+    class(mechanism_type), allocatable :: own
+
+    call move_alloc(one%mechanism, own)
+    call move_alloc(other%mechanism, one%mechanism)
+    call move_alloc(own, other%mechanism)
+  end subroutine exchange_mechanisms
 
 end module gestell_study_table

@@ -19,7 +19,8 @@ module gestell_floquet_period_liouville
 contains
 
   !> ln |det Phi(T)| less the integral of tr P, from factors of Phi(T), shape (n, n, factors), that were found with so many steps.
-  !> Where a determinant underflows the defect is as large as it should be where nothing is proved. Error: P is not finite somewhere.
+  !> Where a determinant underflows the defect is as large as it should be where nothing is proved. Error: P is not finite
+  !> somewhere.
   subroutine defect_of(system, steps, factors, defect, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps

@@ -32,26 +32,22 @@ contains
     integer, parameter :: points = 16
     real(dp), allocatable :: p(:, :, :)
     real(dp), dimension(system%states, system%states) :: greatest, power
-    ! Zero, or NaN where a value is not finite.
-    real(dp) :: not_finite(points)
     real(dp) :: squares(points), inverse(system%states), size_of_p, unit
     integer :: n, i, j, k
 
     n = system%states
     allocate(p(points, n, n))
     call sample_by_phase(system, [((k - 0.5_dp) / points, k = 1, points)], p)
-    not_finite = 0
-    do j = 1, n
-      do i = 1, n
-        not_finite = not_finite + (p(:, i, j) - p(:, i, j))
-        greatest(i, j) = greatest_of(p(:, i, j))
-      end do
-    end do
-    if (.not. all(ieee_is_finite(not_finite))) then
+    if (.not. all(ieee_is_finite(p))) then
       call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
         & failed_computation)
       return
     end if
+    do j = 1, n
+      do i = 1, n
+        greatest(i, j) = greatest_of(p(:, i, j))
+      end do
+    end do
     seen%scale = balancing(greatest)
     ! In a unit of which no element has more than one, no square overflows, and none vanishes that counts.
     unit = max(maxval(balanced(greatest, seen%scale)), tiny(unit))

@@ -44,6 +44,7 @@ module gestell_input_machine_family
     type(error_type), allocatable :: impossible
   contains
     procedure :: member
+    procedure :: shares_mechanism
     procedure :: check
   end type document_family_type
 
@@ -207,6 +208,12 @@ contains
       call explain(self, parameters, error)
     end if
   end subroutine member
+
+  pure logical function shares_mechanism(self)
+    class(document_family_type), intent(in) :: self
+
+    shares_mechanism = allocated(self%mechanism)
+  end function shares_mechanism
 
   !> Whether the parameters make sense; the mechanism is not turned. Error: they do not.
   subroutine check(self, parameters, error)

@@ -5,7 +5,7 @@ module gestell_input_machine_frame
     & positive, real_key, text_key
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, the_group, word_length
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, indices_named, the_group, word_length
   use gestell_input_schema_read, only: count_values, read, read_place
   use gestell_input_machine_loads, only: foundation_keys, gravity_keys, read_foundation, read_gravity
   use gestell_input_machine_mechanisms, only: read_planes
@@ -165,7 +165,7 @@ contains
     if (.not. allocated(error)) call read_gravity(groups_named(doc, "gravity"), units, in_space, data%gravity, error)
     if (.not. allocated(error)) call read_inertia(group, units, any(data%free > 4), data%inertia, error)
     if (.not. allocated(error)) call read_place(group, frame_keys, "origin", units, data%origin, error)
-    if (.not. allocated(error)) call read_supports(groups_named(doc, "support"), units, data, error)
+    if (.not. allocated(error)) call read_supports(doc, units, data, error)
     if (.not. allocated(error) .and. .not. in_space) call refuse_tilted(doc, error)
   end subroutine read_drive_and_frame
 
@@ -235,14 +235,13 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=9), parameter :: names(3) = [character(len=9) :: "support", "mechanism", "repeat"]
     character(len=6), parameter :: keys(3) = [character(len=6) :: "angle", "axis", "axis"]
-    type(group_type), allocatable :: groups(:)
     integer :: i, k
 
     do k = 1, size(names)
-      groups = groups_named(doc, trim(names(k)))
-      do i = 1, size(groups)
-        if (count_values(groups(i), trim(keys(k))) < 2) cycle
-        call input_error(groups(i), trim(keys(k)), "turns out of the frame's plane: then &frame dof needs zeta, rot_xi or " &
+      do i = 1, size(doc%groups)
+        if (doc%groups(i)%name /= names(k)) cycle
+        if (count_values(doc%groups(i), trim(keys(k))) < 2) cycle
+        call input_error(doc%groups(i), trim(keys(k)), "turns out of the frame's plane: then &frame dof needs zeta, rot_xi or " &
           & // "rot_eta", error)
         return
       end do
@@ -250,18 +249,20 @@ contains
   end subroutine refuse_tilted
 
   !> The supports, as those of the plane and as those in space.
-  subroutine read_supports(groups, units, data, error)
-    type(group_type), intent(in) :: groups(:)
+  subroutine read_supports(doc, units, data, error)
+    type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
     type(frame_data_type), intent(inout) :: data
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: axes
     real(dp) :: angles(3)
+    integer, allocatable :: at(:)
     integer :: i, n
 
-    allocate(data%supports(size(groups)), data%in_space(size(groups)))
-    do i = 1, size(groups)
-      associate (support => data%supports(i), there => data%in_space(i), group => groups(i))
+    allocate(at, source=indices_named(doc, "support"))
+    allocate(data%supports(size(at)), data%in_space(size(at)))
+    do i = 1, size(at)
+      associate (support => data%supports(i), there => data%in_space(i), group => doc%groups(at(i)))
         call read_place(group, support_keys, "position", units, there%position, error)
         if (.not. allocated(error)) call read_place(group, support_keys, "stiffness", units, there%stiffness, error)
         if (.not. allocated(error)) call read_place(group, support_keys, "damping", units, there%damping, error)
@@ -273,8 +274,8 @@ contains
         support = support_type(there%position(:2), there%stiffness(:2), there%damping(:2), angles(1), axes == "frame")
         there%turning = axes == "frame"
         angles = modulo(angles, 2 * pi)
-        there%axes = matmul(rotation_matrix([0.0_dp, 0.0_dp, angles(1)]), matmul(rotation_matrix([0.0_dp, angles(2), 0.0_dp]), &
-          & rotation_matrix([angles(3), 0.0_dp, 0.0_dp])))
+        if (any(angles > 0)) there%axes = matmul(rotation_matrix([0.0_dp, 0.0_dp, angles(1)]), &
+          & matmul(rotation_matrix([0.0_dp, angles(2), 0.0_dp]), rotation_matrix([angles(3), 0.0_dp, 0.0_dp])))
         if (all(ieee_is_finite(stiffness_matrix([support])) .and. ieee_is_finite(damping_matrix([support])))) cycle
         call input_error(group, "position", "so far from F its stiffness or damping about F overflows", error)
         return

@@ -5,7 +5,7 @@ module gestell_input_namelist_document
   private
 
   public :: value_type, entry_type, group_type, document_type
-  public :: the_group, count_groups, groups_named, group_names, name_of, has, find_entry
+  public :: the_group, count_groups, groups_named, indices_named, group_names, name_of, has, find_entry
 
   !> Longest name, and longest text in a list of texts.
   integer, parameter, public :: word_length = 64
@@ -93,20 +93,22 @@ contains
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
     type(group_type), allocatable :: groups(:)
-    integer :: i, n
+    integer, allocatable :: at(:)
 
-    n = 0
-    do i = 1, size(doc%groups)
-      if (doc%groups(i)%name == name) n = n + 1
-    end do
-    allocate(groups(n))
-    n = 0
-    do i = 1, size(doc%groups)
-      if (doc%groups(i)%name /= name) cycle
-      n = n + 1
-      groups(n) = doc%groups(i)
-    end do
+    allocate(at, source=indices_named(doc, name))
+    allocate(groups, source=doc%groups(at))
   end function groups_named
+
+  !> The places of all groups of a name, in the file's order.
+  pure function indices_named(doc, name) result(at)
+    type(document_type), intent(in) :: doc
+    character(len=*), intent(in) :: name
+    integer, allocatable :: at(:)
+    integer :: i
+
+    allocate(at(count_groups(doc, name)))
+    at = pack([(i, i = 1, size(doc%groups))], [(doc%groups(i)%name == name, i = 1, size(doc%groups))])
+  end function indices_named
 
   !> The values of the groups' key `name`, blank where a group has none.
   pure function group_names(groups) result(names)

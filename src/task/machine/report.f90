@@ -280,13 +280,9 @@ contains
     end if
     known = "Phi(T) to " // concise(found%error, 1) // " of its size"
     if (found%error >= 1) known = "nothing: Phi(T) is lost"
-    lines = "  rests on            " // known
-    if (accuracy%steps == 0) then
-      lines = lines // " (" // concise(accuracy%tolerance, 2) // " was ordered)"
-    else
-      lines = lines // " (with the steps that were ordered)"
-    end if
-    lines = lines // ", by " // methods_used(found) // ", " // text(found%evaluations) &
+    lines = " (with the steps that were ordered)"
+    if (accuracy%steps == 0) lines = " (" // concise(accuracy%tolerance, 2) // " was ordered)"
+    lines = "  rests on            " // known // lines // ", by " // methods_used(found) // ", " // text(found%evaluations) &
       & // " evaluations in all; Liouville's defect " // defect_in_words(analysis)
     if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
       & // concise(maxval(analysis%multipliers%condition), 2)

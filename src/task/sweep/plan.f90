@@ -112,6 +112,7 @@ contains
     call limit(plan%grid, groups, most_points, error)
     if (allocated(error)) return
     call read_order(groups, frame, probes, plan%order, error)
+    plan%grid%one_by_one = plan%order%one_by_one()
     if (.not. allocated(error)) call read_either(groups, "format", plan%format, error)
     if (allocated(error)) return
     first = axes(:size(groups))%from

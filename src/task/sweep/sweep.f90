@@ -89,8 +89,7 @@ contains
     type(sweep_order_type), intent(in) :: order
     type(tile_type), intent(in) :: cell
 
-    can_expand = order%engine /= "direct" .and. order%accuracy%steps == 0 .and. order%model /= "averaged" &
-      & .and. order%measured() == 0 .and. cell_points(cell) >= merge(2, least_points, order%engine == "expansion")
+    can_expand = .not. order%one_by_one() .and. cell_points(cell) >= merge(2, least_points, order%engine == "expansion")
   end function can_expand
 
   !> Point by point.

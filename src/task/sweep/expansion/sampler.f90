@@ -13,6 +13,7 @@ module gestell_task_sweep_expansion_sampler
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
   use gestell_study_family, only: family_type, take_member
+  use gestell_study_table, only: exchange_mechanisms, remember_mechanism
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_periodic, only: periodic_system
   use gestell_task_sweep_expansion_parts, only: parts_type
@@ -39,6 +40,8 @@ module gestell_task_sweep_expansion_sampler
     real(dp) :: unit = 1
     !> Which of xi, eta, psi the positions are.
     integer, allocatable :: free(:)
+    !> A member that remembers the mechanism of all, if they share one.
+    type(frame_type), allocatable :: remembered
   contains
     procedure :: sample
     procedure :: check
@@ -108,8 +111,22 @@ contains
     if (forced .and. .not. (sampler%unit > 0 .and. sampler%times <= most_times)) return
     sampler%transform = transform_matrix(sampler%times)
     call choose_parts(sampler, turns, allocated(system%breaks), points)
+    if (family%shares_mechanism()) call remember(sampler, system)
     call weigh(sampler, family, corners, fits)
   end subroutine new_sampler
+
+  !> Remembers the mechanism of a frame in the plane.
+  subroutine remember(sampler, system)
+    type(sampler_type), intent(inout) :: sampler
+    class(periodic_system), intent(in) :: system
+
+    select type (system)
+    type is (frame_type)
+      if (allocated(system%space)) return
+      sampler%remembered = system
+      call remember_mechanism(sampler%remembered, sampler%method, mesh(system, sampler%steps))
+    end select
+  end subroutine remember
 
   !> Parts of the period, and steps that end with them and with the times that are wanted. `turns`: what vibrations turn by at the
   !> corners.
@@ -228,10 +245,24 @@ contains
     if (system%states /= size(self%scale) .or. system%least_steps > self%steps) return
     if (allocated(system%breaks) .and. size(maps, 3) > 1) return
     self%solutions = self%solutions + 1
+    call exchange(self, system)
     call motions(system, self%method, mesh(system, self%steps), self%parts%parts, maps, error)
+    call exchange(self, system)
     fits = .not. allocated(error)
     if (fits) values = self%parts%weighted(numbers_of(self, maps))
   end subroutine sample
+
+  !> A member takes the mechanism that remembers, or gives it back.
+  pure subroutine exchange(self, system)
+    class(sampler_type), intent(inout) :: self
+    class(periodic_system), intent(inout) :: system
+
+    if (.not. allocated(self%remembered)) return
+    select type (system)
+    type is (frame_type)
+      call exchange_mechanisms(system, self%remembered)
+    end select
+  end subroutine exchange
 
   !> The numbers of the period from a solution of their own, with a bound on its error relative to their norms.
   subroutine check(self, family, parameters, accuracy, values, bound, fits)
