@@ -6,6 +6,13 @@ module test_table
     & period_map, remember_mechanism, table_columns
   use gestell_door_numerics, only: gestell_error => error_type
   use gestell_base_error, only: fatal_error
+  use gestell_study_family, only: family_type
+  use gestell_study_grid, only: axis_type, grid_type, new_grid
+  use gestell_study_point, only: sweep_order_type
+  use gestell_study_table, only: exchange_mechanisms
+  use gestell_study_tile_results, only: tile_results_type
+  use gestell_system_periodic, only: periodic_system
+  use gestell_task_sweep, only: solve_tile
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
@@ -24,6 +31,15 @@ module test_table
     procedure :: prepare
   end type counting_type
 
+  !> Frames at a speed (rad/s) with so many times the stiffness, all with one mechanism, which may be kept secret.
+  type, extends(family_type) :: one_mechanism_type
+    type(frame_type) :: frame
+    logical :: told = .true.
+  contains
+    procedure :: member
+    procedure :: shares_mechanism
+  end type one_mechanism_type
+
 contains
 
   subroutine collect_table(testsuite)
@@ -31,6 +47,7 @@ contains
 
     testsuite = [ &
       & new_unittest("one table for many cases", test_cases), &
+      & new_unittest("one table for the samples of a cell", test_cell), &
       & new_unittest("tables for their own angles only", test_tables), &
       & new_unittest("a tabulated mechanism in a new frame", test_new_frame)]
   end subroutine collect_table
@@ -42,9 +59,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     ! 35 and 75 steps are two and three blocks, of which the first one is shortened for the second.
     integer, parameter :: steps(3) = [28, 35, 75]
-    type(machine_data) :: machine
     type(frame_type) :: plain, frame
-    type(counting_type) :: counting
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
     integer, target :: evaluations
@@ -52,20 +67,11 @@ contains
     real(dp) :: xp(6), xp_again(6), reach, scale(6), nodes(0:75)
     integer :: i, k, before
 
-    call machine_of_file("data/khang_four_bar.nml", machine, failure)
-    if (.not. allocated(failure)) call frame_of_machine(machine, plain, failure)
+    call counted_frame(plain, frame, evaluations, failure)
     if (.not. allocated(failure)) call new_method("gauss8", method, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     evaluations = 0
-    counting%mass = plain%mechanism%mass
-    counting%inertia = plain%mechanism%inertia
-    counting%angle_scale = plain%mechanism%angle_scale
-    counting%count => evaluations
-    allocate(counting%linkage, source=plain%mechanism)
-    frame = plain
-    deallocate(frame%mechanism)
-    allocate(frame%mechanism, source=counting)
     scale = 1
     do i = 1, size(steps)
       nodes(:steps(i)) = mesh(frame, steps(i))
@@ -101,6 +107,12 @@ contains
     end do
 
     before = evaluations
+    call exchange_mechanisms(plain, frame)
+    call period_map(plain, method, mesh(plain, steps(1)), scale, again, failure)
+    call check(error, evaluations, before, more="with the mechanism of the other")
+    call exchange_mechanisms(plain, frame)
+    if (.not. allocated(error)) call check_that(error, maxval(abs(again - phi)), ">", 0.0_dp, "another number of steps")
+    if (allocated(error)) return
     call period_map(frame, method, mesh(frame, 29), scale, again, failure)
     call check(error, evaluations, before + 8 * 29, more="other steps")
     if (allocated(error)) return
@@ -113,6 +125,78 @@ contains
     if (allocated(error)) return
     call check_that(error, maxval(abs(again - phi)), "<=", 1.0e-11_dp * maxval(abs(phi)), "Phi")
   end subroutine test_cases
+
+  !> The paper's machine, and the same with a linkage that counts.
+  subroutine counted_frame(plain, frame, evaluations, failure)
+    type(frame_type), intent(out) :: plain, frame
+    integer, target, intent(in) :: evaluations
+    type(gestell_error), allocatable, intent(out) :: failure
+    type(machine_data) :: machine
+    type(counting_type) :: counting
+
+    call machine_of_file("data/khang_four_bar.nml", machine, failure)
+    if (.not. allocated(failure)) call frame_of_machine(machine, plain, failure)
+    if (allocated(failure)) return
+    counting%mass = plain%mechanism%mass
+    counting%inertia = plain%mechanism%inertia
+    counting%angle_scale = plain%mechanism%angle_scale
+    counting%count => evaluations
+    allocate(counting%linkage, source=plain%mechanism)
+    frame = plain
+    deallocate(frame%mechanism)
+    allocate(frame%mechanism, source=counting)
+  end subroutine counted_frame
+
+  !> An expansion's samples do not evaluate a mechanism that is known to be the same in all: what is left are the solutions by
+  !> themselves, at corners and where it is checked, and one table. The numbers are the same.
+  subroutine test_cell(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+    type(one_mechanism_type) :: family
+    type(frame_type) :: plain
+    type(grid_type) :: grid
+    type(sweep_order_type) :: order
+    type(tile_results_type) :: results(2)
+    integer, target :: evaluations
+    integer :: k, counted(2)
+
+    call counted_frame(plain, family%frame, evaluations, failure)
+    if (.not. allocated(failure)) call new_grid(grid, [axis_type(21.0_dp, 31.0_dp, 160), axis_type(0.8_dp, 1.2_dp, 160)], failure)
+    order%engine = "expansion"
+    do k = 1, 2
+      family%told = k == 1
+      evaluations = 0
+      if (.not. allocated(failure)) call solve_tile(family, grid, grid%tile(6), order, results(k), failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      counted(k) = evaluations
+    end do
+    call check_that(error, results(1)%solutions, ">", 100, "solutions")
+    call check_that(error, counted(1), "<", counted(2) / 3, "evaluations")
+    if (allocated(error)) return
+    call check_that(error, [abs(results(1)%values - results(2)%values)], "<=", 0.0_dp, "the same numbers")
+  end subroutine test_cell
+
+  subroutine member(self, parameters, system, error)
+    class(one_mechanism_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(gestell_error), allocatable, intent(out) :: error
+    type(frame_type), allocatable :: frame
+
+    allocate(frame, source=self%frame)
+    frame%speed = parameters(1)
+    frame%period = 8 * atan(1.0_dp) / frame%speed
+    frame%stiffness = frame%stiffness * parameters(2)
+    call move_alloc(frame, system)
+    if (.not. allocated(system)) call fatal_error(error, "no frame", 2)
+  end subroutine member
+
+  pure logical function shares_mechanism(self)
+    class(one_mechanism_type), intent(in) :: self
+
+    shares_mechanism = self%told
+  end function shares_mechanism
 
   !> What it finds on being prepared: 0.02 rad.
   subroutine prepare(self, error)

@@ -44,9 +44,8 @@ contains
     type(variable_type), allocatable, intent(out) :: variables(:)
     integer, intent(out) :: points(2), plan
     logical :: fits
-    integer :: axis, side, needed, most, middle(2)
+    integer :: axis, side, needed, most, middle(2), tried(2)
     real(dp) :: line(size(grid%axes)), tolerance
-    logical :: pays
 
     points = 1
     plan = widest(cell)
@@ -60,12 +59,13 @@ contains
       variables(axis) = variable_type(grid%axes(axis)%value(cell%first(axis)), grid%axes(axis)%value(cell%last(axis)), &
         & merge(logarithm, itself, grid%axes(axis)%logarithmic))
     end do
-    call try_to_pay(sampler, family, grid%parameters(middle(1), middle(2)), tolerance, variables, order, cell, pays, fits)
-    if (.not. (pays .and. fits)) return
+    call try_to_pay(sampler, family, grid%parameters(middle(1), middle(2)), tolerance, variables, order, cell, tried, fits)
+    if (.not. fits .or. all(tried(:size(variables)) == 0)) return
     do axis = 1, size(variables)
       line = grid%parameters(middle(1), middle(2))
       most = most_useful(order, cell, merge(max(points(3 - axis), fewest), 1, size(variables) == 2))
-      call best_variable(sampler, family, axis, line, tolerance, most, variables(axis), points(axis), fits)
+      points(axis) = max(tried(axis), 0)
+      if (points(axis) == 0) call best_variable(sampler, family, axis, line, tolerance, most, variables(axis), points(axis), fits)
       if (size(variables) == 2) then
         do side = 1, 2
           if (points(axis) == 0 .or. .not. fits) exit
@@ -87,26 +87,26 @@ contains
   end subroutine plan_cell
 
   !> Whether an expansion may be quicker than solutions of their own: of two axes one at least needs no more points than the root of
-  !> what pays.
+  !> what pays. `tried`: the points that an axis needs, 0: more, -1: not tried.
   !> Nine arguments: the sampler with its family, the cell with its order.
-  subroutine try_to_pay(sampler, family, middle, tolerance, variables, order, cell, pays, fits)
+  subroutine try_to_pay(sampler, family, middle, tolerance, variables, order, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: middle(:), tolerance
     type(variable_type), intent(inout) :: variables(:)
     type(sweep_order_type), intent(in) :: order
     type(tile_type), intent(in) :: cell
-    logical, intent(out) :: pays, fits
-    integer :: axis, most, needed
+    integer, intent(out) :: tried(2)
+    logical, intent(out) :: fits
+    integer :: axis, most
 
     fits = .true.
     most = nint(sqrt(real(most_useful(order, cell, 1), dp)))
-    pays = order%engine /= "auto" .or. size(variables) == 1
+    tried = -1
+    if (order%engine /= "auto" .or. size(variables) == 1) return
     do axis = 1, size(variables)
-      if (pays) return
-      call best_variable(sampler, family, axis, middle, tolerance, most, variables(axis), needed, fits)
-      if (.not. fits) return
-      pays = needed > 0
+      call best_variable(sampler, family, axis, middle, tolerance, most, variables(axis), tried(axis), fits)
+      if (.not. fits .or. tried(axis) > 0) return
     end do
   end subroutine try_to_pay
 
