@@ -247,9 +247,9 @@ contains
     if (allocated(self%space)) return
     all = abs(self%stiffness + load_matrix(self%supports)) > 0 .or. abs(self%damping) > 0
     do k = 1, 4 * self%least_steps
+      if (all(1, 3) .and. all(2, 3)) exit
       call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), [2 * pi * k / (4 * self%least_steps)], table)
       all(:2, 3) = all(:2, 3) .or. abs(self%mechanism%mass * self%origin([2, 1]) + table(1, [a2_v, a1_v])) > 0
-      if (all(1, 3) .and. all(2, 3)) exit
     end do
     coupled = all(self%free, self%free) .or. transpose(all(self%free, self%free))
   end function coupled
