@@ -22,6 +22,7 @@ program main
   use test_campbell_modes, only: collect_campbell_modes
   use test_campbell_tracking, only: collect_campbell_tracking
   use test_cheapest, only: collect_cheapest
+  use test_chains, only: collect_chains
   use test_checks, only: collect_checks
   use test_composition, only: collect_composition
   use test_cost, only: collect_cost
@@ -112,6 +113,7 @@ program main
 
   suites = [ &
     & new_testsuite("base", collect_base), &
+    & new_testsuite("chains", collect_chains), &
     & new_testsuite("checks", collect_checks), &
     & new_testsuite("composition", collect_composition), &
     & new_testsuite("cost", collect_cost), &

@@ -61,7 +61,7 @@ def resonance(n):
 FAMILIES = {
     "supports": (supports, [32, 64, 128, 256]),
     "probes": (probes, [16, 32, 64, 128]),
-    "joints in one chain": (joints, [4, 8, 16, 32]),
+    "joints in one chain": (joints, [32, 64, 128, 256]),
     "mechanisms": (mechanisms, [4, 8, 16, 32]),
     "rows of the time history": (setting("response.points"), [1000, 2000, 4000, 8000]),
     "harmonics": (setting("response.harmonics"), [250, 500, 1000, 2000]),

@@ -4,6 +4,7 @@ module gestell_model_joints_joint
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet
   use gestell_model_joints_data, only: joint_data_type
+  use gestell_model_joints_deviation, only: deviation_type, disc
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_path, only: batch, path_type, point_type, slack
   use gestell_model_joints_placement, only: placement_type
@@ -73,6 +74,7 @@ module gestell_model_joints_joint
     procedure(describe_joint), deferred :: describe
     procedure(locate_joint), deferred :: locate
     procedure(reach_joint), deferred :: reach
+    procedure :: deviation
     procedure :: trace
     procedure :: transmission
     procedure :: explain
@@ -147,6 +149,21 @@ contains
     reach%acceleration = accelerations(base) + arm * (change + turning**2)
     if (sum(speeds) > 0) reach%angle_scale = apart / sum(speeds)
   end function reach_body
+
+  !> How far the joint's acceleration lies at most from that in the middle, where the joint is `here`, within `half_width` (rad):
+  !> from how far those of the earlier joints do, and from a bound on its own `acceleration`, which alone makes a disc. Override it
+  !> where long chains are made of such joints.
+  pure function deviation(self, points, here, deviations, acceleration, half_width)
+    class(joint_type), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(deviation_type), intent(in) :: deviations(:)
+    real(dp), intent(in) :: acceleration, half_width
+    type(deviation_type) :: deviation
+
+    associate (unused => self, unused_points => points, unused_deviations => deviations, unused_width => half_width)
+    end associate
+    deviation = disc(acceleration + hypot(here%x%dd, here%y%dd))
+  end function deviation
 
   !> The joint's path over a batch of crank angles (rad), from those of the earlier joints: `locate` at each of them.
   !> Override it by straight loops over the batch where speed matters.

@@ -4,6 +4,7 @@ module gestell_model_linkage_assembly
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed, text
   use gestell_model_linkage_bodies, only: link_type
+  use gestell_model_joints_deviation, only: deviation_type, disc
   use gestell_model_joints_path, only: turning_scale
   use gestell_model_joints_joint, only: named_joint_type, point_type, reach_type, slack
   implicit none (type, external)
@@ -70,6 +71,7 @@ contains
     integer, intent(out) :: bad_joint, bad_link
     type(point_type) :: at(size(joints))
     type(reach_type) :: reach
+    type(deviation_type) :: deviations(size(joints)), beyond
     real(dp) :: speeds(size(joints)), accelerations(size(joints))
     integer :: i
 
@@ -82,11 +84,14 @@ contains
         bad_joint = i
         return
       end if
-      accelerations(i) = reach%acceleration
       angle_scale = min(angle_scale, reach%angle_scale)
       call joints(i)%joint%locate(middle, at(:i - 1), at(i))
-      ! The speed in the middle is known, so in short intervals bounds do not pile up along a chain.
-      speeds(i) = min(reach%speed, hypot(at(i)%x%d, at(i)%y%d) + slack * reach%acceleration * half_width)
+      ! Acceleration and speed in the middle are known, so in short intervals bounds do not pile up along a chain.
+      deviations(i) = joints(i)%joint%deviation(at(:i - 1), at(i), deviations(:i - 1), reach%acceleration, half_width)
+      beyond = disc(reach%acceleration + hypot(at(i)%x%dd, at(i)%y%dd))
+      if (.not. deviations(i)%radius() < beyond%radius()) deviations(i) = beyond
+      accelerations(i) = min(reach%acceleration, hypot(at(i)%x%dd, at(i)%y%dd) + slack * deviations(i)%radius())
+      speeds(i) = min(reach%speed, hypot(at(i)%x%d, at(i)%y%d) + slack * accelerations(i) * half_width)
     end do
     do i = 1, size(links)
       associate (link => links(i))

@@ -6,6 +6,7 @@ module gestell_model_joints_types_crank
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
   use gestell_math_rational, only: greatest_divisor, to_rational
   use gestell_model_joints_data, only: check_finite, check_lengths, joint_data_type
+  use gestell_model_joints_deviation, only: deviation_type, disc
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
   use gestell_model_joints_path, only: batch, path_type
   use gestell_model_joints_placement, only: placement_type
@@ -36,6 +37,7 @@ module gestell_model_joints_types_crank
     procedure :: locate
     procedure :: trace
     procedure :: reach
+    procedure :: deviation
   end type crank_joint
 
 contains
@@ -138,5 +140,18 @@ contains
     reach%acceleration = accelerations(self%pivot) + self%ratio**2 * self%radius
     reach%angle_scale = 1.0_dp / abs(self%ratio)
   end function reach
+
+  !> The acceleration turns with the crank, as fast as it does.
+  pure function deviation(self, points, here, deviations, acceleration, half_width)
+    class(crank_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(deviation_type), intent(in) :: deviations(:)
+    real(dp), intent(in) :: acceleration, half_width
+    type(deviation_type) :: deviation
+
+    associate (unused_points => points, unused_here => here, unused => acceleration)
+    end associate
+    deviation = disc(deviations(self%pivot)%radius() + abs(self%ratio)**3 * self%radius * half_width)
+  end function deviation
 
 end module gestell_model_joints_types_crank

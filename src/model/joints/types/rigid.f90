@@ -3,6 +3,7 @@ module gestell_model_joints_types_rigid
   use gestell_base_key, only: key_type, of_length, real_key
   use gestell_base_kinds, only: dp
   use gestell_model_joints_data, only: check_coordinates, joint_data_type
+  use gestell_model_joints_deviation, only: deviation_type, disc, of_body
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_body, reach_type, two_ends
   use gestell_model_joints_path, only: batch, carried, carry, direction, find_direction, path_type
   implicit none (type, external)
@@ -23,6 +24,7 @@ module gestell_model_joints_types_rigid
     procedure :: locate
     procedure :: trace
     procedure :: reach
+    procedure :: deviation
   end type rigid_joint
 
 contains
@@ -89,5 +91,20 @@ contains
 
     reach = reach_body(points(self%ends), speeds(self%ends), accelerations(self%ends), half_width, 1, norm2(self%offset))
   end function reach
+
+  pure function deviation(self, points, here, deviations, acceleration, half_width)
+    class(rigid_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(deviation_type), intent(in) :: deviations(:)
+    real(dp), intent(in) :: acceleration, half_width
+    type(deviation_type) :: deviation
+    logical :: known
+
+    associate (one => self%ends(1), two => self%ends(2))
+      call of_body(points(one), points(two), [deviations(one), deviations(two)], self%offset, half_width, &
+        & deviation, known)
+    end associate
+    if (.not. known) deviation = disc(acceleration + hypot(here%x%dd, here%y%dd))
+  end function deviation
 
 end module gestell_model_joints_types_rigid

@@ -3,6 +3,7 @@ module gestell_model_joints_types_rpr
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_model_joints_data, only: check_lengths, joint_data_type
+  use gestell_model_joints_deviation, only: deviation_type, disc, of_body
   use gestell_model_joints_joint, only: branch_key, form_type, itself, joint_type, one_length, point_type, reach_body, &
     & reach_type, transmission_type, two_ends
   use gestell_model_joints_path, only: batch, carried, carry, direction, find_direction, path_type
@@ -22,6 +23,7 @@ module gestell_model_joints_types_rpr
     procedure :: locate
     procedure :: trace
     procedure :: reach
+    procedure :: deviation
     procedure :: transmission
   end type rpr_joint
 
@@ -90,6 +92,21 @@ contains
 
     reach = reach_body(points(self%ends), speeds(self%ends), accelerations(self%ends), half_width, 2, self%length)
   end function reach
+
+  pure function deviation(self, points, here, deviations, acceleration, half_width)
+    class(rpr_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(deviation_type), intent(in) :: deviations(:)
+    real(dp), intent(in) :: acceleration, half_width
+    type(deviation_type) :: deviation
+    logical :: known
+
+    associate (one => self%ends(2), two => self%ends(1))
+      call of_body(points(one), points(two), [deviations(one), deviations(two)], [self%branch * self%length, 0.0_dp], half_width, &
+        & deviation, known)
+    end associate
+    if (.not. known) deviation = disc(acceleration + hypot(here%x%dd, here%y%dd))
+  end function deviation
 
   !> A dead point is where the joint in the slot meets the lever's pivot.
   pure function transmission(self, points, here)

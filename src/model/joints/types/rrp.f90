@@ -4,6 +4,7 @@ module gestell_model_joints_types_rrp
   use gestell_base_text, only: concise
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_model_joints_data, only: check_lengths, joint_data_type
+  use gestell_model_joints_deviation, only: along_bar, deviation_type, disc, parallelogram
   use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
   use gestell_model_joints_joint, only: branch_key, form_type, greatest_change, itself, joint_type, one_end, one_length, &
     & point_type, reach_type, steady, transmission_type
@@ -27,6 +28,7 @@ module gestell_model_joints_types_rrp
     procedure :: locate
     procedure :: trace
     procedure :: reach
+    procedure :: deviation
     procedure :: transmission
     procedure :: explain
   end type rrp_joint
@@ -190,6 +192,29 @@ contains
     end function cosine_at
 
   end function reach
+
+  !> On a fixed guide it has no component across the guide. The first round, from the bound on the acceleration, brings a better one
+  !> for the second.
+  pure function deviation(self, points, here, deviations, acceleration, half_width)
+    class(rrp_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(deviation_type), intent(in) :: deviations(:)
+    real(dp), intent(in) :: acceleration, half_width
+    type(deviation_type) :: deviation
+    real(dp) :: radius, directions(2, 2), bounds(2)
+    integer :: round
+
+    radius = acceleration + hypot(here%x%dd, here%y%dd)
+    deviation = disc(radius)
+    if (any(self%guide%carriers /= 0)) return
+    directions(:, 2) = [-sin(self%guide%angle), cos(self%guide%angle)]
+    bounds(2) = 0
+    do round = 1, 2
+      call along_bar(points(self%end), here, deviations(self%end), radius, half_width, directions(:, 1), bounds(1))
+      deviation = parallelogram(directions, bounds)
+      radius = min(radius, deviation%radius())
+    end do
+  end function deviation
 
   !> A dead point is where the rod stands across the guide.
   pure function transmission(self, points, here)

@@ -4,6 +4,7 @@ module gestell_model_joints_types_rrr
   use gestell_base_text, only: concise
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   use gestell_model_joints_data, only: check_lengths, joint_data_type
+  use gestell_model_joints_deviation, only: along_bar, deviation_type, parallelogram
   use gestell_model_joints_joint, only: branch_key, form_type, greatest_change, itself, joint_type, point_type, reach_type, &
     & slack, steady, transmission_type, two_ends, two_lengths
   use gestell_model_joints_path, only: batch, path_type
@@ -23,6 +24,7 @@ module gestell_model_joints_types_rrr
     procedure :: locate
     procedure :: trace
     procedure :: reach
+    procedure :: deviation
     procedure :: transmission
     procedure :: explain
   end type rrr_joint
@@ -193,6 +195,26 @@ contains
     end function sine2
 
   end function reach
+
+  !> Its components along both links; the first round, from the bound on the acceleration, brings a better one for the second.
+  pure function deviation(self, points, here, deviations, acceleration, half_width)
+    class(rrr_joint), intent(in) :: self
+    type(point_type), intent(in) :: points(:), here
+    type(deviation_type), intent(in) :: deviations(:)
+    real(dp), intent(in) :: acceleration, half_width
+    type(deviation_type) :: deviation
+    real(dp) :: radius, directions(2, 2), bounds(2)
+    integer :: round, k
+
+    radius = acceleration + hypot(here%x%dd, here%y%dd)
+    do round = 1, 2
+      do k = 1, 2
+        call along_bar(points(self%ends(k)), here, deviations(self%ends(k)), radius, half_width, directions(:, k), bounds(k))
+      end do
+      deviation = parallelogram(directions, bounds)
+      radius = min(radius, deviation%radius())
+    end do
+  end function deviation
 
   !> sin^2 mu at a distance of the ends.
   pure real(dp) function sine_squared_at(lengths, distance)

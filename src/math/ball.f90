@@ -1,0 +1,66 @@
+!> Ball arithmetic: all numbers within `radius` of `mid`. Roundings are left to who uses it.
+module gestell_math_ball
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  public :: operator(+), operator(-), operator(*), operator(/)
+
+  type, public :: ball
+    real(dp) :: mid = 0, radius = 0
+  contains
+    procedure :: greatest
+  end type ball
+
+  interface operator(+)
+    module procedure :: add
+  end interface
+
+  interface operator(-)
+    module procedure :: subtract
+  end interface
+
+  interface operator(*)
+    module procedure :: multiply
+  end interface
+
+  interface operator(/)
+    module procedure :: divide
+  end interface
+
+contains
+
+  !> The greatest size of its numbers.
+  elemental real(dp) function greatest(self)
+    class(ball), intent(in) :: self
+
+    greatest = abs(self%mid) + self%radius
+  end function greatest
+
+  elemental type(ball) function add(a, b)
+    type(ball), intent(in) :: a, b
+
+    add = ball(a%mid + b%mid, a%radius + b%radius)
+  end function add
+
+  elemental type(ball) function subtract(a, b)
+    type(ball), intent(in) :: a, b
+
+    subtract = ball(a%mid - b%mid, a%radius + b%radius)
+  end function subtract
+
+  elemental type(ball) function multiply(a, b)
+    type(ball), intent(in) :: a, b
+
+    multiply = ball(a%mid * b%mid, abs(a%mid) * b%radius + a%radius * b%greatest())
+  end function multiply
+
+  !> By what does not reach zero.
+  elemental type(ball) function divide(a, b)
+    type(ball), intent(in) :: a, b
+
+    divide%mid = a%mid / b%mid
+    divide%radius = (a%radius + abs(divide%mid) * b%radius) / (abs(b%mid) - b%radius)
+  end function divide
+
+end module gestell_math_ball

@@ -1,0 +1,147 @@
+!> How far a joint's acceleration may lie from that in the middle of an interval of the crank angle. What bars and guides fix lies
+!> along them, so this is a parallelogram and not a disc: bounds would grow by 1 / sin mu from dyad to dyad in a disc, by what the
+!> motions themselves grow in a parallelogram.
+module gestell_model_joints_deviation
+  use gestell_base_kinds, only: dp
+  use gestell_math_ball, only: ball, operator(*), operator(+), operator(-), operator(/)
+  use gestell_model_joints_path, only: point_type, slack
+  implicit none (type, external)
+  private
+
+  public :: along_bar, disc, of_body, parallelogram
+
+  !> All s a + t b with |s|, |t| <= 1 (m).
+  type, public :: deviation_type
+    real(dp) :: a(2) = 0, b(2) = 0
+  contains
+    procedure :: along
+    procedure :: radius
+  end type deviation_type
+
+contains
+
+  !> The greatest component along a unit direction.
+  pure real(dp) function along(self, direction)
+    class(deviation_type), intent(in) :: self
+    real(dp), intent(in) :: direction(2)
+
+    along = abs(dot_product(self%a, direction)) + abs(dot_product(self%b, direction))
+  end function along
+
+  !> The greatest length.
+  pure real(dp) function radius(self)
+    class(deviation_type), intent(in) :: self
+
+    radius = max(norm2(self%a + self%b), norm2(self%a - self%b))
+  end function radius
+
+  !> A square around the disc.
+  pure type(deviation_type) function disc(radius)
+    real(dp), intent(in) :: radius
+
+    disc = deviation_type([radius, 0.0_dp], [0.0_dp, radius])
+  end function disc
+
+  !> What has components of at most `bounds` along two unit directions.
+  pure type(deviation_type) function parallelogram(directions, bounds)
+    real(dp), intent(in) :: directions(2, 2), bounds(2)
+    real(dp) :: sine
+
+    associate (p => directions(:, 1), q => directions(:, 2))
+      sine = p(1) * q(2) - p(2) * q(1)
+      parallelogram = deviation_type(bounds(1) / sine * [q(2), -q(1)], bounds(2) / sine * [-p(2), p(1)])
+    end associate
+  end function parallelogram
+
+  !> The bound on the component along a bar p of constant length l that leads from a joint to this one, and the bar's direction in
+  !> the middle. With p . p'' = -|p'|^2 at all times, in the middle too, there marked by 0, and |p''| <= b in the interval,
+  !>
+  !>     |p0 . (p'' - p0'')| = ||p0'|^2 - |p'|^2 - (p - p0) . p''| <= b w (3 |p0'| + 2 b w)
+  !>
+  !> within the half width w. `radius`: a bound on how far this joint's acceleration deviates.
+  pure subroutine along_bar(from, to, deviation, radius, half_width, direction, bound)
+    type(point_type), intent(in) :: from, to
+    class(deviation_type), intent(in) :: deviation
+    real(dp), intent(in) :: radius, half_width
+    real(dp), intent(out) :: direction(2), bound
+    real(dp) :: length, change
+
+    direction = [to%x%v - from%x%v, to%y%v - from%y%v]
+    length = norm2(direction)
+    direction = direction / length
+    change = half_width * (hypot(to%x%dd - from%x%dd, to%y%dd - from%y%dd) + radius + deviation%radius())
+    bound = deviation%along(direction) + slack * change * (3 * hypot(to%x%d - from%x%d, to%y%d - from%y%d) + 2 * change) / length
+  end subroutine along_bar
+
+  !> Of the point at `arm` (m, from `from` toward `to` and to the left) of the body that carries both. s = to - from of length L has
+  !> the unit direction u, which turns with omega by theta from the middle:
+  !>
+  !>     u'' = omega' u_perp - omega^2 u,   omega' = (u_perp . s'' - 2 omega L') / L,   L'' = u . s'' + omega^2 L.
+  !>
+  !> Components along u and u_perp in the middle stay apart: where L is constant, what is across it grows from body to body by
+  !> squares of theta alone. `known`: the ends keep apart.
+  pure subroutine of_body(from, to, deviations, arm, half_width, deviation, known)
+    type(point_type), intent(in) :: from, to
+    class(deviation_type), intent(in) :: deviations(2)
+    real(dp), intent(in) :: arm(2), half_width
+    type(deviation_type), intent(out) :: deviation
+    logical, intent(out) :: known
+    real(dp) :: u(2), s1(2), s2(2), length, most, bend, change, curve
+    type(ball) :: along, across, cosine, sine, omega, slope, apart, turning, bending, dd(2)
+    integer :: round
+
+    u = [to%x%v - from%x%v, to%y%v - from%y%v]
+    s1 = [to%x%d - from%x%d, to%y%d - from%y%d]
+    s2 = [to%x%dd - from%x%dd, to%y%dd - from%y%dd]
+    length = norm2(u)
+    u = u / length
+    along = ball(dot_product(s2, u), deviations(1)%along(u) + deviations(2)%along(u))
+    across = ball(dot_product(s2, left(u)), deviations(1)%along(left(u)) + deviations(2)%along(left(u)))
+    bend = hypot(along%greatest(), across%greatest())
+    most = norm2(s1) + half_width * bend
+    known = length > slack * most * half_width
+    if (.not. known) return
+    apart = ball(length, most * half_width)
+    ! From bounds on omega' and L'' come better ones.
+    change = (bend + 2 * most**2 / (length - apart%radius)) / (length - apart%radius)
+    curve = bend + most**2 / (length - apart%radius)
+    do round = 1, 2
+      omega = ball(dot_product(s1, left(u)) / length, half_width * change)
+      sine = ball(0.0_dp, half_width * omega%greatest())
+      cosine = ball(1.0_dp, sine%radius**2 / 2)
+      slope = ball(dot_product(s1, u), half_width * curve)
+      apart%radius = half_width * min(most, slope%greatest())
+      bending = cosine * along + sine * across + omega * omega * apart
+      turning = (cosine * across - sine * along - ball(2.0_dp) * omega * slope) / apart
+      curve = min(curve, bending%greatest())
+      change = min(change, turning%greatest())
+    end do
+    dd = [ball() - sine * turning - cosine * omega * omega, cosine * turning - sine * omega * omega]
+    deviation%a = dd(1)%radius * (arm(1) * u + arm(2) * left(u))
+    deviation%b = dd(2)%radius * (arm(1) * left(u) - arm(2) * u)
+    deviation = total(deviation, deviations(1))
+  end subroutine of_body
+
+  !> What holds all sums of the two: a rectangle along the longest of their sides.
+  pure type(deviation_type) function total(one, two)
+    class(deviation_type), intent(in) :: one, two
+    real(dp) :: sides(2, 4), directions(2, 2)
+    integer :: k
+
+    sides = reshape([one%a, one%b, two%a, two%b], [2, 4])
+    k = maxloc(norm2(sides, dim=1), dim=1)
+    if (.not. norm2(sides(:, k)) > 0) return
+    directions(:, 1) = sides(:, k) / norm2(sides(:, k))
+    directions(:, 2) = left(directions(:, 1))
+    total = parallelogram(directions, [(one%along(directions(:, k)) + two%along(directions(:, k)), k = 1, 2)])
+  end function total
+
+  !> A vector turned to its left.
+  pure function left(v)
+    real(dp), intent(in) :: v(2)
+    real(dp) :: left(2)
+
+    left = [-v(2), v(1)]
+  end function left
+
+end module gestell_model_joints_deviation
