@@ -18,9 +18,9 @@ module gestell_floquet_integrator_gauss
 
   type, extends(method_type), public :: gauss_method
     private
-    type(tableau_type) :: tableau
-    !> With the embedded methods.
-    type(nested_type) :: nested
+    !> Where it is prepared, and with the embedded methods.
+    type(tableau_type), allocatable :: tableau
+    type(nested_type), allocatable :: nested
   contains
     procedure :: prepare
     procedure :: phases

@@ -32,6 +32,8 @@ contains
   pure function nested_tableau(rule) result(nested)
     type(tableau_type), intent(in) :: rule
     type(nested_type) :: nested
+    ! A, A A, b and b A below each other.
+    real(dp) :: factors(2 * size(rule%c) + 2, size(rule%c))
     real(dp) :: high(size(rule%c)), next(size(rule%c)), p(size(rule%c), 0:size(rule%c) - 1)
     integer :: order(size(rule%c)), s, i, k
 
@@ -67,26 +69,29 @@ contains
       nested%sums(:s - 2, 1) = v(1, :s - 2) * b(s - 1) / b(:s - 2)
       nested%sums(:s - 1, 2) = v(2, :s - 1) * b(s) / b(:s - 1)
     end associate
-    nested%a = rule%a(order, order)
-    nested%aa = rule%aa(order, order)
-    nested%ba = rule%ba(order)
-    do i = 1, s
-      call take_unknowns(nested%values, nested%a(i, :))
-      call take_unknowns(nested%values, nested%aa(i, :))
+    do k = 1, s
+      associate (of_node => order(k))
+        factors(:, k) = [rule%a(order, of_node), rule%aa(order, of_node), rule%b(of_node), rule%ba(of_node)]
+      end associate
     end do
-    call take_unknowns(nested%values, nested%b)
-    call take_unknowns(nested%values, nested%ba)
+    call take_unknowns(nested%values, factors)
+    nested%a = factors(:s, :)
+    nested%aa = factors(s + 1:2 * s, :)
+    nested%b = factors(2 * s + 1, :)
+    nested%ba = factors(2 * s + 2, :)
   end function nested_tableau
 
-  !> Factors of the slopes in the nodes become those of the unknowns, z X.
+  !> Factors of the slopes in the nodes, shape (rows, s), become those of the unknowns, Z X.
   pure subroutine take_unknowns(values, z)
     real(dp), intent(in) :: values(:, :)
-    real(dp), intent(inout) :: z(:)
-    integer :: s
+    real(dp), intent(inout) :: z(:, :)
+    integer :: s, k
 
-    s = size(z)
-    z(:s - 2) = z(:s - 2) + z(s - 1) * values(1, :s - 2) + z(s) * values(2, :s - 2)
-    z(s - 1) = z(s - 1) + z(s) * values(2, s - 1)
+    s = size(z, 2)
+    do k = 1, s - 2
+      z(:, k) = z(:, k) + z(:, s - 1) * values(1, k) + z(:, s) * values(2, k)
+    end do
+    z(:, s - 1) = z(:, s - 1) + z(:, s) * values(2, s - 1)
   end subroutine take_unknowns
 
   !> Of the nodes in order the one that has the greatest of these weights becomes the last.
