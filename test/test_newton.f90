@@ -9,6 +9,7 @@ module test_newton
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: settle
+  use gestell_study_frame_model_harmonic_balance, only: balance_harmonics, balance_type
   use gestell_study_frame_model_newton, only: values_of
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
@@ -27,6 +28,8 @@ contains
 
     testsuite = [ &
       & new_unittest("a quick solution errs by its truncation at most", test_truncation), &
+      & new_unittest("harmonic balance errs by its truncation at most", test_balance), &
+      & new_unittest("harmonic balance misses what its phases do not tell, and says so", test_left_out), &
       & new_unittest("where Newton's method stops a tenth of the tolerance is left", test_left)]
   end subroutine collect_newton
 
@@ -87,6 +90,94 @@ contains
     end do
     print "(a, es8.1)", "         greatest error over its estimate: ", greatest
   end subroutine test_truncation
+
+  !> Against a quick solution of 1e-10, which integrates.
+  subroutine test_balance(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: phases = 64
+    real(dp), parameter :: finest = 1.0e-10_dp
+    type(frame_type) :: frame
+    type(quick_motion_type) :: fine
+    type(balance_type) :: motion
+    real(dp) :: ordered, off, greatest
+    logical :: fits
+    integer :: number, k
+
+    greatest = 0
+    do number = 1, machines
+      call make(number, frame, error)
+      if (allocated(error)) return
+      fine = quick_motion_type()
+      motion = balance_type()
+      call solve_quickly(frame, phases, finest, fine, fits)
+      do k = 1, 4
+        ordered = 10.0_dp**(-2 * k)
+        call balance_harmonics(frame, phases, ordered, motion, fits)
+        call check(error, fits, more="harmonic balance")
+        if (allocated(error)) return
+        off = distance(motion, fine)
+        greatest = max(greatest, off / motion%truncation)
+        call check_that(error, off, "<=", motion%truncation + finest, "distance to the fine solution")
+        call check_that(error, motion%truncation, "<=", ordered, "truncation")
+        if (allocated(error)) then
+          print "(a, i0, 3es10.1)", "         machine, ordered, estimate, error: ", number, ordered, motion%truncation, off
+          return
+        end if
+      end do
+    end do
+    print "(a, es8.1)", "         greatest error over its estimate: ", greatest
+  end subroutine test_balance
+
+  !> With fewer phases than the motion needs.
+  subroutine test_left_out(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: phases(*) = [32, 48]
+    real(dp), parameter :: finest = 1.0e-10_dp
+    type(frame_type) :: frame
+    type(quick_motion_type) :: fine
+    type(balance_type) :: motion
+    real(dp) :: off, greatest
+    logical :: fits
+    integer :: number, k, refused
+
+    greatest = 0
+    refused = 0
+    do number = 1, machines
+      call make(number, frame, error)
+      if (allocated(error)) return
+      do k = 1, size(phases)
+        fine = quick_motion_type()
+        motion = balance_type()
+        call solve_quickly(frame, phases(k), finest, fine, fits)
+        call balance_harmonics(frame, phases(k), finest, motion, fits)
+        if (.not. fits) then
+          refused = refused + 1
+          cycle
+        end if
+        off = distance(motion, fine)
+        greatest = max(greatest, off)
+        call check_that(error, off, "<=", 2 * finest, "distance to the fine solution")
+        if (allocated(error)) print "(a, 2(i0, tr1), 2es10.1)", "         machine, phases, left out, error: ", number, phases(k), &
+          & motion%left_out, off
+        if (allocated(error)) return
+      end do
+    end do
+    print "(a, i0, es8.1)", "         refused, greatest error of the others: ", refused, greatest
+    call check_that(error, real(refused, dp), ">", 0.0_dp, "motions that are refused")
+  end subroutine test_left_out
+
+  !> Greatest distance of displacements, relative to them.
+  real(dp) function distance(motion, fine)
+    type(balance_type), intent(in) :: motion
+    type(quick_motion_type), intent(in) :: fine
+    real(dp) :: q(size(fine%x, 2), size(fine%x, 1) / 2), units(size(fine%x, 2), size(fine%x, 1) / 2)
+    integer :: f
+
+    f = size(q, 2)
+    units = spread(fine%scale(:f), 1, size(q, 1))
+    q = transpose(fine%x(:f, :))
+    distance = maxval(abs(motion%at_phases(motion%harmonics) - q) / units) / maxval(abs(q) / units)
+  end function distance
 
   !> The motions that multipliers are told about, of a tolerance of 1e-7, against those of 1e-13. At 210 rpm ten times as much would
   !> be left if what a step's own solution misses did not count.

@@ -11,6 +11,7 @@ module gestell_study_frame_model_newton
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_study_frame_model_harmonic_balance, only: balance_harmonics, balance_type
   use gestell_system_corrected, only: corrected_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
@@ -31,7 +32,9 @@ module gestell_study_frame_model_newton
   !> Samples of a motion, of a start that is rough too; harmonics that count as resolved and those that are left out as rounding,
   !> relative to the motion.
   integer, parameter, public :: first_samples = 64
-  integer, parameter :: fewest_samples = 48, fewest_of_start = 32, most_samples = 2**12
+  integer, parameter :: fewest_samples = 48, most_samples = 2**12
+  !> With more phases integration takes less than harmonic balance.
+  integer, parameter :: most_balanced = 128
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
 
   !> A periodic motion as it is told by `next_motion`.
@@ -41,8 +44,12 @@ module gestell_study_frame_model_newton
     type(series_type) :: series
     !> Its size in these units; its change from the motion it is told from, and an estimate of its error, relative to it.
     real(dp) :: size = 0, step = 0, error = 0
+    !> What the quick ways keep for the next motion.
+    type(balance_type) :: balance
     type(quick_motion_type) :: quick
-    !> Whether the quick way did; the error that is allowed of such a motion or step, relative to it.
+    !> What a quick way may have missed, relative to what it told.
+    real(dp) :: truncation = 0
+    !> Whether a quick way did; the error that is allowed of such a motion or step, relative to it.
     logical :: quickly = .false.
     real(dp) :: of_step = of_step
   end type next_type
@@ -92,7 +99,7 @@ contains
       if (allocated(error)) return
       step = next%step
       if (k > 0) steps = [steps, step]
-      missed = merge(next%quick%truncation, 0.0_dp, next%quickly)
+      missed = next%truncation
       call trim_motion(frame, next, max(part_left * accuracy%tolerance, missed * step))
       call varied%move_to(next%series)
       ! Steps fall at least as the last two did, those of a linear system as quick solutions miss it: what is yet to come. A motion
@@ -126,59 +133,141 @@ contains
     class(second_order_system), intent(in), optional :: lack
     type(floquet_type), intent(out), optional :: floquet
     type(floquet_type) :: solved
-    type(periodic_solution_type) :: start
-    real(dp), allocatable :: x(:, :), change(:, :)
+    real(dp), allocatable :: change(:, :)
     real(dp) :: unseen
     real(dp), allocatable :: beyond(:)
-    logical :: fits
-    integer :: n, k
+    integer :: n
+    logical :: balances
 
-    n = merge(fewest_samples, fewest_of_start, present(lack) .or. next%of_step < of_step)
+    n = fewest_samples
+    balances = .not. (present(floquet) .or. next%quick%keeps)
     do
-      ! Multiples of 8 are quickly transformed.
-      n = 8 * ((max(n, samples) + 7) / 8)
-      if (allocated(next%q)) deallocate(next%q)
-      allocate(next%q(n, frame%dofs()), source=0.0_dp)
-      if (present(from) .and. present(lack)) then
-        next%q = values_of(from, n)
-        change = -next%q
-        call solve_quickly(lack, n, next%of_step, next%quick, fits)
-      else
-        change = next%q
-        fits = .not. present(floquet)
-        if (fits) call solve_quickly(system, n, next%of_step, next%quick, fits)
-      end if
-      next%quickly = fits
-      if (fits) then
-        next%q(:, frame%free) = next%q(:, frame%free) + transpose(next%quick%x(:size(frame%free), :))
-        next%scale = next%quick%scale
-        next%error = max(frame%load_rounding, next%quick%rounding)
-      else
-        if (.not. allocated(solved%parts)) then
-          call solve_floquet(system, accuracy, .true., solved, error)
-          if (.not. allocated(error)) call solve_periodic(solved, start, error)
-          if (allocated(error)) return
+      ! Multiples of 16 are quickly transformed, and balanced.
+      n = 16 * ((max(n, samples) + 15) / 16)
+      next%quickly = balances .and. n <= most_balanced
+      if (next%quickly) then
+        call balance(frame, system, n, next, change, next%quickly, from, lack)
+        if (.not. next%quickly .and. next%balance%left_out > next%of_step / 2 .and. 2 * n <= most_balanced) then
+          n = 2 * n
+          cycle
         end if
-        call follow(system, solved, start, [(real(k, dp) / n, k = 0, n - 1)], x, error)
+      end if
+      if (.not. next%quickly .and. .not. present(floquet)) call integrate(frame, system, n, next, change, next%quickly, from, lack)
+      if (.not. next%quickly) then
+        call solve_fully(frame, system, accuracy, n, solved, next, error)
         if (allocated(error)) return
-        next%q(:, frame%free) = transpose(x(:size(frame%free), :))
-        next%scale = solved%scale
-        next%error = max(frame%load_rounding, norm2(start%error / next%scale) &
-          & / max(maxval(norm2(x / spread(next%scale, 2, n), dim=1)), tiny(unseen)))
+        change = next%q
+        if (present(from) .and. present(lack)) change = change - values_of(from, n)
       end if
       next%size = size_of(frame, next%scale, next%q)
-      next%step = size_of(frame, next%scale, next%q + change) / max(next%size, tiny(next%size))
-      next%series = series_through(next%q)
+      next%step = size_of(frame, next%scale, change) / max(next%size, tiny(next%size))
       beyond = next%series%beyond()
       unseen = maxval(beyond(frame%free) / next%scale(:size(frame%free))) / max(next%size, tiny(unseen))
       if (unseen <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
-        & merge(next%of_step / 100, 0.0_dp, fits .and. .not. present(lack))) .or. 2 * n > most_samples &
+        & merge(next%of_step / 100, 0.0_dp, next%quickly .and. .not. present(lack))) .or. 2 * n > most_samples &
         & .or. next%error >= all_error) exit
       n = merge(first_samples, 2 * n, n < first_samples)
     end do
     next%error = max(next%error, unseen)
     if (present(floquet)) floquet = solved
   end subroutine next_motion
+
+  !> The motion by harmonic balance, and its `change` from the motion `from` that it is told from.
+  !> Eight arguments: as of `next_motion`.
+  subroutine balance(frame, system, n, next, change, fits, from, lack)
+    class(frame_type), intent(in) :: frame, system
+    integer, intent(in) :: n
+    type(next_type), intent(inout) :: next
+    real(dp), allocatable, intent(inout) :: change(:, :)
+    logical, intent(out) :: fits
+    type(series_type), intent(in), optional :: from
+    class(second_order_system), intent(in), optional :: lack
+    real(dp), allocatable :: harmonics(:, :)
+    integer :: known
+
+    if (present(lack)) then
+      call balance_harmonics(lack, n, next%of_step, next%balance, fits)
+    else
+      call balance_harmonics(system, n, next%of_step, next%balance, fits)
+    end if
+    if (.not. fits) return
+    next%scale = next%balance%seen%scale
+    next%error = max(frame%load_rounding, next%balance%rounding)
+    next%truncation = next%balance%truncation
+    allocate(harmonics(0:n - 1, frame%dofs()), source=0.0_dp)
+    harmonics(:, frame%free) = next%balance%harmonics
+    change = next%balance%at_phases(harmonics)
+    if (present(from) .and. present(lack)) then
+      known = ubound(from%cosine, 1)
+      harmonics(:known, :) = harmonics(:known, :) + from%cosine
+      harmonics(n / 2:n / 2 + known, :) = harmonics(n / 2:n / 2 + known, :) + from%sine
+      next%q = next%balance%at_phases(harmonics)
+    else
+      next%q = change
+    end if
+    if (allocated(next%series%cosine)) deallocate(next%series%cosine, next%series%sine)
+    allocate(next%series%cosine(0:n / 2 - 1, frame%dofs()), next%series%sine(0:n / 2 - 1, frame%dofs()))
+    next%series%cosine = harmonics(:n / 2 - 1, :)
+    next%series%sine = harmonics(n / 2:, :)
+  end subroutine balance
+
+  !> The same by one integration over the turn.
+  !> Eight arguments: as of `next_motion`.
+  subroutine integrate(frame, system, n, next, change, fits, from, lack)
+    class(frame_type), intent(in) :: frame, system
+    integer, intent(in) :: n
+    type(next_type), intent(inout) :: next
+    real(dp), allocatable, intent(inout) :: change(:, :)
+    logical, intent(out) :: fits
+    type(series_type), intent(in), optional :: from
+    class(second_order_system), intent(in), optional :: lack
+
+    if (.not. allocated(next%quick%scale) .and. allocated(next%balance%seen%scale)) then
+      next%quick%scale = next%balance%seen%scale
+      next%quick%phase_advance = next%balance%seen%phase_advance
+    end if
+    if (present(lack)) then
+      call solve_quickly(lack, n, next%of_step, next%quick, fits)
+    else
+      call solve_quickly(system, n, next%of_step, next%quick, fits)
+    end if
+    if (.not. fits) return
+    next%scale = next%quick%scale
+    next%error = max(frame%load_rounding, next%quick%rounding)
+    next%truncation = next%quick%truncation
+    if (allocated(change)) deallocate(change)
+    allocate(change(n, frame%dofs()), source=0.0_dp)
+    change(:, frame%free) = transpose(next%quick%x(:size(frame%free), :))
+    next%q = change
+    if (present(from) .and. present(lack)) next%q = next%q + values_of(from, n)
+    next%series = series_through(next%q)
+  end subroutine integrate
+
+  !> The same of `system` itself by a solution with its evidence, `solved`, unless that is there. Errors: as of `next_motion`.
+  subroutine solve_fully(frame, system, accuracy, n, solved, next, error)
+    class(frame_type), intent(in) :: frame, system
+    type(accuracy_type), intent(in) :: accuracy
+    integer, intent(in) :: n
+    type(floquet_type), intent(inout) :: solved
+    type(next_type), intent(inout) :: next
+    type(error_type), allocatable, intent(out) :: error
+    type(periodic_solution_type) :: start
+    real(dp), allocatable :: x(:, :)
+    integer :: k
+
+    if (.not. allocated(solved%parts)) call solve_floquet(system, accuracy, .true., solved, error)
+    if (.not. allocated(error)) call solve_periodic(solved, start, error)
+    if (.not. allocated(error)) call follow(system, solved, start, [(real(k, dp) / n, k = 0, n - 1)], x, error)
+    if (allocated(error)) return
+    if (allocated(next%q)) deallocate(next%q)
+    allocate(next%q(n, frame%dofs()), source=0.0_dp)
+    next%q(:, frame%free) = transpose(x(:size(frame%free), :))
+    next%series = series_through(next%q)
+    next%scale = solved%scale
+    next%error = max(frame%load_rounding, norm2(start%error / next%scale) &
+      & / max(maxval(norm2(x / spread(next%scale, 2, n), dim=1)), tiny(next%error)))
+    next%truncation = 0
+  end subroutine solve_fully
 
   !> What errors of the motion that `varied` is about, relative to it, do to the multipliers: of the coefficients' change from those
   !> about rest this part is unknown. `scale`: balanced units of the states.

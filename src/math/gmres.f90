@@ -1,0 +1,163 @@
+!> Generalised minimal residuals: A x = b from products A v alone, for an A that is not far from E (Y. Saad, M. H. Schultz, SIAM J.
+!> Sci. Stat. Comput. 7, 1986, 856-869). Whoever has the products asks for `last`, and gives A times it to `extend`.
+module gestell_math_gmres
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  type, public :: gmres_type
+    private
+    !> Products so far.
+    integer :: products = 0
+    !> Orthonormal vectors; R of A V = V H = (V Q) R with the rotations that make Q; what is left of b, in their units.
+    real(dp), allocatable :: vectors(:, :), r(:, :), cosine(:), sine(:), left(:)
+  contains
+    procedure :: begin
+    procedure :: last
+    procedure :: extend
+    procedure :: solution
+    procedure :: amplification
+    procedure :: residual
+  end type gmres_type
+
+  !> Residual where nothing is solved.
+  real(dp), parameter :: none = 1.0e100_dp
+
+contains
+
+  !> `b` with room for so many products.
+  pure subroutine begin(self, b, most)
+    class(gmres_type), intent(inout) :: self
+    real(dp), intent(in) :: b(:)
+    integer, intent(in) :: most
+    real(dp) :: length
+
+    self%products = 0
+    allocate(self%vectors(size(b), most + 1), self%r(most + 1, most), self%cosine(most), self%sine(most), self%left(most + 1))
+    length = norm2(b)
+    self%left(1) = length
+    self%vectors(:, 1) = b / max(length, tiny(length))
+  end subroutine begin
+
+  !> The vector whose product is wanted next.
+  pure function last(self)
+    class(gmres_type), intent(in) :: self
+    real(dp) :: last(size(self%vectors, 1))
+
+    last = self%vectors(:, self%products + 1)
+  end function last
+
+  !> Takes A times the last vector, `product`.
+  pure subroutine extend(self, product)
+    class(gmres_type), intent(inout) :: self
+    real(dp), contiguous, intent(in) :: product(:)
+    real(dp) :: rotated
+    integer :: m, i
+
+    m = self%products + 1
+    self%products = m
+    associate (next => self%vectors(:, m + 1), column => self%r(:, m))
+      next = product
+      do i = 1, m
+        column(i) = inner(self%vectors(:, i), next)
+        next = next - column(i) * self%vectors(:, i)
+      end do
+      column(m + 1) = sqrt(inner(next, next))
+      next = next / max(column(m + 1), tiny(rotated))
+      do i = 1, m - 1
+        rotated = self%cosine(i) * column(i) + self%sine(i) * column(i + 1)
+        column(i + 1) = self%cosine(i) * column(i + 1) - self%sine(i) * column(i)
+        column(i) = rotated
+      end do
+      rotated = hypot(column(m), column(m + 1))
+      self%cosine(m) = column(m) / max(rotated, tiny(rotated))
+      self%sine(m) = column(m + 1) / max(rotated, tiny(rotated))
+      column(m) = rotated
+    end associate
+    self%left(m + 1) = -self%sine(m) * self%left(m)
+    self%left(m) = self%cosine(m) * self%left(m)
+  end subroutine extend
+
+  !> x with the least |b - A x| there is.
+  pure function solution(self) result(x)
+    class(gmres_type), intent(in) :: self
+    real(dp) :: x(size(self%vectors, 1))
+    real(dp) :: y(self%products)
+    integer :: i
+
+    y = coefficients(self, self%left(:self%products))
+    x = 0
+    do i = 1, self%products
+      x = x + y(i) * self%vectors(:, i)
+    end do
+  end function solution
+
+  !> |b - A x|/|x|; huge where there is no x.
+  pure real(dp) function residual(self)
+    class(gmres_type), intent(in) :: self
+    real(dp) :: size_of_solution
+
+    residual = abs(self%left(self%products + 1))
+    if (.not. residual > 0) return
+    size_of_solution = norm2(coefficients(self, self%left(:self%products)))
+    if (residual < none * min(1.0_dp, size_of_solution)) then
+      residual = residual / size_of_solution
+    else
+      residual = none
+    end if
+  end function residual
+
+  !> |A^-1| as far as it was seen, by 1 + |R^-1 - E|.
+  pure real(dp) function amplification(self)
+    class(gmres_type), intent(in) :: self
+    real(dp) :: column(self%products), squares
+    integer :: i
+
+    squares = 0
+    do i = 1, self%products
+      column = 0
+      column(i) = 1
+      column(:i) = coefficients(self, column(:i))
+      column(i) = column(i) - 1
+      squares = squares + sum(column(:i)**2)
+    end do
+    amplification = 1 + sqrt(squares)
+  end function amplification
+
+  !> R^-1 y, of the first columns of R.
+  pure function coefficients(self, y) result(x)
+    class(gmres_type), intent(in) :: self
+    real(dp), intent(in) :: y(:)
+    real(dp) :: x(size(y))
+    integer :: i
+
+    x = y
+    do i = size(y), 1, -1
+      x(i) = x(i) / self%r(i, i)
+      x(:i - 1) = x(:i - 1) - x(i) * self%r(:i - 1, i)
+    end do
+  end function coefficients
+
+  !> u . v in four sums, which do not wait for each other.
+  pure real(dp) function inner(u, v)
+    real(dp), contiguous, intent(in) :: u(:), v(:)
+    real(dp) :: s1, s2, s3, s4
+    integer :: i
+
+    s1 = 0
+    s2 = 0
+    s3 = 0
+    s4 = 0
+    do i = 1, size(u) - 3, 4
+      s1 = s1 + u(i) * v(i)
+      s2 = s2 + u(i + 1) * v(i + 1)
+      s3 = s3 + u(i + 2) * v(i + 2)
+      s4 = s4 + u(i + 3) * v(i + 3)
+    end do
+    do i = size(u) - mod(size(u), 4) + 1, size(u)
+      s1 = s1 + u(i) * v(i)
+    end do
+    inner = (s1 + s2) + (s3 + s4)
+  end function inner
+
+end module gestell_math_gmres

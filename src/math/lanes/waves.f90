@@ -1,0 +1,112 @@
+!> Waves cos k theta and sin k theta at equidistant phases of a turn, eight phases side by side: harmonics from values and values
+!> from harmonics, of the orders below half the number of phases. An even part and an odd one are told by half the turn.
+module gestell_math_lanes_waves
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_cosine_sine, only: cosine_sine
+  use gestell_math_lanes, only: lanes
+  use gestell_math_lanes_products, only: combine, in_fours
+  implicit none (type, external)
+  private
+
+  public :: waves_at
+
+  type, public :: waves_type
+    !> Half the number of phases, a multiple of `lanes`.
+    integer :: half = 0
+    !> cos k theta_j and sin k theta_j over half the turn, symmetric in k and j, shape (lanes, half, half / lanes).
+    real(dp), allocatable, private :: cosine(:, :, :), sine(:, :, :)
+  contains
+    procedure :: values
+    procedure :: harmonics
+  end type waves_type
+
+contains
+
+  !> At so many phases, a multiple of 2 lanes.
+  pure function waves_at(phases) result(waves)
+    integer, intent(in) :: phases
+    type(waves_type) :: waves
+    real(dp), dimension(0:phases - 1) :: c, s
+    integer :: j, k, group, at
+
+    waves%half = phases / 2
+    allocate(waves%cosine(lanes, waves%half, waves%half / lanes), waves%sine(lanes, waves%half, waves%half / lanes))
+    call cosine_sine([(2 * pi * j / phases, j = 0, phases - 1)], c, s)
+    do k = 0, waves%half - 1
+      at = 0
+      do group = 1, waves%half / lanes
+        do j = 1, lanes
+          waves%cosine(j, k + 1, group) = c(at)
+          waves%sine(j, k + 1, group) = s(at)
+          at = at + k
+          if (at >= phases) at = at - phases
+        end do
+      end do
+    end do
+  end function waves_at
+
+  !> Of harmonics, cosines of the orders 0 ... half - 1, then sines of the same, the values at the phases k/phases; shapes (phases,
+  !> functions).
+  pure function values(waves, harmonics)
+    class(waves_type), intent(in) :: waves
+    real(dp), contiguous, intent(in) :: harmonics(0:, :)
+    real(dp) :: values(0:size(harmonics, 1) - 1, size(harmonics, 2))
+    real(dp), dimension(0:waves%half - 1, size(harmonics, 2)) :: even, odd
+    integer :: half, j
+
+    half = waves%half
+    even = products(waves%cosine, harmonics(:half - 1, :))
+    odd = products(waves%sine, harmonics(half:, :))
+    do j = 1, size(harmonics, 2)
+      values(:half - 1, j) = even(:, j) + odd(:, j)
+      values(half, j) = sum(harmonics(0:half - 1:2, j)) - sum(harmonics(1:half - 1:2, j))
+      values(half + 1:, j) = even(half - 1:1:-1, j) - odd(half - 1:1:-1, j)
+    end do
+  end function values
+
+  !> Of values their harmonics; that of order half is left out.
+  pure function harmonics(waves, values)
+    class(waves_type), intent(in) :: waves
+    real(dp), contiguous, intent(in) :: values(0:, :)
+    real(dp) :: harmonics(0:size(values, 1) - 1, size(values, 2))
+    real(dp), dimension(0:waves%half - 1, size(values, 2)) :: even, odd
+    integer :: n, half, j
+
+    half = waves%half
+    n = 2 * half
+    even(0, :) = values(0, :)
+    odd(0, :) = 0
+    do j = 1, size(values, 2)
+      even(1:, j) = values(1:half - 1, j) + values(n - 1:half + 1:-1, j)
+      odd(1:, j) = values(1:half - 1, j) - values(n - 1:half + 1:-1, j)
+    end do
+    harmonics(:half - 1, :) = products(waves%cosine, even)
+    harmonics(half:, :) = products(waves%sine, odd)
+    do j = 1, size(values, 2)
+      harmonics(0:half - 1:2, j) = harmonics(0:half - 1:2, j) + values(half, j)
+      harmonics(1:half - 1:2, j) = harmonics(1:half - 1:2, j) - values(half, j)
+    end do
+    harmonics = harmonics / half
+    harmonics(0, :) = harmonics(0, :) / 2
+  end function harmonics
+
+  !> A B for an A whose rows lie in lanes.
+  pure function products(a, b) result(c)
+    real(dp), contiguous, intent(in) :: a(:, :, :)
+    real(dp), intent(in) :: b(:, :)
+    real(dp) :: c(size(b, 1), size(b, 2))
+    real(dp) :: terms(size(b, 1), in_fours(size(b, 2))), rows(lanes, in_fours(size(b, 2)))
+    integer :: columns, group, j
+
+    columns = size(b, 2)
+    terms(:, :columns) = b
+    terms(:, columns + 1:) = 0
+    do group = 1, size(a, 3)
+      call combine(size(b, 1), size(terms, 2), a(:, :, group), terms, rows)
+      do j = 1, columns
+        c(lanes * (group - 1) + 1:lanes * group, j) = rows(:, j)
+      end do
+    end do
+  end function products
+
+end module gestell_math_lanes_waves

@@ -1,0 +1,180 @@
+!> The periodic motion of M q'' + B q' + C q = h by harmonic balance: the harmonics whose motion satisfies the equations at
+!> equidistant phases. Nothing is integrated, and the coefficients are taken at these phases only.
+!>
+!> Harmonic by harmonic the means of M, B, C are solved at once, A_k x_k = h_k. What the coefficients swing
+!> couples the harmonics, and is small: with A^-1 before the equations GMRES takes a few iterations (Y. Saad, M. H. Schultz, SIAM J.
+!> Sci. Stat. Comput. 7, 1986, 856-869), also where a resonance of the means makes one or two of the couplings great. Its residual,
+!> times what it has found the inverse to be worth, is the error of the harmonics that there are. Those that there are not come back
+!> at the phases as lower ones.
+module gestell_study_frame_model_harmonic_balance
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_gmres, only: gmres_type
+  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_period_turn_errors, only: relative_rounding
+  use gestell_study_frame_model_harmonic_means, only: means_type, solve_means
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: balance_harmonics
+
+  type, public :: balance_type
+    !> Of the motion of the degrees of freedom, shape (0:phases - 1, dofs): cosines of the orders below half the phases, then sines.
+    real(dp), allocatable :: harmonics(:, :)
+    !> Estimates of its errors, those of the velocities included, by rounding and by what is left of the equations, relative to it.
+    real(dp) :: rounding = 0, truncation = 0
+    !> The part of the latter that more phases would take away.
+    real(dp) :: left_out = 0
+    !> Units of the states and their turns, kept for systems that differ little; unallocated where none were looked at.
+    type(survey_type) :: seen
+    !> Those that come before the equations, kept likewise.
+    type(means_type), private :: means
+  contains
+    procedure :: at_phases
+  end type balance_type
+
+  !> Coefficients at the phases, shape (phases, f, f).
+  type :: coefficients_type
+    real(dp), allocatable, dimension(:, :, :) :: m, b, c
+  end type coefficients_type
+
+  !> Iterations at the most; how much greater an error may be at a phase than its rms, and by what iterations have not seen yet.
+  integer, parameter :: most_iterations = 16
+  real(dp), parameter :: reserve = 10
+  integer, parameter :: phases_in_step = 4
+  !> Where free vibrations turn further (rad) this is no way.
+  real(dp), parameter :: most_turns = 700
+
+contains
+
+  !> `phases`: a multiple of 2 lanes. `of_motion`: the error that is allowed, relative to the motion. `fits` is false where this is
+  !> no way: coefficients jump, free vibrations turn far, iterations do not converge, harmonics are missing, or no digit is safe.
+  subroutine balance_harmonics(system, phases, of_motion, motion, fits)
+    class(second_order_system), intent(in) :: system
+    integer, intent(in) :: phases
+    real(dp), intent(in) :: of_motion
+    type(balance_type), intent(inout) :: motion
+    logical, intent(out) :: fits
+    type(coefficients_type) :: at
+    type(error_type), allocatable :: error
+    type(gmres_type) :: krylov
+    real(dp), allocatable :: h(:, :), x(:, :)
+    real(dp) :: size_of_motion
+    integer :: i
+
+    fits = .false.
+    motion%left_out = 0
+    if (allocated(system%breaks) .or. phases < phases_in_step * system%least_steps) return
+    if (.not. allocated(motion%seen%scale)) then
+      call survey(system, motion%seen, error)
+      if (allocated(error)) return
+    end if
+    if (motion%seen%fastest > most_turns) return
+    call sample(system, phases, motion%seen%scale, at, h)
+    if (motion%means%half /= phases / 2) then
+      call solve_means(at%m, at%b, at%c, 2 * pi / system%period, motion%seen, motion%means, fits)
+      if (.not. fits) return
+    end if
+    associate (means => motion%means)
+      x = means%weighted(means%waves%harmonics(h))
+      call krylov%begin(reshape(x, [size(x)]), most_iterations)
+      do i = 0, most_iterations
+        fits = reserve * krylov%residual() <= of_motion
+        if (fits) then
+          x = reshape(krylov%solution(), shape(x))
+          motion%truncation = reserve * krylov%residual() * krylov%amplification() * norm2(x)
+          x = x / means%weights
+          size_of_motion = max(rms(x), tiny(size_of_motion))
+          fits = motion%truncation <= of_motion * size_of_motion
+        end if
+        if (fits .or. i == most_iterations) exit
+        x = applied(means, at, reshape(krylov%last(), shape(x)))
+        call krylov%extend(reshape(x, [size(x)]))
+      end do
+      if (.not. fits) then
+        motion%means%half = 0
+        return
+      end if
+      motion%rounding = max(1.0_dp, means%amplification * krylov%amplification()) * (1 + sqrt(real(system%states, dp))) &
+        & * relative_rounding(system, phases, motion%seen%phase_advance)
+      motion%left_out = means%left_out(x) / size_of_motion
+      motion%truncation = motion%truncation / size_of_motion + motion%left_out
+      fits = motion%truncation <= of_motion .and. motion%rounding < of_motion
+      motion%harmonics = x * spread(motion%seen%scale(:means%f), 1, phases)
+    end associate
+  end subroutine balance_harmonics
+
+  !> Of displacements.
+  pure real(dp) function rms(harmonics)
+    real(dp), intent(in) :: harmonics(:, :)
+
+    rms = sqrt(sum(harmonics(1, :)**2) + sum(harmonics(2:, :)**2) / 2)
+  end function rms
+
+  !> M, B, C over theta and h at equidistant phases, in these units of the states.
+  subroutine sample(system, phases, units, at, h)
+    class(second_order_system), intent(in) :: system
+    integer, intent(in) :: phases
+    real(dp), intent(in) :: units(:)
+    type(coefficients_type), intent(out) :: at
+    real(dp), allocatable, intent(out) :: h(:, :)
+    real(dp) :: omega
+    integer :: f, i, j
+
+    f = system%states / 2
+    omega = 2 * pi / system%period
+    allocate(at%m(phases, f, f), at%b(phases, f, f), at%c(phases, f, f), h(phases, f))
+    call system%sample_second_order([(real(i, dp) / phases, i = 0, phases - 1)], at%m, at%b, at%c, h)
+    do j = 1, f
+      do i = 1, f
+        at%m(:, i, j) = at%m(:, i, j) * (units(i) * units(j) * omega**2)
+        at%b(:, i, j) = at%b(:, i, j) * (units(i) * units(j) * omega)
+        at%c(:, i, j) = at%c(:, i, j) * (units(i) * units(j))
+      end do
+      h(:, j) = h(:, j) * units(j)
+    end do
+  end subroutine sample
+
+  !> A^-1 of what the equations make of weighted harmonics `v`, weighted.
+  pure function applied(means, at, v) result(x)
+    type(means_type), intent(in) :: means
+    type(coefficients_type), intent(in) :: at
+    real(dp), intent(in) :: v(0:, :)
+    real(dp) :: x(0:2 * means%half - 1, means%f)
+    real(dp), dimension(0:2 * means%half - 1, 3 * means%f) :: harmonics, moved
+    real(dp) :: load(2 * means%half, means%f)
+    integer :: i, j, k
+
+    associate (half => means%half, f => means%f)
+      do j = 1, f
+        harmonics(:, j) = v(:, j) / means%weights(:, j)
+        do k = 0, half - 1
+          harmonics(k, f + j) = k * harmonics(half + k, j)
+          harmonics(half + k, f + j) = -k * harmonics(k, j)
+          harmonics(k, 2 * f + j) = -real(k, dp)**2 * harmonics(k, j)
+          harmonics(half + k, 2 * f + j) = -real(k, dp)**2 * harmonics(half + k, j)
+        end do
+      end do
+      moved = means%waves%values(harmonics)
+      load = 0
+      do j = 1, f
+        do i = 1, f
+          load(:, i) = load(:, i) + at%c(:, i, j) * moved(:, j) + at%b(:, i, j) * moved(:, f + j) &
+            & + at%m(:, i, j) * moved(:, 2 * f + j)
+        end do
+      end do
+    end associate
+    x = means%weighted(means%waves%harmonics(load))
+  end function applied
+
+  !> Values at the phases of harmonics, both of shape (phases, functions).
+  pure function at_phases(self, harmonics) result(values)
+    class(balance_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: harmonics(:, :)
+    real(dp) :: values(size(harmonics, 1), size(harmonics, 2))
+
+    values = self%means%waves%values(harmonics)
+  end function at_phases
+
+end module gestell_study_frame_model_harmonic_balance

@@ -1,0 +1,189 @@
+!> The means of M, B, C over the turn, harmonic by harmonic: A_k = <C> + i k W <B> - (k W)^2 <M>.
+module gestell_study_frame_model_harmonic_means
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_period_survey, only: survey_type
+  use gestell_math_lanes_waves, only: waves_at, waves_type
+  implicit none (type, external)
+  private
+
+  public :: solve_means
+
+  !> Over theta and in units of the states.
+  type, public :: means_type
+    !> Degrees of freedom, and half the phases: orders are those below.
+    integer :: f = 0, half = 0
+    !> Of M, B, C, shape (f, f, 3).
+    real(dp), allocatable :: coefficients(:, :, :)
+    !> Real and imaginary parts of A_k^-1, shape (0:half - 1, f, f).
+    real(dp), allocatable, dimension(:, :, :) :: along, across
+    !> Over a displacement the velocity of order 1; of a motion's rms, shape (0:2 half - 1, f).
+    real(dp), allocatable :: of_velocity(:), weights(:, :)
+    !> By the order the size of A_k^-1.
+    real(dp), allocatable :: gains(:)
+    !> Of errors of a turn: the greatest |(i k W - P)^-1|/T, which (E - Phi(T))^-1 is near a resonance.
+    real(dp) :: amplification = 0
+    type(waves_type) :: waves
+  contains
+    procedure :: weighted
+    procedure :: left_out
+  end type means_type
+
+  !> Resonances are looked at up to so many times the order of the fastest free vibration.
+  real(dp), parameter :: beyond_fastest = 1.1_dp
+
+contains
+
+  !> Of coefficients at equidistant phases, shape (phases, f, f), over theta and in the units of the states that were `seen`. `fits`
+  !> is false where an A_k is singular.
+  pure subroutine solve_means(m, b, c, omega, seen, means, fits)
+    real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
+    type(survey_type), intent(in) :: seen
+    type(means_type), intent(out) :: means
+    logical, intent(out) :: fits
+    integer :: f, n, furthest, i, k
+
+    n = size(m, 1)
+    f = size(m, 2)
+    means%f = f
+    means%half = n / 2
+    means%coefficients = reshape([sum(m, dim=1), sum(b, dim=1), sum(c, dim=1)], [f, f, 3]) / n
+    means%of_velocity = omega * seen%scale(:f) / seen%scale(f + 1:)
+    allocate(means%weights(0:n - 1, f), source=1.0_dp)
+    do i = 1, f
+      do k = 1, n / 2 - 1
+        means%weights(k, i) = sqrt((1 + (k * means%of_velocity(i))**2) / 2)
+        means%weights(n / 2 + k, i) = means%weights(k, i)
+      end do
+    end do
+    furthest = max(n / 2 - 1, ceiling(beyond_fastest * seen%fastest / (2 * pi)))
+    allocate(means%along(0:n / 2 - 1, f, f), means%across(0:n / 2 - 1, f, f), means%gains(0:furthest))
+    means%waves = waves_at(n)
+    call invert_means(means, fits)
+  end subroutine solve_means
+
+  !> Inverts A_k, those of the orders that are not there for their size alone. `fits` is false where one is singular.
+  pure subroutine invert_means(means, fits)
+    type(means_type), intent(inout) :: means
+    logical, intent(out) :: fits
+    complex(dp) :: inverted(means%f, means%f), of_acceleration
+    real(dp) :: squares, weight
+    integer :: f, i, j, k
+
+    f = means%f
+    means%amplification = 0
+    fits = .false.
+    do k = 0, ubound(means%gains, 1)
+      inverted = operator_of(means, k)
+      call invert(inverted, fits)
+      if (.not. fits) return
+      if (k < means%half) then
+        means%along(k, :, :) = real(inverted)
+        means%across(k, :, :) = aimag(inverted)
+      end if
+      means%gains(k) = 0
+      squares = 0
+      do i = 1, f
+        weight = 1 + (k * means%of_velocity(i))**2
+        do j = 1, f
+          of_acceleration = sum(inverted(i, :) * means%coefficients(:, j, 1)) / (2 * pi * means%of_velocity(j))
+          squares = squares + weight * (real(of_acceleration)**2 + aimag(of_acceleration)**2)
+          means%gains(k) = means%gains(k) + weight * (real(inverted(i, j))**2 + aimag(inverted(i, j))**2)
+        end do
+      end do
+      means%gains(k) = sqrt(means%gains(k))
+      means%amplification = max(means%amplification, sqrt(squares))
+    end do
+  end subroutine invert_means
+
+  !> A_k.
+  pure function operator_of(means, k) result(a)
+    type(means_type), intent(in) :: means
+    integer, intent(in) :: k
+    complex(dp) :: a(means%f, means%f)
+
+    a = cmplx(means%coefficients(:, :, 3) - real(k, dp)**2 * means%coefficients(:, :, 1), k * means%coefficients(:, :, 2), dp)
+  end function operator_of
+
+  !> By elimination with pivots, in place; `fits` is false where there is no inverse.
+  pure subroutine invert(a, fits)
+    complex(dp), contiguous, intent(inout) :: a(:, :)
+    logical, intent(out) :: fits
+    complex(dp) :: factor
+    integer :: row(size(a, 1)), i, j, k
+
+    do j = 1, size(a, 1)
+      row(j) = j
+      do i = j + 1, size(a, 1)
+        if (abs(real(a(i, j))) + abs(aimag(a(i, j))) > abs(real(a(row(j), j))) + abs(aimag(a(row(j), j)))) row(j) = i
+      end do
+      a([j, row(j)], :) = a([row(j), j], :)
+      fits = abs(real(a(j, j))) + abs(aimag(a(j, j))) > tiny(1.0_dp)
+      if (.not. fits) return
+      factor = 1 / a(j, j)
+      a(j, j) = 1
+      a(j, :) = a(j, :) * factor
+      do i = 1, size(a, 1)
+        if (i == j) cycle
+        factor = a(i, j)
+        a(i, j) = 0
+        do k = 1, size(a, 1)
+          a(i, k) = a(i, k) - factor * a(j, k)
+        end do
+      end do
+    end do
+    do j = size(a, 1), 1, -1
+      a(:, [j, row(j)]) = a(:, [row(j), j])
+    end do
+  end subroutine invert
+
+  !> A^-1 of harmonics of the load, with the weights.
+  pure function weighted(means, load) result(x)
+    class(means_type), intent(in) :: means
+    real(dp), intent(in) :: load(0:, :)
+    real(dp) :: x(0:2 * means%half - 1, means%f)
+    integer :: i, j, k
+
+    x = 0
+    associate (half => means%half, along => means%along, across => means%across)
+      do j = 1, means%f
+        do i = 1, means%f
+          do k = 0, half - 1
+            x(k, i) = x(k, i) + along(k, i, j) * load(k, j) + across(k, i, j) * load(half + k, j)
+            x(half + k, i) = x(half + k, i) + along(k, i, j) * load(half + k, j) - across(k, i, j) * load(k, j)
+          end do
+        end do
+      end do
+      x(half, :) = 0
+    end associate
+    x = x * means%weights
+  end function weighted
+
+  !> What is missed for the harmonics that are not there: that of order k itself and, for n phases do not tell its load from one
+  !> of order n - k, what this does to that one. The load, A_k x_k, is taken to go on falling as it falls over the last two sixths
+  !> of the orders that there are.
+  pure real(dp) function left_out(means, x)
+    class(means_type), intent(in) :: means
+    real(dp), intent(in) :: x(0:, :)
+    complex(dp) :: load(means%f)
+    real(dp) :: sizes(0:means%half - 1), last, fall
+    integer :: sixth, k
+
+    associate (half => means%half, phases => 2 * means%half, furthest => ubound(means%gains, 1))
+      sixth = max(1, half / 6)
+      do k = half - 2 * sixth, half - 1
+        load = matmul(operator_of(means, k), cmplx(x(k, :), -x(half + k, :), dp))
+        sizes(k) = sqrt(sum(real(load)**2 + aimag(load)**2))
+      end do
+      last = maxval(sizes(half - sixth:half - 1))
+      fall = min(1.0_dp, last / max(maxval(sizes(half - 2 * sixth:half - sixth - 1)), tiny(fall)))**(1.0_dp / sixth)
+      left_out = 0
+      do k = max(phases, furthest), half, -1
+        left_out = left_out * fall
+        if (k <= furthest) left_out = left_out + means%gains(k)
+        if (k > half .and. k <= phases) left_out = left_out + means%gains(phases - k)
+      end do
+      left_out = left_out * fall * last
+    end associate
+  end function left_out
+
+end module gestell_study_frame_model_harmonic_means
