@@ -9,9 +9,9 @@
 module gestell_study_frame_model_harmonic_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_gmres, only: gmres_type
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_floquet_period_turn_errors, only: relative_rounding
+  use gestell_study_frame_model_gmres, only: gmres_type
   use gestell_study_frame_model_harmonic_means, only: means_type, solve_means
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)

@@ -1,6 +1,6 @@
 !> Generalised minimal residuals: A x = b from products A v alone, for an A that is not far from E (Y. Saad, M. H. Schultz, SIAM J.
 !> Sci. Stat. Comput. 7, 1986, 856-869). Whoever has the products asks for `last`, and gives A times it to `extend`.
-module gestell_math_gmres
+module gestell_study_frame_model_gmres
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
@@ -160,4 +160,4 @@ contains
     inner = (s1 + s2) + (s3 + s4)
   end function inner
 
-end module gestell_math_gmres
+end module gestell_study_frame_model_gmres
