@@ -295,11 +295,12 @@ contains
     end do
   end subroutine test_intervals
 
+  !> (Names joined within a list of texts come out wrong of gfortran 12 with -O3: `rod` is joined before.)
   subroutine build(kind, count, linkage, failure)
     integer, intent(in) :: kind, count
     type(linkage_type), intent(out) :: linkage
     type(gestell_error), allocatable, intent(out) :: failure
-    character(len=8) :: last, pivot, before
+    character(len=8) :: last, pivot, before, rod
     character(len=4) :: number
     integer :: k
 
@@ -313,16 +314,17 @@ contains
     do k = 1, count
       write (number, "(i0)") k
       pivot = "G" // trim(number)
+      rod = "R" // trim(number)
       if (kind == 2) then
         ! the next coupler hangs on a pin beside the rocker's line
-        call linkage%rigid("R" // number, [before, last], [0.15_dp, 0.02_dp], failure)
+        call linkage%rigid(rod, [before, last], [0.15_dp, 0.02_dp], failure)
         call linkage%ground(pivot, [ground + 0.2_dp * k, 0.02_dp], failure)
-        call linkage%rrr("P" // number, [character(len=8) :: "R" // number, pivot], [0.2_dp, rocker], 1, failure)
+        call linkage%rrr("P" // number, [rod, pivot], [0.2_dp, rocker], 1, failure)
       else
         ! a rod to a slider, another one to a rocker
-        call linkage%rrp("R" // number, last, 0.3_dp, guide_type(point=[0.0_dp, 0.1_dp]), 1, failure)
+        call linkage%rrp(rod, last, 0.3_dp, guide_type(point=[0.0_dp, 0.1_dp]), 1, failure)
         call linkage%ground(pivot, [ground + 0.05_dp + 0.3_dp * k, 0.0_dp], failure)
-        call linkage%rrr("P" // number, [character(len=8) :: "R" // number, pivot], [0.16_dp, rocker], -1, failure)
+        call linkage%rrr("P" // number, [rod, pivot], [0.16_dp, rocker], -1, failure)
       end if
       if (allocated(failure)) return
       before = pivot
