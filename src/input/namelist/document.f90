@@ -94,9 +94,14 @@ contains
     character(len=*), intent(in) :: name
     type(group_type), allocatable :: groups(:)
     integer, allocatable :: at(:)
+    integer :: i
 
     allocate(at, source=indices_named(doc, name))
-    allocate(groups, source=doc%groups(at))
+    ! One by one: gfortran 12 does not free what a section by a list of indices has allocated.
+    allocate(groups(size(at)))
+    do i = 1, size(at)
+      groups(i) = doc%groups(at(i))
+    end do
   end function groups_named
 
   !> The places of all groups of a name, in the file's order.
