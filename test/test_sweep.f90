@@ -159,10 +159,24 @@ contains
       if (allocated(error)) return
       deallocate(covered)
     end do
-    ! Sixteen for several threads, however small the grid.
+    ! Several for several threads, but where large ones save solutions.
     call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 999), axis_type(0.0_dp, 1.0_dp, 25)], failure)
     call check_that(error, grid%tiles(), "==", 16, "tiles of a small grid")
     if (allocated(error)) return
+    call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 2000), axis_type(0.0_dp, 1.0_dp, 7)], failure)
+    call check_that(error, grid%tiles(), "==", 4, "tiles of a narrow grid")
+    if (allocated(error)) return
+    call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 1000), axis_type(0.0_dp, 1.0_dp, 1000)], failure)
+    call check_that(error, grid%tiles(), "==", 4, "tiles of a large grid")
+    if (allocated(error)) return
+    grid%one_by_one = .true.
+    call check_that(error, grid%tiles(), "==", 16, "tiles of a large grid, point by point")
+    if (allocated(error)) return
+    do k = 1000, 4000, 1000
+      call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, k)], failure)
+      call check_that(error, grid%tiles(), "==", 4, "tiles of a line")
+      if (allocated(error)) return
+    end do
     call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 2000000)], failure)
     k = 0
     do i = 1, grid%tiles()

@@ -40,7 +40,7 @@ module gestell_study_grid
   !> Values that a tile has on an axis, at the most, where there are two axes, also where its points are solved one by one, and
   !> where there is one.
   integer, parameter :: most_of_two = 500, most_one_by_one = 250, most_of_one = 4000
-  !> Tiles along a shorter axis: several threads want work.
+  !> Tiles along an axis at least, but of a large grid that is expanded: several threads want work.
   integer, parameter :: usual_tiles = 4, least_of_tile = 8
 
 contains
@@ -185,14 +185,17 @@ contains
   pure function tiles_along(self) result(along)
     class(grid_type), intent(in) :: self
     integer :: along(2), most, k
+    logical :: large
 
     along = 1
+    large = .false.
+    if (size(self%axes) == 2) large = all(self%axes%count >= 2 * most_of_two)
     most = merge(most_one_by_one, most_of_two, self%one_by_one)
     if (size(self%axes) == 1) most = most_of_one
     do k = 1, min(2, size(self%axes))
       associate (count => self%axes(k)%count)
         along(k) = (count - 1) / most + 1
-        if (count < 2 * most_of_two) along(k) = max(along(k), min(usual_tiles, (count - 1) / least_of_tile + 1))
+        if (self%one_by_one .or. .not. large) along(k) = max(along(k), min(usual_tiles, (count - 1) / least_of_tile + 1))
       end associate
     end do
   end function tiles_along

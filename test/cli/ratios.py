@@ -261,4 +261,32 @@ def word_tests():
             check(f"ratio 0.5: {script}.gp", words in text, words, text[:600])
 
 
-RATIO_TESTS = [speed_tests, boundary_tests, study_tests, held_tests, flywheel_tests, word_tests]
+# A shaft that turns 30 times as fast and hardly moves the frame: all its orders are multiples of 30.
+QUICK = """&case tasks='stability' /
+&drive speed_rpm=300 /
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius=0.05 /
+&joint name='P', type='ground', position=0.1,0 /
+&joint name='B', type='crank', pivot='P', radius=0.02, ratio=30 /
+&link name='c', from='O', to='A', mass=0.5, inertia=0.001, center=0.001,0 /
+&link name='d', from='P', to='B', mass=0.2, inertia=0.0001, center=0.02,0 /
+&frame mass=18.0, inertia=0.78, origin=-0.20,0.20 /
+&support position=-0.30,-0.20, stiffness=196133,196133, damping=10,10 /
+&support position=0.30,-0.20, stiffness=196133,196133, damping=10,10 /
+"""
+
+
+def quick_tests():
+    """Sampled at fewer than 60 phases the motion has order 18 or less, much greater, and |rho| is 2e-8 away."""
+    with Folder(input=QUICK) as folder:
+        found = {}
+        for model in ("rest", "first_order", "exact"):
+            run = Run(folder, "--set", f"model.frame={model}", "-o", model, "input.nml")
+            if not run.done(f"a quick shaft, {model}"):
+                return
+            found[model] = float(re.search(r"\|rho\| = ([0-9.]+)", run.out)[1])
+        for model in ("first_order", "exact"):
+            check(f"a quick shaft, {model}", abs(found[model] - found["rest"]) < 2e-9, found["rest"], found[model])
+
+
+RATIO_TESTS = [quick_tests, speed_tests, boundary_tests, study_tests, held_tests, flywheel_tests, word_tests]

@@ -116,7 +116,7 @@ contains
       do i = j + 1, size(a, 1)
         if (abs(real(a(i, j))) + abs(aimag(a(i, j))) > abs(real(a(row(j), j))) + abs(aimag(a(row(j), j)))) row(j) = i
       end do
-      a([j, row(j)], :) = a([row(j), j], :)
+      if (row(j) /= j) a([j, row(j)], :) = a([row(j), j], :)
       fits = abs(real(a(j, j))) + abs(aimag(a(j, j))) > tiny(1.0_dp)
       if (.not. fits) return
       factor = 1 / a(j, j)
@@ -132,7 +132,7 @@ contains
       end do
     end do
     do j = size(a, 1), 1, -1
-      a(:, [j, row(j)]) = a(:, [row(j), j])
+      if (row(j) /= j) a(:, [j, row(j)]) = a(:, [row(j), j])
     end do
   end subroutine invert
 

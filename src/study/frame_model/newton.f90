@@ -29,8 +29,7 @@ module gestell_study_frame_model_newton
   real(dp), parameter :: part_left = 0.1_dp
   !> Errors that are allowed of a start and of a step where they are told quickly, relative to them; those of a step that confirms.
   real(dp), parameter :: of_step = 1.0e-3_dp, of_last_step = 0.1_dp
-  !> Samples of a motion, of a start that is rough too; harmonics that count as resolved and those that are left out as rounding,
-  !> relative to the motion.
+  !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
   integer, parameter, public :: first_samples = 64
   integer, parameter :: fewest_samples = 48, most_samples = 2**12
   !> With more phases integration takes less than harmonic balance.
@@ -139,7 +138,8 @@ contains
     integer :: n
     logical :: balances
 
-    n = fewest_samples
+    ! A motion of more orders than half the samples would be read as one of fewer: of order k least_steps is about 2 pi k.
+    n = max(fewest_samples, min(frame%least_steps / 2, most_samples / 2))
     balances = .not. (present(floquet) .or. next%quick%keeps)
     do
       ! Multiples of 16 are quickly transformed, and balanced.
