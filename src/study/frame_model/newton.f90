@@ -151,6 +151,8 @@ contains
           n = 2 * n
           cycle
         end if
+        ! Beside a resonance next to no damping integration knows its rounding better.
+        next%quickly = next%quickly .and. next%error <= max(part_left * accuracy%tolerance, frame%load_rounding)
       end if
       if (.not. next%quickly .and. .not. present(floquet)) call integrate(frame, system, n, next, change, next%quickly, from, lack)
       if (.not. next%quickly) then
