@@ -42,6 +42,7 @@ contains
       & new_unittest("the unit of time does not matter", test_units), &
       & new_unittest("a step of rk4 by its four slopes", test_runge_kutta), &
       & new_unittest("greatest size on the way, trace in uneven steps", test_way), &
+      & new_unittest("what roundings in mid-turn are worth", test_mid_turn), &
       & new_unittest("names of the methods", test_names), &
       & new_unittest("a body without mass", test_massless), &
       & new_unittest("numbers that overflow on the way", test_overflow)]
@@ -306,6 +307,29 @@ contains
     ! Gauss' rule of order 8 with steps of 0.3: 1e-10.
     call check(error, defect, 0.0_dp, thr=1.0e-9_dp)
   end subroutine test_way
+
+  !> At critical damping, d = B / 2, Phi(t) = exp(-tau) [1 + tau, tau; -tau, 1 - tau] over the velocity d, tau = d t, of the norm
+  !> exp(-tau) sqrt(2 + 4 tau^2): a rounding in mid-turn, tau = a, counts |Phi(T / 2)|^2 / (sqrt 2 |Phi(T)|), 7.1 times.
+  subroutine test_mid_turn(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: a = 10
+    type(constant_type) :: system
+    class(method_type), allocatable :: method
+    type(gestell_error), allocatable :: failure
+    real(dp) :: phi(4, 4), growth
+    integer :: k
+
+    ! Two alike, x and v of each.
+    system = constant_type(states=4, period=1.0_dp, m=diagonal([1.0_dp, 1.0_dp]), b=diagonal([4 * a, 4 * a]), &
+      & c=diagonal([4 * a**2, 4 * a**2]), amplitude=[0.0_dp, 0.0_dp])
+    call new_method("gauss8", method, failure)
+    if (.not. allocated(failure)) call period_map(system, method, [(k / 40.0_dp, k = 0, 40)], &
+      & [1.0_dp, 1.0_dp, 2 * a, 2 * a], phi, failure, transient_growth=growth)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    ! The inverse of Phi(T / 2) has a condition of 400.
+    call check(error, growth, (2 + 4 * a**2) / (sqrt(2.0_dp) * sqrt(2 + 16 * a**2)), thr=1.0e-9_dp)
+  end subroutine test_mid_turn
 
   subroutine test_names(error)
     type(error_type), allocatable, intent(out) :: error
