@@ -2,9 +2,9 @@
 module test_lane_versions
   use checks, only: check_that
   use gestell_base_kinds, only: dp
-  use gestell_base_processor, only: has_versions, vector_length
-  use gestell_math_lanes_versions, only: block, four_columns, lanes, most_rows, solve_with_lower, solve_with_upper, &
-    & subtract_product
+  use gestell_base_processor, only: has_long_vectors, has_versions, vector_length
+  use gestell_math_lanes_six, only: divide_six, reduce_six, subtract_six
+  use gestell_math_lanes_versions, only: block, four_columns, lanes, solve_with_lower, solve_with_upper, subtract_product, width
   use gestell_math_lanes, only: vector_border
   use testdrive, only: error_type, new_unittest, unittest_type
   use, intrinsic :: iso_c_binding, only: c_intptr_t, c_loc
@@ -23,6 +23,7 @@ contains
 
     testsuite = [ &
       & new_unittest("blocks by registers of every length", test_blocks), &
+      & new_unittest("six columns at once", test_six), &
       & new_unittest("sums by registers of every length", test_sums), &
       & new_unittest("room on the border of a vector", test_border)]
   end subroutine collect_lane_versions
@@ -37,63 +38,128 @@ contains
     numbers = [(sin(step * i), i = 1, n)]
   end function numbers
 
-  !> C - R S, L^-1 W and W U^-1 against the compiler's own products, lane by lane, with what the processor has; beside the block
-  !> nothing changes.
+  !> C - R S, L^-1 W and W U^-1 of three columns of a panel against the compiler's own products, lane by lane, with what the
+  !> processor has; of the other columns nothing changes.
   subroutine test_blocks(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: terms = 20
-    ! As great as a matrix, the heap's part.
-    real(dp), allocatable, dimension(:, :, :) :: c, before, r, s
-    real(dp) :: t(block, block), multiplier(lanes)
-    integer :: k, lane, i
+    real(dp), dimension(lanes, width, block) :: c, before, u
+    real(dp), dimension(lanes, block, block) :: l
+    real(dp) :: r(lanes, block, terms), s(lanes, width, terms), multiplier(lanes)
+    integer :: k, lane
 
-    allocate(c(lanes, most_rows, block), r(lanes, most_rows, terms), s(lanes, most_rows, block))
+    before = reshape(numbers(size(c), 1.3_dp), shape(c))
+    r = reshape(numbers(size(r), 2.1_dp), shape(r))
+    s = reshape(numbers(size(s), 3.7_dp), shape(s))
+    u = reshape(numbers(size(u), 4.3_dp), shape(u))
     do k = 1, size(lengths)
       if (lengths(k) > vector_length()) cycle
-      c = reshape(numbers(size(c), 1.3_dp), shape(c))
-      r = reshape(numbers(size(r), 2.1_dp), shape(r))
-      s = reshape(numbers(size(s), 3.7_dp), shape(s))
-      before = c
+      c = before
       call subtract_product(lengths(k), terms, c, r, s)
       do lane = 1, lanes
-        t = before(lane, :block, :) - matmul(r(lane, :block, :), s(lane, :terms, :))
         ! Roundings of twenty terms below 1.
-        call check_that(error, maxval(abs(c(lane, :block, :) - t)), "<", 2.0e-14_dp, "C - R S")
+        call check_that(error, maxval(abs(three(c, lane) - (three(before, lane) - matmul(r(lane, :, :), &
+          & transpose(s(lane, :block, :)))))), "<", 2.0e-14_dp, "C - R S")
       end do
-      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, "below the block")
+      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, "beside the block")
       if (allocated(error)) return
 
       c = before
-      call solve_with_lower(lengths(k), c, s)
+      call solve_with_lower(lengths(k), c, r)
       do lane = 1, lanes
-        t = s(lane, :block, :)
-        do i = 1, block
-          t(i, i:) = 0
-          t(i, i) = 1
-        end do
-        call check_that(error, maxval(abs(matmul(t, c(lane, :block, :)) - before(lane, :block, :))), "<", 1.0e-14_dp, "L^-1 W")
+        call check_that(error, maxval(abs(matmul(unit_lower(r(lane, :, :block)), three(c, lane)) - three(before, lane))), "<", &
+          & 1.0e-14_dp, "L^-1 W")
         if (allocated(error)) return
       end do
+      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, "beside the block")
+      if (allocated(error)) return
 
-      c = before
       multiplier = 0.5_dp
-      call solve_with_upper(lengths(k), c, s, multiplier)
+      call solve_with_upper(lengths(k), before, u, l, multiplier)
       do lane = 1, lanes
-        t = s(lane, :block, :)
-        do i = 1, block
-          t(i, :i - 1) = 0
-          ! Reciprocals are kept.
-          t(i, i) = 1 / t(i, i)
-        end do
         ! Of a diagonal as great as 1 / 0.01.
-        call check_that(error, maxval(abs(matmul(c(lane, :block, :), t) - before(lane, :block, :))), "<", 1.0e-12_dp, "W U^-1")
-        call check_that(error, abs(multiplier(lane) - max(0.5_dp, maxval(abs(c(lane, :block, :))))), "<=", 0.0_dp, "multiplier")
+        call check_that(error, maxval(abs(matmul(l(lane, :, :), upper(three(u, lane))) - three(before, lane))), "<", 1.0e-12_dp, &
+          & "W U^-1")
+        call check_that(error, abs(multiplier(lane) - max(0.5_dp, maxval(abs(l(lane, :, :))))), "<=", 0.0_dp, "multiplier")
         if (allocated(error)) return
       end do
     end do
     ! A build that could have versions on such a processor has them.
     if (.not. has_versions) call check_that(error, vector_length(), "==", 0, "no versions")
   end subroutine test_blocks
+
+  !> The same of six columns, where there are registers for them; without versions they are of every processor.
+  subroutine test_six(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: terms = 21
+    real(dp), dimension(lanes, width, block) :: c, before
+    real(dp) :: r(lanes, block, terms), s(lanes, width, terms), u(lanes, width, width), l(lanes, block, width), multiplier(lanes)
+    real(dp) :: product(block, width)
+    integer :: lane
+
+    if (has_versions .and. .not. has_long_vectors()) return
+    before = reshape(numbers(size(c), 1.3_dp), shape(c))
+    r = reshape(numbers(size(r), 2.1_dp), shape(r))
+    s = reshape(numbers(size(s), 3.7_dp), shape(s))
+    u = reshape(numbers(size(u), 4.3_dp), shape(u))
+    c = before
+    call subtract_six(terms, c, r, s)
+    do lane = 1, lanes
+      product = transpose(before(lane, :, :)) - matmul(r(lane, :, :), transpose(s(lane, :, :)))
+      call check_that(error, maxval(abs(transpose(c(lane, :, :)) - product)), "<", 2.0e-14_dp, "C - R S")
+    end do
+    if (allocated(error)) return
+
+    c = before
+    call reduce_six(terms, c, r, s, r(1, 1, terms - block + 1))
+    multiplier = 0.5_dp
+    call divide_six(terms, before, r, s, u, l, multiplier)
+    do lane = 1, lanes
+      product = transpose(before(lane, :, :)) - matmul(r(lane, :, :), transpose(s(lane, :, :)))
+      call check_that(error, maxval(abs(matmul(unit_lower(r(lane, :, terms - block + 1:)), transpose(c(lane, :, :))) - product)), &
+        & "<", 4.0e-14_dp, "L^-1 (C - R S)")
+      ! Six unknowns after each other, by a diagonal as great as 1 / 0.01 each: of the size of what L is.
+      call check_that(error, maxval(abs(matmul(l(lane, :, :), upper(transpose(u(lane, :, :)))) - product)), "<", &
+        & 1.0e-14_dp * maxval(abs(l(lane, :, :))) * maxval(abs(upper(transpose(u(lane, :, :))))), "(C - R S) U^-1")
+      call check_that(error, abs(multiplier(lane) - max(0.5_dp, maxval(abs(l(lane, :, :))))), "<=", 0.0_dp, "multiplier")
+      if (allocated(error)) return
+    end do
+  end subroutine test_six
+
+  !> Three columns of a panel's three rows, in one lane, as a matrix.
+  pure function three(panel, lane) result(matrix)
+    real(dp), intent(in) :: panel(lanes, width, block)
+    integer, intent(in) :: lane
+    real(dp) :: matrix(block, block)
+
+    matrix = transpose(panel(lane, :block, :))
+  end function three
+
+  !> What counts of a matrix, with ones on the diagonal.
+  pure function unit_lower(matrix) result(l)
+    real(dp), intent(in) :: matrix(:, :)
+    real(dp) :: l(size(matrix, 1), size(matrix, 1))
+    integer :: i
+
+    l = matrix
+    do i = 1, size(l, 1)
+      l(i, i:) = 0
+      l(i, i) = 1
+    end do
+  end function unit_lower
+
+  !> What counts of a matrix, with the reciprocals of its diagonal.
+  pure function upper(matrix) result(u)
+    real(dp), intent(in) :: matrix(:, :)
+    real(dp) :: u(size(matrix, 1), size(matrix, 1))
+    integer :: i
+
+    u = matrix
+    do i = 1, size(u, 1)
+      u(i, :i - 1) = 0
+      u(i, i) = 1 / u(i, i)
+    end do
+  end function upper
 
   subroutine test_sums(error)
     type(error_type), allocatable, intent(out) :: error

@@ -6,7 +6,7 @@
 !> eight matrices, filled anew from a copy whose time is taken off, and the share of the peak.
 program kernel
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: block, lanes, most_rows, padded, schur_complement
+  use gestell_math_lanes, only: lanes, padded, schur_complement
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
 

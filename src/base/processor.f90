@@ -5,7 +5,7 @@ module gestell_base_processor
   implicit none (type, external)
   private
 
-  public :: vector_length
+  public :: has_long_vectors, vector_length
 
   !> Whether the compiler makes versions of `!$omp declare simd` procedures for all processors of a family under names that can be
   !> called (Vector Function Application Binary Interface, section 2.6: _ZGVdN..., _ZGVeN...): GCC does for x86, with optimisation
@@ -18,17 +18,22 @@ module gestell_base_processor
   !> find it there leaves zeros. Nothing here changes it.
   integer(c_int), bind(C, name="__cpu_model") :: cpu_model(4)
 
+  !> Bits of its last word.
+  integer, parameter :: avx2 = 10, avx512f = 15
+
 contains
 
   !> Numbers of double precision in a vector register for which there are versions: 8 (AVX-512), 4 (AVX2), or 0.
   pure integer function vector_length()
-    !> Bits of the last word.
-    integer, parameter :: avx2 = 10, avx512f = 15
-
     vector_length = 0
     if (.not. has_versions) return
     if (btest(cpu_model(4), avx2)) vector_length = 4
-    if (btest(cpu_model(4), avx512f)) vector_length = 8
+    if (has_long_vectors()) vector_length = 8
   end function vector_length
+
+  !> Whether the processor has AVX-512, and with it 32 registers for vectors.
+  pure logical function has_long_vectors()
+    has_long_vectors = btest(cpu_model(4), avx512f)
+  end function has_long_vectors
 
 end module gestell_base_processor

@@ -2,7 +2,7 @@
 module gestell_system_mass
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: lanes, most_rows, padded, safe_multiplier, schur_complement
+  use gestell_math_lanes, only: lanes, padded, safe_multiplier, schur_complement
   use gestell_math_lapack, only: factorise, solve_factored
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -23,16 +23,13 @@ contains
     integer :: first, points, k
 
     points = size(m, 1)
-    first = 1
-    if (2 * padded(size(m, 2)) <= most_rows) then
-      allocate(w(lanes, most_rows, padded(size(m, 2)) + padded(size(r, 3))))
-      do first = 1, points - lanes + 1, lanes
-        call solve_lanes(first, m, r, w, safe)
-        do k = 1, lanes
-          if (.not. safe(k)) call solve_point(first + k - 1, m, r)
-        end do
+    allocate(w(lanes, 2 * padded(size(m, 2)), padded(size(m, 2)) + padded(size(r, 3))))
+    do first = 1, points - lanes + 1, lanes
+      call solve_lanes(first, m, r, w, safe)
+      do k = 1, lanes
+        if (.not. safe(k)) call solve_point(first + k - 1, m, r)
       end do
-    end if
+    end do
     do k = first, points
       call solve_point(k, m, r)
     end do
@@ -46,13 +43,12 @@ contains
     real(dp), contiguous, intent(inout) :: w(:, :, :)
     logical, intent(out) :: safe(lanes)
     real(dp) :: multiplier(lanes)
-    integer :: f, n, columns, last, i, k
+    integer :: f, n, last, i, k
 
     f = size(m, 2)
     n = padded(f)
     last = first + lanes - 1
-    columns = n + padded(size(r, 3))
-    w(:, :2 * n, :columns) = 0
+    w = 0
     do i = f + 1, n
       w(:, i, i) = 1
     end do
@@ -61,7 +57,7 @@ contains
     do i = 1, f
       w(:, n + i, i) = -1
     end do
-    call schur_complement(w, n, 2 * n, columns, multiplier)
+    call schur_complement(w, n, multiplier)
     safe = multiplier < safe_multiplier
     if (all(safe)) then
       r(first:last, :, :) = w(:, n + 1:n + f, n + 1:n + size(r, 3))
