@@ -56,10 +56,8 @@ contains
       method = cooper_verner()
     case ("magnus4", "magnus6")
       method = magnus(iachar(name(7:7)) - iachar("0"))
-    case ("gauss2", "gauss3", "gauss4", "gauss5", "gauss6", "gauss7", "gauss8", "gauss9")
-      method = gauss(iachar(name(6:6)) - iachar("0"))
-    case ("gauss10")
-      method = gauss(10)
+    case ("gauss2", "gauss3", "gauss4", "gauss5", "gauss6", "gauss7", "gauss8", "gauss9", "gauss10")
+      method = gauss(stages_of(name))
     case default
       call fatal_error(error, "unknown method '" // name // "'", invalid_input)
     end select
@@ -76,9 +74,9 @@ contains
     class(method_type), allocatable :: candidate
     type(error_type), allocatable :: error
     character(len=name_length), allocatable :: names(:)
-    real(dp) :: part, work, least_work, sharper
+    real(dp) :: part, least_work, sharper
     logical :: second_order
-    integer :: i
+    integer :: i, best
 
     ! What changes of P is worth evaluating only where P itself is what all methods work with: for systems of second
     ! order collocation takes half the equations.
@@ -93,24 +91,49 @@ contains
 
     sharper = phase_advance
     if (present(fastest)) sharper = fastest
-    call find("auto", method, error)
     least_work = huge(least_work)
+    best = 1
     allocate(names, source=method_names())
     do i = 2, size(names)
-      call find(trim(names(i)), candidate, error)
-      if (candidate%lower_order > 0) then
-        work = pair_work * first_steps(candidate, system, sharper, tolerance)
+      if (names(i)(:5) == "gauss") then
+        ! Most are of this family: none of them is a piece of memory.
+        call consider(gauss(stages_of(names(i))))
       else
-        work = steps_in_all(candidate, system, [phase_advance, sharper], tolerance, part, &
-          & candidate%steps_at_once(system%states, second_order))
+        call find(trim(names(i)), candidate, error)
+        call consider(candidate)
       end if
-      work = work * candidate%work(system%states, second_order)
-      if (work >= least_work) cycle
-      least_work = work
-      call move_alloc(candidate, method)
     end do
+    call find(trim(names(best)), method, error)
     call method%prepare()
+
+  contains
+
+    !> Whether method `i` takes less work than the best before.
+    subroutine consider(one)
+      class(method_type), intent(in) :: one
+      real(dp) :: work
+
+      if (one%lower_order > 0) then
+        work = pair_work * first_steps(one, system, sharper, tolerance)
+      else
+        work = steps_in_all(one, system, [phase_advance, sharper], tolerance, part, &
+          & one%steps_at_once(system%states, second_order))
+      end if
+      work = work * one%work(system%states, second_order)
+      if (work >= least_work) return
+      least_work = work
+      best = i
+    end subroutine consider
+
   end subroutine cheapest_method
+
+  !> Stages of a method of Gauss' by its name.
+  pure integer function stages_of(name)
+    character(len=*), intent(in) :: name
+
+    stages_of = iachar(name(6:6)) - iachar("0")
+    if (len_trim(name) > 6) stages_of = 10 * stages_of + iachar(name(7:7)) - iachar("0")
+  end function stages_of
 
   !> With how many steps a method with others embedded in it should come to the tolerance, by an error that is told with care.
   !> Of the change by the one embedded a sixteenth counts for Phi(T) at least, and all for x_p(T), which changes less. What

@@ -34,15 +34,13 @@ contains
     type(nested_type) :: nested
     ! A, A A, b and b A below each other.
     real(dp) :: factors(2 * size(rule%c) + 2, size(rule%c))
-    real(dp) :: high(size(rule%c)), next(size(rule%c)), p(size(rule%c), 0:size(rule%c) - 1)
-    integer :: order(size(rule%c)), s, i, k
+    real(dp), dimension(size(rule%c)) :: high, next, high_before, next_before
+    real(dp) :: p(size(rule%c), 0:size(rule%c) - 1)
+    integer :: order(size(rule%c)), s, i, j
 
     s = size(rule%c)
     p = legendre(s - 1, 2 * rule%c - 1)
     allocate(nested%tails(s, 4))
-    do k = 1, 4
-      nested%tails(:, k) = sqrt(2 * (s - 5 + k) + 1.0_dp) * rule%b * p(:, s - 5 + k)
-    end do
     high = p(:, s - 1)
     next = p(:, s - 2)
     ! P_s-1, and what P_s-2 is in the equations that do not see P_s-1; each is greatest, b included, at the node that stands for it.
@@ -53,13 +51,28 @@ contains
     end associate
     call put_last(rule%b * abs(next), order(:s - 1))
 
-    nested%c = rule%c(order)
-    nested%b = rule%b(order)
-    nested%tails = nested%tails(order, :)
-    high = high(order)
-    next = next(order)
-    allocate(nested%values(2, s), source=0.0_dp)
-    allocate(nested%sums(s, 2), source=0.0_dp)
+    allocate(nested%c(s), nested%b(s), nested%a(s, s), nested%aa(s, s), nested%ba(s))
+    allocate(nested%values(2, s), nested%sums(s, 2), source=0.0_dp)
+    ! Node by node: each section by a list of indices would be a piece of memory.
+    high_before = high
+    next_before = next
+    do i = 1, s
+      associate (k => order(i))
+        nested%c(i) = rule%c(k)
+        nested%b(i) = rule%b(k)
+        high(i) = high_before(k)
+        next(i) = next_before(k)
+        do j = 1, 4
+          nested%tails(i, j) = sqrt(2 * (s - 5 + j) + 1.0_dp) * rule%b(k) * p(k, s - 5 + j)
+        end do
+        do j = 1, s
+          factors(i, j) = rule%a(k, order(j))
+          factors(s + i, j) = rule%aa(k, order(j))
+        end do
+        factors(2 * s + 1, i) = rule%b(k)
+        factors(2 * s + 2, i) = rule%ba(k)
+      end associate
+    end do
     associate (b => nested%b, v => nested%values)
       v(1, :s - 2) = -(b(:s - 2) * next(:s - 2)) / (b(s - 1) * next(s - 1))
       v(1, s - 1) = 1
@@ -69,11 +82,6 @@ contains
       nested%sums(:s - 2, 1) = v(1, :s - 2) * b(s - 1) / b(:s - 2)
       nested%sums(:s - 1, 2) = v(2, :s - 1) * b(s) / b(:s - 1)
     end associate
-    do k = 1, s
-      associate (of_node => order(k))
-        factors(:, k) = [rule%a(order, of_node), rule%aa(order, of_node), rule%b(of_node), rule%ba(of_node)]
-      end associate
-    end do
     call take_unknowns(nested%values, factors)
     nested%a = factors(:s, :)
     nested%aa = factors(s + 1:2 * s, :)
@@ -98,10 +106,17 @@ contains
   pure subroutine put_last(weights, order)
     real(dp), intent(in) :: weights(:)
     integer, intent(inout) :: order(:)
-    integer :: place
+    integer :: place, last, i
 
-    place = maxloc(weights(order), dim=1)
-    order = [order(:place - 1), order(place + 1:), order(place)]
+    place = 1
+    do i = 2, size(order)
+      if (weights(order(i)) > weights(order(place))) place = i
+    end do
+    last = order(place)
+    do i = place, size(order) - 1
+      order(i) = order(i + 1)
+    end do
+    order(size(order)) = last
   end subroutine put_last
 
 end module gestell_floquet_integrator_nested

@@ -174,7 +174,6 @@ contains
     type(layout_type), intent(in) :: layout
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)
     real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: damping, stiffness
-    real(dp) :: own
     integer :: i, k, row, lane
 
     if (state <= layout%rows - layout%n) panel(:, c, layout%n + state) = 1
@@ -187,17 +186,18 @@ contains
     else
       k = merge(state, state - at%positions, state <= at%positions)
       do i = 1, layout%s
-        own = merge(nodes(i), 1.0_dp, state > at%positions)
         do row = layout%place(i) + 1, layout%place(i) + layout%f
-          !GCC$ unroll 1
-          do lane = 1, lanes
-            panel(lane, c, row) = -own * stiffness(lane, row, k)
-          end do
-          if (state <= at%positions) cycle
-          !GCC$ unroll 1
-          do lane = 1, lanes
-            panel(lane, c, row) = panel(lane, c, row) - damping(lane, row, k)
-          end do
+          if (state <= at%positions) then
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c, row) = -stiffness(lane, row, k)
+            end do
+          else
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c, row) = -damping(lane, row, k) - nodes(i) * stiffness(lane, row, k)
+            end do
+          end if
         end do
       end do
     end if
