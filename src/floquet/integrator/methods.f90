@@ -160,14 +160,14 @@ contains
     fewest = 6.0_dp * system%least_steps / method%stages
   end function fewest
 
-  !> Steps that leave such an error: the fastest motion counts nine tenths of `fastest` (as of `survey`), and the coefficients turn
+  !> Steps that leave such an error: the fastest motion counts 0.925 of `fastest` (as of `survey`), and the coefficients turn
   !> too: those of their harmonics matter that are the order times as fine as the finest feature.
   pure real(dp) function predicted(order, constant, system, fastest, error) result(steps)
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, fastest, error
     class(periodic_system), intent(in) :: system
 
-    steps = hypot(0.9_dp * fastest, 0.1_dp * order * system%least_steps) &
+    steps = hypot(0.925_dp * fastest, 0.1_dp * order * system%least_steps) &
       & * (constant * max(fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function predicted
 

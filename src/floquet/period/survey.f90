@@ -18,7 +18,7 @@ module gestell_floquet_period_survey
     real(dp), allocatable :: scale(:)
     !> How far the fastest motion turns within the period, w_max T in radians: at most |P| T / sqrt 2, as w comes with -w.
     real(dp) :: phase_advance = 0
-    !> (|P^8| / sqrt 2)^(1/8) T where P is greatest, in which of several fast motions little but the fastest counts.
+    !> (|P^16| / sqrt 2)^(1/16) T where P is greatest, in which of several fast motions little but the fastest counts.
     real(dp) :: fastest = 0
   end type survey_type
 
@@ -71,10 +71,10 @@ contains
     seen%phase_advance = size_of_p * system%period
     unit = max(size_of_p, tiny(unit))
     power = balanced(p(k, :, :), seen%scale) / unit
-    do i = 1, 3
+    do i = 1, 4
       power = matmul(power, power)
     end do
-    seen%fastest = min(seen%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.125_dp * unit * system%period)
+    seen%fastest = min(seen%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.0625_dp * unit * system%period)
   end subroutine survey
 
   !> The greatest size of finite values; in vectors, as maxval is not, which minds NaN.
