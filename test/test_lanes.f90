@@ -3,7 +3,8 @@ module test_lanes
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: lanes, padded, schur_complement
+  use gestell_base_processor, only: has_long_vectors, has_versions
+  use gestell_math_lanes, only: block, eliminate, lanes, padded, reduce, schur_complement, width
   use gestell_floquet_integrator_method, only: maps_type, method_type, unseen_type
   use gestell_floquet_integrator_methods, only: new_method
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
@@ -33,6 +34,7 @@ contains
 
     testsuite = [ &
       & new_unittest("Schur complement against elimination with exchanges", test_schur), &
+      & new_unittest("panels of three columns and of six, unknowns in stages", test_panels), &
       & new_unittest("vanished pivots and large multipliers are told", test_multipliers), &
       & new_unittest("accelerations at many points", test_mass), &
       & new_unittest("steps in lanes, singly, and with exchanges", test_steps)]
@@ -72,6 +74,58 @@ contains
     end do
     call check_that(error, [padded(1), padded(3), padded(4), padded(24), padded(25)], "==", [3, 3, 6, 24, 27], "padded")
   end subroutine test_schur
+
+  !> The Schur complements after 15, 18 and 21 unknowns, as they are left one after the other in panels of three columns and of six,
+  !> whatever is best on the processor at hand.
+  subroutine test_panels(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 21, rows = 27, columns = 30, stages(3) = [15, 18, 21]
+    real(dp) :: w(lanes, rows, columns), panel(lanes, width, rows), l(lanes, block, n, rows / block), multiplier(lanes)
+    real(dp) :: found(lanes, rows - n, columns - n, size(stages))
+    integer :: at_once, first, count, from, i, k, lane, c
+
+    call random_init(repeatable=.true., image_distinct=.false.)
+    call random_number(w)
+    do k = 1, n
+      w(:, k, k) = w(:, k, k) + 3
+    end do
+    do at_once = block, width, block
+      ! Six columns at once need AVX-512 where the procedures for it are called by name.
+      if (at_once == width .and. has_versions .and. .not. has_long_vectors()) cycle
+      multiplier = 0
+      first = 1
+      do while (first <= columns)
+        count = min(at_once, merge(n, columns, first <= n) - first + 1)
+        do c = 1, count
+          panel(:, c, :) = w(:, :, first + c - 1)
+        end do
+        if (first <= n) then
+          call eliminate(first, count, n, rows, panel, l, multiplier)
+        else
+          from = 1
+          do i = 1, size(stages)
+            call reduce(from, stages(i), count, n, rows, panel, l)
+            do c = 1, count
+              found(:, :, first - n + c - 1, i) = panel(:, c, n + 1:)
+            end do
+            from = stages(i) + 1
+          end do
+        end if
+        first = first + count
+      end do
+      do i = 1, size(stages)
+        do lane = 1, lanes
+          associate (exact => schur_of(w(lane, [(k, k = 1, stages(i)), (k, k = n + 1, rows)], &
+            & [(k, k = 1, stages(i)), (k, k = n + 1, columns)]), stages(i)))
+            call check_that(error, maxval(abs(found(lane, :, :, i) - exact)), "<", 1.0e-13_qp, "Schur complement of a stage")
+            if (allocated(error)) return
+          end associate
+        end do
+      end do
+      call check_that(error, maxval(multiplier), "<", 1.0_dp, "multipliers")
+      if (allocated(error)) return
+    end do
+  end subroutine test_panels
 
   !> S - G A^-1 R with exchanges of rows.
   function schur_of(matrix, n) result(s)

@@ -102,7 +102,7 @@ contains
     if (.not. present(unseen)) return
     select type (tableau)
     class is (nested_type)
-      call look_beyond(tableau, at, unseen)
+      call look_beyond(tableau, at, units(:at%f), unseen)
     end select
   end subroutine gauss_steps
 

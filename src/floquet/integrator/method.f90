@@ -21,6 +21,8 @@ module gestell_floquet_integrator_method
   !> and the load itself, its length included.
   type, public :: unseen_type
     real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0
+    !> By how much what is missed of the loads may change the last states, the velocities where there are positions.
+    real(dp), allocatable :: kicks(:)
   end type unseen_type
 
   !> Length of a method's name.

@@ -142,7 +142,7 @@ contains
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: fastest, tolerance
-    real(dp), parameter :: load = 250, change = 32
+    real(dp), parameter :: load = 4000, change = 32
     real(dp) :: allowed
 
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * fastest) / 8

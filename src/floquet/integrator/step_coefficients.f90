@@ -61,10 +61,12 @@ contains
 
   !> Adds to `unseen` what the nodes may not tell of the coefficients. A step turns by z = |h^2 C|^1/2 + |h B| radians, and a change
   !> of z |M| + |h B| + |h^2 C| / z is one of so many radians. What interpolation misses falls, with the number of nodes, as the
-  !> root of what quadrature does: of a part e of all that varies e^2 is left.
-  pure subroutine look_beyond(nested, at, unseen)
+  !> root of what quadrature does: of a part e of all that varies e^2 is left. In these units masses are about 1, and what a load is
+  !> in a time is a change of velocity.
+  pure subroutine look_beyond(nested, at, units, unseen)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
+    real(dp), intent(in) :: units(:)
     type(unseen_type), intent(inout) :: unseen
     ! Of every step: what is missed, what varies within it, the size.
     real(dp), dimension(size(at%lengths), 3) :: of_m, of_b, of_c, of_g
@@ -89,6 +91,11 @@ contains
     of_g = misses(nested, size(h), f, at%g)
     unseen%loads = unseen%loads + sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, 2), tiny(z)))
     unseen%load = unseen%load + sum(h * of_g(:, 3))
+    if (.not. allocated(unseen%kicks)) allocate(unseen%kicks(f), source=0.0_dp)
+    do i = 1, f
+      of_g = misses(nested, size(h), 1, at%g(:, i))
+      unseen%kicks(i) = unseen%kicks(i) + units(i) * sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, 2), tiny(z)))
+    end do
   end subroutine look_beyond
 
   !> Of values at the nodes, shape (steps, s, count), sums over these for each step, shape (steps, 3): the rms of their part along

@@ -110,7 +110,8 @@ contains
     end do
   end subroutine clear
 
-  !> Column `c` of a panel, that of one of the unknowns of node `j`, from its columns of M, h B and h^2 C.
+  !> Column `c` of a panel, that of one of the unknowns of node `j`, from its columns of M, h B and h^2 C. (But for the last two of
+  !> a nested tableau the nodes follow each other without a gap.)
   !> Eight arguments: the column and what it is made of.
   pure subroutine fill_unknown(tableau, layout, j, c, panel, mass, damping, stiffness)
     class(tableau_type), intent(in) :: tableau

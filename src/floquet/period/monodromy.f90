@@ -199,7 +199,7 @@ contains
       if (allocated(error)) return
       change = distance(lower(1), level, monodromy%scale)
       left = left_by_pair(change, distance(lower(2), lower(1), monodromy%scale))
-      unseen = left_unseen(level%unseen)
+      unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak)
       floor = roundoff(system, level, advances(1))
       if (all(safety * (left + unseen) + floor <= tolerance &
         & .or. max(change, unseen) <= floor + [0.0_dp, system%load_rounding])) exit
