@@ -50,10 +50,10 @@ contains
     end associate
   end function vector_border
 
-  !> With A of `n` rows and columns in its upper left, the matrix
+  !> With A of `n` rows and columns in its upper left, the matrix `w`, shape (lanes, rows, columns),
   !>
   !>     [ A  R ]
-  !>     [ G  S ]      of `rows` rows and `columns` columns becomes      [ ...  ... ;  ...  S - G A^-1 R ].
+  !>     [ G  S ]      becomes      [ ...  ... ;  ...  S - G A^-1 R ].
   !>
   !> All numbers are multiples of `block`; A is in units in which its diagonal is about 1. There is no
   !> exchange of rows: `multiplier`, shape (lanes), is the greatest factor by which a row of A was subtracted from another,
@@ -64,7 +64,7 @@ contains
     real(dp), intent(out) :: multiplier(lanes)
     !> On the heap: threads have small stacks.
     real(dp), allocatable :: panel(:, :, :), l(:, :, :, :)
-    integer :: rows, first, last, count, c
+    integer :: rows, first, last, count, c, row, lane
 
     rows = size(w, 2)
     allocate(panel(lanes, width, rows), l(lanes, block, n, rows / block))
@@ -74,7 +74,12 @@ contains
       last = merge(n, size(w, 3), first <= n)
       count = min(columns_at_once(), last - first + 1)
       do c = 1, count
-        panel(:, c, :) = w(:, :, first + c - 1)
+        do row = 1, rows
+          !GCC$ unroll 1
+          do lane = 1, lanes
+            panel(lane, c, row) = w(lane, row, first + c - 1)
+          end do
+        end do
       end do
       if (first <= n) then
         call eliminate(first, count, n, rows, panel, l, multiplier)
